@@ -1,0 +1,1 @@
+//! The command line: run scenarios, start and supervise deployments, talk to robots.

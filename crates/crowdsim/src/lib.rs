@@ -1,0 +1,1 @@
+//! The simulated truth: scenario, pedestrians, lidar, robot plant, world and metrics.

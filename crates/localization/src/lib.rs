@@ -1,0 +1,1 @@
+//! Pure adaptive Monte Carlo localisation (AMCL).

@@ -1,0 +1,28 @@
+//! What a candidate costs: one evaluator a metric.
+//!
+//! The contract everything hangs on: the cost of a candidate depends on the scene and on that
+//! candidate alone, never on its neighbours in the batch. Then a batch can be cut into shards over any
+//! number of replicas with the same result, bit for bit.
+
+use crate::candidates::CandidateSet;
+use crate::scene::Scene;
+
+/// The evaluation was told to stop before it was done: its budget is spent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("stopped before every candidate was scored")]
+pub struct Stopped;
+
+/// Scores candidates under one metric, in process or behind a service: the same code, the same costs.
+pub trait Evaluator: Send + Sync {
+    /// Name of the metric, as in profiles and keys.
+    fn metric(&self) -> &'static str;
+
+    /// Raw cost of each candidate, in the metric's own unit, lower is better, finite and not negative.
+    /// `should_stop` is asked between candidates.
+    fn evaluate(
+        &self,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Result<Vec<f64>, Stopped>;
+}

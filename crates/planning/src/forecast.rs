@@ -1,0 +1,52 @@
+//! Where people will be: constant velocity with a growing Gaussian (A20).
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point2;
+use crate::scene::People;
+
+/// Parameters of the forecast.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ForecastParams {
+    /// Standard deviation of a person's position now, metres, on each axis.
+    pub sigma_position: f64,
+    /// Standard deviation of a person's velocity, m/s, on each axis.
+    pub sigma_velocity: f64,
+}
+
+impl Default for ForecastParams {
+    fn default() -> Self {
+        Self { sigma_position: 0.1, sigma_velocity: 0.15 }
+    }
+}
+
+/// Constant-velocity forecast of everybody in the scene.
+#[derive(Debug, Clone)]
+pub struct PedestrianForecast<'a> {
+    people: &'a People,
+    params: ForecastParams,
+}
+
+impl<'a> PedestrianForecast<'a> {
+    /// Forecast `people` from now on.
+    pub fn new(people: &'a People, params: ForecastParams) -> Self {
+        Self { people, params }
+    }
+
+    /// The people it is about.
+    pub fn people(&self) -> &'a People {
+        self.people
+    }
+
+    /// Mean position of person `i` after `t` seconds, metres.
+    pub fn position(&self, i: usize, t: f64) -> Point2 {
+        Point2::new(self.people.x[i] + self.people.vx[i] * t, self.people.y[i] + self.people.vy[i] * t)
+    }
+
+    /// Variance of that position on each axis, m2.
+    pub fn variance(&self, t: f64) -> f64 {
+        let spread = self.params.sigma_velocity * t;
+        self.params.sigma_position * self.params.sigma_position + spread * spread
+    }
+}

@@ -1,0 +1,141 @@
+//! Exact Euclidean distance transform (Felzenszwalb and Huttenlocher, 2012).
+
+use crate::geometry::Point2;
+use crate::occupancy::{Cell, OccupancyGrid};
+
+/// Distance from each cell's centre to the centre of the nearest cell of some kind, metres.
+/// Where there is no such cell, the distance is the grid's diagonal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistanceField {
+    width: usize,
+    height: usize,
+    resolution: f64,
+    metres: Vec<f32>,
+}
+
+impl DistanceField {
+    /// Distance to the nearest occupied cell: what laser beams end on.
+    pub fn to_occupied(grid: &OccupancyGrid) -> Self {
+        Self::to(grid, |c| c == Cell::Occupied)
+    }
+
+    /// Distance to the nearest cell that is not known to be free: what a robot must keep clear of.
+    pub fn to_obstacle(grid: &OccupancyGrid) -> Self {
+        Self::to(grid, |c| c != Cell::Free)
+    }
+
+    fn to(grid: &OccupancyGrid, is_target: impl Fn(Cell) -> bool) -> Self {
+        let (width, height) = (grid.width(), grid.height());
+        let far = ((width * width + height * height) as f64).max(1.0);
+        let mut squared: Vec<f64> =
+            (0..width * height).map(|i| if is_target(grid.cell(i)) { 0.0 } else { far }).collect();
+        let mut scratch = Scratch::new(width.max(height));
+        for row in squared.chunks_exact_mut(width) {
+            scratch.transform(row.len(), row, 1, far);
+        }
+        for column in 0..width {
+            scratch.transform(height, &mut squared[column..], width, far);
+        }
+        let metres = squared.iter().map(|d| (d.sqrt() * grid.resolution()) as f32).collect();
+        Self { width, height, resolution: grid.resolution(), metres }
+    }
+
+    /// Distance of a cell by index, metres.
+    pub fn cell(&self, index: usize) -> f64 {
+        f64::from(self.metres[index])
+    }
+
+    /// Distance at a point, of the cell that holds it, metres; 0 outside the grid.
+    pub fn at(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+        grid.locate(p).map_or(0.0, |(c, r)| self.cell(r * self.width + c))
+    }
+
+    /// A lower bound of the distance from the point to the nearest target cell's area, metres: what
+    /// collision checks compare with a radius. Half a cell's diagonal on either side is given away.
+    pub fn clearance(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+        (self.at(grid, p) - std::f64::consts::SQRT_2 * self.resolution).max(0.0)
+    }
+
+    /// All distances, row-major from the bottom row, metres.
+    pub fn metres(&self) -> &[f32] {
+        &self.metres
+    }
+
+    /// Columns and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+}
+
+/// Lower envelope of parabolas over one line.
+struct Scratch {
+    values: Vec<f64>,
+    vertex: Vec<usize>,
+    boundary: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(n: usize) -> Self {
+        Self { values: vec![0.0; n], vertex: vec![0; n], boundary: vec![0.0; n + 1] }
+    }
+
+    /// Replaces line[i * stride] (i < n), squared distances so far, by min over j of line[j] + (i - j)^2.
+    fn transform(&mut self, n: usize, line: &mut [f64], stride: usize, far: f64) {
+        for (i, value) in self.values[..n].iter_mut().enumerate() {
+            *value = line[i * stride];
+        }
+        let f = &self.values;
+        let crossing = |q: usize, p: usize| {
+            ((f[q] + (q * q) as f64) - (f[p] + (p * p) as f64)) / (2.0 * (q as f64 - p as f64))
+        };
+        let mut top = 0;
+        self.vertex[0] = 0;
+        self.boundary[0] = f64::NEG_INFINITY;
+        for q in 1..n {
+            let mut s = crossing(q, self.vertex[top]);
+            while s <= self.boundary[top] {
+                top -= 1;
+                s = crossing(q, self.vertex[top]);
+            }
+            top += 1;
+            self.vertex[top] = q;
+            self.boundary[top] = s;
+        }
+        let mut k = 0;
+        for i in 0..n {
+            while k < top && self.boundary[k + 1] < i as f64 {
+                k += 1;
+            }
+            let d = i as f64 - self.vertex[k] as f64;
+            line[i * stride] = (self.values[self.vertex[k]] + d * d).min(far);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+    use crate::random::{rng, uniform};
+
+    #[test]
+    fn equals_brute_force_on_random_grids() {
+        for seed in 0..20 {
+            let mut r = rng(seed, 0);
+            let (w, h) = (3 + (uniform(&mut r) * 30.0) as usize, 3 + (uniform(&mut r) * 30.0) as usize);
+            let share = 0.3 * uniform(&mut r);
+            let cells: Vec<i8> = (0..w * h).map(|_| if uniform(&mut r) < share { 100 } else { 0 }).collect();
+            let grid = OccupancyGrid::new(w, h, 0.1, Pose2::default(), cells).unwrap();
+            let field = DistanceField::to_occupied(&grid);
+            let diagonal = ((w * w + h * h) as f64).sqrt() * 0.1;
+            for i in 0..w * h {
+                let (cx, cy) = ((i % w) as f64, (i / w) as f64);
+                let nearest = (0..w * h)
+                    .filter(|&j| grid.cell(j) == Cell::Occupied)
+                    .map(|j| ((cx - (j % w) as f64).powi(2) + (cy - (j / w) as f64).powi(2)).sqrt() * 0.1)
+                    .fold(diagonal, f64::min);
+                assert!((field.cell(i) - nearest).abs() < 1e-5, "seed {seed} cell {i}");
+            }
+        }
+    }
+}

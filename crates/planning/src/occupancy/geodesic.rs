@@ -1,0 +1,252 @@
+//! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use crate::geometry::Point2;
+use crate::occupancy::{Cell, DistanceField, OccupancyGrid};
+
+/// Geodesic distance to the goal, metres, for every cell from which the goal can be reached.
+///
+/// Cells nearer to an obstacle than the robot's radius are passable at [`Self::TIGHT_SLOWNESS`] times
+/// the cost, so that a robot whose estimate lies a little inside a wall's margin still knows its way
+/// out. Cells that are not free stay unreachable (infinite), apart from a ring of two cells that
+/// takes its neighbours' values so that interpolation near walls stays finite.
+#[derive(Debug, Clone)]
+pub struct GeodesicField {
+    width: usize,
+    height: usize,
+    metres: Vec<f32>,
+}
+
+struct Front {
+    distance: f32,
+    index: usize,
+}
+
+impl PartialEq for Front {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+impl Eq for Front {}
+impl PartialOrd for Front {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+impl Ord for Front {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.distance.total_cmp(&self.distance).then_with(|| other.index.cmp(&self.index))
+    }
+}
+
+impl GeodesicField {
+    /// Cost factor of cells closer to an obstacle than the robot's radius.
+    pub const TIGHT_SLOWNESS: f64 = 6.0;
+    /// Cost factor right at the robot's radius, falling to 1 over [`Self::COMFORT`] metres, so that
+    /// the shortest way does not scrape along walls.
+    pub const WALL_SLOWNESS: f64 = 1.5;
+    /// See [`Self::WALL_SLOWNESS`], metres.
+    pub const COMFORT: f64 = 0.3;
+
+    /// Marches from `goal` over `grid`; `clearance` is the distance to the nearest obstacle.
+    pub fn new(grid: &OccupancyGrid, clearance: &DistanceField, goal: Point2, radius: f64) -> Self {
+        let (width, height) = (grid.width(), grid.height());
+        let slowness: Vec<f32> = (0..width * height)
+            .map(|i| {
+                if grid.cell(i) != Cell::Free {
+                    return f32::INFINITY;
+                }
+                let margin = clearance.cell(i) - radius;
+                let factor = if margin < 0.0 {
+                    Self::TIGHT_SLOWNESS
+                } else {
+                    1.0 + (Self::WALL_SLOWNESS - 1.0) * (1.0 - margin / Self::COMFORT).max(0.0)
+                };
+                (factor * grid.resolution()) as f32
+            })
+            .collect();
+        let mut metres = vec![f32::INFINITY; width * height];
+        let mut done = vec![false; width * height];
+        let mut heap = BinaryHeap::new();
+        if let Some((column, row)) = grid.locate(goal) {
+            // Exact Euclidean values next to the goal: the march has its greatest error there.
+            let reach = 3;
+            for r in row.saturating_sub(reach)..=(row + reach).min(height - 1) {
+                for c in column.saturating_sub(reach)..=(column + reach).min(width - 1) {
+                    let index = r * width + c;
+                    if slowness[index].is_finite() {
+                        metres[index] = grid.centre(c, r).distance(goal) as f32;
+                        heap.push(Front { distance: metres[index], index });
+                    }
+                }
+            }
+        }
+        while let Some(Front { distance, index }) = heap.pop() {
+            if done[index] || distance > metres[index] {
+                continue;
+            }
+            done[index] = true;
+            let (column, row) = (index % width, index / width);
+            let neighbours = [
+                (column > 0).then(|| index - 1),
+                (column + 1 < width).then(|| index + 1),
+                (row > 0).then(|| index - width),
+                (row + 1 < height).then(|| index + width),
+            ];
+            for next in neighbours.into_iter().flatten() {
+                if done[next] || slowness[next].is_infinite() {
+                    continue;
+                }
+                let candidate = eikonal(&metres, &done, next, width, height, slowness[next]);
+                if candidate < metres[next] {
+                    metres[next] = candidate;
+                    heap.push(Front { distance: candidate, index: next });
+                }
+            }
+        }
+        let mut field = Self { width, height, metres };
+        field.grow_rim();
+        field.grow_rim();
+        field
+    }
+
+    /// Gives unreachable cells beside reachable ones a value one metre per cell above the least neighbour,
+    /// which keeps interpolation finite at walls and points away from them.
+    fn grow_rim(&mut self) {
+        let before = self.metres.clone();
+        for row in 0..self.height {
+            for column in 0..self.width {
+                let index = row * self.width + column;
+                if before[index].is_finite() {
+                    continue;
+                }
+                let mut least = f32::INFINITY;
+                for r in row.saturating_sub(1)..=(row + 1).min(self.height - 1) {
+                    for c in column.saturating_sub(1)..=(column + 1).min(self.width - 1) {
+                        least = least.min(before[r * self.width + c]);
+                    }
+                }
+                self.metres[index] = least + 1.0;
+            }
+        }
+    }
+
+    /// Distance to go from a point, metres, bilinear between cell centres; infinite where the goal
+    /// cannot be reached or outside the grid.
+    pub fn at(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+        let (c, r) = grid.grid_from_map(p);
+        let (c, r) = (c - 0.5, r - 0.5);
+        if c < -0.5 || r < -0.5 || c > self.width as f64 - 0.5 || r > self.height as f64 - 0.5 {
+            return f64::INFINITY;
+        }
+        let c = c.clamp(0.0, (self.width - 1) as f64);
+        let r = r.clamp(0.0, (self.height - 1) as f64);
+        let (c0, r0) = (c as usize, r as usize);
+        let (c1, r1) = ((c0 + 1).min(self.width - 1), (r0 + 1).min(self.height - 1));
+        let (fc, fr) = (c - c0 as f64, r - r0 as f64);
+        let v = |c: usize, r: usize| f64::from(self.metres[r * self.width + c]);
+        let (a, b, d, e) = (v(c0, r0), v(c1, r0), v(c0, r1), v(c1, r1));
+        if a.is_infinite() || b.is_infinite() || d.is_infinite() || e.is_infinite() {
+            return a.min(b).min(d).min(e);
+        }
+        (a * (1.0 - fc) + b * fc) * (1.0 - fr) + (d * (1.0 - fc) + e * fc) * fr
+    }
+
+    /// Distance to go of a cell by index, metres.
+    pub fn cell(&self, index: usize) -> f64 {
+        f64::from(self.metres[index])
+    }
+
+    /// Shortest way from `start`, a point every `spacing` metres, by steepest descent; empty when the
+    /// goal cannot be reached.
+    pub fn descend(&self, grid: &OccupancyGrid, start: Point2, spacing: f64) -> Vec<Point2> {
+        let mut path = vec![start];
+        let mut p = start;
+        let limit = (4.0 * self.at(grid, start) / spacing) as usize + 16;
+        if limit == usize::MAX || !self.at(grid, start).is_finite() {
+            return Vec::new();
+        }
+        for _ in 0..limit {
+            let here = self.at(grid, p);
+            if here <= spacing {
+                break;
+            }
+            // 32 directions: robust where the gradient is not (ridges, rims).
+            let best = (0..32)
+                .map(|k| {
+                    let (s, c) = crate::numerics::sin_cos(f64::from(k) * std::f64::consts::TAU / 32.0);
+                    Point2::new(p.x + spacing * c, p.y + spacing * s)
+                })
+                .min_by(|a, b| self.at(grid, *a).total_cmp(&self.at(grid, *b)));
+            match best {
+                Some(next) if self.at(grid, next) < here => p = next,
+                _ => break,
+            }
+            path.push(p);
+        }
+        path
+    }
+}
+
+/// First-order upwind solution of |grad T| = slowness at one cell.
+fn eikonal(metres: &[f32], done: &[bool], index: usize, width: usize, height: usize, slowness: f32) -> f32 {
+    let (column, row) = (index % width, index / width);
+    let value = |i: usize| if done[i] { metres[i] } else { f32::INFINITY };
+    let left = if column > 0 { value(index - 1) } else { f32::INFINITY };
+    let right = if column + 1 < width { value(index + 1) } else { f32::INFINITY };
+    let below = if row > 0 { value(index - width) } else { f32::INFINITY };
+    let above = if row + 1 < height { value(index + width) } else { f32::INFINITY };
+    let (a, b) = (left.min(right), below.min(above));
+    let difference = (a - b).abs();
+    if difference >= slowness || !difference.is_finite() {
+        a.min(b) + slowness
+    } else {
+        0.5 * (a + b + (2.0 * slowness * slowness - difference * difference).sqrt())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+
+    #[test]
+    fn open_space_is_euclidean_within_two_percent() {
+        let grid = OccupancyGrid::new(200, 200, 0.1, Pose2::default(), vec![0; 40_000]).unwrap();
+        let clearance = DistanceField::to_obstacle(&grid);
+        let goal = Point2::new(10.0, 10.0);
+        let field = GeodesicField::new(&grid, &clearance, goal, 0.3);
+        for p in [Point2::new(3.0, 10.0), Point2::new(5.0, 5.0), Point2::new(17.0, 13.0)] {
+            let expected = p.distance(goal);
+            assert!(
+                (field.at(&grid, p) / expected - 1.0).abs() < 0.02,
+                "{p:?}: {} vs {expected}",
+                field.at(&grid, p)
+            );
+        }
+    }
+
+    #[test]
+    fn a_wall_is_gone_around_and_a_sealed_room_is_unreachable() {
+        // 10 m x 10 m, wall at x = 5 from y = 0 to y = 8; a sealed box around (9, 1).
+        let mut cells = vec![0_i8; 10_000];
+        for row in 0..80 {
+            cells[row * 100 + 50] = 100;
+        }
+        for k in 0..21 {
+            cells[20 * 100 + 79 + k.min(20)] = 100;
+            cells[k * 100 + 79] = 100;
+        }
+        let grid = OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap();
+        let clearance = DistanceField::to_obstacle(&grid);
+        let field = GeodesicField::new(&grid, &clearance, Point2::new(2.0, 2.0), 0.3);
+        // by way of the wall's end at (5, 8): about 6.7 + 6.7
+        let around = field.at(&grid, Point2::new(8.0, 2.5));
+        assert!(around > 12.0 && around < 16.0, "{around}");
+        assert!(field.at(&grid, Point2::new(9.0, 1.0)).is_infinite());
+        let path = field.descend(&grid, Point2::new(8.0, 2.5), 0.2);
+        assert!(path.last().unwrap().distance(Point2::new(2.0, 2.0)) < 0.4);
+    }
+}

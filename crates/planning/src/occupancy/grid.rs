@@ -1,0 +1,179 @@
+//! The occupancy grid.
+
+use std::fmt;
+
+use sha2::{Digest, Sha256};
+
+use crate::geometry::{Point2, Pose2};
+
+/// Largest number of cells a map may have: 16 million is 200 m x 200 m at 5 cm.
+pub(crate) const MAX_CELLS: usize = 16_000_000;
+
+/// What a cell holds, after thresholds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cell {
+    /// Known and passable.
+    Free,
+    /// Known and solid: a landmark in the paper's words.
+    Occupied,
+    /// Never observed, or in between the thresholds.
+    Unknown,
+}
+
+/// Identity of a map: SHA-256 over its geometry and cells.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MapHash(pub [u8; 32]);
+
+impl fmt::Display for MapHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|b| write!(f, "{b:02x}"))
+    }
+}
+
+impl fmt::Debug for MapHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "MapHash({self})")
+    }
+}
+
+/// What is wrong with numbers that were to become a grid.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// Cells do not fill the rectangle, or the rectangle is empty or too large.
+    #[error("a map of {width} x {height} needs {expected} cells, at least one and at most {MAX_CELLS}; found {found}", expected = width * height)]
+    Size {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Cells given.
+        found: usize,
+    },
+    /// The resolution is not a positive finite number, or the origin is not finite.
+    #[error("resolution must be positive and the origin finite (resolution {resolution}, origin {origin:?})")]
+    Geometry {
+        /// Metres per cell.
+        resolution: f64,
+        /// Pose of the lower-left corner.
+        origin: Pose2,
+    },
+}
+
+/// A grid of occupancy values, row 0 at the bottom (least y), as in `nav_msgs/OccupancyGrid`.
+///
+/// A cell's value is -1 for unknown or the occupancy in percent, 0 to 100. The lower-left corner of
+/// cell (0, 0) is at `origin`; the grid's axes are turned by `origin.heading`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OccupancyGrid {
+    width: usize,
+    height: usize,
+    resolution: f64,
+    origin: Pose2,
+    cells: Vec<i8>,
+    hash: MapHash,
+}
+
+impl OccupancyGrid {
+    /// Values from this on are [`Cell::Occupied`], percent (map_server's 0.65).
+    pub const OCCUPIED_FROM: i8 = 65;
+    /// Values up to this are [`Cell::Free`], percent (map_server's 0.196, up to 0.25 in later maps).
+    pub const FREE_UP_TO: i8 = 25;
+
+    /// Checks the shape and computes the hash. `cells` is row-major from the bottom row.
+    pub fn new(
+        width: usize,
+        height: usize,
+        resolution: f64,
+        origin: Pose2,
+        cells: Vec<i8>,
+    ) -> Result<Self, GridError> {
+        let expected = width.checked_mul(height).unwrap_or(0);
+        if expected == 0 || expected > MAX_CELLS || cells.len() != expected {
+            return Err(GridError::Size { width, height, found: cells.len() });
+        }
+        let finite = origin.x.is_finite() && origin.y.is_finite() && origin.heading.is_finite();
+        if !(resolution > 0.0 && resolution.is_finite() && finite) {
+            return Err(GridError::Geometry { resolution, origin });
+        }
+        let mut digest = Sha256::new();
+        digest.update((width as u64).to_le_bytes());
+        digest.update((height as u64).to_le_bytes());
+        for number in [resolution, origin.x, origin.y, origin.heading] {
+            digest.update(number.to_le_bytes());
+        }
+        digest.update(cells.iter().map(|&c| c as u8).collect::<Vec<u8>>());
+        let hash = MapHash(digest.finalize().into());
+        Ok(Self { width, height, resolution, origin, cells, hash })
+    }
+
+    /// Columns.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Metres per cell.
+    pub fn resolution(&self) -> f64 {
+        self.resolution
+    }
+
+    /// Pose of the lower-left corner in the map frame.
+    pub fn origin(&self) -> Pose2 {
+        self.origin
+    }
+
+    /// Raw values, row-major from the bottom row.
+    pub fn cells(&self) -> &[i8] {
+        &self.cells
+    }
+
+    /// Identity of the content.
+    pub fn hash(&self) -> MapHash {
+        self.hash
+    }
+
+    /// Index into [`Self::cells`].
+    pub fn index(&self, column: usize, row: usize) -> usize {
+        row * self.width + column
+    }
+
+    /// What the cell at `index` holds.
+    pub fn cell(&self, index: usize) -> Cell {
+        match self.cells[index] {
+            c if c >= Self::OCCUPIED_FROM => Cell::Occupied,
+            0..=Self::FREE_UP_TO => Cell::Free,
+            _ => Cell::Unknown,
+        }
+    }
+
+    /// Continuous cell coordinates (column, row) of a point of the map frame: cell (i, j) covers
+    /// [i, i+1) x [j, j+1). May lie outside the grid.
+    pub fn grid_from_map(&self, p: Point2) -> (f64, f64) {
+        let q = self.origin.inverse_transform(p);
+        (q.x / self.resolution, q.y / self.resolution)
+    }
+
+    /// Map-frame centre of cell (column, row).
+    pub fn centre(&self, column: usize, row: usize) -> Point2 {
+        self.origin.transform(Point2::new(
+            (column as f64 + 0.5) * self.resolution,
+            (row as f64 + 0.5) * self.resolution,
+        ))
+    }
+
+    /// (column, row) of the cell that holds the point, if inside.
+    pub fn locate(&self, p: Point2) -> Option<(usize, usize)> {
+        let (c, r) = self.grid_from_map(p);
+        (c >= 0.0 && r >= 0.0 && c < self.width as f64 && r < self.height as f64)
+            .then_some((c as usize, r as usize))
+    }
+
+    /// What lies at the point; unknown outside.
+    pub fn at(&self, p: Point2) -> Cell {
+        self.locate(p).map_or(Cell::Unknown, |(c, r)| self.cell(self.index(c, r)))
+    }
+}

@@ -1,0 +1,95 @@
+//! What the robot knows at one instant: where it thinks it is, and who is around.
+
+use nalgebra::Matrix3;
+
+use crate::geometry::{Point2, Pose2, Twist};
+
+/// The localiser's answer: mean and covariance of the pose, and the robot's current motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Belief {
+    /// Mean pose, map frame.
+    pub pose: Pose2,
+    /// Covariance of (x, y, heading): m2, m rad, rad2. Symmetric, positive semi-definite.
+    pub covariance: Matrix3<f64>,
+    /// Measured speed and turn rate.
+    pub twist: Twist,
+}
+
+impl Belief {
+    /// The localisation uncertainty `l` of eq. 9: the trace of the covariance (m2 + rad2, A8).
+    pub fn uncertainty(&self) -> f64 {
+        self.covariance.trace()
+    }
+
+    /// Standard deviation of position along its worst direction, metres.
+    pub fn position_sigma(&self) -> f64 {
+        let (a, b, c) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
+        let half_difference = 0.5 * (a - c);
+        (0.5 * (a + c) + (half_difference * half_difference + b * b).sqrt()).max(0.0).sqrt()
+    }
+}
+
+/// People around the robot: structure of arrays, all of equal length, map frame.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct People {
+    /// Identity of each person, unique, ascending.
+    pub id: Vec<u32>,
+    /// Metres.
+    pub x: Vec<f64>,
+    /// Metres.
+    pub y: Vec<f64>,
+    /// m/s.
+    pub vx: Vec<f64>,
+    /// m/s.
+    pub vy: Vec<f64>,
+    /// Radius of the disc that stands for one person, metres.
+    pub radius: f64,
+}
+
+impl People {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// Whether nobody is there.
+    pub fn is_empty(&self) -> bool {
+        self.id.is_empty()
+    }
+
+    /// Position of the i-th person.
+    pub fn position(&self, i: usize) -> Point2 {
+        Point2::new(self.x[i], self.y[i])
+    }
+
+    /// Only those within `radius` metres of `centre`: the Working Zone (A21).
+    pub fn within(&self, centre: Point2, radius: f64) -> Self {
+        let mut kept = Self { radius: self.radius, ..Self::default() };
+        for i in 0..self.len() {
+            if self.position(i).distance_squared(centre) <= radius * radius {
+                kept.id.push(self.id[i]);
+                kept.x.push(self.x[i]);
+                kept.y.push(self.y[i]);
+                kept.vx.push(self.vx[i]);
+                kept.vy.push(self.vy[i]);
+            }
+        }
+        kept
+    }
+}
+
+/// Everything a candidate's cost may depend on besides the candidate itself and the static map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Simulation or sensor tick.
+    pub tick: u64,
+    /// Robot's clock, seconds.
+    pub stamp: f64,
+    /// The robot's own state.
+    pub belief: Belief,
+    /// Everybody inside the Working Zone.
+    pub people: People,
+    /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
+    /// evaluator of the cycle sees the same.
+    pub uncertain: bool,
+}

@@ -1,0 +1,1 @@
+//! What turns pure code into services: configuration, keys, sessions, replicas, telemetry.

@@ -1,0 +1,1 @@
+//! The wire contract of curionav: messages, their CBOR encoding, and their limits.

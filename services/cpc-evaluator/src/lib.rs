@@ -1,0 +1,1 @@
+//! The cpc-evaluator service.

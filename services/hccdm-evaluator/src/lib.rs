@@ -1,0 +1,1 @@
+//! The hccdm-evaluator service.
