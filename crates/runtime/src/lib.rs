@@ -1,1 +1,18 @@
-//! What turns pure code into services: configuration, keys, sessions, replicas, telemetry.
+//! What turns pure code into services: configuration, sessions, typed topics and queries, pools of
+//! replicas, maps by content, and the conversion between wire and domain types.
+//!
+//! This is the only library that names Zenoh or touches files.
+
+pub mod config;
+pub mod convert;
+pub mod files;
+pub mod lockstep;
+pub mod map_store;
+pub mod membership;
+pub mod query;
+pub mod serve;
+pub mod session;
+pub mod shutdown;
+pub mod telemetry;
+pub mod topic;
+pub mod warm;

@@ -1,0 +1,265 @@
+//! `curionav up`: router and services as processes on this machine, supervised.
+
+use std::collections::VecDeque;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use curionav_runtime::shutdown::Shutdown;
+use serde::{Deserialize, Serialize};
+use tokio::io::{AsyncBufReadExt, BufReader};
+use tokio::process::{Child, Command};
+
+/// What `curionav up` starts. All fields have defaults: an empty file is one of everything.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Deployment {
+    /// Robot name, part of every robot key.
+    robot: String,
+    /// World name of the simulator.
+    world: String,
+    /// Prefix of every key.
+    namespace: Option<String>,
+    /// TCP port of the router on 127.0.0.1; 0 takes a free one.
+    port: u16,
+    /// How many processes of each kind.
+    replicas: Replicas,
+    /// Restarts of one process within a minute before the deployment is given up.
+    max_restarts_per_minute: usize,
+}
+
+/// Processes per kind; the simulator may be 0 (a real robot), the others at least 1.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Replicas {
+    generator: usize,
+    cpc: usize,
+    hccdm: usize,
+    simulator: usize,
+}
+
+impl Default for Replicas {
+    fn default() -> Self {
+        Self { generator: 1, cpc: 1, hccdm: 1, simulator: 1 }
+    }
+}
+
+impl Default for Deployment {
+    fn default() -> Self {
+        Self {
+            robot: "robot".into(),
+            world: "world".into(),
+            namespace: None,
+            port: 7447,
+            replicas: Replicas::default(),
+            max_restarts_per_minute: 5,
+        }
+    }
+}
+
+impl Deployment {
+    pub(crate) fn from_file(path: &Path) -> anyhow::Result<Self> {
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let deployment: Self = toml::from_str(&text).map_err(|e| {
+            anyhow::anyhow!("{}: {}", path.display(), curionav_runtime::config::describe_toml_error(&text, &e))
+        })?;
+        for (field, count) in [
+            ("generator", deployment.replicas.generator),
+            ("cpc", deployment.replicas.cpc),
+            ("hccdm", deployment.replicas.hccdm),
+        ] {
+            if count == 0 || count > 64 {
+                bail!("{}: replicas.{field} must be 1 to 64, found {count}", path.display());
+            }
+        }
+        Ok(deployment)
+    }
+
+    pub(crate) fn with_port(mut self, port: Option<u16>) -> Self {
+        self.port = port.unwrap_or(self.port);
+        self
+    }
+
+    /// (subcommand, instance) of every service process.
+    fn processes(&self) -> Vec<(&'static str, String)> {
+        let mut all = Vec::new();
+        let mut add = |kind: &'static str, count: usize| {
+            all.extend((0..count).map(|i| (kind, format!("{kind}-{i}"))));
+        };
+        add("driver", 1);
+        add("localizer", 1);
+        add("generator", self.replicas.generator);
+        add("cpc", self.replicas.cpc);
+        add("hccdm", self.replicas.hccdm);
+        add("arbiter", 1);
+        add("simulator", self.replicas.simulator);
+        all
+    }
+}
+
+/// The line every service prints on standard output once it serves, and `up` once all do.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Ready {
+    pub(crate) ready: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) endpoints: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) processes: Vec<ProcessLine>,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct ProcessLine {
+    pub(crate) name: String,
+    pub(crate) pid: u32,
+}
+
+/// Prints a readiness line, flushed.
+pub(crate) fn print_ready(ready: &Ready) -> anyhow::Result<()> {
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", serde_json::to_string(ready)?)?;
+    out.flush()?;
+    Ok(())
+}
+
+/// Ends the process when its supervisor is gone: standard input, a pipe nobody writes to, closes then,
+/// whatever killed the supervisor.
+pub(crate) fn end_with_supervisor(trigger: curionav_runtime::shutdown::ShutdownTrigger) {
+    std::thread::spawn(move || {
+        let mut sink = std::io::sink();
+        // Either way (end of file or an unreadable pipe) the supervisor is gone.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut sink);
+        trigger.fire();
+    });
+}
+
+struct Supervised {
+    name: String,
+    arguments: Vec<String>,
+    child: Child,
+    restarts: VecDeque<Instant>,
+}
+
+const READY_TIMEOUT: Duration = Duration::from_secs(20);
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+
+impl Supervised {
+    async fn start(program: &Path, name: &str, arguments: Vec<String>) -> anyhow::Result<(Self, Ready)> {
+        let mut child = Command::new(program)
+            .args(&arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::inherit())
+            .kill_on_drop(true)
+            .spawn()
+            .with_context(|| format!("cannot start {name}"))?;
+        let stdout = child.stdout.take().context("no standard output")?;
+        let mut lines = BufReader::new(stdout).lines();
+        let line = tokio::time::timeout(READY_TIMEOUT, lines.next_line())
+            .await
+            .map_err(|_| anyhow::anyhow!("{name} was not ready within {} s", READY_TIMEOUT.as_secs()))??;
+        let Some(line) = line else {
+            let status = child.wait().await?;
+            bail!("{name} ended before it was ready ({status}); its reason is above");
+        };
+        let ready: Ready = serde_json::from_str(&line).with_context(|| format!("{name} printed `{line}`"))?;
+        Ok((Self { name: name.into(), arguments, child, restarts: VecDeque::new() }, ready))
+    }
+
+    fn pid(&self) -> u32 {
+        self.child.id().unwrap_or(0)
+    }
+
+    async fn stop(mut self) {
+        // Closing its standard input asks it to end; after that it is killed.
+        drop(self.child.stdin.take());
+        if tokio::time::timeout(STOP_TIMEOUT, self.child.wait()).await.is_err() {
+            tracing::warn!(process = %self.name, "did not end in time, killed");
+            let _ = self.child.kill().await;
+        }
+    }
+}
+
+/// Runs the deployment until a signal, or until a process keeps failing.
+pub(crate) async fn up(deployment: &Deployment, log: &str, mut shutdown: Shutdown) -> anyhow::Result<()> {
+    let program = std::env::current_exe().context("cannot find this program's file")?;
+    let mut running: Vec<Supervised> = Vec::new();
+    let outcome = start_and_watch(&program, deployment, log, &mut running, &mut shutdown).await;
+    // Services first, the router (started first) last.
+    while let Some(process) = running.pop() {
+        process.stop().await;
+    }
+    outcome
+}
+
+async fn start_and_watch(
+    program: &Path,
+    deployment: &Deployment,
+    log: &str,
+    running: &mut Vec<Supervised>,
+    shutdown: &mut Shutdown,
+) -> anyhow::Result<()> {
+    let log_arguments = ["--supervised".to_owned(), "--log".to_owned(), log.to_owned()];
+    let listen = format!("tcp/127.0.0.1:{}", deployment.port);
+    let router_arguments = ["router".into(), "--listen".into(), listen].into_iter().chain(log_arguments.clone()).collect();
+    let (router, ready) = Supervised::start(program, "router", router_arguments).await?;
+    running.push(router);
+    let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
+    for (kind, instance) in deployment.processes() {
+        let mut arguments = vec![
+            kind.to_owned(),
+            "--connect".into(),
+            endpoint.clone(),
+            "--instance".into(),
+            instance.clone(),
+            "--robot".into(),
+            deployment.robot.clone(),
+            "--world".into(),
+            deployment.world.clone(),
+        ];
+        if let Some(namespace) = &deployment.namespace {
+            arguments.extend(["--namespace".into(), namespace.clone()]);
+        }
+        arguments.extend(log_arguments.clone());
+        tokio::select! {
+            started = Supervised::start(program, &instance, arguments) => running.push(started?.0),
+            () = shutdown.requested() => return Ok(()),
+        }
+    }
+    let processes = running.iter().map(|p| ProcessLine { name: p.name.clone(), pid: p.pid() }).collect();
+    print_ready(&Ready { ready: "deployment".into(), endpoints: vec![endpoint.clone()], processes })?;
+    tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
+    loop {
+        tokio::select! {
+            () = shutdown.requested() => return Ok(()),
+            () = tokio::time::sleep(Duration::from_millis(100)) => {}
+        }
+        for process in running.iter_mut() {
+            let Some(status) = process.child.try_wait()? else { continue };
+            revive(program, process, &status.to_string(), deployment.max_restarts_per_minute).await?;
+        }
+    }
+}
+
+async fn revive(program: &Path, process: &mut Supervised, status: &str, limit: usize) -> anyhow::Result<()> {
+    let now = Instant::now();
+    while process.restarts.front().is_some_and(|t| now.duration_since(*t) > Duration::from_secs(60)) {
+        process.restarts.pop_front();
+    }
+    if process.restarts.len() >= limit {
+        bail!("{} ended {} times within a minute (last: {status}); giving up", process.name, limit + 1);
+    }
+    tracing::warn!(process = %process.name, status, "ended, started again");
+    let mut restarts = std::mem::take(&mut process.restarts);
+    restarts.push_back(now);
+    let (mut fresh, _) = Supervised::start(program, &process.name, process.arguments.clone()).await?;
+    fresh.restarts = restarts;
+    *process = fresh;
+    Ok(())
+}
+
+/// Default place of the deployment file, for messages.
+pub(crate) fn example_file() -> PathBuf {
+    PathBuf::from("deploy/local.toml")
+}

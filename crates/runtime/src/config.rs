@@ -1,0 +1,106 @@
+//! Configuration of one service process.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// How a service reaches the others and what it is called. Read from a TOML file; the command line
+/// overrides single fields.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ServiceConfig {
+    /// Router endpoints to try in order, e.g. `tcp/10.0.0.1:7447`.
+    pub connect: Vec<String>,
+    /// A Zenoh configuration file (json5) to start from instead of ours; `connect` is added to it.
+    /// Falls back on the environment variable `ZENOH_CONFIG`.
+    pub zenoh_config: Option<PathBuf>,
+    /// Prefix of every key: several deployments on one network stay apart.
+    pub namespace: Option<String>,
+    /// Name of this process within its role, `[a-z0-9_-]`, unique; it is part of its keys.
+    pub instance: String,
+    /// The robot this service works for (localizer, driver, arbiter, simulator).
+    pub robot: String,
+    /// The simulated world (simulator).
+    pub world: String,
+    /// Requests computed at once (generator, evaluators).
+    pub slots: usize,
+    /// Requests that may wait for a slot; further ones are refused as overloaded.
+    pub queue: usize,
+    /// How long to keep trying to reach a router before giving up, seconds.
+    pub connect_timeout_s: f64,
+}
+
+impl Default for ServiceConfig {
+    fn default() -> Self {
+        Self {
+            connect: Vec::new(),
+            zenoh_config: None,
+            namespace: None,
+            instance: "a".into(),
+            robot: "robot".into(),
+            world: "world".into(),
+            slots: 1,
+            queue: 16,
+            connect_timeout_s: 10.0,
+        }
+    }
+}
+
+/// Why a configuration file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigError {
+    /// The file could not be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not valid TOML or has unknown or wrong fields.
+    #[error("{path}: {message}")]
+    Parse {
+        /// Which file.
+        path: PathBuf,
+        /// Line, field and reason in one line.
+        message: String,
+    },
+}
+
+/// One line that names line, column's text and reason of a TOML error.
+pub fn describe_toml_error(text: &str, error: &toml::de::Error) -> String {
+    let reason = error.message().replace('\n', " ");
+    match error.span() {
+        Some(span) => {
+            let line_number = text[..span.start.min(text.len())].matches('\n').count() + 1;
+            let line = text.lines().nth(line_number - 1).unwrap_or("").trim();
+            format!("line {line_number} (`{line}`): {reason}")
+        }
+        None => reason,
+    }
+}
+
+impl ServiceConfig {
+    /// Reads a TOML file.
+    pub fn from_file(path: &Path) -> Result<Self, ConfigError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
+        toml::from_str(&text).map_err(|error| ConfigError::Parse {
+            path: path.to_owned(),
+            message: describe_toml_error(&text, &error),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_field_is_named_with_its_line() {
+        let text = "robot = \"r1\"\nslotz = 2\n";
+        let error = toml::from_str::<ServiceConfig>(text).unwrap_err();
+        let message = describe_toml_error(text, &error);
+        assert!(message.starts_with("line 2") && message.contains("slotz"), "{message}");
+    }
+}

@@ -1,0 +1,100 @@
+//! Poses, models and maps.
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::{Footprint, OdometryNoise, RobotModel};
+use curionav_planning::occupancy::OccupancyGrid;
+use curionav_planning::sensor::LaserModel;
+use curionav_schemas::{self as wire, MapId, Reject};
+
+/// A pose.
+pub fn pose(p: wire::Pose) -> Pose2 {
+    Pose2::new(p.x, p.y, p.heading)
+}
+
+/// A pose.
+pub fn pose_to_wire(p: Pose2) -> wire::Pose {
+    wire::Pose { x: p.x, y: p.y, heading: p.heading }
+}
+
+/// A robot model.
+pub fn robot_model(m: &wire::RobotModel) -> RobotModel {
+    let footprint = match &m.footprint {
+        wire::Footprint::Disc { radius } => Footprint::Disc { radius: *radius },
+        wire::Footprint::Polygon { x, y } => {
+            Footprint::Polygon { vertices: x.iter().zip(y.iter()).map(|(x, y)| Point2::new(*x, *y)).collect() }
+        }
+    };
+    RobotModel { footprint, v_max: m.v_max, a_max: m.a_max, omega_max: m.omega_max, alpha_max: m.alpha_max }
+}
+
+/// A robot model.
+pub fn robot_model_to_wire(m: &RobotModel) -> wire::RobotModel {
+    let footprint = match &m.footprint {
+        Footprint::Disc { radius } => wire::Footprint::Disc { radius: *radius },
+        Footprint::Polygon { vertices } => wire::Footprint::Polygon {
+            x: vertices.iter().map(|v| v.x).collect(),
+            y: vertices.iter().map(|v| v.y).collect(),
+        },
+    };
+    wire::RobotModel { footprint, v_max: m.v_max, a_max: m.a_max, omega_max: m.omega_max, alpha_max: m.alpha_max }
+}
+
+/// A laser model.
+pub fn laser(l: &wire::LaserModel) -> LaserModel {
+    LaserModel {
+        robot_from_laser: pose(l.robot_from_laser),
+        fov: l.fov,
+        beams: l.beams,
+        range_max: l.range_max,
+        range_sigma: l.range_sigma,
+    }
+}
+
+/// A laser model.
+pub fn laser_to_wire(l: &LaserModel) -> wire::LaserModel {
+    wire::LaserModel {
+        robot_from_laser: pose_to_wire(l.robot_from_laser),
+        fov: l.fov,
+        beams: l.beams,
+        range_max: l.range_max,
+        range_sigma: l.range_sigma,
+    }
+}
+
+/// Odometry noise.
+pub fn noise(n: &wire::OdometryNoise) -> OdometryNoise {
+    OdometryNoise {
+        position_per_metre: n.position_per_metre,
+        position_per_radian: n.position_per_radian,
+        heading_per_metre: n.heading_per_metre,
+        heading_per_radian: n.heading_per_radian,
+    }
+}
+
+/// Odometry noise.
+pub fn noise_to_wire(n: &OdometryNoise) -> wire::OdometryNoise {
+    wire::OdometryNoise {
+        position_per_metre: n.position_per_metre,
+        position_per_radian: n.position_per_radian,
+        heading_per_metre: n.heading_per_metre,
+        heading_per_radian: n.heading_per_radian,
+    }
+}
+
+/// A map.
+pub fn occupancy_grid(g: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
+    OccupancyGrid::new(g.width as usize, g.height as usize, g.resolution, pose(g.origin), g.cells.0)
+        .map_err(|e| Reject::invalid("cells", e.to_string()))
+}
+
+/// A map.
+pub fn occupancy_grid_to_wire(g: &OccupancyGrid) -> wire::OccupancyGrid {
+    wire::OccupancyGrid {
+        width: g.width() as u32,
+        height: g.height() as u32,
+        resolution: g.resolution(),
+        origin: pose_to_wire(g.origin()),
+        cells: g.cells().into(),
+        map: MapId(g.hash().0),
+    }
+}

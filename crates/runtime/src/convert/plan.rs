@@ -1,0 +1,52 @@
+//! Candidates and search trees.
+
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::generation::Tree;
+use curionav_schemas::{self as wire, Reject};
+
+/// Candidates.
+pub fn candidates(c: wire::CandidateSet) -> Result<CandidateSet, Reject> {
+    CandidateSet::new(c.steps as usize, c.dt, c.id.0, c.x.0, c.y.0, c.heading.0, c.v.0, c.omega.0)
+        .map_err(|e| Reject::invalid("candidates", e.to_string()))
+}
+
+/// Candidates.
+pub fn candidates_to_wire(c: &CandidateSet) -> wire::CandidateSet {
+    wire::CandidateSet {
+        count: c.len() as u32,
+        steps: c.steps() as u32,
+        dt: c.dt(),
+        id: c.id().into(),
+        x: c.x().into(),
+        y: c.y().into(),
+        heading: c.heading().into(),
+        v: c.v().into(),
+        omega: c.omega().into(),
+    }
+}
+
+/// A search tree; the schema has checked that its parents exist and form no cycle.
+pub fn tree(t: wire::Tree) -> Tree {
+    Tree {
+        x: t.x.0,
+        y: t.y.0,
+        heading: t.heading.0,
+        cost: t.cost.0,
+        parent: t.parent.0,
+        extra: t.extra.into_iter().map(|(name, values)| (name, values.0)).collect(),
+    }
+}
+
+/// A search tree.
+pub fn tree_to_wire(t: Tree) -> wire::Tree {
+    wire::Tree {
+        x: t.x.into(),
+        y: t.y.into(),
+        heading: t.heading.into(),
+        cost: t.cost.into(),
+        parent: t.parent.into(),
+        edge_width: 0,
+        edge: Vec::new().into(),
+        extra: t.extra.into_iter().map(|(name, values)| (name, values.into())).collect(),
+    }
+}

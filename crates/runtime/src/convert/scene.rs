@@ -1,0 +1,96 @@
+//! Beliefs, people and scenes.
+
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::numerics::sin_cos;
+use curionav_planning::scene::{Belief, People, Scene};
+use curionav_schemas::{self as wire, F64Array, Frame, Reject};
+use nalgebra::Matrix3;
+
+/// A 3x3 covariance from nine row-major numbers; the schema has checked their count.
+pub fn covariance(values: &F64Array) -> Result<Matrix3<f64>, Reject> {
+    if values.len() != 9 {
+        return Err(Reject::invalid("covariance", format!("has {} numbers, expected 9", values.len())));
+    }
+    let m = Matrix3::from_row_slice(values);
+    Ok((m + m.transpose()) * 0.5)
+}
+
+/// A belief.
+pub fn belief(b: &wire::Belief) -> Result<Belief, Reject> {
+    Ok(Belief {
+        pose: Pose2::new(b.x, b.y, b.heading),
+        covariance: covariance(&b.covariance)?,
+        twist: Twist { v: b.v, omega: b.omega },
+    })
+}
+
+/// A belief; health is the localiser's own to say.
+pub fn belief_to_wire(b: &Belief, tick: u64, stamp: f64, health: wire::Health) -> wire::Belief {
+    wire::Belief {
+        tick,
+        stamp,
+        x: b.pose.x,
+        y: b.pose.y,
+        heading: b.pose.heading,
+        covariance: b.covariance.transpose().as_slice().into(),
+        v: b.twist.v,
+        omega: b.twist.omega,
+        health,
+    }
+}
+
+/// People in the map frame. A robot-frame tracker's are moved there with `robot`, the believed pose
+/// (D10); their velocities are taken as relative to the ground.
+pub fn people(p: &wire::People, robot: Pose2) -> People {
+    let mut people = People {
+        id: p.id.0.clone(),
+        x: p.x.0.clone(),
+        y: p.y.0.clone(),
+        vx: p.vx.0.clone(),
+        vy: p.vy.0.clone(),
+        radius: p.radius,
+    };
+    if p.frame == Frame::Robot {
+        let (s, c) = sin_cos(robot.heading);
+        for i in 0..people.len() {
+            let q = robot.transform(Point2::new(people.x[i], people.y[i]));
+            let (vx, vy) = (people.vx[i], people.vy[i]);
+            (people.x[i], people.y[i]) = (q.x, q.y);
+            (people.vx[i], people.vy[i]) = (c * vx - s * vy, s * vx + c * vy);
+        }
+    }
+    people
+}
+
+/// People in the map frame.
+pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
+    wire::People {
+        tick,
+        stamp,
+        frame: Frame::Map,
+        radius: p.radius,
+        id: p.id.as_slice().into(),
+        x: p.x.as_slice().into(),
+        y: p.y.as_slice().into(),
+        vx: p.vx.as_slice().into(),
+        vy: p.vy.as_slice().into(),
+    }
+}
+
+/// A scene.
+pub fn scene(s: &wire::Scene) -> Result<Scene, Reject> {
+    let belief = belief(&s.belief)?;
+    let people = people(&s.people, belief.pose);
+    Ok(Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain })
+}
+
+/// A scene; `health` is that of the belief it was formed from.
+pub fn scene_to_wire(s: &Scene, health: wire::Health) -> wire::Scene {
+    wire::Scene {
+        tick: s.tick,
+        stamp: s.stamp,
+        belief: belief_to_wire(&s.belief, s.tick, s.stamp, health),
+        people: people_to_wire(&s.people, s.tick, s.stamp),
+        uncertain: s.uncertain,
+    }
+}

@@ -1,0 +1,81 @@
+//! Keeping streams of one tick together.
+
+use std::future::Future;
+use std::time::Duration;
+
+use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Scan, Twist};
+
+use crate::topic::Inbox;
+
+/// A stream message that belongs to a tick.
+pub trait Ticked: Message {
+    /// The tick it belongs to.
+    fn tick(&self) -> u64;
+}
+
+macro_rules! ticked {
+    ($($message:ty),*) => {$(
+        impl Ticked for $message {
+            fn tick(&self) -> u64 {
+                self.tick
+            }
+        }
+    )*};
+}
+ticked!(Belief, Decision, Odometry, People, Scan, Twist);
+
+/// How long lockstep waits for a message before the run is given up: the other side is gone.
+pub const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(30);
+
+/// The newest message of a stream, and how to wait for a given tick.
+pub struct Latest<M> {
+    inbox: Inbox<M>,
+    newest: Option<M>,
+}
+
+impl<M: Ticked> Latest<M> {
+    /// Follows `inbox`.
+    pub fn new(inbox: Inbox<M>) -> Self {
+        Self { inbox, newest: None }
+    }
+
+    /// The newest message that has arrived.
+    pub fn newest(&mut self) -> Option<&M> {
+        while let Some(message) = self.inbox.try_next() {
+            self.newest = Some(message);
+        }
+        self.newest.as_ref()
+    }
+
+    /// Forgets what has arrived: a new run starts its ticks at 0 again.
+    pub fn clear(&mut self) {
+        while self.inbox.try_next().is_some() {}
+        self.newest = None;
+    }
+
+    /// The next message in order, kept as the newest; `None` once the session is closed.
+    pub async fn next(&mut self) -> Option<&M> {
+        self.newest = Some(self.inbox.next().await?);
+        self.newest.as_ref()
+    }
+
+    /// In lockstep: waits until the message of `tick` (or a later one) is here, at most
+    /// [`LOCKSTEP_PATIENCE`]. In real time: the newest, at once.
+    pub async fn of_tick(&mut self, tick: u64, clock: Clock) -> Option<&M> {
+        if clock == Clock::Realtime {
+            return self.newest();
+        }
+        let wait = async {
+            while self.newest.as_ref().is_none_or(|m| m.tick() < tick) {
+                self.newest = Some(self.inbox.next().await?);
+            }
+            Some(())
+        };
+        within_patience(wait).await.flatten()?;
+        self.newest.as_ref()
+    }
+}
+
+async fn within_patience<T>(wait: impl Future<Output = T>) -> Option<T> {
+    tokio::time::timeout(LOCKSTEP_PATIENCE, wait).await.ok()
+}

@@ -1,0 +1,105 @@
+//! Typed questions with a deadline.
+
+use std::time::Duration;
+
+use curionav_schemas::{Message, Reject};
+use zenoh::handlers::FifoChannel;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::ConsolidationMode;
+use zenoh::{Session, Wait};
+
+/// Why a question has no answer.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AskError {
+    /// Nobody serves the key, or the one who did died: the query ended without a reply.
+    #[error("nobody answered")]
+    NoReply,
+    /// Not in time.
+    #[error("no answer in time")]
+    Timeout,
+    /// Refused, with the reason.
+    #[error("refused: {0}")]
+    Rejected(Reject),
+    /// The answer could not be understood.
+    #[error("unusable answer: {0}")]
+    Malformed(String),
+    /// The question could not be sent.
+    #[error("cannot ask: {0}")]
+    Send(String),
+}
+
+/// How a question travels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Urgency {
+    /// Shards of a cycle: dropped rather than stalling the link; asked again elsewhere.
+    Shard,
+    /// Everything else: missions, maps, scenarios.
+    Normal,
+}
+
+/// Asks `key` and waits for the first usable answer, at most `timeout`.
+pub async fn ask<Q: Message, A: Message>(
+    session: &Session,
+    key: &str,
+    question: &Q,
+    timeout: Duration,
+    urgency: Urgency,
+) -> Result<A, AskError> {
+    ask_bytes(session, key, Some((question.encode(), Q::ENCODING)), timeout, urgency).await
+}
+
+/// Asks `key` without a question in words: the current state, or a map.
+pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) -> Result<A, AskError> {
+    ask_bytes(session, key, None, timeout, Urgency::Normal).await
+}
+
+/// As [`ask`], with a question that is already encoded (several replicas get the same bytes).
+pub async fn ask_bytes<A: Message>(
+    session: &Session,
+    key: &str,
+    question: Option<(Vec<u8>, &'static str)>,
+    timeout: Duration,
+    urgency: Urgency,
+) -> Result<A, AskError> {
+    let (congestion, priority) = match urgency {
+        Urgency::Shard => (CongestionControl::Drop, Priority::InteractiveLow),
+        Urgency::Normal => (CongestionControl::Block, Priority::Data),
+    };
+    let mut get = session
+        .get(key.to_owned())
+        .consolidation(ConsolidationMode::None)
+        .timeout(timeout)
+        .congestion_control(congestion)
+        .priority(priority)
+        .express(true);
+    if let Some((payload, encoding)) = question {
+        get = get.payload(payload).encoding(encoding);
+    }
+    let replies = get.with(FifoChannel::new(4)).wait().map_err(|e| AskError::Send(e.to_string()))?;
+    let mut failure = AskError::NoReply;
+    // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
+    let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
+    loop {
+        let reply = match tokio::time::timeout_at(deadline, replies.recv_async()).await {
+            Err(_) => return Err(AskError::Timeout),
+            Ok(Err(_)) => return Err(failure),
+            Ok(Ok(reply)) => reply,
+        };
+        match reply.result() {
+            Ok(sample) => {
+                let encoding = sample.encoding().to_string();
+                match A::decode(&sample.payload().to_bytes(), Some(&encoding)) {
+                    Ok(answer) => return Ok(answer),
+                    Err(error) => failure = AskError::Malformed(error.to_string()),
+                }
+            }
+            Err(error) => {
+                let encoding = error.encoding().to_string();
+                failure = match Reject::decode(&error.payload().to_bytes(), Some(&encoding)) {
+                    Ok(reject) => AskError::Rejected(reject),
+                    Err(_) => AskError::Timeout,
+                };
+            }
+        }
+    }
+}

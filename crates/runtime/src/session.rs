@@ -1,0 +1,146 @@
+//! Opening Zenoh sessions: in process, as a client of routers, or as a router.
+
+use std::net::TcpListener;
+use std::time::Duration;
+
+use zenoh::{Config, Session, Wait};
+
+use crate::config::ServiceConfig;
+
+/// Why a session could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// A configuration value was refused.
+    #[error("Zenoh configuration: {0}")]
+    Config(String),
+    /// No router answered in time.
+    #[error("no router answered at {endpoints} within {seconds:.0} s: is `curionav router` (or `curionav up`) running there?")]
+    NoRouter {
+        /// The endpoints tried.
+        endpoints: String,
+        /// How long.
+        seconds: f64,
+    },
+    /// The router's port is taken or its address cannot be used.
+    #[error("cannot listen on {endpoint}: {reason}")]
+    Listen {
+        /// The endpoint.
+        endpoint: String,
+        /// Why.
+        reason: String,
+    },
+    /// Anything else.
+    #[error("cannot open a Zenoh session: {0}")]
+    Open(String),
+}
+
+/// What every node shares (`zenoh.md` reasons are in `docs/operations.md`): no scouting, a lease of one
+/// second, blocked sends that give up after half a second, no shared memory, short queries.
+const COMMON: &str = r#"{
+  scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
+  queries_default_timeout: 1000,
+  adminspace: { enabled: false },
+  transport: {
+    link: { tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
+      block: { wait_before_close: 500000 },
+      drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
+      rx: { max_message_size: 134217728 } },
+    shared_memory: { enabled: false } } }"#;
+
+fn insert(config: &mut Config, key: &str, value: &str) -> Result<(), SessionError> {
+    config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
+}
+
+fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
+    let mut config = match file {
+        Some(path) => Config::from_file(path).map_err(|e| SessionError::Config(format!("{}: {e}", path.display())))?,
+        None => Config::from_json5(COMMON).map_err(|e| SessionError::Config(e.to_string()))?,
+    };
+    if let Some(namespace) = namespace {
+        insert(&mut config, "namespace", &format!("{namespace:?}"))?;
+    }
+    Ok(config)
+}
+
+/// One session without any network: all services of one process share it.
+pub async fn embedded() -> Result<Session, SessionError> {
+    let mut config = common(None, None)?;
+    insert(&mut config, "mode", r#""peer""#)?;
+    insert(&mut config, "listen/endpoints", "[]")?;
+    insert(&mut config, "connect/endpoints", "[]")?;
+    zenoh::open(config).await.map_err(|e| SessionError::Open(e.to_string()))
+}
+
+/// A client of the first router that answers, found again by itself after a loss.
+pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
+    let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(std::path::PathBuf::from);
+    let file = service.zenoh_config.clone().or(from_environment);
+    let mut config = common(file.as_deref(), service.namespace.as_deref())?;
+    if file.is_none() || !service.connect.is_empty() {
+        insert(&mut config, "mode", r#""client""#)?;
+        let endpoints: Vec<String> = service.connect.iter().map(|e| format!("{e:?}")).collect();
+        insert(&mut config, "connect/endpoints", &format!("[{}]", endpoints.join(",")))?;
+    }
+    let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
+    insert(&mut config, "connect/timeout_ms", &timeout.as_millis().to_string())?;
+    insert(&mut config, "connect/exit_on_failure", "true")?;
+    insert(
+        &mut config,
+        "connect/retry",
+        "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }",
+    )?;
+    let no_router = || SessionError::NoRouter {
+        endpoints: if service.connect.is_empty() { "the configured endpoints".into() } else { service.connect.join(", ") },
+        seconds: timeout.as_secs_f64(),
+    };
+    let session = match zenoh::open(config).await {
+        Ok(session) => session,
+        Err(error) => {
+            tracing::debug!(%error, "opening failed");
+            return Err(no_router());
+        }
+    };
+    // `open` can succeed without a router behind it (a refused certificate is only a warning).
+    let deadline = tokio::time::Instant::now() + timeout;
+    while session.info().routers_zid().await.next().is_none() {
+        if tokio::time::Instant::now() >= deadline {
+            let _ = session.close().await;
+            return Err(no_router());
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    Ok(session)
+}
+
+/// A router that listens on `endpoint` (`tcp/host:port`; port 0 takes a free one).
+pub async fn router(endpoint: &str, file: Option<&std::path::Path>) -> Result<Session, SessionError> {
+    let mut config = common(file, None)?;
+    insert(&mut config, "mode", r#""router""#)?;
+    if file.is_none() {
+        insert(&mut config, "listen/endpoints", &format!("[{endpoint:?}]"))?;
+        insert(&mut config, "listen/exit_on_failure", "true")?;
+        insert(&mut config, "connect/endpoints", "[]")?;
+        // Zenoh only warns when a port is taken; ask the system first.
+        if let Some(address) = endpoint.strip_prefix("tcp/") {
+            TcpListener::bind(address).map_err(|e| SessionError::Listen {
+                endpoint: endpoint.into(),
+                reason: format!("{e}; choose another port or end what uses it"),
+            })?;
+        }
+    }
+    zenoh::open(config)
+        .await
+        .map_err(|e| SessionError::Listen { endpoint: endpoint.into(), reason: e.to_string() })
+}
+
+/// Where a router really listens, e.g. `tcp/127.0.0.1:40123`.
+pub async fn locators(session: &Session) -> Vec<String> {
+    session.info().locators().await.into_iter().map(|l| l.to_string()).collect()
+}
+
+/// Closes a session, whatever state it is in.
+pub fn close(session: &Session) {
+    if let Err(error) = session.close().wait() {
+        tracing::debug!(%error, "closing the session");
+    }
+}

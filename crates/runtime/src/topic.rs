@@ -1,0 +1,136 @@
+//! Typed publish/subscribe.
+
+use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use curionav_schemas::{Clock, Message};
+use zenoh::handlers::{RingChannel, RingChannelHandler};
+use zenoh::key_expr::KeyExpr;
+use zenoh::pubsub::Subscriber;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::sample::Sample;
+use zenoh::{Session, Wait};
+
+/// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep at most a few are in
+/// flight; in real time only the newest matters.
+const INBOX: usize = 256;
+
+/// How a stream travels (the QoS column of the key table in `schemas/README.md`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Flow {
+    /// Sensor data and beliefs: newest wins, dropped under pressure.
+    Sensor,
+    /// Decisions and commands: first in line, sent at once, never dropped.
+    Control,
+    /// Missions and run states: not urgent, never dropped.
+    State,
+    /// Reports for people and recorders: last in line, dropped under pressure.
+    Report,
+}
+
+/// A typed publisher.
+#[derive(Debug)]
+pub struct Topic<M> {
+    session: Session,
+    key: KeyExpr<'static>,
+    flow: Flow,
+    message: PhantomData<fn(M)>,
+}
+
+/// The key or session was refused.
+#[derive(Debug, thiserror::Error)]
+#[error("{key}: {reason}")]
+pub struct TopicError {
+    /// Which key.
+    pub key: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl<M: Message> Topic<M> {
+    /// A publisher on `key`.
+    pub fn new(session: &Session, key: &str, flow: Flow) -> Result<Self, TopicError> {
+        let error = |e: zenoh::Error| TopicError { key: key.into(), reason: e.to_string() };
+        let declared = session.declare_keyexpr(key.to_owned()).wait().map_err(error)?;
+        Ok(Self { session: session.clone(), key: declared, flow, message: PhantomData })
+    }
+
+    /// Sends one message. In lockstep nothing may be lost, so every flow blocks; in real time sensor
+    /// data and reports are dropped rather than waited for.
+    pub fn publish(&self, message: &M, clock: Clock) {
+        let (priority, drops, express) = match self.flow {
+            Flow::Sensor => (Priority::InteractiveHigh, true, true),
+            Flow::Control => (Priority::RealTime, false, true),
+            Flow::State => (Priority::Data, false, false),
+            Flow::Report => (Priority::DataLow, true, false),
+        };
+        let congestion = if drops && clock == Clock::Realtime { CongestionControl::Drop } else { CongestionControl::Block };
+        let sent = self
+            .session
+            .put(&self.key, message.encode())
+            .encoding(M::ENCODING)
+            .priority(priority)
+            .congestion_control(congestion)
+            .express(express)
+            .wait();
+        if let Err(error) = sent {
+            tracing::warn!(key = %self.key, %error, "not published");
+        }
+    }
+}
+
+/// A typed subscriber: decodes and validates; what is not ours is counted and passed over.
+pub struct Inbox<M> {
+    subscriber: Subscriber<RingChannelHandler<Sample>>,
+    refused: AtomicU64,
+    message: PhantomData<fn() -> M>,
+}
+
+impl<M: Message> Inbox<M> {
+    /// Subscribes to `key`.
+    pub fn new(session: &Session, key: &str) -> Result<Self, TopicError> {
+        let subscriber = session
+            .declare_subscriber(key.to_owned())
+            .with(RingChannel::new(INBOX))
+            .wait()
+            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+        Ok(Self { subscriber, refused: AtomicU64::new(0), message: PhantomData })
+    }
+
+    fn decode(&self, sample: &Sample) -> Option<M> {
+        let encoding = sample.encoding().to_string();
+        match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
+            Ok(message) => Some(message),
+            Err(error) => {
+                let refused = self.refused.fetch_add(1, Ordering::Relaxed) + 1;
+                tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
+                None
+            }
+        }
+    }
+
+    /// The next message in order; `None` once the session is closed. Cancel-safe.
+    pub async fn next(&self) -> Option<M> {
+        loop {
+            let sample = self.subscriber.recv_async().await.ok()?;
+            if let Some(message) = self.decode(&sample) {
+                return Some(message);
+            }
+        }
+    }
+
+    /// The next message already here, in order.
+    pub fn try_next(&self) -> Option<M> {
+        while let Ok(Some(sample)) = self.subscriber.try_recv() {
+            if let Some(message) = self.decode(&sample) {
+                return Some(message);
+            }
+        }
+        None
+    }
+
+    /// How many messages were refused so far.
+    pub fn refused(&self) -> u64 {
+        self.refused.load(Ordering::Relaxed)
+    }
+}

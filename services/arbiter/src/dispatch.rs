@@ -1,0 +1,182 @@
+//! Work over replicas: shards, time limits, asking again elsewhere.
+//!
+//! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
+//! answers changes nothing about the result.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+use tokio::task::JoinSet;
+
+use crate::peers::{GENERATOR, Peers};
+
+/// Candidates below which a batch is not cut further: a query costs more than scoring them.
+const SHARD_MIN: usize = 16;
+
+/// One cycle's time for a stage: a replica that has not answered by half of it is asked no longer.
+#[derive(Debug, Clone, Copy)]
+pub struct Budget {
+    /// When the stage began.
+    pub start: Instant,
+    /// How long it may take.
+    pub total: Duration,
+}
+
+impl Budget {
+    /// A budget that begins now.
+    pub fn new(total: Duration) -> Self {
+        Self { start: Instant::now(), total }
+    }
+
+    /// What is left.
+    pub fn remaining(&self) -> Duration {
+        self.total.saturating_sub(self.start.elapsed())
+    }
+
+    /// Time for the next attempt: at most half of the whole.
+    fn attempt(&self) -> Option<Duration> {
+        let limit = self.remaining().min(self.total / 2);
+        (limit > Duration::from_millis(1)).then_some(limit)
+    }
+}
+
+fn milliseconds(duration: Duration) -> u32 {
+    duration.as_millis().min(u128::from(u32::MAX)) as u32
+}
+
+/// Asks generators one after the other until one answers.
+pub async fn generate<P: Peers>(
+    peers: &P,
+    mut request: GenerateRequest,
+    budget: Budget,
+) -> Option<GenerateReply> {
+    let instances = peers.warm(GENERATOR);
+    for instance in rotated(&instances, request.seq) {
+        let timeout = budget.attempt()?;
+        request.budget_ms = milliseconds(timeout);
+        match peers.generate(instance, &request, timeout).await {
+            Ok(reply) if (reply.epoch, reply.seq) == (request.epoch, request.seq) => return Some(reply),
+            Ok(reply) => tracing::warn!(instance, seq = reply.seq, "generated for another cycle"),
+            Err(error) => tracing::warn!(instance, %error, "generator failed, asking another"),
+        }
+    }
+    None
+}
+
+/// Scores of one shard.
+#[derive(Debug)]
+pub struct Shard {
+    /// Which metric.
+    pub metric: String,
+    /// Which candidates.
+    pub range: Range<usize>,
+    /// Their costs, or nothing if no replica answered in time.
+    pub cost: Option<Vec<f64>>,
+    /// Microseconds from asking to having it.
+    pub elapsed: Duration,
+}
+
+/// Scores `count` candidates under each of `metrics`, all shards at once. `request` makes the question for
+/// (metric, candidates).
+pub async fn evaluate<P: Peers>(
+    peers: &Arc<P>,
+    metrics: &[String],
+    count: usize,
+    request: impl Fn(&str, Range<usize>) -> EvaluateRequest,
+    budget: Budget,
+) -> Vec<Shard> {
+    let mut tasks = JoinSet::new();
+    for metric in metrics {
+        let instances = peers.warm(metric);
+        for (index, range) in shards(count, instances.len()).into_iter().enumerate() {
+            let mut question = request(metric, range.clone());
+            question.shard = index as u32;
+            let order: Vec<String> =
+                rotated(&instances, question.seq + index as u64).map(ToOwned::to_owned).collect();
+            let (peers, metric) = (Arc::clone(peers), metric.clone());
+            tasks.spawn(async move {
+                let cost = evaluate_shard(&*peers, &metric, &order, question, range.len(), budget).await;
+                Shard { metric, range, cost, elapsed: budget.start.elapsed() }
+            });
+        }
+    }
+    let mut done = Vec::new();
+    while let Some(joined) = tasks.join_next().await {
+        match joined {
+            Ok(shard) => done.push(shard),
+            Err(error) => tracing::error!(%error, "a shard's task failed"),
+        }
+    }
+    done.sort_by(|a, b| (&a.metric, a.range.start).cmp(&(&b.metric, b.range.start)));
+    done
+}
+
+async fn evaluate_shard<P: Peers>(
+    peers: &P,
+    metric: &str,
+    order: &[String],
+    mut request: EvaluateRequest,
+    count: usize,
+    budget: Budget,
+) -> Option<Vec<f64>> {
+    for instance in order {
+        let timeout = budget.attempt()?;
+        request.budget_ms = milliseconds(timeout);
+        match peers.evaluate(metric, instance, &request, timeout).await {
+            Ok(scores) if fits(&scores, &request, metric, count) => return Some(scores.cost.0),
+            Ok(_) => tracing::warn!(metric, instance, "scores are not for this shard"),
+            Err(error) => tracing::warn!(metric, instance, %error, "evaluator failed, asking another"),
+        }
+    }
+    None
+}
+
+fn fits(scores: &Scores, request: &EvaluateRequest, metric: &str, count: usize) -> bool {
+    (scores.epoch, scores.seq, scores.shard) == (request.epoch, request.seq, request.shard)
+        && scores.metric == metric
+        && scores.cost.len() == count
+}
+
+/// Contiguous ranges of nearly equal size, at most one a replica, none smaller than [`SHARD_MIN`] unless it
+/// is the only one. No replicas, no shards.
+fn shards(count: usize, replicas: usize) -> Vec<Range<usize>> {
+    if count == 0 || replicas == 0 {
+        return Vec::new();
+    }
+    let n = replicas.min((count / SHARD_MIN).max(1));
+    (0..n).map(|i| i * count / n..(i + 1) * count / n).collect()
+}
+
+/// All instances, starting at a different one each time, so that load spreads.
+fn rotated(instances: &[String], by: u64) -> impl Iterator<Item = &str> {
+    let n = instances.len();
+    let first = if n == 0 { 0 } else { (by % n as u64) as usize };
+    (0..n).map(move |i| instances[(first + i) % n].as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_cover_every_candidate_once() {
+        for count in [0, 1, 15, 16, 31, 32, 100, 2000] {
+            for replicas in 0..9 {
+                let all: Vec<usize> = shards(count, replicas).into_iter().flatten().collect();
+                let expected: Vec<usize> = if replicas == 0 { Vec::new() } else { (0..count).collect() };
+                assert_eq!(all, expected, "{count} over {replicas}");
+            }
+        }
+        assert_eq!(shards(100, 3), vec![0..33, 33..66, 66..100]);
+        assert_eq!(shards(20, 3).len(), 1);
+    }
+
+    #[test]
+    fn rotation_visits_everybody() {
+        let names: Vec<String> = ["a", "b", "c"].map(String::from).to_vec();
+        assert_eq!(rotated(&names, 4).collect::<Vec<_>>(), ["b", "c", "a"]);
+        assert_eq!(rotated(&[], 4).count(), 0);
+    }
+}
