@@ -1,1 +1,62 @@
 //! The wire contract of curionav: messages, their CBOR encoding, and their limits.
+//!
+//! Every message is a CBOR map with text keys; keys a reader does not know are ignored. Arrays of numbers are
+//! RFC 8746 typed arrays ([`array`]), little-endian, so they go into NumPy or nalgebra without being parsed
+//! number by number. Units are SI and radians unless a field's name says otherwise; poses are in the map frame
+//! unless a field says otherwise.
+//!
+//! Bytes become a message in one way only, [`Message::decode`], which checks in this order: size, encoding
+//! string, well-formedness (no allocation), structure, then shapes, limits and finite numbers. It never panics
+//! and never allocates more than a small multiple of the bytes it was given.
+//!
+//! Deliberately absent: any transport, any clock, and any type of the planner. This crate imports no other
+//! crate of curionav.
+
+pub mod array;
+mod belief;
+mod candidates;
+mod check;
+mod decision;
+mod evaluate;
+mod generate;
+pub mod golden;
+pub mod keys;
+pub mod limits;
+mod map;
+mod message;
+mod mission;
+mod model;
+mod registry;
+mod reject;
+mod report;
+mod result;
+mod scene;
+mod sensing;
+mod service;
+mod tree;
+mod wellformed;
+mod world;
+
+pub use array::{F32Array, F64Array, I8Array, U8Array, U32Array};
+pub use belief::{Belief, Health};
+pub use candidates::CandidateSet;
+pub use ciborium::Value;
+pub use decision::{Action, Decision, Evaluated, Twist};
+pub use evaluate::{EvaluateRequest, Scores};
+pub use generate::{GenerateReply, GenerateRequest};
+pub use map::{MapId, MapIdError, OccupancyGrid};
+pub use message::{DecodeError, Message, Validate};
+pub use mission::{Clock, Mission, MissionRequest, MissionState};
+pub use model::{Footprint, LaserModel, OdometryNoise, Pose, RobotModel};
+pub use registry::{MESSAGES, MessageInfo, recode};
+pub use reject::{Reject, RejectCode};
+pub use report::{Crowd, CycleReport, MetricTime, TermReport, Timings};
+pub use result::{Cycles, Metrics, Outcome, PeopleTrace, RunResult, Trace};
+pub use scene::Scene;
+pub use sensing::{Frame, Odometry, People, Scan};
+pub use service::ServiceStatus;
+pub use tree::{NO_PARENT, Tree};
+pub use world::{InjectRequest, RunState, RunStatus};
+
+/// Version of the contract, in every key (`@v1`) and every encoding string (`.v1`).
+pub const VERSION: u32 = 1;

@@ -1,0 +1,65 @@
+//! Where the localiser believes the robot is.
+
+use crate::array::F64Array;
+use crate::check;
+use crate::message::Validate;
+use crate::reject::Reject;
+use serde::{Deserialize, Serialize};
+
+/// How far the belief can be trusted beyond its covariance.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Health {
+    /// Share of particle weight outside the heaviest cluster, 0..1.
+    pub outside_weight: f64,
+    /// How well the scan fits the map at the mean, 0..1.
+    pub scan_fit: f64,
+    /// Particles in use.
+    pub particles: u32,
+    /// Whether the particles form one cluster.
+    pub converged: bool,
+}
+
+impl Validate for Health {
+    fn validate(&self) -> Result<(), Reject> {
+        check::fraction("outside_weight", self.outside_weight)?;
+        check::fraction("scan_fit", self.scan_fit)
+    }
+}
+
+/// Mean and covariance of the heaviest cluster, map frame, with the velocity odometry reports.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Belief {
+    /// Tick of the streams this belongs to.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Map frame, m.
+    pub x: f64,
+    /// Map frame, m.
+    pub y: f64,
+    /// Map frame, rad.
+    pub heading: f64,
+    /// Covariance of (x, y, heading), row-major 3x3; m^2, m rad, rad^2.
+    pub covariance: F64Array,
+    /// Forward speed, m/s.
+    pub v: f64,
+    /// Turn rate, rad/s.
+    pub omega: f64,
+    /// How far to trust it.
+    pub health: Health,
+}
+
+impl Validate for Belief {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[
+            ("stamp", self.stamp),
+            ("x", self.x),
+            ("y", self.y),
+            ("heading", self.heading),
+            ("v", self.v),
+            ("omega", self.omega),
+        ])?;
+        check::covariance("covariance", &self.covariance)?;
+        check::part("health", &self.health)
+    }
+}

@@ -1,0 +1,178 @@
+//! The checks every message is built from. Each names the field it refuses.
+
+use crate::array::{F32Array, F64Array};
+use crate::keys;
+use crate::limits::{MAX_MAGNITUDE, MAX_TEXT};
+use crate::message::Validate;
+use crate::reject::Reject;
+use ciborium::Value;
+
+/// Refuses a number that is not finite or larger than anything physical.
+pub(crate) fn number(field: &str, value: f64) -> Result<(), Reject> {
+    // A NaN is not within the bound either.
+    if value.abs() <= MAX_MAGNITUDE {
+        return Ok(());
+    }
+    Err(Reject::invalid(
+        field,
+        format!("{value} is not a finite number of magnitude {MAX_MAGNITUDE:e} at most"),
+    ))
+}
+
+/// [`number`] for several fields.
+pub(crate) fn numbers(fields: &[(&str, f64)]) -> Result<(), Reject> {
+    fields.iter().try_for_each(|(field, value)| number(field, *value))
+}
+
+/// [`number`] for a field that may be absent.
+pub(crate) fn optional(field: &str, value: Option<f64>) -> Result<(), Reject> {
+    value.map_or(Ok(()), |value| number(field, value))
+}
+
+/// Numbers greater than zero.
+pub(crate) fn positive(fields: &[(&str, f64)]) -> Result<(), Reject> {
+    numbers(fields)?;
+    match fields.iter().find(|(_, value)| *value <= 0.0) {
+        Some((field, value)) => Err(Reject::invalid(*field, format!("{value} is not positive"))),
+        None => Ok(()),
+    }
+}
+
+/// Numbers of zero or more.
+pub(crate) fn non_negative(fields: &[(&str, f64)]) -> Result<(), Reject> {
+    numbers(fields)?;
+    match fields.iter().find(|(_, value)| *value < 0.0) {
+        Some((field, value)) => Err(Reject::invalid(*field, format!("{value} is negative"))),
+        None => Ok(()),
+    }
+}
+
+/// A number from zero to one.
+pub(crate) fn fraction(field: &str, value: f64) -> Result<(), Reject> {
+    if (0.0..=1.0).contains(&value) {
+        return Ok(());
+    }
+    Err(Reject::invalid(field, format!("{value} is not within 0..1")))
+}
+
+/// A length or count of `limit` at most.
+pub(crate) fn at_most(field: &str, found: usize, limit: usize) -> Result<(), Reject> {
+    if found <= limit {
+        return Ok(());
+    }
+    Err(Reject::invalid(field, format!("{found} exceeds the limit of {limit}")))
+}
+
+/// A length or count from one to `limit`.
+pub(crate) fn one_to(field: &str, found: usize, limit: usize) -> Result<(), Reject> {
+    at_most(field, found, limit)?;
+    if found == 0 { Err(Reject::invalid(field, "must not be zero")) } else { Ok(()) }
+}
+
+/// An array's length against the product of its shape.
+pub(crate) fn length(field: &str, found: usize, expected: usize) -> Result<(), Reject> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(Reject::invalid(field, format!("holds {found} elements, its shape says {expected}")))
+}
+
+/// Length, finiteness and magnitude of several arrays of the same shape.
+pub(crate) fn arrays(expected: usize, fields: &[(&str, &F64Array)]) -> Result<(), Reject> {
+    fields.iter().try_for_each(|(field, array)| {
+        length(field, array.len(), expected)?;
+        array_numbers(field, array)
+    })
+}
+
+/// Finiteness and magnitude of an array.
+pub(crate) fn array_numbers(field: &str, array: &F64Array) -> Result<(), Reject> {
+    // Without an early exit the loop runs several numbers at a time; the place is looked up only on refusal.
+    if array.iter().fold(true, |good, value| good & (value.abs() <= MAX_MAGNITUDE)) {
+        return Ok(());
+    }
+    let index = array.iter().position(|value| number(field, *value).is_err()).unwrap_or_default();
+    number(&format!("{field}[{index}]"), array[index])
+}
+
+/// [`arrays`] for single precision.
+pub(crate) fn array_f32(field: &str, array: &F32Array, expected: usize) -> Result<(), Reject> {
+    length(field, array.len(), expected)?;
+    match array.iter().position(|value| number(field, f64::from(*value)).is_err()) {
+        Some(index) => number(&format!("{field}[{index}]"), f64::from(array[index])),
+        None => Ok(()),
+    }
+}
+
+/// A row-major 3x3 covariance of (x, y, heading): nine numbers, no negative variance.
+pub(crate) fn covariance(field: &str, array: &F64Array) -> Result<(), Reject> {
+    arrays(9, &[(field, array)])?;
+    match [0, 4, 8].into_iter().find(|index| array[*index] < 0.0) {
+        Some(index) => Err(Reject::invalid(format!("{field}[{index}]"), "a variance must not be negative")),
+        None => Ok(()),
+    }
+}
+
+/// A text of [`MAX_TEXT`] bytes at most.
+pub(crate) fn text(field: &str, text: &str) -> Result<(), Reject> {
+    if text.len() <= MAX_TEXT {
+        return Ok(());
+    }
+    Err(Reject::invalid(field, format!("{} bytes of text exceed the limit of {MAX_TEXT}", text.len())))
+}
+
+/// [`text`] for a field that may be absent.
+pub(crate) fn optional_text(field: &str, value: Option<&str>) -> Result<(), Reject> {
+    value.map_or(Ok(()), |value| text(field, value))
+}
+
+/// A list of texts.
+pub(crate) fn texts(field: &str, texts: &[String], limit: usize) -> Result<(), Reject> {
+    at_most(field, texts.len(), limit)?;
+    texts.iter().try_for_each(|entry| text(field, entry))
+}
+
+/// A name that can be a chunk of a key.
+pub(crate) fn id(field: &str, value: &str) -> Result<(), Reject> {
+    keys::check_id(value).map_err(|error| Reject::invalid(field, error.to_string()))
+}
+
+/// A list of names.
+pub(crate) fn ids<'a>(
+    field: &str,
+    names: impl ExactSizeIterator<Item = &'a String>,
+    limit: usize,
+) -> Result<(), Reject> {
+    at_most(field, names.len(), limit)?;
+    names.into_iter().try_for_each(|name| id(field, name))
+}
+
+/// A part of the message.
+pub(crate) fn part(field: &str, value: &impl Validate) -> Result<(), Reject> {
+    value.validate().map_err(|reject| reject.within(field))
+}
+
+/// Free-form parameters: a map with text keys, every number finite.
+pub(crate) fn parameters(field: &str, value: &Value) -> Result<(), Reject> {
+    if value.is_map() { free_form(field, value) } else { Err(Reject::invalid(field, "must be a map")) }
+}
+
+/// The decoder has bounded the depth, so the recursion is bounded.
+fn free_form(field: &str, value: &Value) -> Result<(), Reject> {
+    match value {
+        Value::Float(number) if !number.is_finite() => {
+            Err(Reject::invalid(field, format!("{number} is not finite")))
+        }
+        Value::Text(entry) => text(field, entry),
+        Value::Array(entries) => entries.iter().try_for_each(|entry| free_form(field, entry)),
+        Value::Map(entries) => entries.iter().try_for_each(|(key, entry)| match key {
+            Value::Text(key) => {
+                text(field, key)?;
+                free_form(&format!("{field}.{key}"), entry)
+            }
+            _ => Err(Reject::invalid(field, "keys must be text")),
+        }),
+        Value::Tag(_, entry) => free_form(field, entry),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,131 @@
+//! What the arbiter decides and what the driver makes of it.
+
+use crate::array::F64Array;
+use crate::check;
+use crate::limits::{MAX_LIST, MAX_STEPS};
+use crate::message::Validate;
+use crate::reject::Reject;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    /// Follow the chosen candidate, which every required metric has scored.
+    Follow,
+    /// Follow the tail of the previous decision, still valid and free of collision.
+    Hold,
+    /// Brake and stand.
+    Stop,
+}
+
+/// Who scored the candidates of a cycle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Evaluated {
+    /// The replicas.
+    Pool,
+    /// The arbiter itself, because no replica answered in time or the metric is its own.
+    Local,
+    /// Nobody.
+    None,
+}
+
+/// The end of every planning cycle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Decision {
+    /// Arbiter's incarnation: the driver refuses lower ones than it has seen.
+    pub epoch: u64,
+    /// Planning cycle within the epoch.
+    pub seq: u64,
+    /// Tick of the scene.
+    pub tick: u64,
+    /// Stamp of the scene, robot clock, s.
+    pub stamp: f64,
+    /// How long after the stamp it may be followed, s.
+    pub valid_for_s: f64,
+    /// What to do.
+    pub action: Action,
+    /// Why, for a person.
+    pub reason: String,
+    /// Whether the robot is believed to be at the goal.
+    pub arrived: bool,
+    /// Identifier of the candidate followed; absent for `stop`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub candidate: Option<u32>,
+    /// Between states, s.
+    pub dt: f64,
+    /// `[K]` trajectory, map frame, m; state k (from 0) is due `(k + 1) * dt` after the stamp. Empty for `stop`.
+    pub x: F64Array,
+    /// `[K]`, map frame, m.
+    pub y: F64Array,
+    /// `[K]`, map frame, rad.
+    pub heading: F64Array,
+    /// `[K]` forward speed that leads to the state, m/s.
+    pub v: F64Array,
+    /// `[K]` turn rate that leads to the state, rad/s.
+    pub omega: F64Array,
+    /// Trace of the belief's position covariance, m^2.
+    pub uncertainty: f64,
+    /// Whether it counts as uncertain.
+    pub uncertain: bool,
+    /// By metric: who scored it.
+    pub evaluated: BTreeMap<String, Evaluated>,
+    /// What was not as it should be, each with its reason; empty in a healthy cycle.
+    pub degraded: Vec<String>,
+    /// Time spent on the cycle, microseconds.
+    pub elapsed_us: u64,
+}
+
+impl Validate for Decision {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[("stamp", self.stamp), ("uncertainty", self.uncertainty)])?;
+        check::non_negative(&[("valid_for_s", self.valid_for_s)])?;
+        check::positive(&[("dt", self.dt)])?;
+        check::text("reason", &self.reason)?;
+        let steps = self.x.len();
+        check::at_most("x", steps, MAX_STEPS)?;
+        check::arrays(
+            steps,
+            &[
+                ("x", &self.x),
+                ("y", &self.y),
+                ("heading", &self.heading),
+                ("v", &self.v),
+                ("omega", &self.omega),
+            ],
+        )?;
+        if steps == 0 && self.action != Action::Stop {
+            return Err(Reject::invalid("x", "only `stop` may come without a trajectory"));
+        }
+        check::ids("evaluated", self.evaluated.keys(), MAX_LIST)?;
+        check::texts("degraded", &self.degraded, MAX_LIST)
+    }
+}
+
+/// What the base is to do now.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// Of the decision it follows.
+    pub epoch: u64,
+    /// Of the decision it follows.
+    pub seq: u64,
+    /// Tick it answers.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Forward speed, m/s.
+    pub v: f64,
+    /// Turn rate, rad/s.
+    pub omega: f64,
+    /// Why it is not simply the decision's; empty otherwise.
+    pub reason: String,
+}
+
+impl Validate for Twist {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[("stamp", self.stamp), ("v", self.v), ("omega", self.omega)])?;
+        check::text("reason", &self.reason)
+    }
+}

@@ -1,0 +1,88 @@
+//! Asking a generator for candidates.
+
+use crate::candidates::CandidateSet;
+use crate::check;
+use crate::map::MapId;
+use crate::message::Validate;
+use crate::model::{LaserModel, RobotModel};
+use crate::reject::Reject;
+use crate::scene::Scene;
+use crate::tree::Tree;
+use ciborium::Value;
+use serde::{Deserialize, Serialize};
+
+/// Everything a generator needs; it keeps nothing between requests but what it derived from the map.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GenerateRequest {
+    /// Who asks.
+    pub robot: String,
+    /// Arbiter's incarnation.
+    pub epoch: u64,
+    /// Planning cycle within the epoch.
+    pub seq: u64,
+    /// Time left for the answer, ms.
+    pub budget_ms: u32,
+    /// The map, by hash.
+    pub map: MapId,
+    /// Map frame, m.
+    pub goal_x: f64,
+    /// Map frame, m.
+    pub goal_y: f64,
+    /// The moment to plan from.
+    pub scene: Scene,
+    /// The tree of the previous reply; absent on the first cycle and after a change of goal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tree: Option<Tree>,
+    /// Seed of this cycle: the reply is a function of the request alone.
+    pub seed: u64,
+    /// Iterations to spend; 0 asks only to warm up for the map.
+    pub iterations: u32,
+    /// Which generator of the service.
+    pub generator: String,
+    /// Shape and limits of the robot.
+    pub robot_model: RobotModel,
+    /// Laser, for generators that look for landmarks.
+    pub laser: LaserModel,
+    /// The generator's parameters: a map.
+    pub params: Value,
+}
+
+impl Validate for GenerateRequest {
+    fn validate(&self) -> Result<(), Reject> {
+        check::id("robot", &self.robot)?;
+        check::id("generator", &self.generator)?;
+        check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
+        check::part("scene", &self.scene)?;
+        if let Some(tree) = &self.tree {
+            check::part("tree", tree)?;
+        }
+        check::part("robot_model", &self.robot_model)?;
+        check::part("laser", &self.laser)?;
+        check::parameters("params", &self.params)
+    }
+}
+
+/// Candidates, and the tree to hand back next time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GenerateReply {
+    /// As in the request.
+    pub epoch: u64,
+    /// As in the request.
+    pub seq: u64,
+    /// Who answers.
+    pub instance: String,
+    /// Collision-free trajectories from the scene's pose; none after a warm-up.
+    pub candidates: CandidateSet,
+    /// The tree as it is now.
+    pub tree: Tree,
+    /// Time spent, microseconds.
+    pub elapsed_us: u64,
+}
+
+impl Validate for GenerateReply {
+    fn validate(&self) -> Result<(), Reject> {
+        check::id("instance", &self.instance)?;
+        check::part("candidates", &self.candidates)?;
+        check::part("tree", &self.tree)
+    }
+}

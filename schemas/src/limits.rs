@@ -1,0 +1,48 @@
+//! Every limit of the contract, with its reason. A reader refuses what exceeds one; a writer must not send it.
+
+/// One kibibyte.
+pub(crate) const KIB: usize = 1024;
+/// One mebibyte.
+pub(crate) const MIB: usize = 1024 * KIB;
+
+/// Candidates in a batch: twice the 2000 of Nav2 MPPI, the largest batch the planner is budgeted for.
+pub const MAX_CANDIDATES: usize = 4096;
+/// States in a candidate: 56 are used at most (5.6 s at 10 Hz); 256 leaves room for long horizons.
+pub const MAX_STEPS: usize = 256;
+/// People in a message: far more than a laser and a camera can track, few enough for a quadratic step.
+pub const MAX_PEOPLE: usize = 1024;
+/// Beams in a scan: the densest common lidars send 2000 to 4000 a turn.
+pub const MAX_BEAMS: usize = 8192;
+/// Nodes in a search tree: some ten times what a cycle's budget grows.
+pub const MAX_TREE_NODES: usize = 16_384;
+/// Numbers that describe the edge from a node's parent to the node.
+pub const MAX_EDGE_WIDTH: usize = 256;
+/// Further arrays of a search tree, one a generator-specific quantity.
+pub const MAX_TREE_EXTRAS: usize = 16;
+/// Cells in a map: 200 m x 200 m at 0.05 m; sixteen megabytes.
+pub const MAX_MAP_CELLS: usize = 16_000_000;
+/// Bytes of UTF-8 in a text: a reason fits in a line or two.
+pub const MAX_TEXT: usize = 1024;
+/// Characters in an identifier (robot, instance, role, metric, world): it becomes one chunk of a key.
+pub const MAX_ID: usize = 64;
+/// Entries in a list of roles, degradations, warmed maps or metrics.
+pub const MAX_LIST: usize = 64;
+/// Terms in a cost: the paper has three.
+pub const MAX_TERMS: usize = 32;
+/// Vertices of a footprint polygon: robots are described with a dozen at most.
+pub const MAX_VERTICES: usize = 64;
+/// Files in an injected scenario: its map, its map's description, and what they name.
+pub const MAX_FILES: usize = 32;
+/// Bytes in the name of an injected file.
+pub const MAX_FILE_NAME: usize = 255;
+/// Rows of a run's trace: 10 hours at 10 Hz.
+pub const MAX_TRACE_ROWS: usize = 360_000;
+/// Columns of a run's trace.
+pub const MAX_TRACE_COLUMNS: usize = 64;
+/// Data items in a message (numbers inside typed arrays do not count). The fullest honest message, a report with a
+/// reason for each of [`MAX_CANDIDATES`], has about 5000; this bounds the memory of free-form parameters.
+pub const MAX_ITEMS: usize = 32_768;
+/// Nesting of arrays, maps and tags. The deepest message nests 6; free-form parameters may add ten.
+pub const MAX_DEPTH: usize = 16;
+/// Largest magnitude of a number with a meaning (metres, seconds, costs): products of a few stay finite.
+pub const MAX_MAGNITUDE: f64 = 1e12;

@@ -1,0 +1,113 @@
+//! Maps, named by the hash of their content.
+
+use crate::array::I8Array;
+use crate::check;
+use crate::limits::MAX_MAP_CELLS;
+use crate::message::Validate;
+use crate::model::Pose;
+use crate::reject::Reject;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// SHA-256 of a map's content ([`OccupancyGrid::hashed_bytes`]); a byte string of 32 on the wire, 64 lower-case hexadecimal digits as text.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub struct MapId(#[serde(with = "serde_bytes")] pub [u8; 32]);
+
+impl fmt::Display for MapId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// A text that names no map.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a map's name is 64 lower-case hexadecimal digits")]
+pub struct MapIdError;
+
+impl FromStr for MapId {
+    type Err = MapIdError;
+
+    fn from_str(text: &str) -> Result<Self, MapIdError> {
+        let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return Err(MapIdError) };
+        let pairs: &[[u8; 2]; 32] = pairs.try_into().map_err(|_| MapIdError)?;
+        let mut id = [0; 32];
+        for (byte, [high, low]) in id.iter_mut().zip(pairs) {
+            *byte = digit(*high)? << 4 | digit(*low)?;
+        }
+        Ok(Self(id))
+    }
+}
+
+fn digit(character: u8) -> Result<u8, MapIdError> {
+    match character {
+        b'0'..=b'9' => Ok(character - b'0'),
+        b'a'..=b'f' => Ok(character - b'a' + 10),
+        _ => Err(MapIdError),
+    }
+}
+
+/// A map of cells: 0 free, 100 occupied, -1 unknown.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OccupancyGrid {
+    /// Cells along x.
+    pub width: u32,
+    /// Cells along y.
+    pub height: u32,
+    /// Side of a cell, m.
+    pub resolution: f64,
+    /// Pose of the outer corner of cell (0, 0) in the map frame.
+    pub origin: Pose,
+    /// `[height, width]`, the row of least y first: -1 unknown, else per cent occupied, 0 to 100.
+    pub cells: I8Array,
+    /// Hash of the rest. A reader that keeps maps by it compares the two first.
+    pub map: MapId,
+}
+
+impl OccupancyGrid {
+    /// The bytes whose SHA-256 is the map's [`MapId`]: width and height (u32), resolution and origin x, y, heading
+    /// (f64), then the cells, all little-endian.
+    pub fn hashed_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(40 + self.cells.len());
+        bytes.extend(self.width.to_le_bytes());
+        bytes.extend(self.height.to_le_bytes());
+        for number in [self.resolution, self.origin.x, self.origin.y, self.origin.heading] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend(self.cells.iter().map(|cell| cell.cast_unsigned()));
+        bytes
+    }
+}
+
+impl Validate for OccupancyGrid {
+    fn validate(&self) -> Result<(), Reject> {
+        check::positive(&[("resolution", self.resolution)])?;
+        check::part("origin", &self.origin)?;
+        check::one_to("width", self.width as usize, MAX_MAP_CELLS)?;
+        check::one_to("height", self.height as usize, MAX_MAP_CELLS)?;
+        // Two factors of 16 million each fit in 64 bits.
+        let cells = u64::from(self.width) * u64::from(self.height);
+        check::at_most("cells", usize::try_from(cells).unwrap_or(usize::MAX), MAX_MAP_CELLS)?;
+        check::length("cells", self.cells.len(), cells as usize)?;
+        match self.cells.iter().position(|cell| !(-1..=100).contains(cell)) {
+            Some(index) => Err(Reject::invalid(format!("cells[{index}]"), "is not within -1..100")),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_id_survives_text() {
+        let id = MapId(std::array::from_fn(|i| (i * 7) as u8));
+        assert_eq!(id.to_string().parse(), Ok(id));
+        for text in
+            ["", "00", &"0".repeat(63), &"0".repeat(65), &"g".repeat(64), &"A".repeat(64), &"é".repeat(32)]
+        {
+            assert_eq!(text.parse::<MapId>(), Err(MapIdError), "{text}");
+        }
+    }
+}

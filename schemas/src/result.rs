@@ -1,0 +1,174 @@
+//! How a run ended, with everything needed to draw and judge it.
+
+use crate::array::{F32Array, F64Array, U8Array, U32Array};
+use crate::check;
+use crate::limits::{MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
+use crate::message::Validate;
+use crate::reject::Reject;
+use serde::{Deserialize, Serialize};
+
+/// How it ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// At the goal, in truth.
+    Reached,
+    /// Time ran out.
+    Timeout,
+    /// The robot believes to be where it is not.
+    Lost,
+}
+
+/// The metrics of the paper and a few more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Root mean square of the localisation error, m.
+    pub rmse_m: f64,
+    /// Fraction of the time in which the localisation error is large, 0..1.
+    pub tcm: f64,
+    /// Times the localisation error became large.
+    pub nm: u32,
+    /// Fraction of the time closer to people than comfortable, 0..1.
+    pub td: f64,
+    /// Mean distance to people while closer than comfortable, m; absent if never.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub md_m: Option<f64>,
+    /// Times the robot came closer than comfortable.
+    pub nt: u32,
+    /// Mean speed, m/s.
+    pub vel_mps: f64,
+    /// Distance driven, m.
+    pub length_m: f64,
+    /// Duration, s.
+    pub time_s: f64,
+    /// Contacts while driving.
+    pub collisions: u32,
+    /// Least distance between the robot's outline and a person's or a wall, m; negative in contact.
+    pub clearance_min_m: f64,
+}
+
+impl Validate for Metrics {
+    fn validate(&self) -> Result<(), Reject> {
+        check::fraction("tcm", self.tcm)?;
+        check::fraction("td", self.td)?;
+        check::optional("md_m", self.md_m)?;
+        check::non_negative(&[
+            ("rmse_m", self.rmse_m),
+            ("vel_mps", self.vel_mps),
+            ("length_m", self.length_m),
+            ("time_s", self.time_s),
+        ])?;
+        check::number("clearance_min_m", self.clearance_min_m)
+    }
+}
+
+/// The planning cycles of a run; wall times.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cycles {
+    /// How many.
+    pub count: u64,
+    /// How many of them were degraded.
+    pub degraded: u64,
+    /// Median, ms.
+    pub p50_ms: f64,
+    /// 99th percentile, ms.
+    pub p99_ms: f64,
+    /// Longest, ms.
+    pub max_ms: f64,
+}
+
+impl Validate for Cycles {
+    fn validate(&self) -> Result<(), Reject> {
+        check::non_negative(&[("p50_ms", self.p50_ms), ("p99_ms", self.p99_ms), ("max_ms", self.max_ms)])
+    }
+}
+
+/// Where the people were, at the rows of the trace that holds this.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PeopleTrace {
+    /// Rows; those of the trace, or 0 if people were not recorded.
+    pub rows: u32,
+    /// `[people]` identifiers.
+    pub id: U32Array,
+    /// `[rows, people, 2]` position, map frame, m; 0 where absent.
+    pub xy: F32Array,
+    /// `[rows, people]` 1 where the person was there, else 0.
+    pub present: U8Array,
+}
+
+impl Validate for PeopleTrace {
+    fn validate(&self) -> Result<(), Reject> {
+        check::at_most("rows", self.rows as usize, MAX_TRACE_ROWS)?;
+        check::at_most("id", self.id.len(), MAX_PEOPLE)?;
+        let cells = self.rows as usize * self.id.len();
+        check::array_f32("xy", &self.xy, 2 * cells)?;
+        check::length("present", self.present.len(), cells)?;
+        match self.present.iter().position(|flag| *flag > 1) {
+            Some(index) => Err(Reject::invalid(format!("present[{index}]"), "is neither 0 nor 1")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What happened, tick by tick.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trace {
+    /// Rows.
+    pub rows: u32,
+    /// Names of the columns.
+    pub columns: Vec<String>,
+    /// `[rows, columns]`.
+    pub values: F64Array,
+    /// The people.
+    pub people: PeopleTrace,
+}
+
+impl Validate for Trace {
+    fn validate(&self) -> Result<(), Reject> {
+        check::at_most("rows", self.rows as usize, MAX_TRACE_ROWS)?;
+        check::ids("columns", self.columns.iter(), MAX_TRACE_COLUMNS)?;
+        check::arrays(self.rows as usize * self.columns.len(), &[("values", &self.values)])?;
+        check::part("people", &self.people)?;
+        if self.people.rows != 0 && self.people.rows != self.rows {
+            return Err(Reject::invalid("people.rows", "differs from the trace's"));
+        }
+        Ok(())
+    }
+}
+
+/// A run that came to an end.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunResult {
+    /// Which scenario.
+    pub scenario: String,
+    /// Which planner profile.
+    pub planner: String,
+    /// Seed.
+    pub seed: u64,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// How well.
+    pub metrics: Metrics,
+    /// At what effort.
+    pub cycles: Cycles,
+    /// Simulated seconds a second of wall time.
+    pub real_time_factor: f64,
+    /// SHA-256 over scene stamps and chosen trajectories, 64 lower-case hexadecimal digits.
+    pub decisions_sha256: String,
+    /// What happened.
+    pub trace: Trace,
+}
+
+impl Validate for RunResult {
+    fn validate(&self) -> Result<(), Reject> {
+        check::text("scenario", &self.scenario)?;
+        check::text("planner", &self.planner)?;
+        check::part("metrics", &self.metrics)?;
+        check::part("cycles", &self.cycles)?;
+        check::non_negative(&[("real_time_factor", self.real_time_factor)])?;
+        if self.decisions_sha256.parse::<crate::map::MapId>().is_err() {
+            return Err(Reject::invalid("decisions_sha256", "must be 64 lower-case hexadecimal digits"));
+        }
+        check::part("trace", &self.trace)
+    }
+}

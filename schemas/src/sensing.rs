@@ -1,0 +1,121 @@
+//! What the robot senses: laser scan, odometry, people.
+
+use crate::array::{F32Array, F64Array, U32Array};
+use crate::check;
+use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
+use crate::message::Validate;
+use crate::model::Pose;
+use crate::reject::Reject;
+use serde::{Deserialize, Serialize};
+
+/// One sweep of the laser.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scan {
+    /// Tick of the streams this belongs to.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Angle of the first beam in the laser frame, rad.
+    pub angle_min: f64,
+    /// From one beam to the next, rad; negative for a laser that turns clockwise.
+    pub angle_increment: f64,
+    /// Range, m.
+    pub range_max: f64,
+    /// Pose of the laser in the robot frame.
+    pub laser: Pose,
+    /// Range of each beam, m; `range_max` means that it hit nothing.
+    pub ranges: F32Array,
+}
+
+impl Validate for Scan {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[
+            ("stamp", self.stamp),
+            ("angle_min", self.angle_min),
+            ("angle_increment", self.angle_increment),
+        ])?;
+        check::positive(&[("range_max", self.range_max)])?;
+        check::part("laser", &self.laser)?;
+        check::one_to("ranges", self.ranges.len(), MAX_BEAMS)?;
+        check::array_f32("ranges", &self.ranges, self.ranges.len())?;
+        match self.ranges.iter().position(|range| *range < 0.0) {
+            Some(index) => Err(Reject::invalid(format!("ranges[{index}]"), "is negative")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Dead reckoning since the robot was switched on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Odometry {
+    /// Tick of the streams this belongs to.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Odometry frame, m.
+    pub x: f64,
+    /// Odometry frame, m.
+    pub y: f64,
+    /// Odometry frame, rad.
+    pub heading: f64,
+    /// Forward speed, m/s.
+    pub v: f64,
+    /// Turn rate, rad/s.
+    pub omega: f64,
+}
+
+impl Validate for Odometry {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[
+            ("stamp", self.stamp),
+            ("x", self.x),
+            ("y", self.y),
+            ("heading", self.heading),
+            ("v", self.v),
+            ("omega", self.omega),
+        ])
+    }
+}
+
+/// Frame in which people are reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Frame {
+    /// The map.
+    Map,
+    /// The robot: x ahead, y to the left. Velocities are over ground, along the robot's axes.
+    Robot,
+}
+
+/// The people a tracker sees; arrays have one entry a person.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct People {
+    /// Tick of the streams this belongs to.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Frame of the positions and velocities.
+    pub frame: Frame,
+    /// Radius of a person, m.
+    pub radius: f64,
+    /// Tracker's identifiers, steady over time.
+    pub id: U32Array,
+    /// Metres.
+    pub x: F64Array,
+    /// Metres.
+    pub y: F64Array,
+    /// Metres per second.
+    pub vx: F64Array,
+    /// Metres per second.
+    pub vy: F64Array,
+}
+
+impl Validate for People {
+    fn validate(&self) -> Result<(), Reject> {
+        check::numbers(&[("stamp", self.stamp)])?;
+        check::non_negative(&[("radius", self.radius)])?;
+        let count = self.id.len();
+        check::at_most("id", count, MAX_PEOPLE)?;
+        check::arrays(count, &[("x", &self.x), ("y", &self.y), ("vx", &self.vx), ("vy", &self.vy)])
+    }
+}

@@ -1,0 +1,134 @@
+//! Talking to a simulated world: inject a scenario, watch the run.
+
+use crate::check;
+use crate::limits::{MAX_FILE_NAME, MAX_FILES};
+use crate::message::Validate;
+use crate::mission::Clock;
+use crate::reject::Reject;
+use crate::result::RunResult;
+use ciborium::Value;
+use serde::{Deserialize, Serialize};
+use serde_bytes::ByteBuf;
+use std::collections::BTreeMap;
+
+/// Run this scenario; the reply is a [`RunStatus`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InjectRequest {
+    /// The scenario: a map, as in a scenario file.
+    pub scenario: Value,
+    /// Files the scenario names, by the path it names them with.
+    pub files: BTreeMap<String, ByteBuf>,
+    /// Planner profile; absent for the scenario's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<String>,
+    /// Seed; absent for the scenario's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// How time passes.
+    pub clock: Clock,
+    /// Simulated seconds a second of wall time, with a real-time clock.
+    pub time_scale: f64,
+}
+
+impl Validate for InjectRequest {
+    fn validate(&self) -> Result<(), Reject> {
+        check::parameters("scenario", &self.scenario)?;
+        check::at_most("files", self.files.len(), MAX_FILES)?;
+        self.files.keys().try_for_each(|name| check_file_name(name))?;
+        check::optional_text("profile", self.profile.as_deref())?;
+        check::positive(&[("time_scale", self.time_scale)])
+    }
+}
+
+/// A relative path of plain parts: it can neither leave the directory it is put in nor mean a device or a drive.
+fn check_file_name(name: &str) -> Result<(), Reject> {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-' | '/' | ' ');
+    let plain = |part: &str| !part.is_empty() && !part.starts_with(['.', ' ']) && !part.ends_with(['.', ' ']);
+    if name.len() <= MAX_FILE_NAME && name.chars().all(allowed) && name.split('/').all(plain) {
+        return Ok(());
+    }
+    let shown: String = name.chars().take(64).collect();
+    Err(Reject::invalid("files", format!("`{shown}` is not a relative path of plain file names")))
+}
+
+/// Where a world's run stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunState {
+    /// No scenario.
+    Idle,
+    /// Waiting for the services to be ready.
+    Preparing,
+    /// Under way.
+    Running,
+    /// Over, with a result.
+    Finished,
+    /// Over, with an error.
+    Failed,
+}
+
+/// How a world's run goes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunStatus {
+    /// Counts the runs of this world.
+    pub run: u64,
+    /// World.
+    pub world: String,
+    /// Where it stands.
+    pub state: RunState,
+    /// Ticks simulated.
+    pub tick: u64,
+    /// Simulated time, s.
+    pub time_s: f64,
+    /// True distance to the goal, m.
+    pub distance_to_goal: f64,
+    /// What went wrong, for a person.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+    /// How it ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub result: Option<RunResult>,
+}
+
+impl Validate for RunStatus {
+    fn validate(&self) -> Result<(), Reject> {
+        check::id("world", &self.world)?;
+        check::non_negative(&[("time_s", self.time_s), ("distance_to_goal", self.distance_to_goal)])?;
+        check::optional_text("error", self.error.as_deref())?;
+        self.result.as_ref().map_or(Ok(()), |result| check::part("result", result))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_name_stays_where_it_is_put() {
+        for good in ["map.pgm", "maps/env 4.yaml", "a_b-c.2.toml"] {
+            assert!(check_file_name(good).is_ok(), "{good}");
+        }
+        let long = "a".repeat(256);
+        for bad in [
+            "",
+            "/etc/passwd",
+            "../x",
+            "a/../b",
+            "a//b",
+            "a/",
+            ".",
+            "..",
+            ".ssh/id",
+            "a/.",
+            "C:\\x",
+            "c:x",
+            "a\\b",
+            "a\0b",
+            "x.",
+            "~root",
+            &long,
+        ] {
+            assert!(check_file_name(bad).is_err(), "{bad:?}");
+        }
+    }
+}
