@@ -18,6 +18,7 @@ pub mod geometry;
 pub mod motion;
 pub mod numerics;
 pub mod occupancy;
+pub mod profile;
 pub mod random;
 pub mod scene;
 pub mod sensor;
