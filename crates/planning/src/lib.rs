@@ -10,6 +10,7 @@
 
 pub mod arbitration;
 pub mod candidates;
+pub mod collision;
 pub mod evaluation;
 pub mod forecast;
 pub mod generation;
@@ -17,6 +18,7 @@ pub mod geometry;
 pub mod motion;
 pub mod numerics;
 pub mod occupancy;
+pub mod profile;
 pub mod random;
 pub mod scene;
 pub mod sensor;
