@@ -5,7 +5,12 @@
 
 pub mod config;
 pub mod convert;
+pub mod evaluation_service;
+pub mod evaluators;
+pub mod fields;
 pub mod files;
+pub mod generator;
+pub mod latency;
 pub mod lockstep;
 pub mod map_store;
 pub mod membership;
@@ -13,6 +18,7 @@ pub mod query;
 pub mod serve;
 pub mod session;
 pub mod shutdown;
+pub mod status;
 pub mod telemetry;
 pub mod topic;
 pub mod warm;

@@ -8,7 +8,7 @@ use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Scan,
 use crate::topic::Inbox;
 
 /// A stream message that belongs to a tick.
-pub trait Ticked: Message {
+pub trait Ticked: Message + Clone {
     /// The tick it belongs to.
     fn tick(&self) -> u64;
 }
@@ -47,10 +47,13 @@ impl<M: Ticked> Latest<M> {
         self.newest.as_ref()
     }
 
-    /// Forgets what has arrived: a new run starts its ticks at 0 again.
-    pub fn clear(&mut self) {
-        while self.inbox.try_next().is_some() {}
-        self.newest = None;
+    /// Everything that has arrived, in order; the last one is kept as the newest.
+    pub fn drain(&mut self) -> Vec<M> {
+        let arrived: Vec<M> = std::iter::from_fn(|| self.inbox.try_next()).collect();
+        if let Some(last) = arrived.last() {
+            self.newest = Some(last.clone());
+        }
+        arrived
     }
 
     /// The next message in order, kept as the newest; `None` once the session is closed.
@@ -59,14 +62,15 @@ impl<M: Ticked> Latest<M> {
         self.newest.as_ref()
     }
 
-    /// In lockstep: waits until the message of `tick` (or a later one) is here, at most
-    /// [`LOCKSTEP_PATIENCE`]. In real time: the newest, at once.
+    /// In lockstep: waits until the message of `tick` is here, at most [`LOCKSTEP_PATIENCE`]; no later
+    /// tick can be under way, so one that is here belongs to an earlier run. In real time: the newest,
+    /// at once.
     pub async fn of_tick(&mut self, tick: u64, clock: Clock) -> Option<&M> {
         if clock == Clock::Realtime {
             return self.newest();
         }
         let wait = async {
-            while self.newest.as_ref().is_none_or(|m| m.tick() < tick) {
+            while self.newest.as_ref().is_none_or(|m| m.tick() != tick) {
                 self.newest = Some(self.inbox.next().await?);
             }
             Some(())

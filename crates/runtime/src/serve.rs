@@ -5,13 +5,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use curionav_schemas::{Message, Reject, RejectCode};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
+
+use crate::latency::Latency;
 
 /// When a request came in, so that its budget (relative milliseconds) can be kept.
 #[derive(Debug, Clone, Copy)]
@@ -31,10 +33,16 @@ pub struct ServeCounts {
     pub answered: AtomicU64,
     /// Questions refused: malformed, overloaded, stopped.
     pub refused: AtomicU64,
-    /// Microseconds spent computing.
-    pub busy_us: AtomicU64,
     /// Questions waiting or being computed.
     pub in_flight: AtomicU64,
+    latency: Mutex<Latency>,
+}
+
+impl ServeCounts {
+    /// Times from arrival to answer of the recent past.
+    pub fn latency(&self) -> Latency {
+        self.latency.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
 }
 
 /// A running server; dropping it undeclares the key and ends its threads.
@@ -151,7 +159,6 @@ fn work<A: Message>(
             Err(_) => return,
         };
         let Ok((query, came)) = next else { return };
-        let started = Instant::now();
         match handler(&query, Arrival(came)) {
             Ok(answer) => {
                 counts.answered.fetch_add(1, Ordering::Relaxed);
@@ -166,7 +173,7 @@ fn work<A: Message>(
                 reply_error(&query, &reject);
             }
         }
-        counts.busy_us.fetch_add(started.elapsed().as_micros() as u64, Ordering::Relaxed);
+        counts.latency.lock().unwrap_or_else(PoisonError::into_inner).record(came.elapsed());
         counts.in_flight.fetch_sub(1, Ordering::Relaxed);
     }
 }

@@ -9,8 +9,8 @@ use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
 use zenoh::Session;
 
-/// Role under which trajectory generators announce themselves; evaluators use their metric's name.
-pub const GENERATOR: &str = "generator";
+/// Role of trajectory generators; evaluators have their metric's name.
+pub use curionav_runtime::generator::ROLE as GENERATOR;
 
 /// The replicas behind the arbiter. Production asks over Zenoh; tests answer from memory.
 pub trait Peers: Send + Sync + 'static {

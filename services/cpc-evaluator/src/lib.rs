@@ -1,1 +1,19 @@
-//! The cpc-evaluator service.
+//! Curiosity for positive content: what each candidate does to the certainty of the position (eqs. 7 to 15).
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::evaluation_service;
+use curionav_runtime::shutdown::Shutdown;
+use zenoh::Session;
+
+/// The metric it serves, part of its keys.
+pub const METRIC: &str = "cpc";
+
+/// Serves until `shutdown`; `on_ready` is called once requests are answered.
+pub async fn run(
+    config: &ServiceConfig,
+    session: &Session,
+    shutdown: Shutdown,
+    on_ready: impl FnOnce(),
+) -> anyhow::Result<()> {
+    evaluation_service::run(METRIC, config, session, shutdown, on_ready).await
+}

@@ -24,9 +24,9 @@ impl Desk {
                 (m.goal_x, m.goal_y, m.goal_heading) = (x, y, heading);
                 prepare(m);
             }),
-            MissionRequest::Pause {} => self.transition(MissionState::Running, MissionState::Paused),
-            MissionRequest::Resume {} => self.transition(MissionState::Paused, MissionState::Running),
-            MissionRequest::Cancel {} => self.update(|m| m.state = MissionState::Cancelled),
+            MissionRequest::Pause => self.transition(MissionState::Running, MissionState::Paused),
+            MissionRequest::Resume => self.transition(MissionState::Paused, MissionState::Running),
+            MissionRequest::Cancel => self.update(|m| m.state = MissionState::Cancelled),
             MissionRequest::Finish { revision, reason } => {
                 let mission = self.current()?;
                 if mission.revision != revision {
@@ -135,16 +135,16 @@ mod tests {
     #[test]
     fn pausing_is_undone_by_resuming_and_by_nothing_else() {
         let mut desk = desk();
-        assert!(desk.handle(MissionRequest::Pause {}).is_err());
+        assert!(desk.handle(MissionRequest::Pause).is_err());
         desk.handle(ready("arbiter", 1)).unwrap();
         desk.handle(ready("localizer", 1)).unwrap();
-        assert_eq!(desk.handle(MissionRequest::Pause {}).unwrap().state, MissionState::Paused);
+        assert_eq!(desk.handle(MissionRequest::Pause).unwrap().state, MissionState::Paused);
         assert_eq!(desk.handle(ready("arbiter", 1)).unwrap().state, MissionState::Paused);
-        assert_eq!(desk.handle(MissionRequest::Resume {}).unwrap().state, MissionState::Running);
+        assert_eq!(desk.handle(MissionRequest::Resume).unwrap().state, MissionState::Running);
     }
 
     #[test]
     fn without_a_mission_there_is_nothing_to_pause() {
-        assert!(Desk::default().handle(MissionRequest::Pause {}).is_err());
+        assert!(Desk::default().handle(MissionRequest::Pause).is_err());
     }
 }

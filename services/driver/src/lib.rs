@@ -1,1 +1,10 @@
-//! The driver service.
+//! The driver: owns the mission, tracks decisions, and stops on anything missing, old or too close.
+//!
+//! The same driver moves a simulated and a real base: both take `cmd` and give `odom` and `scan`.
+
+pub mod control;
+pub mod desk;
+pub mod proximity;
+mod service;
+
+pub use service::run;

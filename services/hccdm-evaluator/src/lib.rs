@@ -1,1 +1,20 @@
-//! The hccdm-evaluator service.
+//! Curiosity for negative content: what each candidate costs people, by the human comfort and crowd density
+//! map (eqs. 16 to 18).
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::evaluation_service;
+use curionav_runtime::shutdown::Shutdown;
+use zenoh::Session;
+
+/// The metric it serves, part of its keys.
+pub const METRIC: &str = "cnc";
+
+/// Serves until `shutdown`; `on_ready` is called once requests are answered.
+pub async fn run(
+    config: &ServiceConfig,
+    session: &Session,
+    shutdown: Shutdown,
+    on_ready: impl FnOnce(),
+) -> anyhow::Result<()> {
+    evaluation_service::run(METRIC, config, session, shutdown, on_ready).await
+}

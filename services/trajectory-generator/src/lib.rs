@@ -1,1 +1,47 @@
-//! The trajectory-generator service.
+//! The trajectory generator: grows a robot's tree and offers its branches as candidates (Alg. 1).
+//!
+//! Stateless: the tree comes with the request and goes with the reply, so any replica can take over.
+
+use std::sync::Arc;
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::fields::Fields;
+use curionav_runtime::generator::{self, generate};
+use curionav_runtime::membership::announce;
+use curionav_runtime::serve::{Arrival, serve};
+use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::status::serve_status;
+use curionav_schemas::{GenerateReply, GenerateRequest, Reject, keys};
+use zenoh::Session;
+
+/// Serves until `shutdown`; `on_ready` is called once requests are answered.
+pub async fn run(
+    config: &ServiceConfig,
+    session: &Session,
+    mut shutdown: Shutdown,
+    on_ready: impl FnOnce(),
+) -> anyhow::Result<()> {
+    let fields = Arc::new(Fields::new(session));
+    let instance = config.instance.clone();
+    let handler = move |request: GenerateRequest, arrival: Arrival| answer(&instance, &fields, &request, arrival);
+    let key = keys::generate(&config.instance)?;
+    let server = serve(session, &key, config.slots, config.queue, handler)?;
+    let _status = serve_status(session, generator::ROLE, &config.instance, server.counts())?;
+    let token = announce(session, generator::ROLE, &config.instance)?;
+    on_ready();
+    tracing::info!(instance = %config.instance, "trajectory generator ready");
+    shutdown.requested().await;
+    drop(token);
+    Ok(())
+}
+
+fn answer(
+    instance: &str,
+    fields: &Fields,
+    request: &GenerateRequest,
+    arrival: Arrival,
+) -> Result<GenerateReply, Reject> {
+    let map = fields.map(request.map)?;
+    let geodesic = generator::geodesic(fields, request)?;
+    generate(instance, request, &map, &geodesic, &|| arrival.is_over(request.budget_ms))
+}

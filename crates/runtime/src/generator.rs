@@ -1,0 +1,81 @@
+//! The trajectory generators in their two homes, as `evaluators` does for evaluators.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use curionav_planning::forecast::ForecastParams;
+use curionav_planning::generation::{GenerationInput, GenerationParams, Generator, RrtStarGenerator};
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::occupancy::{GeodesicField, StaticMap};
+use curionav_schemas::{GenerateReply, GenerateRequest, Reject, RejectCode};
+use serde::{Deserialize, Serialize};
+
+use crate::convert;
+use crate::fields::Fields;
+
+/// Role under which generators announce themselves.
+pub const ROLE: &str = "generator";
+
+/// Names of the generators there are, for messages.
+pub const KNOWN: &str = "rrt-star";
+
+/// Whether a generator of that name exists.
+pub fn is_known(name: &str) -> bool {
+    name == "rrt-star"
+}
+
+/// Parameters of one generation, all from the profile, so that any replica computes the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GeneratorParams {
+    /// The tree, its candidates and their margins.
+    pub generation: GenerationParams,
+    /// How people move on.
+    pub forecast: ForecastParams,
+    /// Where the last decision leads from here, (x, y, heading) a state; empty if nowhere.
+    pub previous: Vec<[f64; 3]>,
+}
+
+/// Distance to go for the request's goal and robot.
+pub fn geodesic(fields: &Fields, request: &GenerateRequest) -> Result<Arc<GeodesicField>, Reject> {
+    let radius = convert::robot_model(&request.robot_model).radius();
+    fields.geodesic(request.map, Point2::new(request.goal_x, request.goal_y), radius)
+}
+
+/// Computes the answer of `instance`.
+pub fn generate(
+    instance: &str,
+    request: &GenerateRequest,
+    map: &StaticMap,
+    geodesic: &GeodesicField,
+    should_stop: &dyn Fn() -> bool,
+) -> Result<GenerateReply, Reject> {
+    let started = Instant::now();
+    if !is_known(&request.generator) {
+        let reason = format!("`{}` is not a trajectory generator; known: {KNOWN}", request.generator);
+        return Err(Reject::new(RejectCode::Unknown, reason));
+    }
+    let mut params: GeneratorParams = convert::from_value("params", &request.params)?;
+    params.generation.tree.iterations = request.iterations;
+    let robot = convert::robot_model(&request.robot_model);
+    let scene = convert::scene(&request.scene)?;
+    let previous: Vec<Pose2> = params.previous.iter().map(|[x, y, heading]| Pose2::new(*x, *y, *heading)).collect();
+    let input = GenerationInput {
+        map,
+        geodesic,
+        robot: &robot,
+        scene: &scene,
+        forecast: params.forecast,
+        previous: (!previous.is_empty()).then_some(&previous),
+    };
+    let generator = RrtStarGenerator { params: params.generation };
+    let generated = generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, should_stop);
+    Ok(GenerateReply {
+        epoch: request.epoch,
+        seq: request.seq,
+        instance: instance.to_owned(),
+        candidates: convert::candidates_to_wire(&generated.candidates),
+        tree: convert::tree_to_wire(generated.tree),
+        elapsed_us: started.elapsed().as_micros() as u64,
+    })
+}

@@ -1,0 +1,51 @@
+//! Percentiles of recent durations.
+
+use std::time::Duration;
+
+/// The last [`Latency::KEPT`] durations.
+#[derive(Debug, Clone, Default)]
+pub struct Latency {
+    recent_us: Vec<u64>,
+    next: usize,
+}
+
+impl Latency {
+    /// Durations remembered: a few minutes of a planning cycle.
+    pub const KEPT: usize = 4096;
+
+    /// Adds one.
+    pub fn record(&mut self, duration: Duration) {
+        let us = duration.as_micros() as u64;
+        if self.recent_us.len() < Self::KEPT {
+            self.recent_us.push(us);
+        } else {
+            self.recent_us[self.next] = us;
+        }
+        self.next = (self.next + 1) % Self::KEPT;
+    }
+
+    /// The duration that a share `p` (0 to 1) of them does not exceed, milliseconds; 0 without any.
+    pub fn percentile_ms(&self, p: f64) -> f64 {
+        let mut sorted = self.recent_us.clone();
+        sorted.sort_unstable();
+        let rank = (p * sorted.len() as f64).ceil() as usize;
+        sorted.get(rank.saturating_sub(1)).map_or(0.0, |us| *us as f64 / 1e3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_by_nearest_rank() {
+        let mut latency = Latency::default();
+        assert_eq!(latency.percentile_ms(0.99), 0.0);
+        for ms in 1..=100 {
+            latency.record(Duration::from_millis(ms));
+        }
+        assert_eq!(latency.percentile_ms(0.50), 50.0);
+        assert_eq!(latency.percentile_ms(0.99), 99.0);
+        assert_eq!(latency.percentile_ms(1.0), 100.0);
+    }
+}

@@ -1,0 +1,157 @@
+//! From decision and belief to a command.
+
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::motion::RobotModel;
+use curionav_planning::tracking::{Reference, TrackingParams, track};
+use curionav_schemas::{Action, Belief, Decision, Odometry, Scan};
+
+use crate::proximity::guard;
+
+/// Beliefs older than this stop the robot, seconds of the robot's clock.
+pub const BELIEF_AGE_MAX: f64 = 0.5;
+/// Scans older than this stop the robot, seconds of the robot's clock.
+pub const SCAN_AGE_MAX: f64 = 0.5;
+
+/// A decision further ahead of the robot's clock than this was not made in this run, seconds.
+const FUTURE_MAX: f64 = 0.2;
+
+/// What the driver knows at one tick.
+pub struct Inputs<'a> {
+    /// Measured motion now.
+    pub odometry: &'a Odometry,
+    /// Newest belief, and odometry of its tick.
+    pub belief: Option<(&'a Belief, &'a Odometry)>,
+    /// Newest scan.
+    pub scan: Option<&'a Scan>,
+    /// Newest decision, and the belief it was made from.
+    pub decision: Option<(&'a Decision, &'a Belief)>,
+    /// What the base can do.
+    pub robot: &'a RobotModel,
+    /// Seconds until the next command.
+    pub period: f64,
+}
+
+/// A command and why.
+pub struct Command {
+    /// What to drive.
+    pub twist: Twist,
+    /// In a few words.
+    pub reason: &'static str,
+}
+
+/// The command of one tick. Whatever is missing or old stops the robot.
+pub fn command(inputs: &Inputs<'_>) -> Command {
+    let now = inputs.odometry.stamp;
+    let measured = Twist { v: inputs.odometry.v, omega: inputs.odometry.omega };
+    let stop = |reason| Command { twist: inputs.robot.limit(measured, Twist::default(), inputs.period), reason };
+    let Some((decision, made_from)) = inputs.decision else { return stop("no decision yet") };
+    if decision.action == Action::Stop {
+        return stop(if decision.arrived { "arrived" } else { "told to stop" });
+    }
+    let age = now - decision.stamp;
+    if age > decision.valid_for_s {
+        return stop("the decision has expired");
+    }
+    if age < -FUTURE_MAX {
+        return stop("the decision is from another run");
+    }
+    let Some((belief, at_belief)) = inputs.belief else { return stop("no belief yet") };
+    if now - belief.stamp > BELIEF_AGE_MAX {
+        return stop("the belief is too old");
+    }
+    let Some(scan) = inputs.scan else { return stop("no scan yet") };
+    if now - scan.stamp > SCAN_AGE_MAX {
+        return stop("the scan is too old");
+    }
+    let pose = now_pose(belief, at_belief, inputs.odometry);
+    let reference = Reference {
+        start: Pose2::new(made_from.x, made_from.y, made_from.heading),
+        start_twist: Twist { v: made_from.v, omega: made_from.omega },
+        dt: decision.dt,
+        x: &decision.x,
+        y: &decision.y,
+        heading: &decision.heading,
+        v: &decision.v,
+        omega: &decision.omega,
+    };
+    let wanted = track(&reference, age, pose, measured, inputs.robot, inputs.period, &TrackingParams::default());
+    let guarded = guard(wanted, scan, inputs.robot, inputs.period);
+    if guarded == wanted {
+        Command { twist: wanted, reason: "tracking" }
+    } else {
+        Command { twist: inputs.robot.limit(measured, guarded, inputs.period), reason: "something is too close" }
+    }
+}
+
+/// The believed pose moved on by what odometry has measured since.
+fn now_pose(belief: &Belief, then: &Odometry, now: &Odometry) -> Pose2 {
+    let moved = Pose2::new(then.x, then.y, then.heading).relative(Pose2::new(now.x, now.y, now.heading));
+    Pose2::new(belief.x, belief.y, belief.heading).compose(moved)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    fn inputs<'a>(
+        odometry: &'a Odometry,
+        belief: &'a Belief,
+        scan: &'a Scan,
+        decision: &'a Decision,
+        robot: &'a RobotModel,
+    ) -> Inputs<'a> {
+        Inputs {
+            odometry,
+            belief: Some((belief, odometry)),
+            scan: Some(scan),
+            decision: Some((decision, belief)),
+            robot,
+            period: 0.1,
+        }
+    }
+
+    fn moving() -> (Odometry, Belief, Scan, Decision) {
+        let (mut odometry, mut belief) = (golden::odometry(), golden::belief());
+        let (mut scan, mut decision) = (golden::scan(), golden::decision());
+        (odometry.stamp, belief.stamp, scan.stamp, decision.stamp) = (10.0, 10.0, 10.0, 10.0);
+        (odometry.v, odometry.omega) = (0.5, 0.0);
+        scan.ranges.0.fill(scan.range_max as f32);
+        decision.action = Action::Follow;
+        decision.valid_for_s = 1.2;
+        let steps = 13;
+        decision.dt = 0.3;
+        decision.x = (0..steps).map(|k| belief.x + 0.15 * f64::from(k + 1)).collect();
+        decision.y = vec![belief.y; 13].into();
+        decision.heading = vec![belief.heading; 13].into();
+        decision.v = vec![0.5; 13].into();
+        decision.omega = vec![0.0; 13].into();
+        (odometry, belief, scan, decision)
+    }
+
+    #[test]
+    fn every_kind_of_age_stops_it() {
+        let robot = RobotModel::default();
+        let (odometry, belief, scan, decision) = moving();
+        let reason = |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| command(&inputs(o, b, s, d, &robot)).reason;
+        assert_eq!(reason(&odometry, &belief, &scan, &decision), "tracking");
+        let mut old = decision.clone();
+        old.stamp = 8.7;
+        assert_eq!(reason(&odometry, &belief, &scan, &old), "the decision has expired");
+        let mut old = belief.clone();
+        old.stamp = 9.4;
+        assert_eq!(reason(&odometry, &old, &scan, &decision), "the belief is too old");
+        let mut old = scan.clone();
+        old.stamp = 9.4;
+        assert_eq!(reason(&odometry, &belief, &old, &decision), "the scan is too old");
+    }
+
+    #[test]
+    fn stopping_brakes_within_the_limits() {
+        let robot = RobotModel::default();
+        let (odometry, belief, scan, mut decision) = moving();
+        decision.action = Action::Stop;
+        // 0.5 m/s less 0.5 m/s2 * 0.1 s
+        assert!((command(&inputs(&odometry, &belief, &scan, &decision, &robot)).twist.v - 0.45).abs() < 1e-12);
+    }
+}

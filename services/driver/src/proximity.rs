@@ -1,0 +1,104 @@
+//! The last line of defence: the raw scan against where the command leads.
+
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::motion::{RobotModel, step};
+use curionav_schemas::Scan;
+
+/// Room kept between the robot's circumscribed disc and anything the scan shows, metres.
+const MARGIN: f64 = 0.05;
+/// Step at which the way to a stop is looked along, seconds.
+const STEP: f64 = 0.1;
+/// Longest way to a stop looked along: 2 m/s at 0.5 m/s2 takes 4 s.
+const STEPS_MAX: usize = 60;
+
+/// The command, or braking if driving it for `period` seconds and then braking fully would bring the
+/// robot closer than the margin to a point of the scan it is not already moving away from.
+pub fn guard(command: Twist, scan: &Scan, robot: &RobotModel, period: f64) -> Twist {
+    if command.v <= 0.0 {
+        return command;
+    }
+    let points = points(scan, robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max));
+    let reach = robot.radius() + MARGIN;
+    let mut pose = Pose2::default();
+    let mut twist = command;
+    let mut time = 0.0;
+    let hits = |pose: Pose2| {
+        points.iter().any(|p| {
+            let now = pose.position().distance(*p);
+            // What is already inside the margin may be left, not approached.
+            now < reach && now < p.distance(Point2::default()) - 1e-3
+        })
+    };
+    for _ in 0..STEPS_MAX {
+        pose = step(pose, twist, STEP);
+        if hits(pose) {
+            return Twist { v: 0.0, omega: command.omega };
+        }
+        time += STEP;
+        if time >= period {
+            twist.v -= robot.a_max * STEP;
+            if twist.v <= 0.0 {
+                break;
+            }
+        }
+    }
+    command
+}
+
+/// End points of the beams that met something within `reach` metres, in the robot frame.
+fn points(scan: &Scan, reach: f64) -> Vec<Point2> {
+    let laser = Pose2::new(scan.laser.x, scan.laser.y, scan.laser.heading);
+    let ranges = scan.ranges.iter().enumerate();
+    let hits = ranges.filter(|(_, r)| f64::from(**r) < scan.range_max - 1e-3 && f64::from(**r) < reach);
+    hits.map(|(i, r)| {
+        let bearing = scan.angle_min + scan.angle_increment * i as f64;
+        let (s, c) = curionav_planning::numerics::sin_cos(bearing);
+        laser.transform(Point2::new(f64::from(*r) * c, f64::from(*r) * s))
+    })
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::{F32Array, Pose};
+
+    fn wall_ahead(distance: f64) -> Scan {
+        let n = 181;
+        let increment = std::f64::consts::PI / f64::from(n - 1);
+        let ranges: F32Array = (0..n)
+            .map(|i| {
+                let bearing = -std::f64::consts::FRAC_PI_2 + increment * f64::from(i);
+                (distance / bearing.cos().max(1e-3)).min(10.0) as f32
+            })
+            .collect();
+        Scan {
+            tick: 0,
+            stamp: 0.0,
+            angle_min: -std::f64::consts::FRAC_PI_2,
+            angle_increment: increment,
+            range_max: 10.0,
+            laser: Pose { x: 0.0, y: 0.0, heading: 0.0 },
+            ranges,
+        }
+    }
+
+    #[test]
+    fn it_brakes_while_it_still_can() {
+        let robot = RobotModel::default();
+        let drive = Twist { v: 1.0, omega: 0.0 };
+        // From 1 m/s: 0.1 m in a period and 1 m of braking, radius 0.3, margin 0.05: 1.45 m.
+        assert_eq!(guard(drive, &wall_ahead(1.7), &robot, 0.1), drive);
+        assert_eq!(guard(drive, &wall_ahead(1.2), &robot, 0.1).v, 0.0);
+    }
+
+    #[test]
+    fn what_is_beside_or_behind_does_not_stop_it() {
+        let robot = RobotModel::default();
+        let mut scan = wall_ahead(9.0);
+        scan.ranges.0[0] = 0.33;
+        scan.ranges.0[180] = 0.33;
+        let creep = Twist { v: 0.3, omega: 0.0 };
+        assert_eq!(guard(creep, &scan, &robot, 0.1), creep);
+    }
+}

@@ -1,0 +1,221 @@
+//! The driver on its robot.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use curionav_planning::geometry::Twist;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
+use curionav_runtime::lockstep::Latest;
+use curionav_runtime::membership::announce;
+use curionav_runtime::serve::{Server, serve_queries, serve_state};
+use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{
+    self as wire, Belief, Clock, Decision, Message, Mission, MissionRequest, MissionState, Odometry, Reject, RejectCode,
+    Scan, keys,
+};
+use tokio::sync::watch;
+use zenoh::Session;
+
+use crate::control::{Inputs, command};
+use crate::desk::Desk;
+
+/// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
+const REMEMBERED_TICKS: usize = 64;
+
+struct Driver {
+    missions: watch::Receiver<Option<Mission>>,
+    odometry: Latest<Odometry>,
+    beliefs: Latest<Belief>,
+    scans: Latest<Scan>,
+    decisions: Latest<Decision>,
+    commands: Topic<wire::Twist>,
+    /// The newest decision obeyed, for an arbiter that restarts.
+    obeyed: watch::Sender<Option<Decision>>,
+    odometry_of: BTreeMap<u64, Odometry>,
+    belief_of: BTreeMap<u64, Belief>,
+    revision: u64,
+}
+
+/// Drives one robot until `shutdown`. `on_ready` is called once missions are taken.
+pub async fn run(
+    config: &ServiceConfig,
+    session: &Session,
+    mut shutdown: Shutdown,
+    on_ready: impl FnOnce(),
+) -> anyhow::Result<()> {
+    let key = |stream| keys::robot(&config.robot, stream);
+    let (mission_sender, missions) = watch::channel(None);
+    let _desk = serve_desk(session, &key("mission")?, mission_sender)?;
+    let (obeyed, last) = watch::channel(None::<Decision>);
+    let _last = serve_state(session, &key("decision")?, move || {
+        last.borrow().clone().ok_or_else(|| Reject::new(RejectCode::Unknown, "no decision has been taken yet"))
+    })?;
+    let mut driver = Driver {
+        missions,
+        odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
+        beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
+        scans: Latest::new(Inbox::new(session, &key("scan")?)?),
+        decisions: Latest::new(Inbox::new(session, &key("decision")?)?),
+        commands: Topic::new(session, &key("cmd")?, Flow::Control)?,
+        obeyed,
+        odometry_of: BTreeMap::new(),
+        belief_of: BTreeMap::new(),
+        revision: 0,
+    };
+    let _token = announce(session, "driver", &config.instance)?;
+    on_ready();
+    tracing::info!(robot = %config.robot, "driver ready");
+    loop {
+        let silence = driver.silence();
+        tokio::select! {
+            biased;
+            () = shutdown.requested() => break,
+            odometry = driver.odometry.next() => match odometry.cloned() {
+                Some(odometry) => {
+                    tokio::select! {
+                        () = driver.tick(odometry) => {}
+                        () = shutdown.requested() => break,
+                    }
+                }
+                None => break,
+            },
+            () = tokio::time::sleep(silence) => driver.stop_in_silence(),
+        }
+    }
+    driver.stop_in_silence();
+    Ok(())
+}
+
+/// Serves the mission key: questions without a payload read, others change.
+fn serve_desk(
+    session: &Session,
+    key: &str,
+    changed: watch::Sender<Option<Mission>>,
+) -> anyhow::Result<Server> {
+    let published = Topic::<Mission>::new(session, key, Flow::State)?;
+    let desk = Arc::new(Mutex::new(Desk::default()));
+    let server = serve_queries(session, key, 1, 64, move |query, _| {
+        let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(payload) = query.payload() else {
+            let none = || Reject::new(RejectCode::Unknown, "the robot has no mission yet");
+            return desk.mission().cloned().ok_or_else(none);
+        };
+        let encoding = query.encoding().map(ToString::to_string);
+        let request = MissionRequest::decode(&payload.to_bytes(), encoding.as_deref()).map_err(|e| Reject::from(&e))?;
+        let mission = desk.handle(request)?;
+        changed.send_replace(Some(mission.clone()));
+        published.publish(&mission, mission.clock);
+        Ok(mission)
+    })?;
+    Ok(server)
+}
+
+impl Driver {
+    fn mission(&self) -> Option<Mission> {
+        self.missions.borrow().clone()
+    }
+
+    /// After how long without odometry the base is told to stop: five ticks in real time; in lockstep time
+    /// stands still.
+    fn silence(&self) -> Duration {
+        match self.mission() {
+            Some(m) if m.clock == Clock::Realtime => Duration::from_secs_f64(5.0 * m.tick_s / m.time_scale),
+            _ => Duration::from_secs(3600),
+        }
+    }
+
+    fn stop_in_silence(&mut self) {
+        let Some(mission) = self.mission() else { return };
+        let Some((_, odometry)) = self.odometry_of.last_key_value() else { return };
+        let odometry = odometry.clone();
+        self.publish(&mission, &odometry, Twist::default(), "no odometry");
+    }
+
+    async fn tick(&mut self, mut odometry: Odometry) {
+        let Some(mission) = self.mission() else { return };
+        if mission.revision != self.revision {
+            self.begin(&mission);
+        }
+        remember(&mut self.odometry_of, odometry.tick, odometry.clone());
+        if mission.clock == Clock::Realtime {
+            for newer in self.odometry.drain() {
+                odometry = newer.clone();
+                remember(&mut self.odometry_of, newer.tick, newer);
+            }
+            for belief in self.beliefs.drain() {
+                remember(&mut self.belief_of, belief.tick, belief);
+            }
+        }
+        let tick = odometry.tick;
+        if let Some(belief) = self.beliefs.of_tick(tick, mission.clock).await {
+            remember(&mut self.belief_of, belief.tick, belief.clone());
+        }
+        let plan_tick = tick - tick % u64::from(mission.plan_every.max(1));
+        // In lockstep every planning tick has its decision; in between, the last one stands.
+        let decision = self.decisions.of_tick(plan_tick, mission.clock).await.cloned();
+        self.obey(decision);
+        let scan = self.scans.of_tick(tick, mission.clock).await.cloned();
+        if mission.state != MissionState::Running {
+            let twist = convert::robot_model(&mission.robot_model).limit(measured(&odometry), Twist::default(), mission.tick_s);
+            self.publish(&mission, &odometry, twist, "the mission is not running");
+            return;
+        }
+        let robot = convert::robot_model(&mission.robot_model);
+        let obeyed = self.obeyed.borrow().clone();
+        let belief = self.belief_of.last_key_value().map(|(_, b)| b);
+        let command = command(&Inputs {
+            odometry: &odometry,
+            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
+            scan: scan.as_ref(),
+            decision: obeyed.as_ref().and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
+            robot: &robot,
+            period: mission.tick_s,
+        });
+        self.publish(&mission, &odometry, command.twist, command.reason);
+    }
+
+    /// A new revision: what was known belongs to another run or another goal.
+    fn begin(&mut self, mission: &Mission) {
+        self.revision = mission.revision;
+        self.odometry_of.clear();
+        self.belief_of.clear();
+    }
+
+    /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
+    fn obey(&mut self, decision: Option<Decision>) {
+        let Some(decision) = decision else { return };
+        let order = |d: &Decision| (d.epoch, d.seq);
+        let newest = self.obeyed.borrow().as_ref().map(order);
+        if newest.is_none_or(|newest| order(&decision) > newest) {
+            self.obeyed.send_replace(Some(decision));
+        }
+    }
+
+    fn publish(&self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {
+        let (epoch, seq) = self.obeyed.borrow().as_ref().map_or((0, 0), |d| (d.epoch, d.seq));
+        let command = wire::Twist {
+            epoch,
+            seq,
+            tick: odometry.tick,
+            stamp: odometry.stamp,
+            v: twist.v,
+            omega: twist.omega,
+            reason: reason.to_owned(),
+        };
+        self.commands.publish(&command, mission.clock);
+    }
+}
+
+fn measured(odometry: &Odometry) -> Twist {
+    Twist { v: odometry.v, omega: odometry.omega }
+}
+
+fn remember<T>(of: &mut BTreeMap<u64, T>, tick: u64, value: T) {
+    of.insert(tick, value);
+    while of.len() > REMEMBERED_TICKS {
+        of.pop_first();
+    }
+}
