@@ -1,1 +1,193 @@
-//! One example of every message.
+//! One fixed example of every message, so that all readers and writers can be held to the same bytes.
+//!
+//! `golden/` holds [`all`] encoded; `cargo run --release -p curionav-schemas --example golden` writes it anew. The
+//! bytes may only change together with the contract.
+
+mod planning;
+mod world;
+
+pub use planning::{
+    candidate_set, cycle_report, decision, evaluate_request, generate_reply, generate_request, scores, stop,
+    tree, twist,
+};
+pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
+
+use crate::{
+    Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Message, Mission, MissionRequest,
+    MissionState, Odometry, OdometryNoise, People, Pose, Reject, RobotModel, Scan, Scene, Value,
+};
+
+/// An encoded example.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Golden {
+    /// File name in `golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
+    pub file: &'static str,
+    /// [`Message::NAME`], which is also the CDDL rule.
+    pub message: &'static str,
+    /// The encoded message.
+    pub bytes: Vec<u8>,
+}
+
+fn golden<M: Message>(file: &'static str, message: &M) -> Golden {
+    Golden { file, message: M::NAME, bytes: message.encode() }
+}
+
+/// Every example.
+pub fn all() -> Vec<Golden> {
+    vec![
+        golden("scan", &scan()),
+        golden("odometry", &odometry()),
+        golden("people", &people()),
+        golden("belief", &belief()),
+        golden("scene", &scene()),
+        golden("mission", &mission()),
+        golden("mission_request", &MissionRequest::Set { mission: Box::new(mission()) }),
+        golden("mission_request.ready", &ready()),
+        golden("mission_request.goal", &MissionRequest::Goal { x: -1.5, y: 2.25, heading: None }),
+        golden("mission_request.pause", &MissionRequest::Pause),
+        golden("mission_request.resume", &MissionRequest::Resume),
+        golden("mission_request.cancel", &MissionRequest::Cancel),
+        golden(
+            "mission_request.finish",
+            &MissionRequest::Finish { revision: 3, reason: "at the goal".into() },
+        ),
+        golden("decision", &decision()),
+        golden("decision.stop", &stop()),
+        golden("twist", &twist()),
+        golden("candidate_set", &candidate_set()),
+        golden("tree", &tree()),
+        golden("generate_request", &generate_request()),
+        golden("generate_reply", &generate_reply()),
+        golden("evaluate_request", &evaluate_request()),
+        golden("scores", &scores()),
+        golden("cycle_report", &cycle_report()),
+        golden("occupancy_grid", &occupancy_grid()),
+        golden("inject_request", &inject_request()),
+        golden("run_status", &run_status()),
+        golden("run_result", &run_result()),
+        golden("service_status", &service_status()),
+        golden("reject", &Reject::invalid("scene.people.x", "holds 3 elements, its shape says 2")),
+    ]
+}
+
+const MAP: MapId = MapId(
+    *b"\x1c\xb8\x56\x12\x80\xd7\xa2\xb9\x63\xee\x89\x2a\x88\x08\xf6\x82\
+                           \xd4\xb8\xc8\x71\xfc\x5e\x3e\x16\x12\x4d\x47\xb7\x7d\x02\xa9\x71",
+);
+
+fn parameters(entries: &[(&str, Value)]) -> Value {
+    Value::Map(entries.iter().map(|(key, value)| (Value::from(*key), value.clone())).collect())
+}
+
+/// Half a turn seen by five beams.
+pub fn scan() -> Scan {
+    Scan {
+        tick: 42,
+        stamp: 4.2,
+        angle_min: -1.5,
+        angle_increment: 0.75,
+        range_max: 5.0,
+        laser: Pose { x: 0.1, y: 0.0, heading: 0.0 },
+        ranges: vec![5.0, 2.5, 1.1, 2.5, 5.0].into(),
+    }
+}
+
+/// A robot on its way.
+pub fn odometry() -> Odometry {
+    Odometry { tick: 42, stamp: 4.2, x: 1.25, y: -0.5, heading: 0.3, v: 0.8, omega: -0.1 }
+}
+
+/// Two people in the map frame.
+pub fn people() -> People {
+    People {
+        tick: 42,
+        stamp: 4.2,
+        frame: Frame::Map,
+        radius: 0.3,
+        id: vec![7, 11].into(),
+        x: vec![3.0, 4.1].into(),
+        y: vec![1.0, -0.7].into(),
+        vx: vec![-0.5, 0.0].into(),
+        vy: vec![0.1, 0.0].into(),
+    }
+}
+
+/// A converged belief.
+pub fn belief() -> Belief {
+    Belief {
+        tick: 42,
+        stamp: 4.2,
+        x: 1.3,
+        y: -0.45,
+        heading: 0.31,
+        covariance: vec![0.04, 0.001, 0.0, 0.001, 0.05, 0.0, 0.0, 0.0, 0.01].into(),
+        v: 0.8,
+        omega: -0.1,
+        health: Health { outside_weight: 0.02, scan_fit: 0.9, particles: 512, converged: true },
+    }
+}
+
+/// The belief and the people of one moment.
+pub fn scene() -> Scene {
+    Scene { tick: 42, stamp: 4.2, belief: belief(), people: people(), uncertain: true }
+}
+
+fn laser() -> LaserModel {
+    LaserModel {
+        robot_from_laser: Pose { x: 0.1, y: 0.0, heading: 0.0 },
+        fov: std::f64::consts::PI,
+        beams: 181,
+        range_max: 5.0,
+        range_sigma: 0.03,
+    }
+}
+
+fn robot_model(footprint: Footprint) -> RobotModel {
+    RobotModel { footprint, v_max: 1.0, a_max: 0.5, omega_max: 1.5, alpha_max: 3.0 }
+}
+
+fn odometry_noise() -> OdometryNoise {
+    OdometryNoise {
+        position_per_metre: 0.01,
+        position_per_radian: 0.001,
+        heading_per_metre: 0.002,
+        heading_per_radian: 0.02,
+    }
+}
+
+/// A mission about to run.
+pub fn mission() -> Mission {
+    let polygon =
+        Footprint::Polygon { x: vec![0.3, -0.3, -0.3, 0.3].into(), y: vec![0.2, 0.2, -0.2, -0.2].into() };
+    Mission {
+        revision: 3,
+        robot: "r1".into(),
+        map: MAP,
+        initial_pose: Pose { x: 0.5, y: -0.5, heading: 0.25 },
+        initial_covariance: vec![0.25, 0.0, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 0.0625].into(),
+        goal_x: 8.0,
+        goal_y: 6.5,
+        goal_heading: Some(1.57),
+        goal_tolerance: 0.3,
+        profile: parameters(&[
+            ("name", "paper".into()),
+            ("terms", Value::Array(vec![parameters(&[("metric", "cpc".into()), ("weight", 1.0.into())])])),
+        ]),
+        localizer: parameters(&[("particles_max", 5000.into())]),
+        laser: laser(),
+        robot_model: robot_model(polygon),
+        odometry_noise: odometry_noise(),
+        seed: 17,
+        clock: Clock::Lockstep,
+        time_scale: 1.0,
+        tick_s: 0.1,
+        plan_every: 3,
+        require: vec!["arbiter".into(), "localizer".into()],
+        ready: vec!["localizer".into()],
+        state: MissionState::Preparing,
+    }
+}
+
+fn ready() -> MissionRequest {
+    MissionRequest::Ready { role: "localizer".into(), instance: "localizer-0".into(), revision: 3 }
+}

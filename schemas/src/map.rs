@@ -65,12 +65,12 @@ pub struct OccupancyGrid {
 }
 
 impl OccupancyGrid {
-    /// The bytes whose SHA-256 is the map's [`MapId`]: width and height (u32), resolution and origin x, y, heading
+    /// The bytes whose SHA-256 is the map's [`MapId`]: width and height (u64), resolution and origin x, y, heading
     /// (f64), then the cells, all little-endian.
     pub fn hashed_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(40 + self.cells.len());
-        bytes.extend(self.width.to_le_bytes());
-        bytes.extend(self.height.to_le_bytes());
+        let mut bytes = Vec::with_capacity(48 + self.cells.len());
+        bytes.extend(u64::from(self.width).to_le_bytes());
+        bytes.extend(u64::from(self.height).to_le_bytes());
         for number in [self.resolution, self.origin.x, self.origin.y, self.origin.heading] {
             bytes.extend(number.to_le_bytes());
         }

@@ -85,7 +85,7 @@ pub enum DecodeError {
 
 /// A message of the contract: what crosses the wire on its own.
 pub trait Message: Validate + Serialize + DeserializeOwned {
-    /// Name in the encoding string and of the CDDL rule (there with `-` for `_`).
+    /// Name in the encoding string and of the CDDL rule.
     const NAME: &'static str;
     /// Schema part of the encoding: `curionav.{NAME}.v1`.
     const SCHEMA: &'static str;

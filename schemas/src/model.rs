@@ -136,7 +136,7 @@ pub struct LaserModel {
     pub robot_from_laser: Pose,
     /// Field of view, rad, centred on the laser's heading; up to a full turn.
     pub fov: f64,
-    /// Beams in a scan.
+    /// Beams in a scan, 2 or more, equally spaced, counter-clockwise; over a full turn the last is beside the first.
     pub beams: u32,
     /// Range, m.
     pub range_max: f64,
@@ -149,7 +149,10 @@ impl Validate for LaserModel {
         check::part("robot_from_laser", &self.robot_from_laser)?;
         check::positive(&[("fov", self.fov), ("range_max", self.range_max)])?;
         check::non_negative(&[("range_sigma", self.range_sigma)])?;
-        check::one_to("beams", self.beams as usize, MAX_BEAMS)?;
+        check::at_most("beams", self.beams as usize, MAX_BEAMS)?;
+        if self.beams < 2 {
+            return Err(Reject::invalid("beams", "a laser has two beams at least"));
+        }
         // A little over a turn, so that a full turn survives rounding to single precision.
         if self.fov > 6.2832 { Err(Reject::invalid("fov", "exceeds a full turn")) } else { Ok(()) }
     }

@@ -1,1 +1,64 @@
-fn main() {}
+//! `curionav`: run scenarios, start and supervise deployments, talk to robots.
+
+mod arguments;
+mod embedded;
+mod exit;
+mod mission;
+mod output;
+mod package;
+mod picture;
+mod run;
+mod scenario;
+mod service;
+mod status;
+mod supervise;
+
+use clap::Parser;
+
+use crate::arguments::{Arguments, Command};
+use crate::exit::Exit;
+
+fn main() -> std::process::ExitCode {
+    let arguments = Arguments::parse();
+    curionav_runtime::telemetry::init(&arguments.log);
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    let outcome = match runtime {
+        Ok(runtime) => {
+            let outcome = runtime.block_on(dispatch(arguments));
+            // Zenoh's own threads must not keep the process: everything of ours has ended by now.
+            runtime.shutdown_timeout(std::time::Duration::from_secs(1));
+            outcome
+        }
+        Err(error) => Err(Exit::network(error.into())),
+    };
+    match outcome {
+        Ok(code) => code.into(),
+        Err(exit) => {
+            // One clear line, whatever the chain of causes.
+            eprintln!("error: {}", exit.line());
+            exit.code.into()
+        }
+    }
+}
+
+async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
+    let log = arguments.log.clone();
+    match arguments.command {
+        Command::Run(options) => run::run(options).await,
+        Command::Up(options) => service::up(options, &log).await,
+        Command::Router(options) => service::router(options).await,
+        Command::Generator(options) => service::one(service::Kind::Generator, options).await,
+        Command::Cpc(options) => service::one(service::Kind::Cpc, options).await,
+        Command::Hccdm(options) => service::one(service::Kind::Hccdm, options).await,
+        Command::Arbiter(options) => service::one(service::Kind::Arbiter, options).await,
+        Command::Localizer(options) => service::one(service::Kind::Localizer, options).await,
+        Command::Driver(options) => service::one(service::Kind::Driver, options).await,
+        Command::Simulator(options) => service::one(service::Kind::Simulator, options).await,
+        Command::Goal(options) => mission::goal(options).await,
+        Command::Pause(options) => mission::pause(options).await,
+        Command::Resume(options) => mission::resume(options).await,
+        Command::Cancel(options) => mission::cancel(options).await,
+        Command::Status(options) => status::status(options).await,
+        Command::Scenario(command) => scenario::scenario(command),
+    }
+}

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
@@ -257,9 +257,4 @@ async fn revive(program: &Path, process: &mut Supervised, status: &str, limit: u
     fresh.restarts = restarts;
     *process = fresh;
     Ok(())
-}
-
-/// Default place of the deployment file, for messages.
-pub(crate) fn example_file() -> PathBuf {
-    PathBuf::from("deploy/local.toml")
 }

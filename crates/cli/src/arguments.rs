@@ -1,0 +1,220 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Cross crowds without getting lost and without bothering people.
+///
+/// Start with `curionav run scenarios/quickstart.toml`. Exit status: 0 reached without collision; 1 ran
+/// but failed (collision, timeout, lost); 2 bad input; 3 lost the network or a required service.
+#[derive(Debug, Parser)]
+#[command(name = "curionav", version, propagate_version = true, max_term_width = 100)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+    /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
+    #[arg(long, global = true, default_value = "warn", value_name = "FILTER")]
+    pub(crate) log: String,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a scenario and show its metrics.
+    Run(RunOptions),
+    /// Start router and services as processes on this machine and supervise them.
+    Up(UpOptions),
+    /// Run a Zenoh router: what services and clients connect to.
+    Router(RouterOptions),
+    /// Run one trajectory generator.
+    Generator(ServiceOptions),
+    /// Run one CPC evaluator (localisation uncertainty along candidates).
+    Cpc(ServiceOptions),
+    /// Run one HCCDM evaluator (human comfort and crowd density along candidates).
+    Hccdm(ServiceOptions),
+    /// Run a robot's arbiter.
+    Arbiter(ServiceOptions),
+    /// Run a robot's localizer.
+    Localizer(ServiceOptions),
+    /// Run a robot's driver, which also owns its mission.
+    Driver(ServiceOptions),
+    /// Run the simulator: world, people, laser and base.
+    Simulator(ServiceOptions),
+    /// Send a robot to another goal.
+    Goal(GoalOptions),
+    /// Stop a robot until `resume`.
+    Pause(RobotOptions),
+    /// Let a paused robot go on.
+    Resume(RobotOptions),
+    /// End a robot's mission.
+    Cancel(RobotOptions),
+    /// Say who is alive, how loaded and how fast.
+    Status(StatusOptions),
+    /// Check or generate scenario files.
+    #[command(subcommand)]
+    Scenario(ScenarioCommand),
+}
+
+/// Where the deployment is.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ConnectOptions {
+    /// Router endpoint, e.g. tcp/10.0.0.1:7447.
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7447")]
+    pub(crate) connect: String,
+    /// Key prefix of the deployment.
+    #[arg(long, value_name = "NS")]
+    pub(crate) namespace: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RunOptions {
+    /// Scenario file.
+    #[arg(value_name = "SCENARIO.toml")]
+    pub(crate) scenario: PathBuf,
+    /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
+    #[arg(long, value_name = "PROFILE")]
+    pub(crate) planner: Option<String>,
+    /// Seed of everything random: start error, odometry, laser, localiser, generator.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// max (lockstep: as fast as the machine allows, bit for bit repeatable), realtime, or simulated
+    /// seconds per second.
+    #[arg(long, value_name = "max|realtime|X", default_value = "max", value_parser = parse_speed)]
+    pub(crate) speed: Speed,
+    /// Write metrics.json, trajectory.csv, cycles.csv and run.svg into this directory.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print exactly one JSON object on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Drive the services of a running deployment instead of embedding them.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: Option<String>,
+    /// Key prefix of the deployment.
+    #[arg(long, value_name = "NS", requires = "connect")]
+    pub(crate) namespace: Option<String>,
+    /// World of the deployment's simulator.
+    #[arg(long, value_name = "NAME", default_value = "world")]
+    pub(crate) world: String,
+    /// Robot of the deployment.
+    #[arg(long, value_name = "NAME", default_value = "robot")]
+    pub(crate) robot: String,
+}
+
+/// How fast simulated time passes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Speed {
+    /// Lockstep.
+    Max,
+    /// Simulated seconds per second of the wall clock.
+    Factor(f64),
+}
+
+fn parse_speed(text: &str) -> Result<Speed, String> {
+    match text {
+        "max" => Ok(Speed::Max),
+        "realtime" => Ok(Speed::Factor(1.0)),
+        _ => match text.parse::<f64>() {
+            Ok(factor) if factor > 0.0 && factor <= 100.0 => Ok(Speed::Factor(factor)),
+            _ => Err("must be max, realtime, or a factor above 0 and up to 100".into()),
+        },
+    }
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct UpOptions {
+    /// Deployment file; see deploy/local.toml.
+    #[arg(value_name = "DEPLOYMENT.toml")]
+    pub(crate) deployment: PathBuf,
+    /// Port of the router on 127.0.0.1, 0 for a free one. Default: the deployment's.
+    #[arg(long, value_name = "P")]
+    pub(crate) port: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RouterOptions {
+    /// Endpoint to listen on; port 0 takes a free one.
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/0.0.0.0:7447")]
+    pub(crate) listen: String,
+    /// Zenoh configuration file (json5) instead of --listen; see deploy/router.json5.
+    #[arg(long, value_name = "F")]
+    pub(crate) config: Option<PathBuf>,
+    /// End when standard input closes (set by `curionav up`).
+    #[arg(long, hide = true)]
+    pub(crate) supervised: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ServiceOptions {
+    /// Configuration file; see deploy/service.toml. What is given here overrides it.
+    #[arg(long, value_name = "F")]
+    pub(crate) config: Option<PathBuf>,
+    /// Router endpoint; may be given several times, the first that answers is used.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+    /// Key prefix of the deployment.
+    #[arg(long, value_name = "NS")]
+    pub(crate) namespace: Option<String>,
+    /// Name of this process within its role: a-z, 0-9, `_`, `-`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) instance: Option<String>,
+    /// Robot it works for.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) robot: Option<String>,
+    /// World it simulates.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) world: Option<String>,
+    /// End when standard input closes (set by `curionav up`).
+    #[arg(long, hide = true)]
+    pub(crate) supervised: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RobotOptions {
+    /// Robot's name.
+    pub(crate) robot: String,
+    #[command(flatten)]
+    pub(crate) at: ConnectOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct GoalOptions {
+    /// Robot's name.
+    pub(crate) robot: String,
+    /// Metres, map frame.
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) x: f64,
+    /// Metres, map frame.
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) y: f64,
+    /// Radians, map frame.
+    #[arg(allow_negative_numbers = true)]
+    pub(crate) yaw: Option<f64>,
+    #[command(flatten)]
+    pub(crate) at: ConnectOptions,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct StatusOptions {
+    #[command(flatten)]
+    pub(crate) at: ConnectOptions,
+    /// Print one JSON object on standard output.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ScenarioCommand {
+    /// Check scenario files and the maps and recordings they name.
+    Check {
+        /// Scenario files.
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        files: Vec<PathBuf>,
+    },
+    /// Write the generated scenarios and their maps, as committed under scenarios/.
+    Generate {
+        /// Directory to write into.
+        #[arg(value_name = "DIR")]
+        out: PathBuf,
+    },
+}

@@ -1,0 +1,190 @@
+//! Examples of what generators, evaluators, the arbiter and the driver exchange.
+
+use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
+use crate::{
+    Action, CandidateSet, Crowd, CycleReport, Decision, EvaluateRequest, Evaluated, F64Array, Footprint,
+    GenerateReply, GenerateRequest, MetricTime, NO_PARENT, Scores, TermReport, Timings, Tree, Twist,
+};
+use std::collections::BTreeMap;
+
+/// Two candidates of three states.
+pub fn candidate_set() -> CandidateSet {
+    CandidateSet {
+        count: 2,
+        steps: 3,
+        dt: 0.3,
+        id: vec![4, 9].into(),
+        x: vec![1.5, 1.7, 1.9, 1.5, 1.75, 2.0].into(),
+        y: vec![-0.4, -0.4, -0.4, -0.4, -0.3, -0.25].into(),
+        heading: vec![0.3, 0.3, 0.3, 0.3, 0.25, 0.2].into(),
+        v: vec![0.7, 0.7, 0.7, 0.8, 0.85, 0.9].into(),
+        omega: vec![0.0, 0.0, 0.0, -0.1, -0.15, -0.15].into(),
+    }
+}
+
+/// A root with two children, edges of two numbers, and a time for each node.
+pub fn tree() -> Tree {
+    Tree {
+        x: vec![1.3, 2.0, 2.2].into(),
+        y: vec![-0.45, -0.3, 0.1].into(),
+        heading: vec![0.31, 0.2, 0.6].into(),
+        cost: vec![0.0, 0.72, 1.05].into(),
+        parent: vec![NO_PARENT, 0, 0].into(),
+        edge_width: 2,
+        edge: vec![0.0, 0.0, 0.72, -0.15, 1.05, 0.28].into(),
+        extra: BTreeMap::from([("time".into(), vec![0.0, 0.9, 1.3].into())]),
+    }
+}
+
+/// A request that hands back a tree.
+pub fn generate_request() -> GenerateRequest {
+    GenerateRequest {
+        robot: "r1".into(),
+        epoch: 2,
+        seq: 14,
+        budget_ms: 120,
+        map: MAP,
+        goal_x: 8.0,
+        goal_y: 6.5,
+        scene: scene(),
+        tree: Some(tree()),
+        seed: 0x0123_4567_89ab_cdef,
+        iterations: 400,
+        generator: "rrt-star".into(),
+        robot_model: robot_model(Footprint::Disc { radius: 0.3 }),
+        laser: laser(),
+        params: parameters(&[("goal_bias", 0.1.into())]),
+    }
+}
+
+/// The answer with two candidates.
+pub fn generate_reply() -> GenerateReply {
+    GenerateReply {
+        epoch: 2,
+        seq: 14,
+        instance: "generator-0".into(),
+        candidates: candidate_set(),
+        tree: tree(),
+        elapsed_us: 5_210,
+    }
+}
+
+/// A shard of two candidates.
+pub fn evaluate_request() -> EvaluateRequest {
+    EvaluateRequest {
+        robot: "r1".into(),
+        epoch: 2,
+        seq: 14,
+        shard: 1,
+        budget_ms: 80,
+        map: MAP,
+        goal_x: 8.0,
+        goal_y: 6.5,
+        laser: laser(),
+        robot_model: robot_model(Footprint::Disc { radius: 0.3 }),
+        odometry_noise: odometry_noise(),
+        scene: scene(),
+        candidates: candidate_set(),
+        params: parameters(&[("stride", 4.into())]),
+    }
+}
+
+/// Costs of two candidates.
+pub fn scores() -> Scores {
+    Scores {
+        epoch: 2,
+        seq: 14,
+        shard: 1,
+        metric: "cpc".into(),
+        instance: "cpc-1".into(),
+        cost: vec![0.42, 0.37].into(),
+        elapsed_us: 830,
+    }
+}
+
+/// A decision to follow candidate 9.
+pub fn decision() -> Decision {
+    Decision {
+        epoch: 2,
+        seq: 14,
+        tick: 42,
+        stamp: 4.2,
+        valid_for_s: 1.2,
+        action: Action::Follow,
+        reason: "least cost".into(),
+        arrived: false,
+        candidate: Some(9),
+        dt: 0.3,
+        x: vec![1.5, 1.75, 2.0].into(),
+        y: vec![-0.4, -0.3, -0.25].into(),
+        heading: vec![0.3, 0.25, 0.2].into(),
+        v: vec![0.8, 0.85, 0.9].into(),
+        omega: vec![-0.1, -0.15, -0.15].into(),
+        uncertainty: 0.09,
+        uncertain: true,
+        evaluated: BTreeMap::from([
+            ("cnc".into(), Evaluated::Pool),
+            ("cpc".into(), Evaluated::Local),
+            ("distance".into(), Evaluated::Local),
+        ]),
+        degraded: vec!["cpc: no replica answered by half the budget".into()],
+        elapsed_us: 12_345,
+    }
+}
+
+/// A decision to stop, without a trajectory.
+pub fn stop() -> Decision {
+    Decision {
+        action: Action::Stop,
+        reason: "no candidate is free of collision".into(),
+        candidate: None,
+        x: F64Array::default(),
+        y: F64Array::default(),
+        heading: F64Array::default(),
+        v: F64Array::default(),
+        omega: F64Array::default(),
+        evaluated: BTreeMap::new(),
+        ..decision()
+    }
+}
+
+/// The command that begins to follow it.
+pub fn twist() -> Twist {
+    Twist { epoch: 2, seq: 14, tick: 42, stamp: 4.2, v: 0.8, omega: -0.1, reason: String::new() }
+}
+
+fn term(metric: &str, raw: F64Array, evaluated: Evaluated) -> TermReport {
+    TermReport { metric: metric.into(), weight: 1.0, scale: 0.5, active: true, raw, evaluated }
+}
+
+/// A cycle with three terms, in which one candidate was rejected.
+pub fn cycle_report() -> CycleReport {
+    CycleReport {
+        robot: "r1".into(),
+        epoch: 2,
+        seq: 14,
+        map: MAP,
+        scene: scene(),
+        candidates: candidate_set(),
+        terms: vec![
+            term("cnc", vec![0.11, 0.07].into(), Evaluated::Pool),
+            term("cpc", vec![0.42, 0.37].into(), Evaluated::Local),
+            TermReport { active: false, ..term("distance", F64Array::default(), Evaluated::None) },
+        ],
+        total: vec![0.0, 0.88].into(),
+        rejected: vec!["collision at 0.6 s".into(), String::new()],
+        chosen: Some(1),
+        decision: decision(),
+        timings: Timings {
+            generate_us: 5_900,
+            evaluate_us: vec![
+                MetricTime { metric: "cnc".into(), us: 1_400 },
+                MetricTime { metric: "cpc".into(), us: 2_100 },
+            ],
+            arbitrate_us: 310,
+            total_us: 12_345,
+        },
+        crowds: vec![Crowd { x: 3.55, y: 0.15, sigma: 1.5, weight: 1.0, members: 2 }],
+        gap: 0,
+    }
+}

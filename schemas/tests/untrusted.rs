@@ -1,0 +1,267 @@
+//! Bytes nobody has checked: refused with a reason, or read; never a panic.
+
+use ciborium::Value;
+use curionav_schemas::{
+    CandidateSet, DecodeError, F32Array, F64Array, I8Array, MESSAGES, Message, MissionRequest, RejectCode,
+    RunStatus, Scan, Twist, U8Array, U32Array, golden, recode,
+};
+use curionav_schemas::{Reject, limits::MAX_DEPTH};
+use proptest::prelude::*;
+use support::{changed, fixed_form, parse, write};
+
+mod support;
+
+fn decode(message: &str, value: &Value) -> Result<Vec<u8>, DecodeError> {
+    recode(message, &write(value), None).unwrap()
+}
+
+#[test]
+fn arrays_begin_with_their_tag() {
+    // 0xd8 is a tag with one byte of number, 0x48 a byte string of eight.
+    assert_eq!(write(&Value::serialized(&F64Array(vec![1.0])).unwrap())[..3], [0xd8, 86, 0x48]);
+    let mut bytes = Vec::new();
+    ciborium::into_writer(&F64Array(vec![-2.0]), &mut bytes).unwrap();
+    assert_eq!(bytes, [0xd8, 86, 0x48, 0, 0, 0, 0, 0, 0, 0, 0xc0]);
+    let tags = [F64Array::TAG, F32Array::TAG, U32Array::TAG, I8Array::TAG, U8Array::TAG];
+    assert_eq!(tags, [86, 85, 70, 72, 64]);
+}
+
+#[test]
+fn an_array_with_another_tag_or_part_of_an_element_is_refused() {
+    for golden in golden::all() {
+        let wrong = changed(&parse(&golden.bytes), &|value| match value {
+            Value::Tag(tag, content) => {
+                let cut = |bytes: &Vec<u8>| Value::Bytes(bytes[..bytes.len().saturating_sub(1)].to_vec());
+                let Value::Bytes(bytes) = &**content else { panic!("a tag over {content:?}") };
+                let mut wrong = vec![
+                    Value::Tag(tag - 1, content.clone()),
+                    Value::Tag(82, content.clone()),
+                    (**content).clone(),
+                    Value::Tag(*tag, Box::new(Value::Array(vec![1.0.into()]))),
+                    Value::Array(bytes.iter().map(|byte| (*byte).into()).collect()),
+                ];
+                if !bytes.is_empty() {
+                    wrong.push(Value::Tag(*tag, Box::new(cut(bytes))));
+                }
+                wrong
+            }
+            _ => Vec::new(),
+        });
+        for wrong in wrong {
+            assert!(decode(golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
+        }
+    }
+}
+
+#[test]
+fn an_array_longer_or_shorter_than_its_shape_is_refused() {
+    for golden in golden::all().iter().filter(|golden| !["scan", "scores"].contains(&golden.message)) {
+        let wrong = changed(&parse(&golden.bytes), &|value| match value {
+            Value::Tag(tag, content) => {
+                let mut bytes = content.as_bytes().unwrap().clone();
+                // Five more doubles: no width of a tree's extra array, no count of candidates.
+                bytes.extend([0; 40]);
+                vec![Value::Tag(*tag, Box::new(Value::Bytes(bytes)))]
+            }
+            _ => Vec::new(),
+        });
+        for wrong in wrong {
+            let error = decode(golden.message, &wrong).expect_err(golden.file);
+            assert!(matches!(error, DecodeError::Invalid { .. }), "{}: {error}", golden.file);
+        }
+    }
+}
+
+#[test]
+fn no_number_may_be_infinite_or_absent_from_the_number_line() {
+    for golden in golden::all() {
+        let wrong = changed(&parse(&golden.bytes), &|value| {
+            let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+            match value {
+                Value::Float(_) => bad.map(Value::Float).to_vec(),
+                Value::Tag(tag @ (85 | 86), content) => {
+                    let bytes = content.as_bytes().unwrap();
+                    let width = if *tag == 86 { 8 } else { 4 };
+                    let at = |index: usize, number: f64| {
+                        let mut bytes = bytes.clone();
+                        let number = match width {
+                            8 => number.to_le_bytes().to_vec(),
+                            _ => (number as f32).to_le_bytes().to_vec(),
+                        };
+                        bytes[index * width..][..width].copy_from_slice(&number);
+                        Value::Tag(*tag, Box::new(Value::Bytes(bytes)))
+                    };
+                    (0..bytes.len() / width).flat_map(|index| bad.map(|number| at(index, number))).collect()
+                }
+                _ => Vec::new(),
+            }
+        });
+        for wrong in wrong {
+            let error = decode(golden.message, &wrong).expect_err(golden.file);
+            assert!(matches!(error, DecodeError::Invalid { .. }), "{}: {error}", golden.file);
+        }
+    }
+}
+
+#[test]
+fn unknown_keys_are_ignored_anywhere() {
+    let future = Value::Map(vec![
+        ("array".into(), Value::Tag(86, Box::new(Value::Bytes(vec![0; 16])))),
+        ("list".into(), Value::Array(vec![1.into(), Value::Null, 0.5.into(), true.into(), "x".into()])),
+    ]);
+    for golden in golden::all() {
+        let message = fixed_form(parse(&golden.bytes));
+        let plain = decode(golden.message, &message).unwrap();
+        let extended = changed(&message, &|value| match value {
+            // Maps whose keys are data have no unknown keys; `extra` and `evaluated` are the ones left here.
+            Value::Map(entries) if entries.iter().all(|(_, entry)| is_data(entry)) => Vec::new(),
+            Value::Map(entries) => {
+                let mut entries = entries.clone();
+                entries.insert(entries.len() / 2, ("future".into(), future.clone()));
+                vec![Value::Map(entries)]
+            }
+            _ => Vec::new(),
+        });
+        for extended in extended {
+            assert_eq!(decode(golden.message, &extended).as_deref(), Ok(&plain[..]), "{}", golden.file);
+        }
+    }
+}
+
+fn is_data(entry: &Value) -> bool {
+    entry.is_tag() || entry.as_text().is_some_and(|text| ["pool", "local", "none"].contains(&text))
+}
+
+#[test]
+fn a_message_cut_short_or_followed_by_more_is_refused() {
+    for golden in golden::all() {
+        for end in 0..golden.bytes.len() {
+            let error = recode(golden.message, &golden.bytes[..end], None).unwrap().expect_err(golden.file);
+            assert!(matches!(error, DecodeError::Malformed { .. }), "{}: {error}", golden.file);
+        }
+        let longer = [&golden.bytes[..], &[0xf6]].concat();
+        assert!(recode(golden.message, &longer, None).unwrap().is_err(), "{}", golden.file);
+    }
+}
+
+#[test]
+fn an_oversize_message_is_refused_before_it_is_parsed() {
+    for message in MESSAGES {
+        let zeros = vec![0; message.max_bytes + 1];
+        let error = recode(message.name, &zeros, Some("not even our encoding")).unwrap().unwrap_err();
+        assert!(matches!(error, DecodeError::Oversize { .. }), "{error}");
+        assert_eq!(Reject::from(&error).code, RejectCode::Oversize);
+    }
+}
+
+#[test]
+fn declared_lengths_beyond_the_message_are_refused() {
+    // Byte string, text, array and map of 2^62 and of 2^32 - 1 elements, alone and as the value of a field.
+    for major in [0x40, 0x60, 0x80, 0xa0_u8] {
+        for head in
+            [[&[major | 27][..], &[0x40, 0, 0, 0, 0, 0, 0, 0]].concat(), vec![major | 26, 255, 255, 255, 255]]
+        {
+            let field = [&[0xa1, 0x64][..], b"tick", &head].concat();
+            for bytes in [&head, &field] {
+                let error = Twist::decode(bytes, None).unwrap_err();
+                assert!(matches!(error, DecodeError::Malformed { .. }), "{bytes:x?}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn deep_nesting_and_indefinite_lengths_are_refused() {
+    for initial in [0x81, 0xc1, 0xd8] {
+        let bytes = vec![initial; 100];
+        assert!(matches!(Twist::decode(&bytes, None), Err(DecodeError::Malformed { .. })));
+    }
+    let nested = |depth| (0..depth).fold(Value::Null, |inner, _| Value::Array(vec![inner]));
+    let within = |depth| {
+        let Value::Map(mut entries) = parse(&golden::twist().encode()) else { panic!() };
+        entries.push(("future".into(), nested(depth)));
+        Twist::decode(&write(&Value::Map(entries)), None)
+    };
+    // The message itself is one level.
+    assert!(within(MAX_DEPTH - 1).is_ok());
+    assert!(within(MAX_DEPTH).is_err());
+    assert!(Twist::decode(&[0xbf, 0xff], None).unwrap_err().to_string().contains("indefinite"));
+}
+
+#[test]
+fn a_key_given_twice_is_refused() {
+    let Value::Map(mut entries) = parse(&golden::twist().encode()) else { panic!() };
+    entries.push(entries[0].clone());
+    assert!(Twist::decode(&write(&Value::Map(entries)), None).unwrap_err().to_string().contains("duplicate"));
+}
+
+#[test]
+fn a_map_cannot_stand_for_a_plain_value() {
+    for golden in golden::all() {
+        let wrong = changed(&fixed_form(parse(&golden.bytes)), &|value| match value {
+            Value::Text(text) => vec![Value::Map(vec![(text.as_str().into(), Value::Null)])],
+            _ => Vec::new(),
+        });
+        for wrong in wrong {
+            assert!(decode(golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
+        }
+    }
+}
+
+#[test]
+fn the_encoding_string_must_name_the_message_and_version() {
+    let bytes = golden::scan().encode();
+    assert!(Scan::decode(&bytes, Some("application/cbor;curionav.scan.v1")).is_ok());
+    let error = |encoding| Scan::decode(&bytes, Some(encoding)).unwrap_err();
+    assert!(matches!(error("application/cbor;curionav.scan.v2"), DecodeError::Version { .. }));
+    assert!(matches!(error("application/cbor;curionav.twist.v1"), DecodeError::Name { .. }));
+    for other in ["", "application/cbor", "zenoh/bytes", "application/json;curionav.scan.v1"] {
+        assert!(matches!(error(other), DecodeError::Encoding { .. }), "{other}");
+    }
+    let reject = Reject::from(&error("application/cbor;curionav.scan.v2"));
+    assert_eq!(reject.code, RejectCode::Version);
+    assert!(reject.reason.contains("speaks version `v1`"), "{reject}");
+}
+
+#[test]
+fn a_refusal_names_the_field_at_fault() {
+    let mut status = golden::run_status();
+    status.result.as_mut().unwrap().trace.people.present.0[1] = 7;
+    let error = RunStatus::decode(&status.encode(), None).unwrap_err();
+    assert_eq!(Reject::from(&error).field.as_deref(), Some("result.trace.people.present[1]"));
+    let missing = MissionRequest::decode(&write(&Value::Map(vec![("kind".into(), "goal".into())])), None);
+    assert!(missing.unwrap_err().to_string().contains("`goal` needs `x`"));
+}
+
+#[test]
+fn a_code_of_a_later_version_reads_as_unknown() {
+    let later = Value::Map(vec![("reason".into(), "r".into()), ("code".into(), "from-the-future".into())]);
+    assert_eq!(Reject::decode(&write(&later), None).unwrap().code, RejectCode::Unknown);
+}
+
+proptest! {
+    #[test]
+    fn random_bytes_never_panic(bytes in prop::collection::vec(any::<u8>(), 0..512)) {
+        for message in MESSAGES {
+            let _ = recode(message.name, &bytes, None);
+        }
+    }
+
+    #[test]
+    fn random_candidate_sets_survive_a_round_trip(
+        (steps, x, dt) in (1..20_u32, 0..40_u32).prop_flat_map(|(steps, count)| {
+            let x = prop::collection::vec(-1e12..1e12, (steps * count) as usize);
+            (Just(steps), x, f64::MIN_POSITIVE..1e3)
+        }),
+    ) {
+        let array = |offset: f64| x.iter().map(|x| x * 0.5 + offset).collect::<F64Array>();
+        let count = x.len() as u32 / steps;
+        let set = CandidateSet {
+            count, steps, dt,
+            id: (0..count).rev().collect(),
+            y: array(0.1), heading: array(0.0), v: array(-1.0), omega: array(3.0),
+            x: x.into(),
+        };
+        prop_assert_eq!(CandidateSet::decode(&set.encode(), Some(CandidateSet::ENCODING)), Ok(set));
+    }
+}
