@@ -11,6 +11,7 @@
 pub mod arbitration;
 pub mod candidates;
 pub mod evaluation;
+pub mod footprint;
 pub mod forecast;
 pub mod generation;
 pub mod geometry;
