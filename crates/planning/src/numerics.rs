@@ -33,8 +33,9 @@ pub fn exp_minus_8_to_0(x: f64) -> f64 {
         2.424553896616902e-13,
         3.073578814104865e-16,
     ];
-    let mut p = ((((C[5] * x + C[4]) * x + C[3]) * x + C[2]) * x + C[1]) * x + C[0];
-    p = p * x + 1.0;
+    let x2 = x * x;
+    let (low, middle, high) = (1.0 + C[0] * x, C[1] + C[2] * x, C[3] + C[4] * x + C[5] * x2);
+    let mut p = low + x2 * middle + (x2 * x2) * high;
     for _ in 0..7 {
         p *= p;
     }
