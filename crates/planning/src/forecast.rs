@@ -21,6 +21,14 @@ impl Default for ForecastParams {
     }
 }
 
+impl ForecastParams {
+    /// Variance of a person's position after `t` seconds on each axis, m2.
+    pub fn variance(&self, t: f64) -> f64 {
+        let spread = self.sigma_velocity * t;
+        self.sigma_position * self.sigma_position + spread * spread
+    }
+}
+
 /// Constant-velocity forecast of everybody in the scene.
 #[derive(Debug, Clone)]
 pub struct PedestrianForecast<'a> {
@@ -46,7 +54,6 @@ impl<'a> PedestrianForecast<'a> {
 
     /// Variance of that position on each axis, m2.
     pub fn variance(&self, t: f64) -> f64 {
-        let spread = self.params.sigma_velocity * t;
-        self.params.sigma_position * self.params.sigma_position + spread * spread
+        self.params.variance(t)
     }
 }

@@ -12,6 +12,7 @@ pub mod arbitration;
 pub mod candidates;
 pub mod collision;
 pub mod evaluation;
+pub mod footprint;
 pub mod forecast;
 pub mod generation;
 pub mod geometry;

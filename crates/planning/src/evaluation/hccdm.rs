@@ -1,0 +1,257 @@
+//! Curiosity for negative content: the human comfort and crowd density map (section IV-C, eqs. 16-18).
+//!
+//! Every individual and every crowd is one Gaussian component; the cost of a candidate is the density of
+//! all components summed over its states. Where we differ from the printed equations: a component moves
+//! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
+//! and a component ends at [`CUT_SIGMAS`].
+
+use serde::{Deserialize, Serialize};
+
+use crate::candidates::CandidateSet;
+use crate::evaluation::crowd_cluster::crowd_clusters;
+use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
+use crate::evaluation::hccdm_lanes::{Lanes, State};
+use crate::evaluation::{Evaluator, Stopped};
+use crate::forecast::ForecastParams;
+use crate::geometry::Point2;
+use crate::scene::{People, Scene};
+
+/// A component is exactly zero farther from its mean than this many standard deviations: there it has
+/// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time.
+pub const CUT_SIGMAS: f64 = 4.0;
+
+/// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Covariance {
+    /// As printed: the number is the variance, Sigma_g = sigma_g I.
+    #[default]
+    Literal,
+    /// By its dimension: the number is the standard deviation, Sigma_g = sigma_g^2 I.
+    Squared,
+}
+
+/// The weight p_g of a component of eps_g people (eq. 18, A14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Weighting {
+    /// p_g = eps_g: the map is smoothed people per square metre, whoever else is around (D1).
+    #[default]
+    People,
+    /// p_g = eps_g / sum of eps: the map is a probability density over the plane.
+    Share,
+}
+
+/// Where a component is at the time of a candidate's state (A19).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ComponentMotion {
+    /// It moves with the mean velocity of its people and widens by the forecast's variance (D2).
+    #[default]
+    Moving,
+    /// It stays where its people are now, as in the paper.
+    Frozen,
+}
+
+/// Parameters of the map.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct HccdmParams {
+    /// D_pd of eq. 17, metres, positive: the comfortable distance of the paper's reference 17 (A16).
+    pub personal_distance: f64,
+    /// Two people nearer than this stand together, metres, not negative: the far edge of Hall's close
+    /// social phase (A17). 3.6 m joins nearly everybody in dense scenes, 1.2 m hardly anybody.
+    pub social_distance: f64,
+    /// What sigma_g means.
+    pub covariance: Covariance,
+    /// What p_g is.
+    pub weighting: Weighting,
+    /// Whether components move.
+    pub motion: ComponentMotion,
+    /// How moving components widen.
+    pub forecast: ForecastParams,
+}
+
+impl Default for HccdmParams {
+    fn default() -> Self {
+        Self {
+            personal_distance: 1.5,
+            social_distance: 2.1,
+            covariance: Covariance::Literal,
+            weighting: Weighting::People,
+            motion: ComponentMotion::Moving,
+            forecast: ForecastParams::default(),
+        }
+    }
+}
+
+/// A parameter outside its range.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{field} must be a finite number, {range}; found {found}")]
+pub struct HccdmParamsError {
+    field: &'static str,
+    range: &'static str,
+    found: f64,
+}
+
+impl HccdmParams {
+    /// Checks every number once.
+    pub fn check(&self) -> Result<(), HccdmParamsError> {
+        let not_negative = [
+            ("social_distance", self.social_distance),
+            ("forecast.sigma_position", self.forecast.sigma_position),
+            ("forecast.sigma_velocity", self.forecast.sigma_velocity),
+        ];
+        let range = "greater than 0";
+        let found = self.personal_distance;
+        if !(found.is_finite() && found > 0.0) {
+            return Err(HccdmParamsError { field: "personal_distance", range, found });
+        }
+        for (field, found) in not_negative {
+            if !(found.is_finite() && found >= 0.0) {
+                return Err(HccdmParamsError { field, range: "not negative", found });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One Gaussian of the mixture as it is now.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Component {
+    /// Mean mu_g of eq. 17: the person, or the centre of the smallest circle around the crowd; map frame.
+    pub centre: Point2,
+    /// Radius of that circle, metres; 0 for one person.
+    pub radius: f64,
+    /// Diagonal of Sigma_g of eq. 16, m2.
+    pub variance: f64,
+    /// p_g of eq. 18.
+    pub weight: f64,
+    /// Mean velocity of the members, m/s.
+    pub velocity: Point2,
+    /// Identities of the people in it, ascending.
+    pub members: Vec<u32>,
+}
+
+impl Component {
+    fn new(people: &People, cluster: &[usize], params: &HccdmParams) -> Self {
+        let positions: Vec<Point2> = cluster.iter().map(|&i| people.position(i)).collect();
+        let (centre, radius) =
+            smallest_enclosing_circle(&positions).map_or_else(Default::default, |c| (c.centre, c.radius));
+        let sigma = radius + params.personal_distance;
+        let mean = |of: &[f64]| cluster.iter().map(|&i| of[i]).sum::<f64>() / cluster.len() as f64;
+        Self {
+            centre,
+            radius,
+            variance: match params.covariance {
+                Covariance::Literal => sigma,
+                Covariance::Squared => sigma * sigma,
+            },
+            weight: match params.weighting {
+                Weighting::People => cluster.len() as f64,
+                Weighting::Share => cluster.len() as f64 / people.len() as f64,
+            },
+            velocity: Point2::new(mean(&people.vx), mean(&people.vy)),
+            members: cluster.iter().map(|&i| people.id[i]).collect(),
+        }
+    }
+
+    /// Where and how wide it is after `t` seconds.
+    fn state(&self, params: &HccdmParams, t: f64) -> State {
+        match params.motion {
+            ComponentMotion::Frozen => State::new(self.centre, self.variance, self.weight),
+            ComponentMotion::Moving => {
+                let (c, v) = (self.centre, self.velocity);
+                let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
+                State::new(centre, self.variance + params.forecast.variance(t), self.weight)
+            }
+        }
+    }
+}
+
+/// The map of one scene, ready to cost candidates of `steps` states `dt` seconds apart.
+#[derive(Debug, Clone)]
+pub struct Hccdm {
+    components: Vec<Component>,
+    params: HccdmParams,
+    lanes: Lanes,
+}
+
+impl Hccdm {
+    /// Clusters the people, fits a component to each cluster and lays out its states over the horizon.
+    /// `params` are such as [`HccdmParams::check`] passes. Components are in the order of their first
+    /// member in `people`.
+    pub fn build(people: &People, params: &HccdmParams, steps: usize, dt: f64) -> Self {
+        let components: Vec<Component> = crowd_clusters(people, params.social_distance)
+            .iter()
+            .map(|cluster| Component::new(people, cluster, params))
+            .collect();
+        let lanes = Lanes::new(steps, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
+        Self { components, params: *params, lanes }
+    }
+
+    /// The Gaussians, as they are now.
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// Smoothed density of people `t` seconds from now at `p`, people per m2 (or 1/m2 with
+    /// [`Weighting::Share`]): the inner sum of eq. 18, for heat maps. At the time of a candidate's state
+    /// it is, bit for bit, what that state adds to the cost.
+    pub fn density(&self, t: f64, p: Point2) -> f64 {
+        self.components.iter().map(|c| c.state(&self.params, t).density(p)).fold(0.0, |sum, d| sum + d)
+    }
+
+    /// H of eq. 18 of one trajectory: the density summed over its states, 1/m2. `x` and `y` hold exactly
+    /// `steps` numbers.
+    pub fn cost(&self, x: &[f64], y: &[f64]) -> f64 {
+        self.lanes.sum(x, y)
+    }
+}
+
+/// Seconds from the scene to state `k` of a candidate.
+fn time_of(k: usize, dt: f64) -> f64 {
+    (k + 1) as f64 * dt
+}
+
+/// The metric `cnc`: H of eq. 18 over the scene's people.
+#[derive(Debug, Clone)]
+pub struct HccdmEvaluator {
+    params: HccdmParams,
+}
+
+impl HccdmEvaluator {
+    /// An evaluator with these parameters, if they are in range.
+    pub fn new(params: HccdmParams) -> Result<Self, HccdmParamsError> {
+        params.check()?;
+        Ok(Self { params })
+    }
+}
+
+impl Evaluator for HccdmEvaluator {
+    fn metric(&self) -> &'static str {
+        "cnc"
+    }
+
+    fn evaluate(
+        &self,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Result<Vec<f64>, Stopped> {
+        let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
+        let mut costs = Vec::with_capacity(candidates.len());
+        for i in 0..candidates.len() {
+            if should_stop() {
+                return Err(Stopped);
+            }
+            let range = candidates.range(i);
+            costs.push(map.cost(&candidates.x()[range.clone()], &candidates.y()[range]));
+        }
+        Ok(costs)
+    }
+}
+
+#[cfg(test)]
+#[path = "hccdm_tests.rs"]
+mod tests;

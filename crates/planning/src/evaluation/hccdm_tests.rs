@@ -1,0 +1,283 @@
+use super::*;
+use crate::evaluation::crowd_cluster::plain_clusters;
+use crate::evaluation::enclosing_circle::brute_force_circle;
+use crate::geometry::{Pose2, Twist};
+use crate::random::{Rng, rng, uniform};
+use crate::scene::Belief;
+use nalgebra::Matrix3;
+
+fn between(r: &mut Rng, low: f64, high: f64) -> f64 {
+    low + (high - low) * uniform(r)
+}
+
+/// People from (x, y, vx, vy).
+fn people(rows: &[[f64; 4]]) -> People {
+    People {
+        id: (0..rows.len() as u32).map(|i| 10 + 3 * i).collect(),
+        x: rows.iter().map(|p| p[0]).collect(),
+        y: rows.iter().map(|p| p[1]).collect(),
+        vx: rows.iter().map(|p| p[2]).collect(),
+        vy: rows.iter().map(|p| p[3]).collect(),
+        radius: 0.25,
+    }
+}
+
+fn random_people(r: &mut Rng, n: usize, side: f64) -> People {
+    let rows: Vec<[f64; 4]> = (0..n)
+        .map(|_| [between(r, 0.0, side), between(r, 0.0, side), between(r, -1.0, 1.0), between(r, -1.0, 1.0)])
+        .collect();
+    people(&rows)
+}
+
+fn random_params(r: &mut Rng) -> HccdmParams {
+    HccdmParams {
+        personal_distance: between(r, 0.3, 2.0),
+        social_distance: between(r, 0.5, 4.0),
+        covariance: if uniform(r) < 0.5 { Covariance::Literal } else { Covariance::Squared },
+        weighting: if uniform(r) < 0.5 { Weighting::People } else { Weighting::Share },
+        motion: if uniform(r) < 0.3 { ComponentMotion::Frozen } else { ComponentMotion::Moving },
+        forecast: ForecastParams::default(),
+    }
+}
+
+/// Straight, evenly driven trajectories from random starts: arrays `[candidate, step]`.
+fn random_candidates(r: &mut Rng, count: usize, steps: usize, dt: f64, side: f64) -> CandidateSet {
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for _ in 0..count {
+        let (x0, y0) = (between(r, 0.0, side), between(r, 0.0, side));
+        let (vx, vy) = (between(r, -1.0, 1.0), between(r, -1.0, 1.0));
+        x.extend((0..steps).map(|k| x0 + vx * time_of(k, dt)));
+        y.extend((0..steps).map(|k| y0 + vy * time_of(k, dt)));
+    }
+    let zeros = vec![0.0; count * steps];
+    let id = (0..count as u32).collect();
+    CandidateSet::new(steps, dt, id, x, y, zeros.clone(), zeros.clone(), zeros).unwrap()
+}
+
+fn scene(people: People) -> Scene {
+    let belief =
+        Belief { pose: Pose2::default(), covariance: Matrix3::identity() * 0.01, twist: Twist::default() };
+    Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
+}
+
+fn evaluate(params: HccdmParams, people: &People, candidates: &CandidateSet) -> Vec<f64> {
+    HccdmEvaluator::new(params).unwrap().evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
+}
+
+/// Equations 16 to 18 as they stand, with every shortcut left out.
+fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f64]) -> f64 {
+    let mut cost = 0.0;
+    for cluster in plain_clusters(people, params.social_distance) {
+        let points: Vec<Point2> = cluster.iter().map(|&i| people.position(i)).collect();
+        let eps = cluster.len() as f64;
+        let circle = brute_force_circle(&points);
+        let sigma = circle.radius + params.personal_distance;
+        let v0 = if params.covariance == Covariance::Literal { sigma } else { sigma.powi(2) };
+        let p = if params.weighting == Weighting::People { eps } else { eps / people.len() as f64 };
+        let vx = cluster.iter().map(|&i| people.vx[i]).sum::<f64>() / eps;
+        let vy = cluster.iter().map(|&i| people.vy[i]).sum::<f64>() / eps;
+        for k in 0..x.len() {
+            let t = (k + 1) as f64 * dt;
+            let (mut mx, mut my, mut v) = (circle.centre.x, circle.centre.y, v0);
+            if params.motion == ComponentMotion::Moving {
+                (mx, my) = (mx + vx * t, my + vy * t);
+                v += params.forecast.sigma_position.powi(2) + (params.forecast.sigma_velocity * t).powi(2);
+            }
+            let d2 = (x[k] - mx).powi(2) + (y[k] - my).powi(2);
+            if d2 <= 16.0 * v {
+                cost += p / (2.0 * std::f64::consts::PI * v) * crate::numerics::exp(-0.5 * d2 / v);
+            }
+        }
+    }
+    cost
+}
+
+#[test]
+fn five_thousand_random_maps_equal_the_plain_equations() {
+    let mut positive = 0;
+    for seed in 0..5000 {
+        let mut r = rng(seed, 5);
+        let (n, side) = ((uniform(&mut r) * 13.0) as usize, between(&mut r, 3.0, 25.0));
+        let crowd = random_people(&mut r, n, side);
+        let params = random_params(&mut r);
+        let (steps, dt) = (1 + (uniform(&mut r) * 30.0) as usize, between(&mut r, 0.05, 0.5));
+        let candidates = random_candidates(&mut r, 3, steps, dt, side);
+        let costs = evaluate(params, &crowd, &candidates);
+        for (i, cost) in costs.into_iter().enumerate() {
+            let range = candidates.range(i);
+            let (x, y) = (&candidates.x()[range.clone()], &candidates.y()[range]);
+            let expected = plain_cost(&crowd, &params, dt, x, y);
+            assert!((cost - expected).abs() <= 1e-9 * expected, "seed {seed}: {cost} for {expected}");
+            positive += usize::from(cost > 0.0);
+        }
+    }
+    assert!(positive > 10_000, "a test that sees density: {positive}");
+}
+
+#[test]
+fn sharding_changes_no_cost() {
+    for seed in 0..100 {
+        let mut r = rng(seed, 6);
+        let crowd = random_people(&mut r, (uniform(&mut rng(seed, 7)) * 40.0) as usize, 15.0);
+        let params = random_params(&mut r);
+        let candidates = random_candidates(&mut r, 40, 13, 0.3, 15.0);
+        let whole = evaluate(params, &crowd, &candidates);
+        let cut = (uniform(&mut r) * 40.0) as usize;
+        let mut parts = evaluate(params, &crowd, &candidates.slice(0..cut));
+        parts.extend(evaluate(params, &crowd, &candidates.slice(cut..40)));
+        let bits = |costs: &[f64]| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&whole), bits(&parts), "seed {seed}");
+    }
+}
+
+#[test]
+fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
+    for seed in 0..200 {
+        let mut r = rng(seed, 8);
+        let crowd = random_people(&mut r, 30, 15.0);
+        let candidates = random_candidates(&mut r, 1, 21, 0.2, 15.0);
+        let map = Hccdm::build(&crowd, &random_params(&mut r), 21, 0.2);
+        let (x, y) = (candidates.x(), candidates.y());
+        let sum =
+            (0..21).map(|k| map.density(time_of(k, 0.2), Point2::new(x[k], y[k]))).fold(0.0, |s, d| s + d);
+        assert_eq!(map.cost(x, y).to_bits(), sum.to_bits(), "seed {seed}");
+    }
+}
+
+/// Density now, of the map as printed: frozen, so that no forecast widens it.
+fn printed_density(covariance: Covariance, rows: &[[f64; 4]], weighting: Weighting, p: Point2) -> f64 {
+    let params =
+        HccdmParams { covariance, weighting, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
+    Hccdm::build(&people(rows), &params, 1, 0.3).density(0.0, p)
+}
+
+#[test]
+fn individuals_and_crowds_have_the_published_densities() {
+    // one person, variance 1.5: 1 / (2 pi 1.5) = 0.106; variance 1.5^2: 0.071
+    let one = [[0.0; 4]];
+    let at = Point2::new(0.0, 0.0);
+    assert!((printed_density(Covariance::Literal, &one, Weighting::People, at) - 0.1061).abs() < 1e-4);
+    assert!((printed_density(Covariance::Squared, &one, Weighting::People, at) - 0.0707).abs() < 1e-4);
+    // a crowd of seven in a row of radius 3, each counted once: variance 4.5, 1 / (2 pi 4.5) = 0.0354 in
+    // the middle, times exp(-9/9) = 0.0130 at the edge, times exp(-4.5^2/9) = 0.0037 at 1.5 m from it
+    let row: Vec<[f64; 4]> = (0..7).map(|i| [f64::from(i) - 3.0, 0.0, 0.0, 0.0]).collect();
+    let cases = [
+        (Covariance::Literal, 0.0, 0.0354),
+        (Covariance::Literal, 3.0, 0.0130),
+        (Covariance::Literal, 4.5, 0.0037),
+        (Covariance::Squared, 0.0, 0.0079),
+        (Covariance::Squared, 3.0, 0.0063),
+        (Covariance::Squared, 4.5, 0.0048),
+    ];
+    for (covariance, x, expected) in cases {
+        let found = printed_density(covariance, &row, Weighting::Share, Point2::new(x, 0.0));
+        assert!((found - expected).abs() < 1e-4, "{covariance:?} at {x}: {found}, not {expected}");
+        let people = printed_density(covariance, &row, Weighting::People, Point2::new(x, 0.0));
+        assert!((people - 7.0 * found).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn a_path_through_ten_people_costs_more_than_one_past_a_single_person() {
+    // ten people around a circle of 3 m: neighbours are 2 * 3 * sin(18 deg) = 1.85 m apart, one crowd
+    let ring: Vec<[f64; 4]> = (0..10)
+        .map(|i| {
+            let (s, c) = crate::numerics::sin_cos(std::f64::consts::TAU * f64::from(i) / 10.0);
+            [10.0 + 3.0 * c, 3.0 * s, 0.0, 0.0]
+        })
+        .collect();
+    let x: Vec<f64> = (0..40).map(|k| 0.5 * f64::from(k)).collect();
+    let y = vec![0.0; 40];
+    for weighting in [Weighting::People, Weighting::Share] {
+        let params = HccdmParams { weighting, ..HccdmParams::default() };
+        let mut both = ring.clone();
+        both.push([10.0, 30.0, 0.0, 0.0]);
+        let map = Hccdm::build(&people(&both), &params, 40, 0.3);
+        assert_eq!(map.components().iter().map(|c| c.members.len()).collect::<Vec<_>>(), [10, 1]);
+        let through_crowd = map.cost(&x, &y);
+        let past_one = map.cost(&x, &[30.0; 40]);
+        assert!(through_crowd > 2.0 * past_one, "{weighting:?}: {through_crowd}, {past_one}");
+    }
+}
+
+#[test]
+fn a_farther_pedestrian_never_costs_more() {
+    for covariance in [Covariance::Literal, Covariance::Squared] {
+        let params = HccdmParams { covariance, ..HccdmParams::default() };
+        let mut before = f64::INFINITY;
+        for i in 0..4000 {
+            let offset = 0.002 * f64::from(i);
+            let map = Hccdm::build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, 13, 0.3);
+            let x: Vec<f64> = (0..13).map(|k| 0.3 * f64::from(k)).collect();
+            let cost = map.cost(&x, &[0.0; 13]);
+            assert!(cost <= before * (1.0 + 1e-13), "{covariance:?} at {offset} m: {cost} after {before}");
+            before = cost;
+        }
+        assert_eq!(before, 0.0, "8 m are beyond four sigma of either reading");
+    }
+}
+
+#[test]
+fn moving_the_world_moves_nothing() {
+    for seed in 0..200 {
+        let mut r = rng(seed, 9);
+        let crowd = random_people(&mut r, 20, 12.0);
+        let candidates = random_candidates(&mut r, 5, 13, 0.3, 12.0);
+        let params = random_params(&mut r);
+        let world = Pose2::new(
+            between(&mut r, -50.0, 50.0),
+            between(&mut r, -50.0, 50.0),
+            between(&mut r, -3.0, 3.0),
+        );
+        let turn = Pose2::new(0.0, 0.0, world.heading);
+        let rows: Vec<[f64; 4]> = (0..crowd.len())
+            .map(|i| {
+                let (p, v) = (
+                    world.transform(crowd.position(i)),
+                    turn.transform(Point2::new(crowd.vx[i], crowd.vy[i])),
+                );
+                [p.x, p.y, v.x, v.y]
+            })
+            .collect();
+        let here = Hccdm::build(&crowd, &params, 13, 0.3);
+        let there = Hccdm::build(&people(&rows), &params, 13, 0.3);
+        for i in 0..5 {
+            let range = candidates.range(i);
+            let (x, y) = (&candidates.x()[range.clone()], &candidates.y()[range]);
+            let moved: Vec<Point2> =
+                x.iter().zip(y).map(|(&x, &y)| world.transform(Point2::new(x, y))).collect();
+            let (mx, my): (Vec<f64>, Vec<f64>) = moved.iter().map(|p| (p.x, p.y)).unzip();
+            let (a, b) = (here.cost(x, y), there.cost(&mx, &my));
+            assert!((a - b).abs() <= 1e-9 * a, "seed {seed}: {a}, moved {b}");
+        }
+    }
+}
+
+#[test]
+fn a_moving_person_is_met_where_they_will_be() {
+    // walks away at the robot's speed: the distance stays 3 m; walks towards it: they meet at 1.5 s
+    let x: Vec<f64> = (0..13).map(|k| time_of(k, 0.3)).collect();
+    let cost = |vx: f64, motion| {
+        let params = HccdmParams { motion, ..HccdmParams::default() };
+        Hccdm::build(&people(&[[3.0, 0.0, vx, 0.0]]), &params, 13, 0.3).cost(&x, &[0.0; 13])
+    };
+    assert!(cost(1.0, ComponentMotion::Moving) < 0.3 * cost(0.0, ComponentMotion::Moving));
+    assert_eq!(cost(1.0, ComponentMotion::Frozen), cost(-1.0, ComponentMotion::Frozen));
+}
+
+#[test]
+fn nobody_costs_nothing_and_a_spent_budget_gives_no_half_answer() {
+    let candidates = random_candidates(&mut rng(1, 10), 4, 13, 0.3, 10.0);
+    assert_eq!(evaluate(HccdmParams::default(), &People::default(), &candidates), [0.0; 4]);
+    let evaluator = HccdmEvaluator::new(HccdmParams::default()).unwrap();
+    assert_eq!(evaluator.evaluate(&scene(People::default()), &candidates, &|| true), Err(Stopped));
+}
+
+#[test]
+fn a_parameter_out_of_range_is_named() {
+    let params = HccdmParams { personal_distance: 0.0, ..HccdmParams::default() };
+    let message = HccdmEvaluator::new(params).unwrap_err().to_string();
+    assert_eq!(message, "personal_distance must be a finite number, greater than 0; found 0");
+    let params = HccdmParams { social_distance: f64::NAN, ..HccdmParams::default() };
+    assert!(HccdmEvaluator::new(params).unwrap_err().to_string().starts_with("social_distance"));
+}
