@@ -31,7 +31,8 @@ impl fmt::Display for ScenarioError {
 }
 
 impl ScenarioError {
-    pub(super) fn new(field: impl Into<String>, problem: impl Into<String>, mend: impl Into<String>) -> Self {
+    /// A fault of a field, with its mend; the line is not known yet.
+    pub fn new(field: impl Into<String>, problem: impl Into<String>, mend: impl Into<String>) -> Self {
         Self { line: None, field: field.into(), problem: problem.into(), mend: mend.into() }
     }
 
