@@ -1,0 +1,249 @@
+//! The laser as it really measures: rays against the map and against people, with noise.
+//!
+//! Rays step from cell to cell exactly (Amanatides and Woo, 1987), and leap where the distance field
+//! says that nothing is near (sphere tracing; Hart, 1996).
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::sin_cos;
+use curionav_planning::occupancy::StaticMap;
+use curionav_planning::random::{Rng, standard_normal};
+use curionav_planning::scene::People;
+use curionav_planning::sensor::LaserModel;
+
+/// A planar scanner with its beams' directions worked out.
+#[derive(Debug, Clone)]
+pub struct Lidar {
+    model: LaserModel,
+    /// Unit vectors in the laser frame.
+    directions: Vec<(f64, f64)>,
+}
+
+impl Lidar {
+    /// A scanner of this model.
+    pub fn new(model: LaserModel) -> Self {
+        let directions = (0..model.beams)
+            .map(|i| {
+                let (s, c) = sin_cos(model.bearing(i));
+                (c, s)
+            })
+            .collect();
+        Self { model, directions }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &LaserModel {
+        &self.model
+    }
+
+    /// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
+    /// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
+    /// not depend on what the others see.
+    pub fn scan(&self, map: &StaticMap, robot: Pose2, people: &People, rng: &mut Rng) -> Vec<f32> {
+        let range_max = self.model.range_max;
+        self.ranges(map, robot, people)
+            .into_iter()
+            .map(|range| {
+                let noise = self.model.range_sigma * standard_normal(rng);
+                if range < range_max {
+                    (range + noise).clamp(0.0, range_max) as f32
+                } else {
+                    range_max as f32
+                }
+            })
+            .collect()
+    }
+
+    /// The same without noise.
+    pub fn ranges(&self, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
+        let laser = robot.compose(self.model.robot_from_laser);
+        let range_max = self.model.range_max;
+        let reach = range_max + people.radius;
+        let near: Vec<Point2> = (0..people.len())
+            .map(|i| laser.inverse_transform(people.position(i)))
+            .filter(|p| p.x * p.x + p.y * p.y < reach * reach)
+            .collect();
+        let rays = Rays::new(map, laser.position());
+        let (s, c) = sin_cos(laser.heading);
+        self.directions
+            .iter()
+            .map(|&(x, y)| {
+                let wall = rays.range((c * x - s * y, s * x + c * y), range_max);
+                near.iter().fold(wall, |range, p| range.min(disc_range(*p, people.radius, (x, y))))
+            })
+            .collect()
+    }
+}
+
+/// Rays from one point against the occupied cells of a map.
+pub struct Rays<'a> {
+    cells: &'a [f32],
+    width: usize,
+    height: usize,
+    resolution: f64,
+    /// Origin in cell units.
+    origin: (f64, f64),
+    /// Cosine and sine of the turn from the map frame into the grid's axes.
+    turn: (f64, f64),
+}
+
+impl<'a> Rays<'a> {
+    /// What the distance from a cell's centre to a wall's centre may fall short of the distance from a
+    /// point of the one to a point of the other: a diagonal, rounded up.
+    const SLACK: f64 = 1.42;
+
+    /// Rays from `origin`, map frame.
+    pub fn new(map: &'a StaticMap, origin: Point2) -> Self {
+        let grid = &map.grid;
+        let (s, c) = sin_cos(-grid.origin().heading);
+        Self {
+            cells: map.to_occupied.metres(),
+            width: grid.width(),
+            height: grid.height(),
+            resolution: grid.resolution(),
+            origin: grid.grid_from_map(origin),
+            turn: (c, s),
+        }
+    }
+
+    /// Distance along the unit vector `direction` (map frame) to the first occupied cell, metres;
+    /// `range_max` when there is none before. Unknown space is transparent, and nothing is outside.
+    pub fn range(&self, direction: (f64, f64), range_max: f64) -> f64 {
+        let (c, s) = self.turn;
+        let dx = c * direction.0 - s * direction.1;
+        let dy = s * direction.0 + c * direction.1;
+        let (ox, oy) = self.origin;
+        let (inverse_x, inverse_y) = (1.0 / dx, 1.0 / dy);
+        let per_metre = 1.0 / self.resolution;
+        let limit = range_max * per_metre;
+        let (mut column, mut row) = (ox.floor() as i64, oy.floor() as i64);
+        let mut t = 0.0_f64;
+        while t < limit {
+            let outside = column < 0 || row < 0 || column >= self.width as i64 || row >= self.height as i64;
+            if outside {
+                return range_max;
+            }
+            let distance = self.cells[row as usize * self.width + column as usize];
+            if distance == 0.0 {
+                return t * self.resolution;
+            }
+            let leap = f64::from(distance) * per_metre - Self::SLACK;
+            if leap > 1.0 {
+                t += leap;
+                column = (ox + t * dx).floor() as i64;
+                row = (oy + t * dy).floor() as i64;
+                continue;
+            }
+            let to_column = edge(column, ox, dx, inverse_x);
+            let to_row = edge(row, oy, dy, inverse_y);
+            if to_column < to_row {
+                t = t.max(to_column);
+                column += if dx > 0.0 { 1 } else { -1 };
+            } else {
+                t = t.max(to_row);
+                row += if dy > 0.0 { 1 } else { -1 };
+            }
+        }
+        range_max
+    }
+}
+
+/// Ray parameter at which the cell is left along one axis.
+fn edge(cell: i64, origin: f64, direction: f64, inverse: f64) -> f64 {
+    if direction > 0.0 {
+        ((cell + 1) as f64 - origin) * inverse
+    } else if direction < 0.0 {
+        (cell as f64 - origin) * inverse
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// Distance along the unit vector `direction` from the origin to a disc; 0 inside it, infinite past it.
+pub(crate) fn disc_range(centre: Point2, radius: f64, direction: (f64, f64)) -> f64 {
+    let along = centre.x * direction.0 + centre.y * direction.1;
+    let excess = centre.x * centre.x + centre.y * centre.y - radius * radius;
+    if excess <= 0.0 {
+        return 0.0;
+    }
+    let inside = along * along - excess;
+    if along <= 0.0 || inside < 0.0 { f64::INFINITY } else { along - inside.sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::occupancy::{Cell, OccupancyGrid};
+    use curionav_planning::random::{rng, uniform};
+
+    use super::*;
+
+    fn nobody() -> People {
+        People { radius: 0.25, ..People::default() }
+    }
+
+    /// Entry of a ray into the unit square at (column, row), by slabs.
+    fn into_cell(o: (f64, f64), d: (f64, f64), column: f64, row: f64) -> f64 {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for (o, d, from) in [(o.0, d.0, column), (o.1, d.1, row)] {
+            let (a, b) = ((from - o) / d, (from + 1.0 - o) / d);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        if enter <= leave { enter } else { f64::INFINITY }
+    }
+
+    #[test]
+    fn rays_equal_the_nearest_of_all_cells() {
+        for seed in 0..30 {
+            let mut r = rng(seed, 0);
+            let share = 0.05 * uniform(&mut r);
+            let cells = (0..6000).map(|_| if uniform(&mut r) < share { 100 } else { 0 }).collect();
+            let origin = Pose2::new(-2.0, 1.0, 0.7 * seed as f64);
+            let map = StaticMap::new(OccupancyGrid::new(100, 60, 0.05, origin, cells).unwrap());
+            for _ in 0..100 {
+                let cell_point = (100.0 * uniform(&mut r), 60.0 * uniform(&mut r));
+                let from = origin.transform(Point2::new(0.05 * cell_point.0, 0.05 * cell_point.1));
+                let (s, c) = sin_cos(std::f64::consts::TAU * uniform(&mut r));
+                let (ts, tc) = sin_cos(-origin.heading);
+                let in_grid = (tc * c - ts * s, ts * c + tc * s);
+                let expected = (0..6000)
+                    .filter(|&i| map.grid.cell(i) == Cell::Occupied)
+                    .map(|i| 0.05 * into_cell(cell_point, in_grid, (i % 100) as f64, (i / 100) as f64))
+                    .fold(2.5, f64::min);
+                let found = Rays::new(&map, from).range((c, s), 2.5);
+                assert!((found - expected).abs() < 1e-6, "seed {seed}: {found} vs {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_person_in_front_shortens_the_beam_to_its_skin() {
+        let map =
+            StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), vec![0; 10_000]).unwrap());
+        let lidar = Lidar::new(LaserModel::default());
+        let robot = Pose2::new(5.0, 5.0, std::f64::consts::FRAC_PI_2);
+        let people =
+            People { id: vec![1], x: vec![5.0], y: vec![7.0], vx: vec![0.0], vy: vec![0.0], radius: 0.25 };
+        let ranges = lidar.ranges(&map, robot, &people);
+        assert!((ranges[90] - 1.75).abs() < 1e-9); // 2 m to the centre less the radius
+        // the disc subtends asin(0.25 / 2) = 7.18 degrees on either side: beams 83 to 97 of one degree
+        let hit: Vec<usize> = (0..181).filter(|&i| ranges[i] < 5.0).collect();
+        assert_eq!((hit[0], *hit.last().unwrap()), (83, 97));
+    }
+
+    #[test]
+    fn noise_has_the_models_sigma_and_misses_stay_at_the_limit() {
+        let mut cells = vec![0; 10_000];
+        (0..100).for_each(|row| cells[row * 100 + 80] = 100);
+        let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap());
+        let lidar = Lidar::new(LaserModel { beams: 3, ..LaserModel::default() });
+        let mut r = rng(5, 0);
+        let robot = Pose2::new(5.0, 5.0, 0.0);
+        let mut sum = 0.0;
+        for _ in 0..4000 {
+            let scan = lidar.scan(&map, robot, &nobody(), &mut r);
+            assert_eq!((scan[0], scan[2]), (5.0, 5.0)); // along the wall: nothing within 5 m
+            sum += (f64::from(scan[1]) - 3.0).powi(2); // the wall's face is at x = 8
+        }
+        assert!(((sum / 4000.0).sqrt() - 0.03).abs() < 0.002);
+    }
+}

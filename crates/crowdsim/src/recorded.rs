@@ -1,0 +1,253 @@
+//! Recorded pedestrians: the two forms the ETH and UCY trajectories are published in.
+
+use std::collections::BTreeMap;
+
+use curionav_planning::geometry::Point2;
+
+use crate::scenario::RecordingFormat;
+
+/// A gap in a person's frames longer than this is an absence, seconds; a shorter one is walked straight.
+pub const MAX_GAP_S: f64 = 2.0;
+/// Most rows of one recording: fifty times the longest of the UCY set.
+pub const MAX_ROWS: usize = 1_000_000;
+
+/// Why a recording could not be read.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RecordingError {
+    /// One line is wrong.
+    #[error("line {line}: {problem}")]
+    Line {
+        /// From 1.
+        line: usize,
+        /// What is wrong, and what was expected.
+        problem: String,
+    },
+    /// There is nobody in it.
+    #[error("the recording is empty; give a file with at least one row")]
+    Empty,
+    /// There are more rows than [`MAX_ROWS`].
+    #[error("the recording has more than {MAX_ROWS} rows; cut it")]
+    TooLong,
+    /// Frames per second is not a positive number.
+    #[error("fps is {0}; give the recording's frames per second")]
+    Rate(f64),
+}
+
+/// Everybody of a recording, in the recording's own frame of reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    tracks: Vec<Track>,
+    first: f64,
+    last: f64,
+    rows: usize,
+}
+
+/// One person: times (seconds, ascending) and the positions then.
+#[derive(Debug, Clone, PartialEq)]
+struct Track {
+    id: u32,
+    times: Vec<f64>,
+    positions: Vec<Point2>,
+}
+
+/// A recorded person at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordedPerson {
+    /// Place of the person among all of the recording, by ascending id: stable over time.
+    pub index: usize,
+    /// Metres, recording frame.
+    pub position: Point2,
+    /// m/s, recording frame: the finite difference over the current pair of frames.
+    pub velocity: Point2,
+}
+
+impl Recording {
+    /// Reads a recording; `fps` turns frame numbers into seconds. Blank lines are skipped; rows may come in
+    /// any order. Velocities in the file are ignored: they are smoothed and do not fit the positions.
+    pub fn parse(text: &str, format: RecordingFormat, fps: f64) -> Result<Self, RecordingError> {
+        if !(fps > 0.0 && fps.is_finite()) {
+            return Err(RecordingError::Rate(fps));
+        }
+        let mut people: BTreeMap<u32, Vec<(f64, Point2, usize)>> = BTreeMap::new();
+        let mut rows = 0;
+        for (i, text) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+            let (frame, id, position) =
+                row(text, format).map_err(|problem| RecordingError::Line { line: i + 1, problem })?;
+            people.entry(id).or_default().push((frame, position, i + 1));
+            rows += 1;
+            if rows > MAX_ROWS {
+                return Err(RecordingError::TooLong);
+            }
+        }
+        let tracks = people
+            .into_iter()
+            .map(|(id, frames)| Track::new(id, frames, fps))
+            .collect::<Result<Vec<_>, _>>()?;
+        let ends = tracks.iter().flat_map(|t| [t.times.first(), t.times.last()]).flatten();
+        let (first, last) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
+        if tracks.is_empty() { Err(RecordingError::Empty) } else { Ok(Self { tracks, first, last, rows }) }
+    }
+
+    /// Ids of all people, ascending.
+    pub fn ids(&self) -> impl ExactSizeIterator<Item = u32> {
+        self.tracks.iter().map(|t| t.id)
+    }
+
+    /// Number of rows read.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Times of the first and the last frame, seconds.
+    pub fn span(&self) -> (f64, f64) {
+        (self.first, self.last)
+    }
+
+    /// Keeps only these people. The first id that is not in the recording is the error.
+    pub fn keep(&mut self, ids: &[u32]) -> Result<(), u32> {
+        if let Some(missing) = ids.iter().find(|id| self.ids().all(|known| known != **id)) {
+            return Err(*missing);
+        }
+        self.tracks.retain(|t| ids.contains(&t.id));
+        Ok(())
+    }
+
+    /// Everybody present `time` seconds into the recording, by ascending id. Positions are linear between
+    /// frames and exact at them.
+    pub fn at(&self, time: f64) -> impl Iterator<Item = RecordedPerson> {
+        self.tracks.iter().enumerate().filter_map(move |(index, track)| {
+            track.at(time).map(|(position, velocity)| RecordedPerson { index, position, velocity })
+        })
+    }
+
+    /// The same as if the recording began again after its last frame.
+    pub fn at_repeating(&self, time: f64) -> impl Iterator<Item = RecordedPerson> {
+        let length = self.last - self.first;
+        let wrapped = if length > 0.0 { self.first + (time - self.first).rem_euclid(length) } else { time };
+        self.at(wrapped)
+    }
+}
+
+impl Track {
+    fn new(id: u32, mut frames: Vec<(f64, Point2, usize)>, fps: f64) -> Result<Self, RecordingError> {
+        frames.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        if let Some(pair) = frames.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            let problem = format!("person {id} is already at frame {} in line {}", pair[0].0, pair[0].2);
+            return Err(RecordingError::Line { line: pair[1].2, problem });
+        }
+        let times = frames.iter().map(|(frame, ..)| frame / fps).collect();
+        let positions = frames.iter().map(|(_, position, _)| *position).collect();
+        Ok(Self { id, times, positions })
+    }
+
+    fn at(&self, time: f64) -> Option<(Point2, Point2)> {
+        let next = self.times.partition_point(|&t| t <= time);
+        let i = next.checked_sub(1)?;
+        let exact = self.times[i] == time;
+        if next == self.times.len() && !exact {
+            return None;
+        }
+        // The pair of frames around `time`; at the very last frame the pair before it.
+        let from = if next == self.times.len() { i.saturating_sub(1) } else { i };
+        let to = (from + 1).min(self.times.len() - 1);
+        let (a, b, gap) = (self.positions[from], self.positions[to], self.times[to] - self.times[from]);
+        if gap <= 0.0 || gap > MAX_GAP_S {
+            return exact.then(|| (self.positions[i], Point2::default()));
+        }
+        let velocity = Point2::new((b.x - a.x) / gap, (b.y - a.y) / gap);
+        let since = time - self.times[i];
+        let here = self.positions[i];
+        Some((Point2::new(here.x + velocity.x * since, here.y + velocity.y * since), velocity))
+    }
+}
+
+/// (frame, id, position) of one line.
+fn row(line: &str, format: RecordingFormat) -> Result<(f64, u32, Point2), String> {
+    let mut numbers = [0.0; 8];
+    let columns = match format {
+        RecordingFormat::Obsmat => 8,
+        RecordingFormat::Text => 4,
+    };
+    let mut found = 0;
+    for word in line.split_whitespace() {
+        let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
+        if !number.is_finite() {
+            return Err(format!("`{word}` is not finite"));
+        }
+        if let Some(slot) = numbers.get_mut(found) {
+            *slot = number;
+        }
+        found += 1;
+    }
+    if found != columns {
+        return Err(format!("has {found} columns; this format has {columns}"));
+    }
+    let id = numbers[1];
+    if id < 0.0 || id.fract() != 0.0 || id > f64::from(u32::MAX) {
+        return Err(format!("{id} is not an id; ids are whole numbers from 0"));
+    }
+    let (x, y) = match format {
+        RecordingFormat::Obsmat => (numbers[2], numbers[4]),
+        RecordingFormat::Text => (numbers[2], numbers[3]),
+    };
+    Ok((numbers[0], id as u32, Point2::new(x, y)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TWO: &str =
+        "0 1 0.0 0.0\n0 2 5.0 5.0\n\n10 1 1.0 2.0\n20 1 2.0 2.0\n90 1 9.0 9.0\n100 1 9.0 10.0\n";
+
+    fn people(recording: &Recording, time: f64) -> Vec<(usize, f64, f64)> {
+        recording.at(time).map(|p| (p.index, p.position.x, p.position.y)).collect()
+    }
+
+    #[test]
+    fn positions_are_exact_at_frames_and_linear_between() {
+        let r = Recording::parse(TWO, RecordingFormat::Text, 25.0).unwrap();
+        assert_eq!(people(&r, 0.0), [(0, 0.0, 0.0), (1, 5.0, 5.0)]);
+        assert_eq!(people(&r, 0.4), [(0, 1.0, 2.0)]);
+        assert_eq!(people(&r, 0.2), [(0, 0.5, 1.0)]);
+        // one metre and two metres in 0.4 s
+        assert_eq!(r.at(0.1).next().unwrap().velocity, Point2::new(2.5, 5.0));
+    }
+
+    #[test]
+    fn people_appear_and_vanish_and_are_absent_in_long_gaps() {
+        let r = Recording::parse(TWO, RecordingFormat::Text, 25.0).unwrap();
+        assert_eq!(r.span(), (0.0, 4.0));
+        assert_eq!(people(&r, -0.1), []);
+        assert_eq!(people(&r, 1.0), []); // frames 20 to 90 are 2.8 s apart
+        assert_eq!(people(&r, 0.8), [(0, 2.0, 2.0)]);
+        assert_eq!(people(&r, 4.0), [(0, 9.0, 10.0)]);
+        assert_eq!(people(&r, 4.1), []);
+        let again: Vec<_> = r.at_repeating(4.2).map(|p| p.position).collect();
+        assert!(again[0].distance(Point2::new(0.5, 1.0)) < 1e-9);
+    }
+
+    #[test]
+    fn a_bad_line_is_named() {
+        for (line, word) in [
+            ("10 1 1.0", "3 columns"),
+            ("10 1 1.0 x", "`x`"),
+            ("10 1.5 1.0 1.0", "1.5"),
+            ("0 1 1.0 1.0", "already"),
+            ("10 1 inf 1.0", "inf"),
+        ] {
+            let error = Recording::parse(&format!("0 1 0 0\n\n{line}\n"), RecordingFormat::Text, 25.0);
+            let message = error.unwrap_err().to_string();
+            assert!(message.starts_with("line 3: ") && message.contains(word), "{message}");
+        }
+        assert_eq!(Recording::parse("\n", RecordingFormat::Text, 25.0), Err(RecordingError::Empty));
+    }
+
+    #[test]
+    fn only_those_asked_for_are_kept() {
+        let mut r = Recording::parse(TWO, RecordingFormat::Text, 25.0).unwrap();
+        assert_eq!(r.keep(&[2, 7]), Err(7));
+        r.keep(&[2]).unwrap();
+        assert_eq!(people(&r, 0.0), [(0, 5.0, 5.0)]);
+    }
+}

@@ -1,0 +1,46 @@
+//! Points and poses as short arrays: `[x, y]` and `[x, y, heading]`, as people write them.
+
+/// `[x, y, heading]`.
+pub(super) mod pose {
+    use curionav_planning::geometry::Pose2;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(in super::super) fn serialize<S: Serializer>(pose: &Pose2, s: S) -> Result<S::Ok, S::Error> {
+        [pose.x, pose.y, pose.heading].serialize(s)
+    }
+
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Pose2, D::Error> {
+        let [x, y, heading] = <[f64; 3]>::deserialize(d)?;
+        Ok(Pose2::new(x, y, heading))
+    }
+}
+
+/// `[x, y]`.
+pub(super) mod point {
+    use curionav_planning::geometry::Point2;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(in super::super) fn serialize<S: Serializer>(point: &Point2, s: S) -> Result<S::Ok, S::Error> {
+        [point.x, point.y].serialize(s)
+    }
+
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Point2, D::Error> {
+        let [x, y] = <[f64; 2]>::deserialize(d)?;
+        Ok(Point2::new(x, y))
+    }
+}
+
+/// `[[x, y], ...]`.
+pub(super) mod points {
+    use curionav_planning::geometry::Point2;
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(in super::super) fn serialize<S: Serializer>(points: &[Point2], s: S) -> Result<S::Ok, S::Error> {
+        s.collect_seq(points.iter().map(|p| [p.x, p.y]))
+    }
+
+    pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Point2>, D::Error> {
+        let pairs = Vec::<[f64; 2]>::deserialize(d)?;
+        Ok(pairs.into_iter().map(|[x, y]| Point2::new(x, y)).collect())
+    }
+}

@@ -1,0 +1,146 @@
+//! What can be said about a scenario once its map is known.
+
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::{Cell, StaticMap};
+
+use super::{Scenario, ScenarioError, WalkMode, Walker};
+
+impl Scenario {
+    /// Whether the scenario fits its map: start and goal clear of walls and connected by a way as wide
+    /// as the robot, walkers' routes clear of walls. The first fault names its field and the mend.
+    pub fn check(&self, map: &StaticMap) -> Result<(), ScenarioError> {
+        let radius = self.robot.model.radius();
+        robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
+        robot_fits(map, "robot.goal", self.robot.goal, radius)?;
+        if !connected(map, self.robot.start.position(), self.robot.goal, radius) {
+            return Err(ScenarioError::new(
+                "robot.goal",
+                format!("cannot be reached from the start by a robot of radius {radius} m"),
+                "move the goal or the start, or widen the passage between them",
+            ));
+        }
+        for (i, walker) in self.walkers.iter().enumerate() {
+            walker_fits(map, &format!("walkers[{i}]"), walker, self.people.radius)?;
+        }
+        Ok(())
+    }
+}
+
+fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<(), ScenarioError> {
+    if map.grid.locate(p).is_none() {
+        return Err(ScenarioError::new(
+            field,
+            format!("({}, {}) lies outside the map", p.x, p.y),
+            "give a point inside the map",
+        ));
+    }
+    let clearance = map.to_obstacle.clearance(&map.grid, p);
+    if clearance < radius {
+        return Err(ScenarioError::new(
+            field,
+            format!("({}, {}) is {clearance:.2} m from a wall or unknown space", p.x, p.y),
+            format!("keep the robot's radius, {radius} m, clear"),
+        ));
+    }
+    Ok(())
+}
+
+/// Whether the cells whose clearance is at least `radius` connect the two points (flood fill over the
+/// four neighbours).
+fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
+    let grid = &map.grid;
+    let (Some((c0, r0)), Some((c1, r1))) = (grid.locate(from), grid.locate(to)) else { return false };
+    let (width, height) = (grid.width(), grid.height());
+    let wide = radius + std::f64::consts::SQRT_2 * grid.resolution();
+    let target = grid.index(c1, r1);
+    let mut seen = vec![false; width * height];
+    let mut open = vec![grid.index(c0, r0)];
+    seen[open[0]] = true;
+    while let Some(index) = open.pop() {
+        if index == target {
+            return true;
+        }
+        let (column, row) = (index % width, index / width);
+        let neighbours = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < width).then(|| index + 1),
+            (row > 0).then(|| index - width),
+            (row + 1 < height).then(|| index + width),
+        ];
+        for next in neighbours.into_iter().flatten() {
+            if !seen[next] && map.to_obstacle.cell(next) >= wide {
+                seen[next] = true;
+                open.push(next);
+            }
+        }
+    }
+    false
+}
+
+fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), ScenarioError> {
+    let closing = (walker.mode == WalkMode::Loop).then(|| walker.route[0]);
+    let corners: Vec<Point2> = walker.route.iter().copied().chain(closing).collect();
+    let spacing = 0.5 * map.grid.resolution();
+    for (i, corner) in corners.iter().enumerate() {
+        let next = corners.get(i + 1).unwrap_or(corner);
+        let steps = (corner.distance(*next) / spacing).ceil().max(1.0);
+        for k in 0..=(steps as usize) {
+            let s = k as f64 / steps;
+            let p = Point2::new(corner.x + s * (next.x - corner.x), corner.y + s * (next.y - corner.y));
+            if map.grid.at(p) != Cell::Free || map.to_obstacle.at(&map.grid, p) < radius {
+                let corner = i.min(walker.route.len() - 1);
+                return Err(ScenarioError::new(
+                    format!("{field}.route[{corner}]"),
+                    format!("the way from here touches a wall or unknown space at ({:.2}, {:.2})", p.x, p.y),
+                    format!("keep the people's radius, {radius} m, clear"),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::geometry::Pose2;
+    use curionav_planning::occupancy::OccupancyGrid;
+
+    use super::*;
+
+    /// 10 m x 10 m at 0.1 m; a wall at x = 5 with a gap of `gap` cells from row 40 on.
+    fn two_rooms(gap: usize) -> StaticMap {
+        let cells = (0..10_000)
+            .map(|i| if i % 100 == 50 && !(40..40 + gap).contains(&(i / 100)) { 100 } else { 0 })
+            .collect();
+        StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap())
+    }
+
+    fn scenario(goal: &str, walker: &str) -> Scenario {
+        Scenario::from_toml(&format!(
+            "name = \"t\"\nmap = {{ file = \"m\" }}\n[robot]\nstart = [2, 5, 0]\ngoal = {goal}\n\
+             [[walkers]]\nroute = {walker}\n"
+        ))
+        .unwrap()
+    }
+
+    #[test]
+    fn a_fitting_scenario_passes() {
+        scenario("[8, 5]", "[[1, 1], [4, 1]]").check(&two_rooms(20)).unwrap();
+    }
+
+    #[test]
+    fn each_misfit_names_its_field() {
+        let fits = "[[1, 1], [4, 1]]";
+        for (goal, walker, gap, field) in [
+            ("[18, 5]", fits, 20, "robot.goal"),
+            ("[5.3, 8]", fits, 20, "robot.goal"),
+            // the gap is 0.5 m, the robot 0.6 m
+            ("[8, 5]", fits, 5, "robot.goal"),
+            ("[8, 5]", "[[1, 1], [8, 1]]", 20, "walkers[0].route[0]"),
+            ("[8, 5]", "[[1, 1], [1, 4], [8, 1]]", 20, "walkers[0].route[1]"),
+        ] {
+            let error = scenario(goal, walker).check(&two_rooms(gap)).unwrap_err();
+            assert_eq!(error.field, field, "{error}");
+        }
+    }
+}

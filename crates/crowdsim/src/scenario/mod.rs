@@ -1,0 +1,291 @@
+//! The scenario file: everything that defines a run besides the planner's profile and the seed.
+//!
+//! Written as TOML by people, carried as a CBOR map between services; both go through the same serde
+//! types. Unknown fields are errors everywhere, so that a misspelt one is never silently ignored.
+
+mod arrays;
+mod check;
+mod error;
+mod people;
+mod validate;
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::{OdometryNoise, RobotModel};
+use curionav_planning::sensor::LaserModel;
+use serde::{Deserialize, Serialize};
+
+pub use error::{ScenarioError, field_line};
+pub use people::{PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode, Walker};
+
+/// One scenario. Positions are in the map frame, metres; headings in radians.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Short name, unique among the scenarios compared: it labels results.
+    pub name: String,
+    /// What the scenario shows, for people.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub description: String,
+    /// The static map.
+    pub map: MapFile,
+    /// The robot, where it starts and where it shall go.
+    pub robot: RobotSetup,
+    /// The robot's laser, in the simulator as in the localiser and in CPC.
+    #[serde(default)]
+    pub laser: LaserModel,
+    /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
+    #[serde(default)]
+    pub odometry_noise: OdometryNoise,
+    /// Which people the planner is told about.
+    #[serde(default)]
+    pub perception: Perception,
+    /// Tick, planning period and time limit.
+    #[serde(default)]
+    pub clock: Clock,
+    /// What all people have in common.
+    #[serde(default)]
+    pub people: PeopleParams,
+    /// Scripted walkers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walkers: Vec<Walker>,
+    /// Recorded pedestrians.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub recorded: Vec<Recorded>,
+    /// The planner to use unless the command line names another.
+    #[serde(default)]
+    pub planner: PlannerChoice,
+    /// Parameters of the localiser that differ from its defaults; checked by the localiser.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub localizer: Option<toml::Table>,
+    /// Parameters of the planner profile that differ from it; checked by the planner.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<toml::Table>,
+}
+
+/// Where the static map is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MapFile {
+    /// A `map_server` YAML file, path relative to the scenario file.
+    pub file: String,
+}
+
+/// The robot's task and body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotSetup {
+    /// Nominal start `[x, y, heading]`: what the localiser is told.
+    #[serde(with = "arrays::pose")]
+    pub start: Pose2,
+    /// Goal `[x, y]`.
+    #[serde(with = "arrays::point")]
+    pub goal: Point2,
+    /// Heading wanted at the goal; none means any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub goal_heading: Option<f64>,
+    /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
+    #[serde(default = "default_goal_tolerance")]
+    pub goal_tolerance: f64,
+    /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
+    /// pi/12 (trace 0.5685).
+    #[serde(default = "default_initial_sigma")]
+    pub initial_sigma: [f64; 3],
+    /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
+    /// cut at two standard deviations (D8).
+    #[serde(default = "default_start_noise")]
+    pub start_noise: f64,
+    /// Outline and limits of the base.
+    #[serde(default)]
+    pub model: RobotModel,
+}
+
+fn default_goal_tolerance() -> f64 {
+    0.5
+}
+
+fn default_initial_sigma() -> [f64; 3] {
+    [0.5, 0.5, std::f64::consts::PI / 12.0]
+}
+
+fn default_start_noise() -> f64 {
+    0.5
+}
+
+/// Simulated time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Clock {
+    /// Length of a simulation tick, seconds. Default 0.1, as in Stage.
+    pub tick_s: f64,
+    /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz.
+    pub plan_every: u32,
+    /// Simulated seconds after which the run ends as a timeout (A37).
+    pub time_limit_s: f64,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Self { tick_s: 0.1, plan_every: 3, time_limit_s: 120.0 }
+    }
+}
+
+/// The planner a scenario asks for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlannerChoice {
+    /// Name of a planner profile.
+    pub profile: String,
+}
+
+impl Default for PlannerChoice {
+    fn default() -> Self {
+        Self { profile: "curiosity".to_owned() }
+    }
+}
+
+impl Scenario {
+    /// Longest scenario file read, bytes: a thousand walkers with long routes need a tenth of it.
+    pub const MAX_TEXT_BYTES: usize = 4 << 20;
+
+    /// Reads and validates a scenario file. Errors name line and field.
+    pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
+        if text.len() > Self::MAX_TEXT_BYTES {
+            return Err(ScenarioError::new(
+                "",
+                format!("the file has {} bytes, more than {}", text.len(), Self::MAX_TEXT_BYTES),
+                "describe fewer walkers",
+            ));
+        }
+        let scenario: Self = toml::from_str(text).map_err(|e| ScenarioError::from_syntax(&e, text))?;
+        scenario.validate().map_err(|e| e.located_in(text))?;
+        Ok(scenario)
+    }
+
+    /// The scenario as a file that [`Self::from_toml`] reads back to the same value.
+    pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FULL: &str = r#"
+name = "full"
+description = "every field"
+[map]
+file = "maps/hall.yaml"
+[robot]
+start = [1.0, 2, 0.5]
+goal = [8.0, 3.0]
+goal_heading = 0.0
+goal_tolerance = 0.4
+initial_sigma = [0.5, 0.5, 0.2618]
+start_noise = 0.5
+[robot.model]
+v_max = 0.8
+footprint = { shape = "disc", radius = 0.25 }
+[laser]
+range_max = 6.0
+robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }
+[odometry_noise]
+position_per_metre = 0.002
+[perception]
+people = "working-zone"
+[clock]
+plan_every = 1
+[people]
+radius = 0.3
+[[walkers]]
+route = [[1.0, 1.0], [4.0, 1.0]]
+speed = 0.6
+mode = "back-and-forth"
+start_offset = 2.0
+pause_s = 1.5
+[[walkers]]
+route = [[6.0, 6.0]]
+mode = "stand"
+[[recorded]]
+file = "zara01/obsmat.txt"
+format = "obsmat"
+fps = 25.0
+start_s = 12.0
+pose = [3.0, 4.0, 1.57]
+ids = [3, 5]
+loop = true
+[planner]
+profile = "risk-rrt"
+[localizer]
+particles_max = 3000
+[profile]
+weights = { cpc = 2.0 }
+"#;
+
+    #[test]
+    fn a_scenario_survives_writing_and_reading() {
+        let scenario = Scenario::from_toml(FULL).unwrap();
+        assert_eq!(scenario.robot.model.v_max, 0.8);
+        assert_eq!(scenario.robot.model.a_max, RobotModel::default().a_max);
+        assert_eq!(scenario.walkers[1].mode, WalkMode::Stand);
+        assert!(scenario.recorded[0].repeat);
+        let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
+        assert_eq!(back, scenario);
+        // and through a serde source that is not text
+        assert_eq!(toml::Table::try_from(&scenario).unwrap().try_into::<Scenario>().unwrap(), scenario);
+    }
+
+    #[test]
+    fn a_short_file_gets_every_default() {
+        let text =
+            "name = \"s\"\nmap = { file = \"m.yaml\" }\nrobot = { start = [0, 0, 0], goal = [1, 0] }\n";
+        let s = Scenario::from_toml(text).unwrap();
+        assert_eq!((s.robot.goal_tolerance, s.robot.start_noise), (0.5, 0.5));
+        assert_eq!((s.clock.tick_s, s.clock.plan_every, s.clock.time_limit_s), (0.1, 3, 120.0));
+        assert_eq!((s.people.radius, s.perception.people), (0.25, PerceivedPeople::All));
+        assert_eq!(s.planner.profile, "curiosity");
+        let trace: f64 = s.robot.initial_sigma.iter().map(|sigma| sigma * sigma).sum();
+        assert!((trace - 0.5685).abs() < 1e-4); // 0.25 + 0.25 + (pi/12)^2
+    }
+
+    /// Replaces `from` by `to` in the full scenario: the refused field must be `field`, on the line of `to`.
+    fn assert_refused(from: &str, to: &str, field: &str) {
+        let text = FULL.replacen(from, to, 1);
+        let line = text.lines().position(|l| l.contains(to)).map(|i| i + 1);
+        let error = Scenario::from_toml(&text).unwrap_err();
+        assert_eq!((error.line, error.field.as_str()), (line, field), "{error}");
+    }
+
+    #[test]
+    fn a_misspelt_field_is_refused_with_its_line_and_name() {
+        assert_refused("plan_every", "plan_evry", "clock.plan_evry");
+        assert_refused("start_offset", "strat_offset", "walkers[0].strat_offset");
+        assert_refused("range_max = 6.0", "range_max = \"far\"", "laser.range_max");
+        assert_refused("start = [1.0, 2, 0.5]", "start = [1.0, 2]", "robot.start");
+    }
+
+    #[test]
+    fn a_missing_field_is_named_with_its_table() {
+        for (line, field) in [
+            ("[map]\nfile = \"maps/hall.yaml\"", "map"),
+            ("goal = [8.0, 3.0]", "robot.goal"),
+            ("route = [[6.0, 6.0]]", "walkers[1].route"),
+            ("fps = 25.0", "recorded[0].fps"),
+        ] {
+            let error = Scenario::from_toml(&FULL.replace(line, "")).unwrap_err();
+            assert_eq!(error.field, field, "{error}");
+        }
+    }
+
+    #[test]
+    fn a_bad_value_is_refused_with_its_line_and_name() {
+        assert_refused("speed = 0.6", "speed = -0.6", "walkers[0].speed");
+        assert_refused("[4.0, 1.0]]", "[nan, 1.0]]", "walkers[0].route[1]");
+        assert_refused("goal = [8.0, 3.0]", "goal = [inf, 3.0]", "robot.goal");
+        assert_refused("v_max = 0.8", "v_max = 0", "robot.model.v_max");
+        assert_refused("fps = 25.0", "fps = 0", "recorded[0].fps");
+        assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");
+        assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint");
+        assert_refused("name = \"full\"", "name = \"a/b\"", "name");
+    }
+}

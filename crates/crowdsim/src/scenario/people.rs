@@ -1,0 +1,135 @@
+//! The people of a scenario: scripted walkers, recordings, and who of them the planner is told about.
+
+use curionav_planning::geometry::{Point2, Pose2};
+use serde::{Deserialize, Serialize};
+
+use super::arrays;
+
+/// Which people the planner is told about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Perception {
+    /// See [`PerceivedPeople`].
+    pub people: PerceivedPeople,
+}
+
+/// Which people the planner is told about; always their true positions and velocities (D10, A33).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PerceivedPeople {
+    /// Everybody; the arbiter keeps those inside the Working Zone around its own belief.
+    #[default]
+    All,
+    /// Those within [`Self::WORKING_ZONE_M`] of the robot's true position.
+    WorkingZone,
+    /// Those of whom the laser could see something: within its range and field of view, and with a free
+    /// line of sight past walls and other people.
+    Laser,
+}
+
+impl PerceivedPeople {
+    /// Radius of the Working Zone, metres: (1 + 1 m/s) * 4 s + 1.5 m (A21).
+    pub const WORKING_ZONE_M: f64 = 9.5;
+}
+
+/// What all people of the scenario have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PeopleParams {
+    /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
+    pub radius: f64,
+}
+
+impl Default for PeopleParams {
+    fn default() -> Self {
+        Self { radius: 0.25 }
+    }
+}
+
+/// How a walker goes along its route.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WalkMode {
+    /// To the last point, back to the first, and so on.
+    #[default]
+    BackAndForth,
+    /// To the last point, where it stays.
+    Once,
+    /// Round and round: from the last point straight to the first.
+    Loop,
+    /// Does not move from where `start_offset` puts it.
+    Stand,
+}
+
+/// A scripted person. Does not react, except that it waits while the robot stands in its way (D11).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Walker {
+    /// Corners of the route `[[x, y], ...]`, walked in straight lines; at least two unless it stands.
+    #[serde(with = "arrays::points")]
+    pub route: Vec<Point2>,
+    /// Walking speed, m/s.
+    #[serde(default = "default_speed")]
+    pub speed: f64,
+    /// How the route is walked.
+    #[serde(default)]
+    pub mode: WalkMode,
+    /// Metres along the route at t = 0. For `back-and-forth` up to twice the route's length: the second
+    /// half is the way back. For `loop` up to the length of the closed route.
+    #[serde(default)]
+    pub start_offset: f64,
+    /// Rest at each end of the route, seconds; for `loop` at the first point.
+    #[serde(default)]
+    pub pause_s: f64,
+}
+
+fn default_speed() -> f64 {
+    0.8
+}
+
+/// How a recording is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RecordingFormat {
+    /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
+    Obsmat,
+    /// Four columns `frame id x y` (Social-GAN and its descendants).
+    Text,
+}
+
+/// Pedestrians that walk as they were recorded. They do not react.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Recorded {
+    /// The recording, path relative to the scenario file.
+    pub file: String,
+    /// How it is written.
+    pub format: RecordingFormat,
+    /// Frames per second: a frame number divided by it is the time in seconds. No default: it differs
+    /// between recordings that look alike.
+    pub fps: f64,
+    /// Time in the recording at t = 0, seconds.
+    #[serde(default)]
+    pub start_s: f64,
+    /// `map_from_recording` as `[x, y, heading]`.
+    #[serde(default, with = "arrays::pose")]
+    pub pose: Pose2,
+    /// Only these people of the recording; none means everybody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ids: Option<Vec<u32>>,
+    /// Begin again with the first frame after the last.
+    #[serde(default, rename = "loop")]
+    pub repeat: bool,
+}
+
+impl Walker {
+    /// Metres walked until everything repeats (or ends): the range of `start_offset`.
+    pub fn cycle_length(&self) -> f64 {
+        let length: f64 = self.route.windows(2).map(|w| w[0].distance(w[1])).sum();
+        match (self.mode, self.route.first(), self.route.last()) {
+            (WalkMode::BackAndForth, ..) => 2.0 * length,
+            (WalkMode::Loop, Some(first), Some(last)) => length + last.distance(*first),
+            _ => length,
+        }
+    }
+}

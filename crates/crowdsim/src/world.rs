@@ -1,0 +1,271 @@
+//! The world: robot, people and sensors, one tick after the other.
+
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::occupancy::StaticMap;
+use curionav_planning::random::{rng, standard_normal};
+use curionav_planning::scene::People;
+
+use crate::lidar::Lidar;
+use crate::perception::perceived;
+use crate::plant::Plant;
+use crate::recorded::Recording;
+use crate::scenario::{Scenario, ScenarioError};
+use crate::walkers::{WAITING_MARGIN, WalkerState};
+use crate::walls::wall_distance;
+
+/// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
+/// drawn from a stream of its own for each tick, so that looking twice sees the same.
+const START_STREAM: u64 = 0x5354_4152_0000_0000;
+const ODOMETRY_STREAM: u64 = 0x4f44_4f4d_0000_0000;
+const LASER_STREAM: u64 = 0x4c41_5345_0000_0000;
+
+/// Draws of a true start that is clear of walls and people before the nominal one is taken.
+const START_DRAWS: usize = 1000;
+
+/// Ids of live people begin here; below are walkers, then recorded people.
+pub const FIRST_LIVE_ID: u32 = 1_000_000;
+
+/// What the robot's sensors say at one tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observation {
+    /// Ticks since the start.
+    pub tick: u64,
+    /// Robot's clock, seconds.
+    pub stamp: f64,
+    /// One range a beam, metres; `range_max` where nothing was met.
+    pub ranges: Vec<f32>,
+    /// Pose in the odometry frame, which begins at the origin and drifts.
+    pub odometry: Pose2,
+    /// Measured speed and turn rate.
+    pub twist: Twist,
+    /// The people the planner is told about, map frame.
+    pub people: People,
+}
+
+/// What really is at one tick: for metrics, never for a planner.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Truth {
+    /// Ticks since the start.
+    pub tick: u64,
+    /// Seconds since the start.
+    pub time: f64,
+    /// The robot's pose, map frame.
+    pub pose: Pose2,
+    /// The robot's speed and turn rate.
+    pub twist: Twist,
+    /// Distance between the centres of the robot and the nearest person, metres; infinite with nobody
+    /// there.
+    pub person_distance: f64,
+    /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
+    pub person_clearance: f64,
+    /// Gap between the robot's body and the nearest wall, metres.
+    pub wall_clearance: f64,
+    /// Speed at which a wall stopped the robot during this tick, m/s.
+    pub wall_impact: Option<f64>,
+    /// Ids of the people whose disc overlaps the robot's (D11), ascending.
+    pub touching: Vec<u32>,
+}
+
+/// The simulated world. Same scenario, map, recordings, seed and commands: same run, bit for bit.
+#[derive(Debug, Clone)]
+pub struct World {
+    scenario: Scenario,
+    map: StaticMap,
+    seed: u64,
+    tick: u64,
+    plant: Plant,
+    lidar: Lidar,
+    walkers: Vec<WalkerState>,
+    recordings: Vec<Recording>,
+    live: People,
+    people: People,
+}
+
+impl World {
+    /// The world at t = 0. `recordings` are those the scenario names, in its order. Checks the scenario
+    /// against the map.
+    pub fn new(
+        scenario: &Scenario,
+        map: StaticMap,
+        recordings: Vec<Recording>,
+        seed: u64,
+    ) -> Result<Self, ScenarioError> {
+        scenario.validate()?;
+        scenario.check(&map)?;
+        let robot = &scenario.robot;
+        let start = robot.start;
+        let mut world = Self {
+            plant: Plant::new(robot.model.clone(), scenario.odometry_noise, start),
+            lidar: Lidar::new(scenario.laser),
+            walkers: scenario.walkers.iter().map(WalkerState::new).collect(),
+            recordings: chosen(scenario, recordings)?,
+            live: People::default(),
+            people: People::default(),
+            scenario: scenario.clone(),
+            map,
+            seed,
+            tick: 0,
+        };
+        world.people = world.everybody();
+        let start = world.draw_start();
+        world.plant = Plant::new(world.scenario.robot.model.clone(), world.scenario.odometry_noise, start);
+        Ok(world)
+    }
+
+    /// The scenario.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Ticks since the start.
+    pub fn tick(&self) -> u64 {
+        self.tick
+    }
+
+    /// Seconds since the start.
+    pub fn time(&self) -> f64 {
+        self.tick as f64 * self.scenario.clock.tick_s
+    }
+
+    /// Everybody there is.
+    pub fn people(&self) -> &People {
+        &self.people
+    }
+
+    /// What the sensors say now.
+    pub fn observe(&self) -> Observation {
+        let mut noise = rng(self.seed, LASER_STREAM + self.tick);
+        let pose = self.plant.pose();
+        let what = self.scenario.perception.people;
+        Observation {
+            tick: self.tick,
+            stamp: self.time(),
+            ranges: self.lidar.scan(&self.map, pose, &self.people, &mut noise),
+            odometry: self.plant.odometry(),
+            twist: self.plant.twist(),
+            people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),
+        }
+    }
+
+    /// What really is now.
+    pub fn truth(&self) -> Truth {
+        let pose = self.plant.pose();
+        let contact = self.contact_distance();
+        let distances: Vec<f64> =
+            (0..self.people.len()).map(|i| self.people.position(i).distance(pose.position())).collect();
+        let person_distance = distances.iter().copied().fold(f64::INFINITY, f64::min);
+        let touching =
+            self.people.id.iter().zip(&distances).filter(|(_, d)| **d < contact).map(|(id, _)| *id).collect();
+        Truth {
+            tick: self.tick,
+            time: self.time(),
+            pose,
+            twist: self.plant.twist(),
+            person_distance,
+            person_clearance: person_distance - contact,
+            wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
+            wall_impact: self.plant.wall_impact(),
+            touching,
+        }
+    }
+
+    /// One tick: the robot moves towards the commanded twist, then the people move, seeing it there.
+    pub fn step(&mut self, command: Twist) {
+        let dt = self.scenario.clock.tick_s;
+        let mut noise = rng(self.seed, ODOMETRY_STREAM + self.tick);
+        self.plant.step(command, dt, &self.map, &mut noise);
+        let (robot, keep_off) = (self.plant.pose().position(), self.contact_distance() + WAITING_MARGIN);
+        self.walkers.iter_mut().for_each(|w| w.step(dt, robot, keep_off));
+        self.tick += 1;
+        self.people = self.everybody();
+    }
+
+    /// Puts live people into the world in place of those given before; their ids are counted from
+    /// [`FIRST_LIVE_ID`]. They stay where they are until told otherwise.
+    pub fn replace_live_people(&mut self, people: &People) {
+        self.live = people.clone();
+        self.people = self.everybody();
+    }
+
+    /// Distance between centres at which the robot touches a person, metres.
+    fn contact_distance(&self) -> f64 {
+        self.plant.radius() + self.scenario.people.radius
+    }
+
+    fn everybody(&self) -> People {
+        let mut all = People { radius: self.scenario.people.radius, ..People::default() };
+        let mut add = |id: u32, p: Point2, v: (f64, f64)| {
+            all.id.push(id);
+            all.x.push(p.x);
+            all.y.push(p.y);
+            all.vx.push(v.0);
+            all.vy.push(v.1);
+        };
+        for (id, walker) in (0_u32..).zip(&self.walkers) {
+            add(id, walker.position(), walker.velocity());
+        }
+        let mut first = self.walkers.len() as u32;
+        for (setup, recording) in self.scenario.recorded.iter().zip(&self.recordings) {
+            let time = setup.start_s + self.time();
+            let turn = Pose2::new(0.0, 0.0, setup.pose.heading);
+            let mut place = |index: usize, position: Point2, velocity: Point2| {
+                let velocity = turn.transform(velocity);
+                add(first + index as u32, setup.pose.transform(position), (velocity.x, velocity.y));
+            };
+            if setup.repeat {
+                recording.at_repeating(time).for_each(|p| place(p.index, p.position, p.velocity));
+            } else {
+                recording.at(time).for_each(|p| place(p.index, p.position, p.velocity));
+            }
+            first += recording.ids().len() as u32;
+        }
+        for i in 0..self.live.len() {
+            let velocity = (self.live.vx[i], self.live.vy[i]);
+            add(FIRST_LIVE_ID.saturating_add(self.live.id[i]), self.live.position(i), velocity);
+        }
+        all
+    }
+
+    /// The true start (D8): nominal plus noise, redrawn while beyond two standard deviations on any axis
+    /// or not clear of walls and people.
+    fn draw_start(&self) -> Pose2 {
+        let robot = &self.scenario.robot;
+        let mut noise = rng(self.seed, START_STREAM);
+        for _ in 0..START_DRAWS {
+            let z: [f64; 3] = std::array::from_fn(|_| standard_normal(&mut noise));
+            let offset: [f64; 3] = std::array::from_fn(|i| robot.start_noise * robot.initial_sigma[i] * z[i]);
+            let p = Point2::new(robot.start.x + offset[0], robot.start.y + offset[1]);
+            let clear = wall_distance(&self.map, p) >= robot.model.radius()
+                && (0..self.people.len())
+                    .all(|i| self.people.position(i).distance(p) >= self.contact_distance());
+            if z.iter().all(|z| z.abs() <= 2.0) && clear {
+                return Pose2::default().compose(Pose2::new(p.x, p.y, robot.start.heading + offset[2]));
+            }
+        }
+        robot.start
+    }
+}
+
+/// The recordings with only the people the scenario asks for.
+fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Recording>, ScenarioError> {
+    if recordings.len() != scenario.recorded.len() {
+        let (wanted, found) = (scenario.recorded.len(), recordings.len());
+        return Err(ScenarioError::new(
+            "recorded",
+            format!("names {wanted} recordings, {found} came along"),
+            "send every recording with the scenario",
+        ));
+    }
+    for (i, (setup, recording)) in scenario.recorded.iter().zip(&mut recordings).enumerate() {
+        if let Some(ids) = &setup.ids {
+            recording.keep(ids).map_err(|id| {
+                ScenarioError::new(
+                    format!("recorded[{i}].ids"),
+                    format!("nobody in {} has id {id}", setup.file),
+                    "list ids of the recording",
+                )
+            })?;
+        }
+    }
+    Ok(recordings)
+}
