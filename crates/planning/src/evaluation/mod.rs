@@ -4,6 +4,9 @@
 //! candidate alone, never on its neighbours in the batch. Then a batch can be cut into shards over any
 //! number of replicas with the same result, bit for bit.
 
+pub mod cpc;
+pub mod distance;
+
 use crate::candidates::CandidateSet;
 use crate::scene::Scene;
 
