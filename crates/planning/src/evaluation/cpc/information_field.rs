@@ -174,14 +174,15 @@ impl InformationField {
         if !inside {
             return [0.0; 6];
         }
-        let place = self.place[row as usize * self.columns + column as usize] as usize;
+        // By way of u32: conversions to 64 bits cost several times as much, and this is the inner loop.
+        let place = self.place[row as u32 as usize * self.columns + column as u32 as usize] as usize;
         let factor = if self.headings == 1 {
             &self.factors[place]
         } else {
             // A whole number of turns is added first, for truncation to be rounding down.
             const TURNS: f64 = (HEADINGS * 1_000_000) as f64;
             let bins = heading * (HEADINGS as f64 / std::f64::consts::TAU) + (TURNS + 0.5);
-            &self.factors[place + bins as usize % HEADINGS]
+            &self.factors[place + bins as u32 as usize % HEADINGS]
         };
         factor.map(f64::from)
     }

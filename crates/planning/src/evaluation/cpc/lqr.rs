@@ -90,7 +90,7 @@ impl GainTable {
     pub fn at(&self, v: f64) -> FeedbackGains {
         let last = self.gains.len() - 1;
         let u = ((v - SLOWEST) * (1.0 / SPACING)).clamp(0.0, last as f64);
-        let i = (u as usize).min(last - 1);
+        let i = (u as u32 as usize).min(last - 1);
         let (low, high, f) = (self.gains[i], self.gains[i + 1], u - i as f64);
         FeedbackGains {
             along: low.along + f * (high.along - low.along),
