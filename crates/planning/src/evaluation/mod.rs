@@ -4,10 +4,14 @@
 //! candidate alone, never on its neighbours in the batch. Then a batch can be cut into shards over any
 //! number of replicas with the same result, bit for bit.
 
+pub mod cpc;
 pub mod crowd_cluster;
+pub mod distance;
 pub mod enclosing_circle;
 pub mod hccdm;
 mod hccdm_lanes;
+
+
 
 use crate::candidates::CandidateSet;
 use crate::scene::Scene;

@@ -1,0 +1,300 @@
+//! How much one scan tells about the pose, everywhere on the map: `C^T N'^-1 C` of eqs. 8, 10, 11.
+//!
+//! A beam in direction `d` that ends after `r` metres on a wall with normal `n` changes with the pose
+//! of the laser by
+//! ```text
+//! dr/d(x, y) = -n / (n.d)        dr/dheading = -r (n.d_perp) / (n.d)
+//! ```
+//! where `d_perp` is `d` turned by +90 degrees (the beam model, A4). In open space no beam ends within
+//! range and the information is zero.
+//!
+//! Computed once per map and laser: from the centre of each block of cells a fan of rays is cast, and
+//! for each heading those within the field of view are summed. Nothing is stored where nothing is seen.
+
+use nalgebra::Matrix3;
+use serde::{Deserialize, Serialize};
+
+use crate::evaluation::cpc::ray_cast::RayCaster;
+use crate::evaluation::cpc::wall_normals::WallNormals;
+use crate::geometry::Pose2;
+use crate::numerics::sin_cos;
+use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
+use crate::sensor::LaserModel;
+
+/// Cells along a block's side: 0.2 m at the paper's resolution, well below the ranges measured.
+const BLOCK: usize = 4;
+/// Rays cast from each block, 5 degrees apart.
+const FAN: usize = 72;
+/// Headings kept for each block, 15 degrees apart; one is enough for a laser that sees all around.
+const HEADINGS: usize = 24;
+/// Least `|n.d|`: beams that graze a wall are not trusted to be arbitrarily informative.
+const LEAST_INCIDENCE: f64 = 0.2;
+
+/// What a range says about the pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeasurementModel {
+    /// Beams that end on walls: position across the wall, and heading.
+    #[default]
+    Beam,
+    /// The paper's text (eqs. 3 and 8): distances to landmark points, here the cells that beams end
+    /// on. Tells nothing about the heading by itself.
+    Range,
+}
+
+/// Parameters of the observation model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct InformationParams {
+    /// What a range says about the pose.
+    pub model: MeasurementModel,
+    /// Standard deviation of one range as the localiser takes it, metres (A5; its `sigma_hit`, not the
+    /// laser's own noise).
+    pub sigma: f64,
+    /// Beams of one scan that count, spread over the field of view; never more than the laser has.
+    pub beams: u32,
+    /// Neighbouring beams err together; the information of a scan is divided by this, at least 1.
+    pub correlation: f64,
+}
+
+impl Default for InformationParams {
+    fn default() -> Self {
+        Self { model: MeasurementModel::Beam, sigma: 0.2, beams: 20, correlation: 4.0 }
+    }
+}
+
+/// Information J about (x, y, heading) as `L D L^T` with unit lower triangular L, in the order d1, l21,
+/// l31, d2, l32, d3. Positive semi-definite whatever the rounding, and three scalar measurements to a
+/// Kalman filter: direction (1, l21, l31) with variance 1/d1, (0, 1, l32) with 1/d2, (0, 0, 1) with 1/d3.
+pub(super) type Factor = [f64; 6];
+
+/// The observation information of one scan, on blocks of cells and headings.
+#[derive(Debug, Clone)]
+pub struct InformationField {
+    origin: Pose2,
+    sin_cos: (f64, f64),
+    blocks_per_metre: f64,
+    columns: usize,
+    rows: usize,
+    headings: usize,
+    robot_from_laser: Pose2,
+    /// Place of each block's first factor; 0 where nothing is seen.
+    place: Vec<u32>,
+    /// Factors in the grid's axes, `[block, heading]`, the first `headings` of them zero.
+    factors: Vec<[f32; 6]>,
+}
+
+impl InformationField {
+    /// Casts the rays. About a second on a map of 350 000 cells at worst.
+    pub fn new(map: &StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
+        let grid = &*map.grid;
+        let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
+        let fan = Fan::new(map, laser, params);
+        let headings = fan.windows.len();
+        let mut factors = vec![[0.0; 6]; headings];
+        let mut place = vec![0; columns * rows];
+        for (index, place) in place.iter_mut().enumerate() {
+            let centre = |i: usize, end: usize| ((i * BLOCK + BLOCK / 2) as f64).min(end as f64 - 0.5);
+            let (x, y) = (centre(index % columns, grid.width()), centre(index / columns, grid.height()));
+            if grid.cell(grid.index(x as usize, y as usize)) != Cell::Free {
+                continue;
+            }
+            let seen = fan.cast(x, y);
+            if !seen.is_empty() {
+                *place = factors.len() as u32;
+                factors.extend(fan.windows.iter().map(|window| factorise(&sum(&seen, window))));
+            }
+        }
+        factors.shrink_to_fit();
+        let origin = grid.origin();
+        Self {
+            origin,
+            sin_cos: sin_cos(origin.heading),
+            blocks_per_metre: 1.0 / (grid.resolution() * BLOCK as f64),
+            columns,
+            rows,
+            headings,
+            robot_from_laser: laser.robot_from_laser,
+            place,
+            factors,
+        }
+    }
+
+    /// Information of one scan about the robot's pose (x, y, heading) at `pose`, in the map frame:
+    /// 1/m2, 1/(m rad), 1/rad2. Zero outside the map, inside walls and where nothing is in range.
+    pub fn at(&self, pose: Pose2) -> Matrix3<f64> {
+        let [d1, l21, l31, d2, l32, d3] = self.factor(pose.x, pose.y, pose.heading);
+        let l = Matrix3::new(1.0, 0.0, 0.0, l21, 1.0, 0.0, l31, l32, 1.0);
+        let in_grid = l * Matrix3::from_diagonal(&nalgebra::vector![d1, d2, d3]) * l.transpose();
+        let turn = self.map_from_grid();
+        turn * in_grid * turn.transpose()
+    }
+
+    /// Memory held, bytes.
+    pub fn bytes(&self) -> usize {
+        self.place.len() * size_of::<u32>() + self.factors.len() * size_of::<[f32; 6]>()
+    }
+
+    /// Heading of the grid's first axis in the map frame, radians.
+    pub(super) fn grid_heading(&self) -> f64 {
+        self.origin.heading
+    }
+
+    /// Turns vectors (x, y, heading) of the grid's axes into the map's.
+    pub(super) fn map_from_grid(&self) -> Matrix3<f64> {
+        let (s, c) = self.sin_cos;
+        Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+    }
+
+    /// Information about the robot's pose in the grid's axes, for a robot at (x, y, heading) of the map.
+    #[inline]
+    pub(super) fn factor(&self, x: f64, y: f64, heading: f64) -> Factor {
+        let (dx, dy) = (x - self.origin.x, y - self.origin.y);
+        let (s, c) = self.sin_cos;
+        let (mut x, mut y) = (c * dx + s * dy, c * dy - s * dx);
+        let heading = heading - self.origin.heading;
+        let lever = self.robot_from_laser;
+        if lever.x == 0.0 && lever.y == 0.0 {
+            return self.of_laser(x, y, heading + lever.heading);
+        }
+        let (s, c) = sin_cos(heading);
+        let (ax, ay) = (c * lever.x - s * lever.y, s * lever.x + c * lever.y);
+        (x, y) = (x + ax, y + ay);
+        // Turning the robot also carries the laser along by (-ay, ax) per radian; each direction h of
+        // the factor becomes (h1, h2, h3 - ay h1 + ax h2).
+        let [d1, l21, l31, d2, l32, d3] = self.of_laser(x, y, heading + lever.heading);
+        [d1, l21, l31 - ay + ax * l21, d2, l32 + ax, d3]
+    }
+
+    /// Stored information about the laser's own pose, all in the grid's axes, metres.
+    #[inline]
+    fn of_laser(&self, x: f64, y: f64, heading: f64) -> Factor {
+        let (column, row) = (x * self.blocks_per_metre, y * self.blocks_per_metre);
+        let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
+        if !inside {
+            return [0.0; 6];
+        }
+        // By way of u32: conversions to 64 bits cost several times as much, and this is the inner loop.
+        let place = self.place[row as u32 as usize * self.columns + column as u32 as usize] as usize;
+        let factor = if self.headings == 1 {
+            &self.factors[place]
+        } else {
+            // A whole number of turns is added first, for truncation to be rounding down.
+            const TURNS: f64 = (HEADINGS * 1_000_000) as f64;
+            let bins = heading * (HEADINGS as f64 / std::f64::consts::TAU) + (TURNS + 0.5);
+            &self.factors[place + bins as u32 as usize % HEADINGS]
+        };
+        factor.map(f64::from)
+    }
+}
+
+/// A measurement row dr/d(x, y, heading) for each ray of the fan that ended in range.
+type Seen = Vec<(usize, [f64; 3])>;
+/// Weight of each ray of the fan for one heading: its share of the field of view times what one scan's
+/// beams are worth.
+type Window = [f64; FAN];
+
+/// The rays cast from every block, and which of them each heading sees.
+struct Fan<'a> {
+    caster: RayCaster<'a>,
+    normals: WallNormals,
+    directions: [(f64, f64); FAN],
+    windows: Vec<Window>,
+    model: MeasurementModel,
+    /// Range of the laser, cells.
+    reach: f64,
+    resolution: f64,
+}
+
+impl<'a> Fan<'a> {
+    fn new(map: &'a StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
+        let grid: &OccupancyGrid = &map.grid;
+        let all_around = laser.fov >= std::f64::consts::TAU - 1e-9;
+        let fov = laser.fov.min(std::f64::consts::TAU);
+        let beams = f64::from(params.beams.min(laser.beams));
+        let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
+        let spacing = std::f64::consts::TAU / FAN as f64;
+        let windows = (0..if all_around { 1 } else { HEADINGS })
+            .map(|h| {
+                std::array::from_fn(|i| {
+                    // How much of the sector around ray i lies in the field of view around heading h.
+                    let away = (i + FAN - h * (FAN / HEADINGS)) % FAN;
+                    let away = away.min(FAN - away) as f64 * spacing;
+                    let overlap = (0.5 * fov - away + 0.5 * spacing).clamp(0.0, spacing);
+                    let overlap = if all_around { spacing } else { overlap };
+                    scan * overlap / fov
+                })
+            })
+            .collect();
+        Self {
+            caster: RayCaster::new(&map.to_occupied, grid.resolution()),
+            normals: WallNormals::new(grid),
+            directions: std::array::from_fn(|i| {
+                let (s, c) = sin_cos(i as f64 * spacing);
+                (c, s)
+            }),
+            windows,
+            model: params.model,
+            reach: laser.range_max / grid.resolution(),
+            resolution: grid.resolution(),
+        }
+    }
+
+    /// Rows of all rays from the point (x, y), in cells, that end in range.
+    fn cast(&self, x: f64, y: f64) -> Seen {
+        let mut seen = Seen::new();
+        if self.caster.clearance(x as usize, y as usize) > self.reach + 2.0 {
+            return seen;
+        }
+        for (i, &(dx, dy)) in self.directions.iter().enumerate() {
+            let Some(hit) = self.caster.cast((x, y), (dx, dy), self.reach) else { continue };
+            let measured = match self.model {
+                MeasurementModel::Range => [-dx, -dy, 0.0],
+                MeasurementModel::Beam => {
+                    // A post is met head-on from every side.
+                    let (nx, ny) = self.normals.at(hit.cell).unwrap_or((dx, dy));
+                    let towards = nx * dx + ny * dy;
+                    let incidence = towards.abs().max(LEAST_INCIDENCE).copysign(towards);
+                    let across = ny * dx - nx * dy;
+                    let range = hit.range * self.resolution;
+                    [-nx / incidence, -ny / incidence, -range * across / incidence]
+                }
+            };
+            seen.push((i, measured));
+        }
+        seen
+    }
+}
+
+/// `sum w C^T C` over the rays seen: xx, xy, xt, yy, yt, tt.
+fn sum(seen: &Seen, window: &Window) -> [f64; 6] {
+    let mut j = [0.0; 6];
+    for &(i, [x, y, t]) in seen {
+        let w = window[i];
+        if w > 0.0 {
+            let terms = [x * x, x * y, x * t, y * y, y * t, t * t];
+            for (sum, term) in j.iter_mut().zip(terms) {
+                *sum += w * term;
+            }
+        }
+    }
+    j
+}
+
+/// `L D L^T` of a positive semi-definite matrix. What is left of a diagonal entry below its rounding
+/// noise is nothing.
+fn factorise(&[xx, xy, xt, yy, yt, tt]: &[f64; 6]) -> [f32; 6] {
+    const NOISE: f64 = 1e-9;
+    let divide = |a: f64, d: f64| if d > 0.0 { a / d } else { 0.0 };
+    let left = |d: f64, of: f64| if d > NOISE * of { d } else { 0.0 };
+    let d1 = left(xx, xx + yy);
+    let (l21, l31) = (divide(xy, d1), divide(xt, d1));
+    let d2 = left(yy - l21 * xy, yy);
+    let l32 = divide(yt - l21 * xt, d2);
+    let d3 = left(tt - l31 * xt - l32 * l32 * d2, tt);
+    [d1, l21, l31, d2, l32, d3].map(|v| v as f32)
+}
+
+#[cfg(test)]
+#[path = "information_field_tests.rs"]
+mod tests;
