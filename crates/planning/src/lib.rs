@@ -10,6 +10,7 @@
 
 pub mod arbitration;
 pub mod candidates;
+pub mod collision;
 pub mod evaluation;
 pub mod forecast;
 pub mod generation;
