@@ -114,7 +114,13 @@ impl<'a> CollisionChecker<'a> {
 
     /// Whether the robot standing at `pose` keeps its distance from walls.
     pub fn wall_clear(&self, pose: Pose2) -> bool {
-        self.map.to_obstacle.clearance(&self.map.grid, pose.position()) >= self.wall_distance
+        self.wall_spare(pose) >= 0.0
+    }
+
+    /// How far the robot may move from `pose` in any way before its distance from walls has to be
+    /// looked at again, metres; negative when it is too near already.
+    pub fn wall_spare(&self, pose: Pose2) -> f64 {
+        self.map.to_obstacle.clearance(&self.map.grid, pose.position()) - self.wall_distance
     }
 
     /// Whether the straight way from `from` to `to` keeps the distance from walls, `from` excluded.

@@ -1,0 +1,241 @@
+//! Timing a path: the unicycle is driven along it in closed loop, under its limits, and braked so that it
+//! stands when the horizon ends (D14).
+
+use serde::{Deserialize, Serialize};
+
+use crate::generation::path::Path;
+use crate::geometry::{Pose2, Twist};
+use crate::motion::{RobotModel, step};
+use crate::numerics::atan2;
+
+/// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RolloutParams {
+    /// Longest step of integration, seconds: the driver's period, so that both move alike.
+    pub substep: f64,
+    /// Distance of the pursued point at standstill, metres.
+    pub lookahead: f64,
+    /// How much further it is per speed, seconds.
+    pub lookahead_time: f64,
+    /// Beyond this bearing of the pursued point the robot turns on the spot, radians.
+    pub turn_from: f64,
+    /// A turn that comes first ends at this bearing, radians.
+    pub turn_until: f64,
+    /// Share of the greatest turn rate a path's bends may use; the rest is for corrections.
+    pub turn_share: f64,
+}
+
+impl Default for RolloutParams {
+    fn default() -> Self {
+        Self {
+            substep: 0.1,
+            lookahead: 0.35,
+            lookahead_time: 0.4,
+            turn_from: 1.2,
+            turn_until: 0.25,
+            turn_share: 0.9,
+        }
+    }
+}
+
+/// How a path is to be driven.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeedProfile {
+    /// Cruising speed as a fraction of the greatest.
+    pub fraction: f64,
+    /// Whether the robot first turns on the spot towards the path.
+    pub turn_first: bool,
+}
+
+/// A timed path: states at dt, 2 dt, ... after the start.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Rollout {
+    /// Metres.
+    pub x: Vec<f64>,
+    /// Metres.
+    pub y: Vec<f64>,
+    /// Radians.
+    pub heading: Vec<f64>,
+    /// m/s.
+    pub v: Vec<f64>,
+    /// rad/s.
+    pub omega: Vec<f64>,
+    /// Mean speed before the final braking ramp, m/s: the ramp is imposed on every candidate and says
+    /// nothing about whether this one gets anywhere.
+    pub mean_speed: f64,
+}
+
+/// What a rollout starts from and how long it lasts.
+#[derive(Debug, Clone, Copy)]
+pub struct Departure<'a> {
+    /// Where the robot is.
+    pub pose: Pose2,
+    /// How it moves.
+    pub twist: Twist,
+    /// What it can do.
+    pub robot: &'a RobotModel,
+    /// Number of states, at least 1.
+    pub steps: usize,
+    /// Seconds between states.
+    pub dt: f64,
+}
+
+/// Drives along `path` from `from.pose` and records `from.steps` states. Speeds, turn rates and their
+/// changes obey the robot's limits at every substep, and the last state stands still (if the limits
+/// allow it to stop at all within the horizon).
+pub fn rollout(path: &Path, profile: SpeedProfile, from: &Departure<'_>, params: &RolloutParams) -> Rollout {
+    let pieces = (from.dt / params.substep - 1e-9).ceil().max(1.0) as usize;
+    let h = from.dt / pieces as f64;
+    let total = from.steps * pieces;
+    let mut state =
+        Follower { path, params, robot: from.robot, profile, progress: 0, turning: profile.turn_first };
+    let (mut pose, mut twist) = (from.pose, from.twist);
+    let mut out = Rollout::default();
+    let (mut travelled, mut driven) = (0.0, 0.0);
+    let mut ramp = false;
+    for k in 1..=total {
+        let left = (total - k) as f64 * h;
+        let mut wanted = state.pursue(pose, twist, h);
+        let v_cap = from.robot.a_max * left;
+        ramp |= wanted.v > v_cap;
+        if wanted.v > v_cap && wanted.v > 0.0 {
+            // Slower on the same curve.
+            wanted = Twist { v: v_cap, omega: wanted.omega * v_cap / wanted.v };
+        }
+        let omega_cap = from.robot.alpha_max * left;
+        wanted.omega = wanted.omega.clamp(-omega_cap, omega_cap);
+        twist = from.robot.limit(twist, wanted, h);
+        pose = step(pose, twist, h);
+        if !ramp {
+            travelled += twist.v * h;
+            driven += h;
+        }
+        if k % pieces == 0 {
+            out.x.push(pose.x);
+            out.y.push(pose.y);
+            out.heading.push(pose.heading);
+            out.v.push(twist.v);
+            out.omega.push(twist.omega);
+        }
+    }
+    out.mean_speed = if driven > 0.0 { travelled / driven } else { 0.0 };
+    out
+}
+
+struct Follower<'a> {
+    path: &'a Path,
+    params: &'a RolloutParams,
+    robot: &'a RobotModel,
+    profile: SpeedProfile,
+    /// Index of the path's point the robot has come to.
+    progress: usize,
+    turning: bool,
+}
+
+impl Follower<'_> {
+    /// The twist that leads towards the point ahead on the path.
+    fn pursue(&mut self, pose: Pose2, twist: Twist, h: f64) -> Twist {
+        self.progress = self.path.advance(self.progress, pose.position());
+        let s = self.progress as f64 * Path::SPACING;
+        let remaining = self.path.length() - s;
+        let lookahead = self.params.lookahead + self.params.lookahead_time * twist.v;
+        let target = pose.inverse_transform(self.path.at(s + lookahead));
+        let bearing = atan2(target.y, target.x);
+        self.turning &= bearing.abs() > self.params.turn_until;
+        // Braking in steps of h: half a step's speed less keeps the stop before the path's end.
+        let v_stop = (2.0 * self.robot.a_max * remaining.max(0.0)).sqrt() - 0.5 * self.robot.a_max * h;
+        if self.turning || bearing.abs() > self.params.turn_from {
+            let rate = (1.6 * self.robot.alpha_max * bearing.abs()).sqrt().min(self.robot.omega_max);
+            let rate = if remaining > 0.0 { rate } else { 0.0 };
+            return Twist { v: 0.0, omega: rate * bearing.signum() };
+        }
+        let squared = target.x * target.x + target.y * target.y;
+        let curvature = if squared > 1e-6 { 2.0 * target.y / squared } else { 0.0 };
+        let v_bend = self.params.turn_share * self.robot.omega_max / curvature.abs().max(1e-6);
+        let v = (self.profile.fraction * self.robot.v_max).min(v_bend).min(v_stop).max(0.0);
+        let reached = self.robot.limit(twist, Twist { v, omega: 0.0 }, h).v;
+        Twist { v, omega: curvature * reached }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point2;
+    use crate::random::{rng, uniform};
+
+    fn departure(robot: &RobotModel, v: f64) -> Departure<'_> {
+        Departure { pose: Pose2::default(), twist: Twist { v, omega: 0.0 }, robot, steps: 13, dt: 0.3 }
+    }
+
+    #[test]
+    fn whatever_the_path_limits_hold_and_the_robot_stands_at_the_end() {
+        let robot = RobotModel::default();
+        let mut r = rng(11, 0);
+        for _ in 0..500 {
+            let points: Vec<Point2> = (0..6)
+                .map(|_| Point2::new(4.0 * uniform(&mut r) - 1.0, 4.0 * uniform(&mut r) - 2.0))
+                .collect();
+            let path = Path::new(Point2::default(), points, 5.0);
+            let profile =
+                SpeedProfile { fraction: 0.2 + 0.8 * uniform(&mut r), turn_first: uniform(&mut r) < 0.3 };
+            let from = departure(&robot, uniform(&mut r));
+            let out = rollout(&path, profile, &from, &RolloutParams::default());
+            assert_eq!(out.x.len(), 13);
+            let (mut pose, mut twist) = (from.pose, from.twist);
+            for k in 0..13 {
+                assert!(out.v[k] >= 0.0 && out.v[k] <= robot.v_max && out.omega[k].abs() <= robot.omega_max);
+                assert!((out.v[k] - twist.v).abs() <= robot.a_max * 0.3 + 1e-9);
+                assert!((out.omega[k] - twist.omega).abs() <= robot.alpha_max * 0.3 + 1e-9);
+                let next = Pose2::new(out.x[k], out.y[k], out.heading[k]);
+                assert!(pose.position().distance(next.position()) <= robot.v_max * 0.3 + 1e-9);
+                (pose, twist) = (next, Twist { v: out.v[k], omega: out.omega[k] });
+            }
+            assert!(twist.v.abs() < 1e-9 && twist.omega.abs() < 1e-9, "{twist:?}");
+        }
+    }
+
+    #[test]
+    fn a_straight_path_from_rest_goes_as_far_as_acceleration_and_braking_allow() {
+        let robot = RobotModel::default();
+        let path = Path::new(Point2::default(), [Point2::new(10.0, 0.0)], 10.0);
+        let out = rollout(
+            &path,
+            SpeedProfile { fraction: 1.0, turn_first: false },
+            &departure(&robot, 0.0),
+            &RolloutParams::default(),
+        );
+        // 0.5 m/s2 up for 1.95 s and down for 1.95 s: 0.975 * 1.95 = 1.9 m
+        assert!((out.x[12] - 1.9).abs() < 0.06, "{}", out.x[12]);
+        // mean before the ramp is about half the peak
+        assert!(out.mean_speed > 0.4 && out.mean_speed < 0.55);
+    }
+
+    #[test]
+    fn a_path_that_ends_early_is_stopped_at() {
+        let robot = RobotModel::default();
+        let path = Path::new(Point2::default(), [Point2::new(1.0, 0.0)], 10.0);
+        let out = rollout(
+            &path,
+            SpeedProfile { fraction: 1.0, turn_first: false },
+            &departure(&robot, 0.5),
+            &RolloutParams::default(),
+        );
+        assert!((out.x[12] - 1.0).abs() < 0.12, "{}", out.x[12]);
+    }
+
+    #[test]
+    fn a_path_that_starts_behind_is_turned_to_on_the_spot() {
+        let robot = RobotModel::default();
+        let path = Path::new(Point2::default(), [Point2::new(-5.0, -0.5)], 10.0);
+        let out = rollout(
+            &path,
+            SpeedProfile { fraction: 1.0, turn_first: true },
+            &Departure { steps: 25, ..departure(&robot, 0.0) },
+            &RolloutParams::default(),
+        );
+        assert!(out.x[3].abs() < 0.05 && out.heading[3].abs() > 0.3);
+        assert!(out.x[24] < -1.0, "{}", out.x[24]);
+    }
+}

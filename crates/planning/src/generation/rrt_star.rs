@@ -1,0 +1,299 @@
+//! RRT* (Karaman and Frazzoli, 2011) over poses joined by Dubins paths: Alg. 1 with its slips repaired
+//! (A22, A23), so that Parent and Rewire mean something (D14).
+//!
+//! A tree holds at most about a thousand nodes, so nearest and near neighbours are found by scanning the
+//! arrays: that is faster here than keeping a k-d tree, lets the distance look at headings, and gives
+//! the same order on every machine.
+
+use serde::{Deserialize, Serialize};
+
+use crate::collision::CollisionChecker;
+use crate::generation::dubins::Dubins;
+use crate::generation::tree::Tree;
+use crate::geometry::{Point2, Pose2, Twist};
+use crate::motion::step;
+use crate::numerics::{atan2, ln, sin_cos};
+use crate::occupancy::{Cell, OccupancyGrid};
+use crate::random::{Rng, uniform};
+
+/// Parameters of the tree.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RrtStarParams {
+    /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
+    pub iterations: u32,
+    /// Most nodes a tree may have; beyond it the least promising leaves go first.
+    pub max_nodes: u32,
+    /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
+    pub eta: f64,
+    /// Turning radius of edges, metres: what the robot manages at 0.6 m/s with 1 rad/s.
+    pub turning_radius: f64,
+    /// Longest edge, metres. Below half a turning circle, so that no edge ever loops.
+    pub max_edge: f64,
+    /// RRT*'s gamma, metres: the neighbourhood is min(gamma sqrt(ln n / n), eta).
+    pub gamma: f64,
+    /// Share of samples taken on the shortest way to the goal.
+    pub goal_bias: f64,
+    /// A new node is refused when a node this near, metres, with nearly its heading exists already.
+    pub spacing: f64,
+    /// Room around the disc the robot can cover within the horizon that is sampled as well, metres.
+    pub disc_margin: f64,
+}
+
+impl Default for RrtStarParams {
+    fn default() -> Self {
+        Self {
+            iterations: 300,
+            max_nodes: 800,
+            eta: 1.0,
+            turning_radius: 0.6,
+            max_edge: 1.5,
+            gamma: 12.0,
+            goal_bias: 0.05,
+            spacing: 0.15,
+            disc_margin: 1.0,
+        }
+    }
+}
+
+/// Where samples come from.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleSpace<'a> {
+    /// Only free cells of this grid are taken.
+    pub grid: &'a OccupancyGrid,
+    /// Centre of the disc.
+    pub centre: Point2,
+    /// Its radius, metres.
+    pub radius: f64,
+    /// Points of the shortest way to the goal, taken with the goal bias.
+    pub way: &'a [Point2],
+}
+
+impl SampleSpace<'_> {
+    /// One point of free space; `None` when twenty tries found none.
+    fn draw(&self, goal_bias: f64, rng: &mut Rng) -> Option<Point2> {
+        if !self.way.is_empty() && uniform(rng) < goal_bias {
+            return Some(self.way[(uniform(rng) * self.way.len() as f64) as usize]);
+        }
+        (0..20).find_map(|_| {
+            let r = self.radius * uniform(rng).sqrt();
+            let (s, c) = sin_cos(std::f64::consts::TAU * uniform(rng));
+            let p = Point2::new(self.centre.x + r * c, self.centre.y + r * s);
+            let (column, row) = self.grid.locate(p)?;
+            (self.grid.cell(self.grid.index(column, row)) == Cell::Free).then_some(p)
+        })
+    }
+}
+
+/// The shortest edge between two poses, if it is short enough and keeps clear of walls.
+pub fn edge(
+    from: Pose2,
+    to: Pose2,
+    bound: f64,
+    radius: f64,
+    checker: &CollisionChecker<'_>,
+) -> Option<Dubins> {
+    let path = Dubins::shortest_within(from, to, radius, bound)?;
+    clear(&path, checker).then_some(path)
+}
+
+/// Whether an edge keeps clear of walls: strides as long as the clearance allows.
+fn clear(path: &Dubins, checker: &CollisionChecker<'_>) -> bool {
+    path.walk(CollisionChecker::WALL_SPACING, |pose| {
+        let spare = checker.wall_spare(pose);
+        (spare >= 0.0).then_some(spare.max(CollisionChecker::WALL_SPACING))
+    })
+}
+
+/// A tree while it grows.
+pub struct RrtStar<'a> {
+    params: &'a RrtStarParams,
+    checker: &'a CollisionChecker<'a>,
+    tree: Tree,
+    /// Cosine and sine of every heading.
+    direction: Vec<(f64, f64)>,
+    children: Vec<Vec<u32>>,
+}
+
+impl<'a> RrtStar<'a> {
+    /// Goes on with `tree`, which has a root.
+    pub fn new(params: &'a RrtStarParams, checker: &'a CollisionChecker<'a>, tree: Tree) -> Self {
+        let direction = tree.heading.iter().map(|&h| turned(h)).collect();
+        let children = tree.children();
+        Self { params, checker, tree, direction, children }
+    }
+
+    /// The tree as a value, parents first.
+    pub fn into_tree(self) -> Tree {
+        self.tree.compact(|_| true)
+    }
+
+    /// Alg. 1's loop: draws `iterations` samples and adds a node for each that can be reached.
+    /// `should_stop` is asked now and then, for emergencies only: it makes the tree depend on the machine.
+    pub fn grow(
+        &mut self,
+        space: &SampleSpace<'_>,
+        iterations: u32,
+        rng: &mut Rng,
+        should_stop: &dyn Fn() -> bool,
+    ) {
+        // The root has moved since the last cycle: what it now reaches directly hangs on it.
+        let near = self.near(self.tree.position(0), self.params.eta);
+        self.rewire(0, &near);
+        for k in 0..iterations {
+            if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && should_stop()) {
+                break;
+            }
+            if let Some(sample) = space.draw(self.params.goal_bias, rng) {
+                self.extend(sample);
+            }
+        }
+    }
+
+    /// Nearest, Steer, ObstacleFree, FindNearNeighbor, Parent, add, Rewire.
+    fn extend(&mut self, sample: Point2) {
+        let nearest = self.nearest(sample);
+        let Some((pose, arc)) = self.steer(nearest, sample) else { return };
+        if !self.checker.wall_clear(pose) {
+            return;
+        }
+        let n = self.tree.len() as f64 + 1.0;
+        let radius = (self.params.gamma * (ln(n) / n).sqrt()).min(self.params.eta);
+        let near = self.near(pose.position(), radius);
+        if self.crowded(pose, &near) {
+            return;
+        }
+        let Some((parent, cost)) = self.best_parent(pose, nearest, arc, &near) else { return };
+        let new = self.tree.push(pose, cost, parent as u32);
+        self.direction.push(turned(pose.heading));
+        self.children.push(Vec::new());
+        self.children[parent].push(new as u32);
+        self.rewire(new, &near);
+    }
+
+    /// The node from which the sample is reached best: distance plus half of what lies off its heading.
+    fn nearest(&self, sample: Point2) -> usize {
+        let mut best = (f64::INFINITY, 0);
+        for node in 0..self.tree.len() {
+            let (dx, dy) = (sample.x - self.tree.x[node], sample.y - self.tree.y[node]);
+            let (c, s) = self.direction[node];
+            let distance = 1.5 * (dx * dx + dy * dy).sqrt() - 0.5 * (dx * c + dy * s);
+            if distance < best.0 {
+                best = (distance, node);
+            }
+        }
+        best.1
+    }
+
+    /// Nodes within `radius` of a point and their distance, in index order.
+    fn near(&self, p: Point2, radius: f64) -> Vec<(usize, f64)> {
+        let squared = radius * radius;
+        (0..self.tree.len())
+            .filter_map(|node| {
+                let d = self.tree.position(node).distance_squared(p);
+                (d <= squared).then(|| (node, d.sqrt()))
+            })
+            .collect()
+    }
+
+    /// Whether a node so near and so directed exists that this one would add nothing.
+    fn crowded(&self, pose: Pose2, near: &[(usize, f64)]) -> bool {
+        let (c, s) = turned(pose.heading);
+        near.iter().any(|&(node, d)| {
+            let (nc, ns) = self.direction[node];
+            d < self.params.spacing && c * nc + s * ns > 0.9
+        })
+    }
+
+    /// The pose at most eta along the arc that leaves `from` tangentially towards the sample, no
+    /// tighter than the turning radius, and the arc's length.
+    fn steer(&self, from: usize, sample: Point2) -> Option<(Pose2, f64)> {
+        let (c, s) = self.direction[from];
+        let (dx, dy) = (sample.x - self.tree.x[from], sample.y - self.tree.y[from]);
+        let (ahead, left) = (c * dx + s * dy, -s * dx + c * dy);
+        let squared = ahead * ahead + left * left;
+        if squared < self.params.spacing * self.params.spacing {
+            return None;
+        }
+        let tightest = 1.0 / self.params.turning_radius;
+        let curvature = 2.0 * left / squared;
+        let angle = atan2(left, ahead);
+        let (curvature, length) = if ahead > 0.0 && curvature.abs() <= tightest {
+            let length = if curvature.abs() < 1e-6 { ahead } else { 2.0 * angle / curvature };
+            (curvature, length)
+        } else {
+            let quarter = std::f64::consts::FRAC_PI_2;
+            (tightest * left.signum(), angle.abs().min(quarter) * self.params.turning_radius)
+        };
+        let length = length.min(self.params.eta);
+        Some((step(self.tree.pose(from), Twist { v: 1.0, omega: curvature }, length), length))
+    }
+
+    /// The parent that gives `pose` the least cost, cheapest possible first.
+    fn best_parent(
+        &self,
+        pose: Pose2,
+        nearest: usize,
+        arc: f64,
+        near: &[(usize, f64)],
+    ) -> Option<(usize, f64)> {
+        let cost = &self.tree.cost;
+        let mut order: Vec<(f64, usize)> = near.iter().map(|&(n, d)| (cost[n] + d, n)).collect();
+        if !order.iter().any(|&(_, n)| n == nearest) {
+            order.push((cost[nearest] + self.tree.position(nearest).distance(pose.position()), nearest));
+        }
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        // The arc steered along is one way to get here; anything else has to be shorter.
+        let mut best = (usize::MAX, cost[nearest] + arc + 1e-9);
+        for (least, node) in order {
+            if least >= best.1 {
+                break;
+            }
+            let bound = (best.1 - cost[node]).min(self.params.max_edge);
+            if let Some(path) = self.edge(self.tree.pose(node), pose, bound) {
+                best = (node, cost[node] + path.length());
+            }
+        }
+        (best.0 != usize::MAX).then_some(best)
+    }
+
+    /// Hangs neighbours on `node` where that makes their way from the root shorter.
+    fn rewire(&mut self, node: usize, near: &[(usize, f64)]) {
+        for &(other, distance) in near {
+            let gain = self.tree.cost[other] - self.tree.cost[node];
+            if other == node || distance + 1e-6 >= gain {
+                continue;
+            }
+            let bound = gain.min(self.params.max_edge);
+            let Some(path) = self.edge(self.tree.pose(node), self.tree.pose(other), bound) else { continue };
+            let delta = self.tree.cost[node] + path.length() - self.tree.cost[other];
+            if delta >= -1e-6 {
+                continue;
+            }
+            if let Some(old) = self.tree.parent(other) {
+                self.children[old].retain(|&c| c as usize != other);
+            }
+            self.tree.parent[other] = node as u32;
+            self.children[node].push(other as u32);
+            self.shift_costs(other, delta);
+        }
+    }
+
+    /// Adds `delta` to the cost of a node and everything below it.
+    fn shift_costs(&mut self, node: usize, delta: f64) {
+        let mut stack = vec![node as u32];
+        while let Some(n) = stack.pop() {
+            self.tree.cost[n as usize] += delta;
+            stack.extend_from_slice(&self.children[n as usize]);
+        }
+    }
+
+    fn edge(&self, from: Pose2, to: Pose2, bound: f64) -> Option<Dubins> {
+        edge(from, to, bound, self.params.turning_radius, self.checker)
+    }
+}
+
+fn turned(heading: f64) -> (f64, f64) {
+    let (s, c) = sin_cos(heading);
+    (c, s)
+}

@@ -1,0 +1,207 @@
+//! The search tree as a value that travels between cycles and services (D15).
+
+use std::collections::BTreeMap;
+
+use crate::geometry::{Point2, Pose2};
+
+/// What is wrong with arrays that were to become a [`Tree`].
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum TreeError {
+    /// An array's length differs from the number of nodes.
+    #[error("tree array `{array}` holds {found} numbers, expected {expected} (one a node)")]
+    Length {
+        /// Which array.
+        array: String,
+        /// Its length.
+        found: usize,
+        /// Number of nodes.
+        expected: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("tree array `{array}` holds a number that is not finite at node {node}")]
+    NotFinite {
+        /// Which array.
+        array: String,
+        /// Where.
+        node: usize,
+    },
+    /// Node 0 has a parent, or another node's parent does not come before it.
+    #[error("node {node} has parent {parent}; node 0 must have none and every parent must come first")]
+    Parent {
+        /// Which node.
+        node: usize,
+        /// Its parent.
+        parent: u32,
+    },
+}
+
+/// A tree of poses, structure of arrays, one entry a node, map frame. Node 0 is the root, and every
+/// parent comes before its children; an empty tree has no root.
+///
+/// Edges are not stored: a generator rebuilds each from the two poses it joins (RRT*: the shortest
+/// Dubins path), which is deterministic and keeps the value small.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Tree {
+    /// Metres.
+    pub x: Vec<f64>,
+    /// Metres.
+    pub y: Vec<f64>,
+    /// Radians.
+    pub heading: Vec<f64>,
+    /// Length of the way from the root, metres; what else it means is the generator's.
+    pub cost: Vec<f64>,
+    /// Index of each node's parent, [`Tree::NO_PARENT`] for the root.
+    pub parent: Vec<u32>,
+    /// Further arrays of one number a node that some generator needs, by name.
+    pub extra: BTreeMap<String, Vec<f64>>,
+}
+
+impl Tree {
+    /// The root's entry in [`Self::parent`].
+    pub const NO_PARENT: u32 = u32::MAX;
+
+    /// The tree that is only a root.
+    pub fn rooted(root: Pose2) -> Self {
+        Self {
+            x: vec![root.x],
+            y: vec![root.y],
+            heading: vec![root.heading],
+            cost: vec![0.0],
+            parent: vec![Self::NO_PARENT],
+            extra: BTreeMap::new(),
+        }
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there is not even a root.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Pose of a node.
+    pub fn pose(&self, node: usize) -> Pose2 {
+        Pose2::new(self.x[node], self.y[node], self.heading[node])
+    }
+
+    /// Position of a node.
+    pub fn position(&self, node: usize) -> Point2 {
+        Point2::new(self.x[node], self.y[node])
+    }
+
+    /// Parent of a node, `None` for the root.
+    pub fn parent(&self, node: usize) -> Option<usize> {
+        let p = self.parent[node];
+        (p != Self::NO_PARENT).then_some(p as usize)
+    }
+
+    /// Appends a node without touching [`Self::extra`] and returns its index.
+    pub fn push(&mut self, pose: Pose2, cost: f64, parent: u32) -> usize {
+        self.x.push(pose.x);
+        self.y.push(pose.y);
+        self.heading.push(pose.heading);
+        self.cost.push(cost);
+        self.parent.push(parent);
+        self.len() - 1
+    }
+
+    /// Children of every node, ascending.
+    pub fn children(&self) -> Vec<Vec<u32>> {
+        let mut children = vec![Vec::new(); self.len()];
+        for node in 0..self.len() {
+            if let Some(p) = self.parent(node) {
+                children[p].push(node as u32);
+            }
+        }
+        children
+    }
+
+    /// Checks what a tree that came from elsewhere must satisfy.
+    pub fn check(&self) -> Result<(), TreeError> {
+        let expected = self.len();
+        let arrays = [("y", &self.y), ("heading", &self.heading), ("cost", &self.cost), ("x", &self.x)];
+        let extra = self.extra.iter().map(|(name, values)| (name.as_str(), values));
+        for (array, values) in arrays.into_iter().chain(extra) {
+            if values.len() != expected {
+                return Err(TreeError::Length { array: array.to_owned(), found: values.len(), expected });
+            }
+            if let Some(node) = values.iter().position(|v| !v.is_finite()) {
+                return Err(TreeError::NotFinite { array: array.to_owned(), node });
+            }
+        }
+        if self.parent.len() != expected {
+            let found = self.parent.len();
+            return Err(TreeError::Length { array: "parent".to_owned(), found, expected });
+        }
+        for (node, &parent) in self.parent.iter().enumerate() {
+            let good = if node == 0 { parent == Self::NO_PARENT } else { (parent as usize) < node };
+            if !good {
+                return Err(TreeError::Parent { node, parent });
+            }
+        }
+        Ok(())
+    }
+
+    /// The nodes that hang on the root and satisfy `keep` (as must all their ancestors), breadth first,
+    /// so that every parent comes before its children.
+    pub fn compact(&self, keep: impl Fn(usize) -> bool) -> Self {
+        let mut kept = Self::default();
+        if self.is_empty() {
+            return kept;
+        }
+        let children = self.children();
+        let mut order = vec![(0_usize, Self::NO_PARENT)];
+        let mut next = 0;
+        while next < order.len() {
+            let (node, parent) = order[next];
+            let index = kept.push(self.pose(node), self.cost[node], parent) as u32;
+            order.extend(children[node].iter().filter(|&&c| keep(c as usize)).map(|&c| (c as usize, index)));
+            next += 1;
+        }
+        for (name, values) in &self.extra {
+            kept.extra.insert(name.clone(), order.iter().map(|&(node, _)| values[node]).collect());
+        }
+        kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 0 - 1 - 2, and 3 under 0.
+    fn small() -> Tree {
+        let mut t = Tree::rooted(Pose2::default());
+        t.push(Pose2::new(1.0, 0.0, 0.0), 1.0, 0);
+        t.push(Pose2::new(2.0, 0.0, 0.0), 2.0, 1);
+        t.push(Pose2::new(0.0, 1.0, 0.0), 1.5, 0);
+        t.extra.insert("risk".to_owned(), vec![0.0, 0.1, 0.2, 0.3]);
+        t
+    }
+
+    #[test]
+    fn compacting_drops_whole_branches_and_keeps_extra_arrays_aligned() {
+        let t = small().compact(|n| n != 1);
+        assert_eq!(t.len(), 2);
+        assert_eq!(t.extra["risk"], vec![0.0, 0.3]);
+        assert_eq!(t.check(), Ok(()));
+        assert_eq!(small().compact(|_| true).check(), Ok(()));
+    }
+
+    #[test]
+    fn broken_trees_are_refused() {
+        let mut t = small();
+        t.parent[1] = 2;
+        assert_eq!(t.check(), Err(TreeError::Parent { node: 1, parent: 2 }));
+        let mut t = small();
+        t.heading[2] = f64::NAN;
+        assert_eq!(t.check(), Err(TreeError::NotFinite { array: "heading".to_owned(), node: 2 }));
+        let mut t = small();
+        t.extra.insert("depth".to_owned(), vec![1.0]);
+        assert!(matches!(t.check(), Err(TreeError::Length { .. })));
+        assert_eq!(Tree::default().check(), Ok(()));
+    }
+}
