@@ -1,1 +1,11 @@
-//! The simulator service.
+//! The simulator: takes a scenario in, plays the world it describes, and measures how the robot did.
+//!
+//! To the other services it is a robot: it gives `scan`, `odom` and `people` and takes `cmd`.
+
+mod inject;
+mod record;
+mod run;
+mod service;
+
+pub use inject::{InjectError, Prepared, prepare};
+pub use service::run;

@@ -1,0 +1,267 @@
+//! Playing one scenario, tick by tick.
+
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use curionav_crowdsim::metrics::MetricsParams;
+use curionav_crowdsim::outcome::Outcome;
+use curionav_crowdsim::{Observation, World};
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_runtime::convert;
+use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
+use curionav_runtime::query::{Urgency, ask};
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{
+    self as wire, Belief, Clock, Decision, Mission, MissionRequest, MissionState, Odometry, RunResult, Scan, keys,
+};
+use tokio::sync::watch;
+use zenoh::Session;
+
+use crate::inject::Prepared;
+use crate::record::Record;
+
+/// How long the driver may take to accept a mission.
+const DRIVER_TIMEOUT: Duration = Duration::from_secs(10);
+/// How long the services may take to prepare: fetch the map, derive fields, warm the pool.
+const READY_TIMEOUT: Duration = Duration::from_secs(90);
+/// The simulated base stops by itself without a command for this long, seconds: its own watchdog.
+const COMMAND_AGE_MAX: f64 = 0.5;
+
+/// The streams of one robot.
+pub(crate) struct Streams {
+    session: Session,
+    mission_key: String,
+    missions: Inbox<Mission>,
+    beliefs: Latest<Belief>,
+    decisions: Latest<Decision>,
+    commands: Latest<wire::Twist>,
+    scans: Topic<Scan>,
+    odometry: Topic<Odometry>,
+    people: Topic<wire::People>,
+}
+
+/// How far a run is: tick, seconds, metres to the goal.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Progress {
+    pub(crate) tick: u64,
+    pub(crate) time_s: f64,
+    pub(crate) distance_to_goal: f64,
+    /// Whether ticks have begun.
+    pub(crate) running: bool,
+}
+
+impl Streams {
+    pub(crate) fn new(session: &Session, robot: &str) -> anyhow::Result<Self> {
+        let key = |stream| keys::robot(robot, stream);
+        Ok(Self {
+            session: session.clone(),
+            mission_key: key("mission")?,
+            missions: Inbox::new(session, &key("mission")?)?,
+            beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
+            decisions: Latest::new(Inbox::new(session, &key("decision")?)?),
+            commands: Latest::new(Inbox::new(session, &key("cmd")?)?),
+            scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
+            odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
+            people: Topic::new(session, &key("people")?, Flow::Sensor)?,
+        })
+    }
+
+    /// Plays `prepared` to its end.
+    pub(crate) async fn play(
+        &mut self,
+        prepared: Prepared,
+        progress: &watch::Sender<Progress>,
+    ) -> anyhow::Result<RunResult> {
+        let Prepared { mut world, mission, profile, seed, .. } = prepared;
+        let mission = self.begin(mission).await?;
+        let params =
+            MetricsParams { converged_trace: profile.uncertainty.threshold, ..MetricsParams::default() };
+        let mut record = Record::new(params);
+        let outcome = self.ticks(&mut world, &mission, &mut record, progress).await;
+        let reason = match &outcome {
+            Ok(outcome) => format!("{outcome:?}").to_lowercase(),
+            Err(error) => format!("{error:#}"),
+        };
+        // The robot must not go on driving towards a goal nobody judges any more.
+        if let Err(error) = self.request(&MissionRequest::Finish { revision: self.revision(&mission), reason }).await {
+            tracing::warn!(%error, "the driver did not take the end of the mission");
+        }
+        Ok(record.finish(&world, &profile.name, seed, outcome?))
+    }
+
+    async fn request(&self, request: &MissionRequest) -> anyhow::Result<Mission> {
+        Ok(ask(&self.session, &self.mission_key, request, DRIVER_TIMEOUT, Urgency::Normal).await?)
+    }
+
+    /// The newest revision: a goal may have been changed on the way.
+    fn revision(&self, mission: &Mission) -> u64 {
+        std::iter::from_fn(|| self.missions.try_next()).last().map_or(mission.revision, |m| m.revision)
+    }
+
+    /// Gives the mission to the driver and waits until every required role is ready for it.
+    async fn begin(&mut self, mission: Mission) -> anyhow::Result<Mission> {
+        while self.missions.try_next().is_some() {}
+        let deadline = tokio::time::Instant::now() + DRIVER_TIMEOUT;
+        let request = MissionRequest::Set { mission: Box::new(mission) };
+        let accepted = loop {
+            match self.request(&request).await {
+                Ok(accepted) => break accepted,
+                Err(error) if tokio::time::Instant::now() > deadline => {
+                    return Err(error).context("no driver takes the mission");
+                }
+                Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
+            }
+        };
+        let mut current = accepted.clone();
+        let wait = async {
+            while current.state == MissionState::Preparing {
+                let Some(next) = self.missions.next().await else { bail!("the session is closed") };
+                if next.revision == accepted.revision {
+                    current = next;
+                }
+            }
+            Ok(())
+        };
+        match tokio::time::timeout(READY_TIMEOUT, wait).await {
+            Ok(waited) => waited?,
+            Err(_) => {
+                let missing: Vec<&str> =
+                    current.require.iter().filter(|r| !current.ready.contains(r)).map(String::as_str).collect();
+                bail!("not ready within {} s: {}", READY_TIMEOUT.as_secs(), missing.join(", "));
+            }
+        }
+        match current.state {
+            MissionState::Running => Ok(current),
+            state => bail!("the mission was refused ({state}): {}", current.note),
+        }
+    }
+
+    async fn ticks(
+        &mut self,
+        world: &mut World,
+        mission: &Mission,
+        record: &mut Record,
+        progress: &watch::Sender<Progress>,
+    ) -> anyhow::Result<Outcome> {
+        let realtime = mission.clock == Clock::Realtime;
+        let period = Duration::from_secs_f64(mission.tick_s / mission.time_scale);
+        let mut pace = tokio::time::interval(period);
+        pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        let mut believed = None;
+        loop {
+            if realtime {
+                pace.tick().await;
+            }
+            if self.cancelled(mission) {
+                bail!("cancelled");
+            }
+            let observation = world.observe();
+            self.publish(&observation, world, mission.clock);
+            let (belief, decisions, command) = self.answers(world, mission).await?;
+            let truth = world.truth();
+            believed = belief.or(believed);
+            // Before the first belief, in real time, the robot knows what it was told.
+            let belief = believed.clone().unwrap_or_else(|| told(mission));
+            record.tick(&truth, &belief, world.people());
+            let goal = world.scenario().robot.goal;
+            progress.send_replace(Progress {
+                tick: truth.tick,
+                time_s: truth.time,
+                distance_to_goal: truth.pose.position().distance(goal),
+                running: true,
+            });
+            for decision in &decisions {
+                record.decision(decision);
+                if decision.arrived {
+                    return Ok(Outcome::of_arrival(truth.pose, goal, mission.goal_tolerance));
+                }
+            }
+            if truth.time >= world.scenario().clock.time_limit_s {
+                return Ok(Outcome::of_timeout(truth.pose, Pose2::new(belief.x, belief.y, belief.heading)));
+            }
+            world.step(command);
+        }
+    }
+
+    fn cancelled(&self, mission: &Mission) -> bool {
+        std::iter::from_fn(|| self.missions.try_next())
+            .any(|m| m.revision >= mission.revision && m.state == MissionState::Cancelled)
+    }
+
+    fn publish(&self, observation: &Observation, world: &World, clock: Clock) {
+        let (tick, stamp) = (observation.tick, observation.stamp);
+        let laser = &world.scenario().laser;
+        self.people.publish(&convert::people_to_wire(&observation.people, tick, stamp), clock);
+        self.scans.publish(
+            &Scan {
+                tick,
+                stamp,
+                angle_min: laser.bearing(0),
+                angle_increment: laser.bearing(1) - laser.bearing(0),
+                range_max: laser.range_max,
+                laser: convert::pose_to_wire(laser.robot_from_laser),
+                ranges: observation.ranges.as_slice().into(),
+            },
+            clock,
+        );
+        let odometry = observation.odometry;
+        self.odometry.publish(
+            &Odometry {
+                tick,
+                stamp,
+                x: odometry.x,
+                y: odometry.y,
+                heading: odometry.heading,
+                v: observation.twist.v,
+                omega: observation.twist.omega,
+            },
+            clock,
+        );
+    }
+
+    /// In lockstep the belief, decision and command of this very tick; in real time the newest.
+    async fn answers(
+        &mut self,
+        world: &World,
+        mission: &Mission,
+    ) -> anyhow::Result<(Option<Belief>, Vec<Decision>, Twist)> {
+        let tick = world.tick();
+        if mission.clock == Clock::Realtime {
+            let decisions =
+                self.decisions.drain().into_iter().filter(|d| d.stamp <= world.time() + 1e-9).collect();
+            let belief = self.beliefs.newest().filter(|b| b.tick <= tick).cloned();
+            let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
+            let command = self.commands.newest().filter(fresh);
+            return Ok((belief, decisions, command.map_or(Twist::default(), twist)));
+        }
+        let silent = |who: &str| format!("no {who} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
+        let belief = self.beliefs.of_tick(tick, mission.clock).await.cloned();
+        let belief = belief.with_context(|| silent("belief from the localizer"))?;
+        let mut decisions = Vec::new();
+        if tick.is_multiple_of(u64::from(mission.plan_every)) {
+            let decision = self.decisions.of_tick(tick, mission.clock).await.cloned();
+            decisions.push(decision.with_context(|| silent("decision from the arbiter"))?);
+        }
+        let command = self.commands.of_tick(tick, mission.clock).await.map(twist);
+        Ok((Some(belief), decisions, command.with_context(|| silent("command from the driver"))?))
+    }
+}
+
+fn twist(command: &wire::Twist) -> Twist {
+    Twist { v: command.v, omega: command.omega }
+}
+
+fn told(mission: &Mission) -> Belief {
+    let pose = mission.initial_pose;
+    Belief {
+        tick: 0,
+        stamp: 0.0,
+        x: pose.x,
+        y: pose.y,
+        heading: pose.heading,
+        covariance: mission.initial_covariance.clone(),
+        v: 0.0,
+        omega: 0.0,
+        health: wire::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },
+    }
+}
