@@ -11,8 +11,6 @@ pub mod enclosing_circle;
 pub mod hccdm;
 mod hccdm_lanes;
 
-
-
 use crate::candidates::CandidateSet;
 use crate::scene::Scene;
 
