@@ -8,6 +8,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::collision::CollisionParams;
+use crate::forecast::ForecastParams;
+
 mod load;
 
 pub use load::ProfileError;
@@ -48,6 +51,10 @@ pub struct Profile {
     pub hold: HoldLimits,
     /// How reluctantly the robot changes its mind.
     pub persistence: Persistence,
+    /// Where people will be.
+    pub forecast: ForecastParams,
+    /// How much room is kept around the robot.
+    pub collision: CollisionParams,
 }
 
 impl Default for Profile {
@@ -55,8 +62,9 @@ impl Default for Profile {
         let term = |scale, when| Term { scale, weight: 1.0, when };
         Self {
             name: "curiosity".to_owned(),
-            description: "The paper's planner: curiosity for landmarks while lost, respect for people always."
-                .to_owned(),
+            description:
+                "The paper's planner: curiosity for landmarks while lost, respect for people always."
+                    .to_owned(),
             generator: "rrt-star".to_owned(),
             steps: 13,
             dt: 0.3,
@@ -72,6 +80,8 @@ impl Default for Profile {
             goal: GoalTolerance::default(),
             hold: HoldLimits::default(),
             persistence: Persistence::default(),
+            forecast: ForecastParams::default(),
+            collision: CollisionParams::default(),
         }
     }
 }

@@ -82,7 +82,8 @@ impl Profile {
     /// Whether every number makes sense; the error names the first field that does not.
     pub fn check(&self) -> Result<(), ProfileError> {
         let ok = |good: bool, field: &str, message: &str| {
-            let wrong = || ProfileError { line: None, field: Some(field.to_owned()), message: message.into() };
+            let wrong =
+                || ProfileError { line: None, field: Some(field.to_owned()), message: message.into() };
             if good { Ok(()) } else { Err(wrong()) }
         };
         let positive = |n: f64, field: &str| ok(n > 0.0 && n.is_finite(), field, "must be greater than zero");
@@ -175,7 +176,10 @@ mod tests {
 
     #[test]
     fn the_documented_file_is_the_default() {
-        assert_eq!(Profile::from_toml(Profile::builtin_text("curiosity").unwrap()).unwrap(), Profile::default());
+        assert_eq!(
+            Profile::from_toml(Profile::builtin_text("curiosity").unwrap()).unwrap(),
+            Profile::default()
+        );
     }
 
     #[test]
@@ -261,6 +265,9 @@ mod tests {
         let unknown = error("working_zone.radius = 3");
         assert!(unknown.contains("radius") && unknown.contains("working_zone"), "{unknown}");
         assert_eq!(error("terms.cpc.weight = -1"), "`terms.cpc.weight`: must not be negative");
-        assert_eq!(error("terms.cnc.weight = 0\nterms.distance.weight = 0"), "`terms`: needs a term that always counts");
+        assert_eq!(
+            error("terms.cnc.weight = 0\nterms.distance.weight = 0"),
+            "`terms`: needs a term that always counts"
+        );
     }
 }
