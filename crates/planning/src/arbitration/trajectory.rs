@@ -26,13 +26,10 @@ impl Trajectory {
         v: Vec<f64>,
         omega: Vec<f64>,
     ) -> Result<Self, CandidateError> {
-        let states = x.len();
-        if states == 0 {
-            if !(dt > 0.0 && dt.is_finite()) {
-                return Err(CandidateError::Shape);
-            }
+        if [&x, &y, &heading, &v, &omega].iter().all(|array| array.is_empty()) && dt > 0.0 && dt.is_finite() {
             return Ok(Self::none(dt));
         }
+        let states = x.len().max(1);
         CandidateSet::new(states, dt, vec![0], x, y, heading, v, omega).map(|set| Self::of(&set, 0))
     }
 
@@ -212,6 +209,15 @@ mod tests {
                 assert!(a.position().distance(b.position()) < 1e-12, "{elapsed} {ahead}");
             }
         }
+    }
+
+    #[test]
+    fn arrays_of_different_length_are_refused_even_when_some_are_empty() {
+        let none = Vec::new;
+        assert!(Trajectory::new(0.3, none(), none(), none(), none(), none()).is_ok());
+        assert!(Trajectory::new(0.3, none(), vec![1.0], none(), none(), none()).is_err());
+        assert!(Trajectory::new(0.0, none(), none(), none(), none(), none()).is_err());
+        assert!(Trajectory::new(0.3, vec![1.0], none(), none(), none(), none()).is_err());
     }
 
     #[test]

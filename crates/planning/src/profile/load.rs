@@ -112,7 +112,13 @@ impl Profile {
         not_negative(self.hold.max_deviation, "hold.max_deviation")?;
         not_negative(self.hold.reach_tolerance, "hold.reach_tolerance")?;
         not_negative(self.persistence.margin, "persistence.margin")?;
-        not_negative(self.persistence.same_within, "persistence.same_within")
+        not_negative(self.persistence.same_within, "persistence.same_within")?;
+        not_negative(self.forecast.sigma_position, "forecast.sigma_position")?;
+        not_negative(self.forecast.sigma_velocity, "forecast.sigma_velocity")?;
+        not_negative(self.collision.sigma_factor, "collision.sigma_factor")?;
+        not_negative(self.collision.max_inflation, "collision.max_inflation")?;
+        not_negative(self.collision.wall_margin, "collision.wall_margin")?;
+        not_negative(self.collision.person_margin, "collision.person_margin")
     }
 }
 
