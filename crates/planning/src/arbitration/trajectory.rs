@@ -212,6 +212,22 @@ mod tests {
     }
 
     #[test]
+    fn a_tail_covers_the_ground_its_speeds_say() {
+        let mut t = Trajectory::none(0.3);
+        for v in [0.2, 0.5, 0.9, 0.4, 0.0] {
+            let x = t.x.last().copied().unwrap_or(0.0) + 0.3 * v;
+            let arrays = [&mut t.x, &mut t.v, &mut t.y, &mut t.heading, &mut t.omega];
+            arrays.into_iter().zip([x, v, 0.0, 0.0, 0.0]).for_each(|(array, n)| array.push(n));
+        }
+        let tail = t.tail(0.1);
+        let mut from = t.at(0.1).unwrap().0.x;
+        for k in 0..4 {
+            assert!((tail.x[k] - from - 0.3 * tail.v[k]).abs() < 1e-12, "{k}");
+            from = tail.x[k];
+        }
+    }
+
+    #[test]
     fn arrays_of_different_length_are_refused_even_when_some_are_empty() {
         let none = Vec::new;
         assert!(Trajectory::new(0.3, none(), none(), none(), none(), none()).is_ok());
