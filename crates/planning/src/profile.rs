@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionParams;
+use crate::evaluation::hccdm::HccdmParams;
 use crate::forecast::ForecastParams;
 
 mod load;
@@ -55,6 +56,8 @@ pub struct Profile {
     pub forecast: ForecastParams,
     /// How much room is kept around the robot.
     pub collision: CollisionParams,
+    /// How the human comfort and crowd density map is built (eqs. 16 to 18).
+    pub hccdm: HccdmParams,
 }
 
 impl Default for Profile {
@@ -82,6 +85,7 @@ impl Default for Profile {
             persistence: Persistence::default(),
             forecast: ForecastParams::default(),
             collision: CollisionParams::default(),
+            hccdm: HccdmParams::default(),
         }
     }
 }

@@ -118,7 +118,8 @@ impl Profile {
         not_negative(self.collision.sigma_factor, "collision.sigma_factor")?;
         not_negative(self.collision.max_inflation, "collision.max_inflation")?;
         not_negative(self.collision.wall_margin, "collision.wall_margin")?;
-        not_negative(self.collision.person_margin, "collision.person_margin")
+        not_negative(self.collision.person_margin, "collision.person_margin")?;
+        self.hccdm.check().or_else(|e| ok(false, "hccdm", &e.to_string()))
     }
 }
 
