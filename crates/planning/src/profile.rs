@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionParams;
+use crate::evaluation::cpc::{CpcParams, InformationParams};
+use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::forecast::ForecastParams;
 
@@ -40,6 +42,8 @@ pub struct Profile {
     pub min_speed: f64,
     /// How raw costs become comparable before they are weighted (D1).
     pub normalisation: Normalisation,
+    /// Which distance to the goal the metric `distance` sums (A11).
+    pub distance: DistanceMeasure,
     /// The terms of the cost, by metric (eqs. 5 and 6).
     pub terms: BTreeMap<String, Term>,
     /// When the position counts as uncertain (eq. 5).
@@ -58,6 +62,10 @@ pub struct Profile {
     pub collision: CollisionParams,
     /// How the human comfort and crowd density map is built (eqs. 16 to 18).
     pub hccdm: HccdmParams,
+    /// When predicted observations are credited (D5).
+    pub cpc: CpcParams,
+    /// What an observation is worth to the prediction (eq. 8).
+    pub information: InformationParams,
 }
 
 impl Default for Profile {
@@ -73,6 +81,7 @@ impl Default for Profile {
             dt: 0.3,
             min_speed: 0.35,
             normalisation: Normalisation::Fixed,
+            distance: DistanceMeasure::Geodesic,
             terms: BTreeMap::from([
                 ("cnc".to_owned(), term(0.106, Condition::Always)),
                 ("cpc".to_owned(), term(0.1, Condition::Uncertain)),
@@ -86,6 +95,8 @@ impl Default for Profile {
             forecast: ForecastParams::default(),
             collision: CollisionParams::default(),
             hccdm: HccdmParams::default(),
+            cpc: CpcParams::default(),
+            information: InformationParams::default(),
         }
     }
 }

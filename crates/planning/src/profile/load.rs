@@ -119,7 +119,14 @@ impl Profile {
         not_negative(self.collision.max_inflation, "collision.max_inflation")?;
         not_negative(self.collision.wall_margin, "collision.wall_margin")?;
         not_negative(self.collision.person_margin, "collision.person_margin")?;
-        self.hccdm.check().or_else(|e| ok(false, "hccdm", &e.to_string()))
+        self.hccdm.check().or_else(|e| ok(false, "hccdm", &e.to_string()))?;
+        not_negative(self.cpc.update_min_d, "cpc.update_min_d")?;
+        not_negative(self.cpc.update_min_a, "cpc.update_min_a")?;
+        positive(self.cpc.update_max_interval, "cpc.update_max_interval")?;
+        positive(self.information.sigma, "information.sigma")?;
+        ok(self.information.beams > 0, "information.beams", "must be at least one")?;
+        let correlation = self.information.correlation;
+        ok(correlation >= 1.0 && correlation.is_finite(), "information.correlation", "must be at least one")
     }
 }
 
