@@ -8,6 +8,12 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::collision::CollisionParams;
+use crate::evaluation::cpc::{CpcParams, InformationParams};
+use crate::evaluation::distance::DistanceMeasure;
+use crate::evaluation::hccdm::HccdmParams;
+use crate::forecast::ForecastParams;
+
 mod load;
 
 pub use load::ProfileError;
@@ -36,6 +42,8 @@ pub struct Profile {
     pub min_speed: f64,
     /// How raw costs become comparable before they are weighted (D1).
     pub normalisation: Normalisation,
+    /// Which distance to the goal the metric `distance` sums (A11).
+    pub distance: DistanceMeasure,
     /// The terms of the cost, by metric (eqs. 5 and 6).
     pub terms: BTreeMap<String, Term>,
     /// When the position counts as uncertain (eq. 5).
@@ -48,6 +56,16 @@ pub struct Profile {
     pub hold: HoldLimits,
     /// How reluctantly the robot changes its mind.
     pub persistence: Persistence,
+    /// Where people will be.
+    pub forecast: ForecastParams,
+    /// How much room is kept around the robot.
+    pub collision: CollisionParams,
+    /// How the human comfort and crowd density map is built (eqs. 16 to 18).
+    pub hccdm: HccdmParams,
+    /// When predicted observations are credited (D5).
+    pub cpc: CpcParams,
+    /// What an observation is worth to the prediction (eq. 8).
+    pub information: InformationParams,
 }
 
 impl Default for Profile {
@@ -55,13 +73,15 @@ impl Default for Profile {
         let term = |scale, when| Term { scale, weight: 1.0, when };
         Self {
             name: "curiosity".to_owned(),
-            description: "The paper's planner: curiosity for landmarks while lost, respect for people always."
-                .to_owned(),
+            description:
+                "The paper's planner: curiosity for landmarks while lost, respect for people always."
+                    .to_owned(),
             generator: "rrt-star".to_owned(),
             steps: 13,
             dt: 0.3,
             min_speed: 0.35,
             normalisation: Normalisation::Fixed,
+            distance: DistanceMeasure::Geodesic,
             terms: BTreeMap::from([
                 ("cnc".to_owned(), term(0.106, Condition::Always)),
                 ("cpc".to_owned(), term(0.1, Condition::Uncertain)),
@@ -72,6 +92,11 @@ impl Default for Profile {
             goal: GoalTolerance::default(),
             hold: HoldLimits::default(),
             persistence: Persistence::default(),
+            forecast: ForecastParams::default(),
+            collision: CollisionParams::default(),
+            hccdm: HccdmParams::default(),
+            cpc: CpcParams::default(),
+            information: InformationParams::default(),
         }
     }
 }

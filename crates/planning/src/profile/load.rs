@@ -82,7 +82,8 @@ impl Profile {
     /// Whether every number makes sense; the error names the first field that does not.
     pub fn check(&self) -> Result<(), ProfileError> {
         let ok = |good: bool, field: &str, message: &str| {
-            let wrong = || ProfileError { line: None, field: Some(field.to_owned()), message: message.into() };
+            let wrong =
+                || ProfileError { line: None, field: Some(field.to_owned()), message: message.into() };
             if good { Ok(()) } else { Err(wrong()) }
         };
         let positive = |n: f64, field: &str| ok(n > 0.0 && n.is_finite(), field, "must be greater than zero");
@@ -111,7 +112,21 @@ impl Profile {
         not_negative(self.hold.max_deviation, "hold.max_deviation")?;
         not_negative(self.hold.reach_tolerance, "hold.reach_tolerance")?;
         not_negative(self.persistence.margin, "persistence.margin")?;
-        not_negative(self.persistence.same_within, "persistence.same_within")
+        not_negative(self.persistence.same_within, "persistence.same_within")?;
+        not_negative(self.forecast.sigma_position, "forecast.sigma_position")?;
+        not_negative(self.forecast.sigma_velocity, "forecast.sigma_velocity")?;
+        not_negative(self.collision.sigma_factor, "collision.sigma_factor")?;
+        not_negative(self.collision.max_inflation, "collision.max_inflation")?;
+        not_negative(self.collision.wall_margin, "collision.wall_margin")?;
+        not_negative(self.collision.person_margin, "collision.person_margin")?;
+        self.hccdm.check().or_else(|e| ok(false, "hccdm", &e.to_string()))?;
+        not_negative(self.cpc.update_min_d, "cpc.update_min_d")?;
+        not_negative(self.cpc.update_min_a, "cpc.update_min_a")?;
+        positive(self.cpc.update_max_interval, "cpc.update_max_interval")?;
+        positive(self.information.sigma, "information.sigma")?;
+        ok(self.information.beams > 0, "information.beams", "must be at least one")?;
+        let correlation = self.information.correlation;
+        ok(correlation >= 1.0 && correlation.is_finite(), "information.correlation", "must be at least one")
     }
 }
 
@@ -175,7 +190,10 @@ mod tests {
 
     #[test]
     fn the_documented_file_is_the_default() {
-        assert_eq!(Profile::from_toml(Profile::builtin_text("curiosity").unwrap()).unwrap(), Profile::default());
+        assert_eq!(
+            Profile::from_toml(Profile::builtin_text("curiosity").unwrap()).unwrap(),
+            Profile::default()
+        );
     }
 
     #[test]
@@ -261,6 +279,9 @@ mod tests {
         let unknown = error("working_zone.radius = 3");
         assert!(unknown.contains("radius") && unknown.contains("working_zone"), "{unknown}");
         assert_eq!(error("terms.cpc.weight = -1"), "`terms.cpc.weight`: must not be negative");
-        assert_eq!(error("terms.cnc.weight = 0\nterms.distance.weight = 0"), "`terms`: needs a term that always counts");
+        assert_eq!(
+            error("terms.cnc.weight = 0\nterms.distance.weight = 0"),
+            "`terms`: needs a term that always counts"
+        );
     }
 }

@@ -1,0 +1,249 @@
+//! Taking the best candidate that can be driven, or saying why none can.
+
+use crate::arbitration::{
+    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, Trajectory,
+    total_costs,
+};
+use crate::candidates::CandidateSet;
+use crate::collision::{Collision, CollisionChecker};
+use crate::geometry::Point2;
+use crate::motion::RobotModel;
+use crate::occupancy::StaticMap;
+use crate::profile::Profile;
+use crate::scene::Scene;
+
+/// What a decision depends on besides the candidates, their scores and the previous decision.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// How to plan.
+    pub profile: &'a Profile,
+    /// What is known now.
+    pub scene: &'a Scene,
+    /// Where walls are.
+    pub map: &'a StaticMap,
+    /// What can be driven.
+    pub robot: &'a RobotModel,
+    /// Where to go, map frame.
+    pub goal: Point2,
+}
+
+/// A decision with what led to it, one entry a candidate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    /// What is to be done.
+    pub decision: Decision,
+    /// Costs, whole and by term.
+    pub totals: Totals,
+    /// Why each candidate was ruled out; `None` for the chosen one and for those that were only dearer.
+    /// Collisions are looked for from the best on, so those are not known to be free.
+    pub rejected: Vec<Option<Rejection>>,
+    /// Index of the candidate followed.
+    pub chosen: Option<usize>,
+}
+
+/// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
+/// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
+/// trajectory while it is valid and free; else stop. Same inputs, same verdict.
+///
+/// `scores` must be about `candidates`: candidates beyond its length count as not scored.
+pub fn arbitrate(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    scores: &Scores,
+    previous: Option<&Previous>,
+) -> Verdict {
+    let Context { profile, scene, map, robot, .. } = *context;
+    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
+    decide(context, candidates, scores, previous, &|trajectory| {
+        checker.first_collision(trajectory.x(), trajectory.y(), trajectory.heading(), trajectory.dt())
+    })
+}
+
+type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
+
+fn decide(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    scores: &Scores,
+    previous: Option<&Previous>,
+    first_collision: &CollisionCheck<'_>,
+) -> Verdict {
+    let Context { profile, scene, goal, .. } = *context;
+    let totals = total_costs(profile, scene.uncertain, candidates.steps(), scores);
+    let mut rejected: Vec<Option<Rejection>> =
+        (0..candidates.len()).map(|i| reject_unseen(context, candidates, &totals, i)).collect();
+    if scene.belief.pose.position().distance(goal) < profile.goal.arrive_distance {
+        let decision = Decision::stop(Reason::Arrived, candidates.dt());
+        return Verdict { decision, totals, rejected, chosen: None };
+    }
+    let order = preference(context, candidates, &totals, &rejected, previous);
+    let mut chosen = None;
+    for &Rank { index, slow, .. } in &order {
+        let trajectory = Trajectory::of(candidates, index);
+        match first_collision(&trajectory) {
+            Some(collision) => rejected[index] = Some(Rejection::Collides(collision)),
+            None => {
+                chosen = Some((index, slow, trajectory));
+                break;
+            }
+        }
+    }
+    let Some((index, slow, trajectory)) = chosen else {
+        let lack = lack(&rejected);
+        let decision = hold_or_stop(context, candidates.dt(), lack, previous, first_collision);
+        return Verdict { decision, totals, rejected, chosen: None };
+    };
+    if !slow {
+        for rank in order.iter().filter(|rank| rank.slow) {
+            rejected[rank.index] = Some(Rejection::Slow);
+        }
+    }
+    let horizon = candidates.steps() as f64 * candidates.dt();
+    let decision = Decision {
+        action: Action::Follow,
+        reason: if slow { Reason::OnlySlowFree } else { Reason::LeastCost },
+        candidate: Some(candidates.id()[index]),
+        trajectory,
+        valid_for: horizon.min(profile.hold.max_age),
+        arrived: false,
+    };
+    Verdict { decision, totals, rejected, chosen: Some(index) }
+}
+
+/// What rules a candidate out before anything is checked for collisions.
+fn reject_unseen(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    totals: &Totals,
+    index: usize,
+) -> Option<Rejection> {
+    if index >= totals.total.len() {
+        return Some(Rejection::NotScored { metric: totals.terms.first()?.metric.clone() });
+    }
+    if let Some(metric) = totals.missing_metric(index) {
+        return Some(Rejection::NotScored { metric: metric.to_owned() });
+    }
+    let reach = context.robot.v_max * candidates.dt() + context.profile.hold.reach_tolerance;
+    let mut from = context.scene.belief.pose.position();
+    for (step, at) in candidates.range(index).enumerate() {
+        let to = Point2::new(candidates.x()[at], candidates.y()[at]);
+        if from.distance(to) > reach {
+            return Some(Rejection::Unreachable { step });
+        }
+        from = to;
+    }
+    None
+}
+
+struct Rank {
+    index: usize,
+    slow: bool,
+    cost: f64,
+}
+
+/// Indices of the candidates that may be followed, best first: fast before slow, then by cost, then by
+/// id.
+fn preference(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    totals: &Totals,
+    rejected: &[Option<Rejection>],
+    previous: Option<&Previous>,
+) -> Vec<Rank> {
+    let persistence = context.profile.persistence;
+    let tail = previous.filter(|_| persistence.margin > 0.0).and_then(|p| valid_tail(context, p).ok());
+    let mut order: Vec<Rank> = (0..candidates.len())
+        .filter(|&i| rejected[i].is_none())
+        .filter_map(|index| {
+            let continues = tail
+                .as_ref()
+                .is_some_and(|tail| mean_distance(candidates, index, tail) <= persistence.same_within);
+            let discount = if continues { persistence.margin } else { 0.0 };
+            let cost = totals.total[index]? - discount;
+            Some(Rank { index, slow: is_slow(context, candidates, index), cost })
+        })
+        .collect();
+    let id = candidates.id();
+    order.sort_by(|a, b| {
+        a.slow.cmp(&b.slow).then(a.cost.total_cmp(&b.cost)).then(id[a.index].cmp(&id[b.index]))
+    });
+    order
+}
+
+/// Whether D4 holds a candidate back: its mean speed is too low and it does not end at the goal, where
+/// being slow is what is wanted.
+fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bool {
+    let states = candidates.range(index);
+    let last = states.end - 1;
+    let end = Point2::new(candidates.x()[last], candidates.y()[last]);
+    let mean_speed = candidates.v()[states].iter().sum::<f64>() / candidates.steps() as f64;
+    mean_speed < context.profile.min_speed
+        && end.distance(context.goal) >= context.profile.goal.arrive_distance
+}
+
+fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {
+    let states = candidates.range(index);
+    let pairs = states.zip(tail.x().iter().zip(tail.y()));
+    let distances = pairs.map(|(at, (&x, &y))| {
+        Point2::new(candidates.x()[at], candidates.y()[at]).distance(Point2::new(x, y))
+    });
+    distances.sum::<f64>() / candidates.steps().min(tail.len()).max(1) as f64
+}
+
+fn lack(rejected: &[Option<Rejection>]) -> Lack {
+    let mut missing: Option<&String> = None;
+    for rejection in rejected {
+        match rejection {
+            Some(Rejection::NotScored { metric }) => {
+                missing = Some(missing.map_or(metric, |least| least.min(metric)));
+            }
+            _ => return Lack::NoneFree,
+        }
+    }
+    missing.map_or(Lack::NoCandidates, |metric| Lack::NotScored { metric: metric.clone() })
+}
+
+fn hold_or_stop(
+    context: &Context<'_>,
+    dt: f64,
+    lack: Lack,
+    previous: Option<&Previous>,
+    first_collision: &CollisionCheck<'_>,
+) -> Decision {
+    let held = previous.ok_or(PreviousState::Absent).and_then(|previous| {
+        let tail = valid_tail(context, previous)?;
+        match first_collision(&tail) {
+            Some(collision) => Err(PreviousState::Collides(collision)),
+            None => Ok((previous, tail)),
+        }
+    });
+    match held {
+        Ok((previous, trajectory)) => Decision {
+            action: Action::Hold,
+            reason: Reason::Degraded { lack, previous: PreviousState::Held },
+            candidate: previous.candidate,
+            trajectory,
+            valid_for: previous.valid_for - (context.scene.stamp - previous.stamp),
+            arrived: false,
+        },
+        Err(previous) => Decision::stop(Reason::Degraded { lack, previous }, dt),
+    }
+}
+
+/// What is left of the previous trajectory, if it is valid now and the robot is still on it.
+fn valid_tail(context: &Context<'_>, previous: &Previous) -> Result<Trajectory, PreviousState> {
+    let elapsed = context.scene.stamp - previous.stamp;
+    // Stamps are sums of steps: a rounding error must not add or take a cycle.
+    if !(elapsed >= 0.0 && elapsed < previous.valid_for - 1e-6) {
+        return Err(PreviousState::Expired);
+    }
+    let Some((expected, _)) = previous.trajectory.at(elapsed) else { return Err(PreviousState::Absent) };
+    let metres = expected.position().distance(context.scene.belief.pose.position());
+    if metres > context.profile.hold.max_deviation {
+        return Err(PreviousState::Strayed { metres });
+    }
+    Ok(previous.trajectory.tail(elapsed))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,219 @@
+use std::cell::Cell;
+
+use super::*;
+use crate::collision::Obstacle;
+use crate::geometry::Pose2;
+use crate::numerics::sin_cos;
+use crate::profile::Normalisation;
+
+mod hall;
+mod properties;
+
+use hall::{DT, Hall, STEPS, fan, previous, scores, three};
+
+#[test]
+fn curiosity_counts_only_while_uncertain() {
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[180.0, 182.0, 182.0]), ("cpc", &[9.0, 0.9, 0.8])]);
+    assert_eq!(Hall::new().arbitrate(&three(), &s, None).decision.candidate, Some(5));
+    assert_eq!(Hall::uncertain().arbitrate(&three(), &s, None).decision.candidate, Some(8));
+    // and while certain, what it says or whether it says anything makes no difference at all
+    let without = scores(&[("cnc", &[0.0; 3]), ("distance", &[180.0, 182.0, 182.0])]);
+    assert_eq!(Hall::new().arbitrate(&three(), &s, None), Hall::new().arbitrate(&three(), &without, None));
+}
+
+#[test]
+fn distance_only_listens_to_nobody_else() {
+    let mut hall = Hall::uncertain();
+    hall.profile = Profile::builtin("distance-only").unwrap();
+    let s =
+        scores(&[("cnc", &[9.0, 0.0, 0.0]), ("distance", &[180.0, 182.0, 182.0]), ("cpc", &[9.0, 0.0, 0.0])]);
+    assert_eq!(hall.arbitrate(&three(), &s, None).decision.candidate, Some(5));
+}
+
+#[test]
+fn ties_go_to_the_lower_id() {
+    let s = scores(&[("cnc", &[1.0; 3]), ("distance", &[1.0; 3])]);
+    let verdict = Hall::new().arbitrate(&three(), &s, None);
+    assert_eq!((verdict.decision.candidate, verdict.chosen), (Some(3), Some(1)));
+    assert_eq!(verdict.decision.reason, Reason::LeastCost);
+    assert_eq!(verdict.decision.trajectory, Trajectory::of(&three(), 1));
+    assert_eq!(verdict.decision.valid_for, 1.2);
+}
+
+#[test]
+fn the_best_that_is_free_is_followed_and_no_more_is_checked_than_needed() {
+    let mut hall = Hall::new();
+    hall.add_person(22.0, 20.0);
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[10.0, 30.0, 20.0])]);
+    let verdict = hall.arbitrate(&three(), &s, None);
+    assert_eq!(verdict.decision.candidate, Some(8));
+    let Some(Rejection::Collides(collision)) = &verdict.rejected[0] else { panic!("{:?}", verdict.rejected) };
+    assert_eq!(collision.with, Obstacle::Person(0));
+    assert_eq!(verdict.rejected[1..], [None, None]);
+
+    let checks = Cell::new(0);
+    let free = |_: &Trajectory| {
+        checks.set(checks.get() + 1);
+        None
+    };
+    assert_eq!(decide(&hall.context(), &three(), &s, None, &free).decision.candidate, Some(5));
+    assert_eq!(checks.get(), 1);
+}
+
+#[test]
+fn slow_candidates_compete_only_if_no_faster_one_is_free() {
+    let mut hall = Hall::new();
+    // The one that hardly moves is by far the cheapest.
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 2.0, 0.1), (2, 2.5, 0.34)]);
+    let s = scores(&[("cnc", &[9.0, 0.0, 0.5]), ("distance", &[99.0, 0.0, 0.0])]);
+    let verdict = hall.arbitrate(&candidates, &s, None);
+    assert_eq!(verdict.decision.candidate, Some(0));
+    assert_eq!(verdict.rejected, [None, Some(Rejection::Slow), Some(Rejection::Slow)]);
+    hall.add_person(22.0, 20.0);
+    let blocked = hall.arbitrate(&candidates, &s, None).decision;
+    assert_eq!((blocked.candidate, blocked.reason), (Some(1), Reason::OnlySlowFree));
+}
+
+#[test]
+fn slowing_down_at_the_goal_is_not_slowness() {
+    let mut hall = Hall::new();
+    hall.goal = Point2::new(20.9, 20.0);
+    // 0.2 m/s for 3.9 s ends 0.12 m from the goal
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.0, 0.2)]);
+    let s = scores(&[("cnc", &[0.0, 0.0]), ("distance", &[14.0, 6.0])]);
+    assert_eq!(hall.arbitrate(&candidates, &s, None).decision.candidate, Some(1));
+}
+
+#[test]
+fn near_the_goal_the_robot_has_arrived() {
+    let mut hall = Hall::new();
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[0.0; 3])]);
+    hall.goal = Point2::new(20.29, 20.0);
+    let decision = hall.arbitrate(&three(), &s, None).decision;
+    assert_eq!((decision.action, decision.arrived), (Action::Stop, true));
+    hall.goal = Point2::new(20.31, 20.0);
+    assert!(!hall.arbitrate(&three(), &s, None).decision.arrived);
+}
+
+#[test]
+fn a_candidate_that_leaps_is_unreachable() {
+    // 0.3 m in a step at top speed, 0.3 m of tolerance
+    let candidates = fan(&[(0, 0.0, 2.1), (1, 0.0, 1.9)]);
+    let s = scores(&[("cnc", &[0.0, 0.0]), ("distance", &[1.0, 2.0])]);
+    let verdict = Hall::new().arbitrate(&candidates, &s, None);
+    assert_eq!(verdict.decision.candidate, Some(1));
+    assert_eq!(verdict.rejected[0], Some(Rejection::Unreachable { step: 0 }));
+}
+
+#[test]
+fn without_anything_to_follow_the_tail_is_held_only_while_valid_near_and_free() {
+    let none = CandidateSet::empty(STEPS, DT);
+    let mut hall = Hall::new();
+    let decide =
+        |hall: &Hall, previous: Option<&Previous>| hall.arbitrate(&none, &Scores::new(0), previous).decision;
+    let why = |decision: &Decision| match &decision.reason {
+        Reason::Degraded { lack: Lack::NoCandidates, previous } => *previous,
+        other => panic!("{other}"),
+    };
+    // Made 0.3 s ago, when the robot was where the trajectory starts; it has driven 0.24 m since.
+    let p = previous(0.0, 0.0);
+    hall.scene.belief.pose.x = 20.24;
+    let held = decide(&hall, Some(&p));
+    assert_eq!((held.action, held.candidate, why(&held)), (Action::Hold, Some(77), PreviousState::Held));
+    assert_eq!(held.trajectory, p.trajectory.tail(0.3));
+    assert!((held.valid_for - 0.9).abs() < 1e-12);
+
+    hall.scene.belief.pose.y = 20.6;
+    assert!(matches!(why(&decide(&hall, Some(&p))), PreviousState::Strayed { metres } if metres > 0.59));
+    hall.scene.belief.pose.y = 20.0;
+
+    hall.add_person(22.0, 20.0);
+    let blocked = decide(&hall, Some(&p));
+    assert!(matches!(why(&blocked), PreviousState::Collides(c) if c.with == Obstacle::Person(0)));
+    assert_eq!((blocked.action, blocked.trajectory.len(), blocked.valid_for), (Action::Stop, 0, 0.0));
+    assert_eq!(why(&decide(&hall, None)), PreviousState::Absent);
+    hall.scene.stamp = -0.3;
+    assert_eq!(why(&decide(&hall, Some(&p))), PreviousState::Expired);
+}
+
+#[test]
+fn holds_in_a_row_end_when_the_followed_trajectory_expires() {
+    let none = CandidateSet::empty(STEPS, DT);
+    let mut hall = Hall::new();
+    let mut last = Some(previous(0.0, 0.0));
+    let mut actions = Vec::new();
+    for cycle in 1..=5 {
+        hall.scene.stamp = 0.3 * f64::from(cycle);
+        hall.scene.belief.pose.x = 20.0 + 0.8 * hall.scene.stamp;
+        let decision = hall.arbitrate(&none, &Scores::new(0), last.as_ref()).decision;
+        actions.push(decision.action);
+        last = Previous::of(&decision, hall.scene.stamp);
+    }
+    // valid for 1.2 s: held at 0.3, 0.6 and 0.9 s
+    assert_eq!(actions, [Action::Hold, Action::Hold, Action::Hold, Action::Stop, Action::Stop]);
+}
+
+#[test]
+fn the_reason_says_what_is_missing() {
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[f64::NAN; 3])]);
+    let reason = Hall::new().arbitrate(&three(), &s, None).decision.reason.to_string();
+    assert_eq!(reason, "no candidate has every score, `distance` is missing; no previous trajectory to hold");
+    let mut hall = Hall::new();
+    (0..12).for_each(|k| {
+        let (s, c) = sin_cos(0.5 * f64::from(k));
+        hall.add_person(20.0 + 1.3 * c, 20.0 + 1.3 * s);
+    });
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[1.0; 3])]);
+    let reason = hall.arbitrate(&three(), &s, Some(&previous(0.0, 0.3))).decision.reason.to_string();
+    assert!(
+        reason.starts_with("no scored candidate is free; the previous trajectory runs into person 0"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn removing_a_loser_can_change_the_winner_under_min_max_and_not_under_fixed_scales() {
+    let mut hall = Hall::new();
+    // The third loses either way, but while it is there it squashes the difference in cnc.
+    let (cnc, distance) = ([0.1, 0.0, 10.0], [0.0, 10.0, 40.0]);
+    let winners = |hall: &Hall| {
+        let winner = |n: usize| {
+            let s = scores(&[("cnc", &cnc[..n]), ("distance", &distance[..n])]);
+            hall.arbitrate(&three().slice(0..n), &s, None).decision.candidate
+        };
+        (winner(3), winner(2))
+    };
+    assert_eq!(winners(&hall), (Some(5), Some(5)));
+    hall.profile.normalisation = Normalisation::MinMax;
+    // With it 0.01 + 0 against 0 + 0.25; without it 1 against 1, and the tie goes to the lower id.
+    assert_eq!(winners(&hall), (Some(5), Some(3)));
+}
+
+#[test]
+fn persistence_keeps_the_previous_way_unless_another_is_clearly_better() {
+    let mut hall = Hall::new();
+    hall.scene.belief.pose.x = 20.0;
+    let candidates = fan(&[(0, 1.0, 0.8), (1, -1.0, 0.8)]);
+    let s = scores(&[("cnc", &[0.0, 0.0]), ("distance", &[100.0, 101.0])]);
+    let p = previous(-1.0, 0.3);
+    let taken = |hall: &Hall| hall.arbitrate(&candidates, &s, Some(&p)).decision.candidate;
+    assert_eq!(taken(&hall), Some(0));
+    // 1 m in all is 1 / 26 of a cost
+    hall.profile.persistence.margin = 0.1;
+    assert_eq!(taken(&hall), Some(1));
+    hall.profile.persistence.margin = 0.03;
+    assert_eq!(taken(&hall), Some(0));
+}
+
+#[test]
+fn an_explanation_says_how_close_it_was_and_who_wanted_what() {
+    let s = scores(&[("cnc", &[1.378, 0.0, 0.689]), ("distance", &[26.0, 78.0, 52.0])]);
+    let verdict = Hall::new().arbitrate(&three(), &s, None);
+    // totals: 1 + 1, 0 + 3, 0.5 + 2
+    let explanation = verdict.explain(three().id());
+    assert_eq!((verdict.chosen, explanation.runner_up), (Some(0), Some(2)));
+    assert!((explanation.margin.unwrap() - 0.5).abs() < 1e-12);
+    assert_eq!(explanation.by_term, [("cnc".to_owned(), Some(1)), ("distance".to_owned(), Some(0))]);
+    let nothing = Hall::new().arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).explain(&[]);
+    assert_eq!((nothing.runner_up, nothing.margin), (None, None));
+}

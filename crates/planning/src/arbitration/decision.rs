@@ -1,0 +1,202 @@
+//! What a cycle ends in, and why.
+
+use std::fmt;
+
+use crate::arbitration::Trajectory;
+use crate::collision::{Collision, Obstacle};
+
+/// What the robot is to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// Drive the trajectory, which every active term has scored.
+    Follow,
+    /// Drive on along the tail of the previous trajectory.
+    Hold,
+    /// Brake and stand.
+    Stop,
+}
+
+/// How a cycle ends; never without one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Decision {
+    /// What to do.
+    pub action: Action,
+    /// Why.
+    pub reason: Reason,
+    /// Id of the candidate followed; when holding, that of the cycle it comes from.
+    pub candidate: Option<u32>,
+    /// What to drive, timed from this cycle's stamp; without states when stopping.
+    pub trajectory: Trajectory,
+    /// Seconds after this cycle's stamp for which the decision holds; zero when stopping.
+    pub valid_for: f64,
+    /// Whether the goal is reached.
+    pub arrived: bool,
+}
+
+impl Decision {
+    /// Brake and stand, for `reason`.
+    pub fn stop(reason: Reason, dt: f64) -> Self {
+        let arrived = reason == Reason::Arrived;
+        let trajectory = Trajectory::none(dt);
+        Self { action: Action::Stop, reason, candidate: None, trajectory, valid_for: 0.0, arrived }
+    }
+}
+
+/// Why the action was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reason {
+    /// The estimated position is at the goal.
+    Arrived,
+    /// The candidate of least cost is free.
+    LeastCost,
+    /// Only slow candidates are free; this is the one of least cost (D4).
+    OnlySlowFree,
+    /// Nothing could be followed.
+    Degraded {
+        /// What was lacking.
+        lack: Lack,
+        /// What came of the previous trajectory: held, or why not.
+        previous: PreviousState,
+    },
+}
+
+/// Why nothing could be followed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Lack {
+    /// The generator gave no candidates.
+    NoCandidates,
+    /// Nobody scored a single candidate under this metric and every other.
+    NotScored {
+        /// The first metric that is missing.
+        metric: String,
+    },
+    /// Candidates were scored but each is unreachable or collides.
+    NoneFree,
+}
+
+/// What came of the previous trajectory when there was nothing to follow.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PreviousState {
+    /// Valid and free: its tail is held.
+    Held,
+    /// There is none.
+    Absent,
+    /// Its validity has run out.
+    Expired,
+    /// The robot is too far from it.
+    Strayed {
+        /// Metres.
+        metres: f64,
+    },
+    /// It would now run into something.
+    Collides(Collision),
+}
+
+/// Why a candidate was not taken, other than for its cost.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rejection {
+    /// An active term has no usable score for it.
+    NotScored {
+        /// The first such metric.
+        metric: String,
+    },
+    /// It leaps farther than the robot can drive (Alg. 2, line 4).
+    Unreachable {
+        /// The state it leaps to.
+        step: usize,
+    },
+    /// It runs into something.
+    Collides(Collision),
+    /// It is slow and a faster one is free (D4).
+    Slow,
+}
+
+/// The last decision that moved the robot, as far as the next cycle needs it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Previous {
+    /// What was to be driven, timed from `stamp`.
+    pub trajectory: Trajectory,
+    /// Its candidate's id.
+    pub candidate: Option<u32>,
+    /// Stamp of its scene, robot's clock, seconds.
+    pub stamp: f64,
+    /// Seconds after `stamp` for which it is valid.
+    pub valid_for: f64,
+}
+
+impl Previous {
+    /// `decision`, made for the scene at `stamp`, as the next cycle's previous one; nothing if it
+    /// stopped the robot. A held tail will do: its validity has shrunk accordingly.
+    pub fn of(decision: &Decision, stamp: f64) -> Option<Self> {
+        (!decision.trajectory.is_empty()).then(|| Self {
+            trajectory: decision.trajectory.clone(),
+            candidate: decision.candidate,
+            stamp,
+            valid_for: decision.valid_for,
+        })
+    }
+}
+
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Follow => "follow",
+            Self::Hold => "hold",
+            Self::Stop => "stop",
+        })
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Arrived => f.write_str("arrived at the goal"),
+            Self::LeastCost => f.write_str("least cost"),
+            Self::OnlySlowFree => f.write_str("least cost among slow candidates, no faster one is free"),
+            Self::Degraded { lack, previous } => write!(f, "{lack}; {previous}"),
+        }
+    }
+}
+
+impl fmt::Display for Lack {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCandidates => f.write_str("no candidates"),
+            Self::NotScored { metric } => write!(f, "no candidate has every score, `{metric}` is missing"),
+            Self::NoneFree => f.write_str("no scored candidate is free"),
+        }
+    }
+}
+
+impl fmt::Display for PreviousState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Held => f.write_str("holding the previous trajectory"),
+            Self::Absent => f.write_str("no previous trajectory to hold"),
+            Self::Expired => f.write_str("the previous trajectory has expired"),
+            Self::Strayed { metres } => write!(f, "the robot is {metres:.2} m off the previous trajectory"),
+            Self::Collides(collision) => {
+                write!(f, "the previous trajectory ")?;
+                write_collision(f, collision)
+            }
+        }
+    }
+}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotScored { metric } => write!(f, "not scored by `{metric}`"),
+            Self::Unreachable { step } => write!(f, "leaps at state {step}"),
+            Self::Collides(collision) => write_collision(f, collision),
+            Self::Slow => f.write_str("slow while a faster one is free"),
+        }
+    }
+}
+
+fn write_collision(f: &mut fmt::Formatter<'_>, collision: &Collision) -> fmt::Result {
+    match collision.with {
+        Obstacle::Wall => write!(f, "runs into a wall after {:.1} s", collision.time),
+        Obstacle::Person(id) => write!(f, "runs into person {id} after {:.1} s", collision.time),
+    }
+}

@@ -1,0 +1,131 @@
+//! From beliefs and people to the scene of a cycle (Alg. 2, lines 3 to 7).
+
+use crate::geometry::Point2;
+use crate::motion::RobotModel;
+use crate::profile::Profile;
+use crate::scene::{Belief, People, Scene};
+
+/// What the arbiter remembers between cycles to form scenes: the two hystereses. A new observer, as
+/// after a restart, is certain and knows nobody.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Observer {
+    uncertain: bool,
+    /// Ids of those inside the Working Zone, ascending.
+    members: Vec<u32>,
+}
+
+impl Observer {
+    /// The scene at `stamp` seconds of the robot's clock. `people` is everybody the tracker reports, in
+    /// any order; the scene holds those inside the Working Zone, by ascending id.
+    pub fn form_scene(
+        &mut self,
+        profile: &Profile,
+        robot: &RobotModel,
+        tick: u64,
+        stamp: f64,
+        belief: Belief,
+        people: &People,
+    ) -> Scene {
+        self.uncertain = self.next_uncertain(profile, belief.uncertainty());
+        let people = self.inside(profile, robot, belief.pose.position(), people);
+        self.members.clone_from(&people.id);
+        Scene { tick, stamp, belief, people, uncertain: self.uncertain }
+    }
+
+    /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
+    /// trace that is not a number counts as uncertain.
+    fn next_uncertain(&self, profile: &Profile, uncertainty: f64) -> bool {
+        let threshold = profile.uncertainty.threshold;
+        let limit = if self.uncertain { threshold * profile.uncertainty.release_ratio } else { threshold };
+        let below = if self.uncertain { uncertainty < limit } else { uncertainty <= limit };
+        !below
+    }
+
+    /// Those within the zone's radius, or a little beyond it if they were inside before; sorted by id, the
+    /// first of two with the same id.
+    fn inside(&self, profile: &Profile, robot: &RobotModel, centre: Point2, people: &People) -> People {
+        let enter = profile.working_zone_radius(robot.v_max);
+        let leave = enter + profile.working_zone.hysteresis;
+        let mut order: Vec<usize> = (0..people.len())
+            .filter(|&i| {
+                let limit = if self.members.binary_search(&people.id[i]).is_ok() { leave } else { enter };
+                people.position(i).distance(centre) <= limit
+            })
+            .collect();
+        order.sort_by_key(|&i| people.id[i]);
+        order.dedup_by_key(|i| people.id[*i]);
+        let pick = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
+        People {
+            id: order.iter().map(|&i| people.id[i]).collect(),
+            x: pick(&people.x),
+            y: pick(&people.y),
+            vx: pick(&people.vx),
+            vy: pick(&people.vy),
+            radius: people.radius,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::geometry::{Pose2, Twist};
+
+    fn belief(trace: f64) -> Belief {
+        Belief {
+            pose: Pose2::default(),
+            covariance: Matrix3::identity() * (trace / 3.0),
+            twist: Twist::default(),
+        }
+    }
+
+    fn people(at: &[(u32, f64)]) -> People {
+        let n = at.len();
+        People {
+            id: at.iter().map(|p| p.0).collect(),
+            x: at.iter().map(|p| p.1).collect(),
+            y: vec![0.0; n],
+            vx: at.iter().map(|p| f64::from(p.0)).collect(),
+            vy: vec![0.0; n],
+            radius: 0.3,
+        }
+    }
+
+    fn form(observer: &mut Observer, trace: f64, at: &[(u32, f64)]) -> Scene {
+        let (profile, robot) = (Profile::default(), RobotModel::default());
+        observer.form_scene(&profile, &robot, 7, 2.1, belief(trace), &people(at))
+    }
+
+    #[test]
+    fn uncertainty_rises_at_the_threshold_and_falls_below_its_release() {
+        let mut observer = Observer::default();
+        // Thr' = 0.1, release 0.08
+        let traces = [0.09, 0.099, 0.101, 0.09, 0.081, 0.079, 0.09, 0.101, f64::NAN];
+        let seen: Vec<bool> = traces.iter().map(|&t| form(&mut observer, t, &[]).uncertain).collect();
+        assert_eq!(seen, [false, false, true, true, true, false, false, true, true]);
+        assert!(form(&mut Observer::default(), f64::NAN, &[]).uncertain);
+    }
+
+    #[test]
+    fn who_is_inside_stays_until_clearly_outside() {
+        let mut observer = Observer::default();
+        // radius 9.3 m, hysteresis 0.5 m
+        let distances = [9.5, 9.2, 9.5, 9.79, 9.81, 9.5];
+        let seen: Vec<usize> =
+            distances.iter().map(|&d| form(&mut observer, 0.0, &[(1, d)]).people.len()).collect();
+        assert_eq!(seen, [0, 1, 1, 1, 0, 0]);
+    }
+
+    #[test]
+    fn the_order_of_the_tracker_does_not_matter() {
+        let a = form(&mut Observer::default(), 0.0, &[(3, 1.0), (1, 2.0), (2, 30.0)]);
+        let b = form(&mut Observer::default(), 0.0, &[(2, 30.0), (1, 2.0), (3, 1.0)]);
+        assert_eq!(a, b);
+        assert_eq!(a.people.id, [1, 3]);
+        assert_eq!(a.people.x, [2.0, 1.0]);
+        assert_eq!(a.people.vx, [1.0, 3.0]);
+        assert_eq!((a.tick, a.stamp), (7, 2.1));
+    }
+}
