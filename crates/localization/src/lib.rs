@@ -25,6 +25,7 @@ mod particles;
 mod recovery;
 mod resampling;
 mod scan;
+mod scan_fit;
 mod weighting;
 
 pub use kld::sample_size;

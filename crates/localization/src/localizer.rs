@@ -18,6 +18,7 @@ use crate::particles::{Motion, Particles};
 use crate::recovery::{FreeSpace, Recovery};
 use crate::resampling::{needed, systematic};
 use crate::scan::{BeamDirections, Scan};
+use crate::scan_fit::ScanFit;
 use crate::weighting::Weighting;
 
 /// How far the estimate can be trusted, beyond its covariance.
@@ -25,8 +26,9 @@ use crate::weighting::Weighting;
 pub struct Health {
     /// Share of the weight outside the cluster that the estimate describes, 0 to 1.
     pub outside_weight: f64,
-    /// Share of the beams, in the mean over the belief, that end near a mapped obstacle: of the latest
-    /// scan with any return, 1 before the first. People lower it a little, a wrong pose a lot.
+    /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
+    /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
+    /// 1 before the first. A crowd does not lower it, a wrong pose does.
     pub scan_fit: f64,
     /// Number of particles.
     pub particles: usize,
@@ -228,23 +230,35 @@ impl Localizer {
         let looked_at = self.beams.select(scan.ranges, self.params.beams, self.streams, &mut self.ends);
         let observed = !self.ends.is_empty();
         if observed {
-            self.health.scan_fit = self.weighting.apply(
+            let lost = self.recovery.share(&self.params) > 0.0;
+            self.weighting.apply(
                 &mut self.particles,
                 &self.field,
                 &self.ends,
                 self.params.temper * share,
-                self.health.converged,
+                self.health.converged && !lost,
                 &self.params,
             );
-            let evidence = self.ends.len() as f64 / looked_at as f64;
-            self.recovery.observe(self.health.scan_fit, evidence, &self.params);
         }
         self.describe();
+        if observed {
+            self.check_fit(scan.laser.robot_from_laser, looked_at);
+        }
         self.updates_since_resampling += 1;
         if self.updates_since_resampling >= self.params.resample_interval {
             self.resample(observed, &mut random);
         }
         observed
+    }
+
+    /// Holds the scan against the new estimate.
+    fn check_fit(&mut self, laser: Pose2, looked_at: usize) {
+        let fit = ScanFit::of(&self.map, self.pose, laser, &self.ends, self.params.agreement_distance);
+        if let Some(share) = fit.share() {
+            self.health.scan_fit = share;
+            let evidence = (fit.agree + fit.through) as f64 / looked_at as f64;
+            self.recovery.observe(share, evidence, &self.params);
+        }
     }
 
     /// Estimate and health from the heaviest cluster.

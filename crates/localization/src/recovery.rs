@@ -8,16 +8,16 @@ use curionav_planning::random::{Rng, uniform};
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
 
-/// Short- and long-term means of the scan's fit, the share of beams that the belief explains. (The
-/// textbook averages raw likelihoods, which for a product of beams differ by orders of magnitude from
-/// place to place.)
+/// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]). (The textbook averages
+/// raw likelihoods, which for a product of beams differ by orders of magnitude from place to place and
+/// fall in every crowd, so that random poses would be drawn just where they are most likely to win.)
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Recovery {
     means: Option<(f64, f64)>,
 }
 
 impl Recovery {
-    /// Takes in the fit of one scan; `evidence` in 0..1 is the share of its beams that met anything.
+    /// Takes in the fit of one scan; `evidence` in 0..1 is the share of its beams that count.
     pub(crate) fn observe(&mut self, fit: f64, evidence: f64, params: &LocalizerParams) {
         let (fast, slow) = self.means.unwrap_or((fit, fit.max(params.recovery_expected_fit)));
         self.means = Some((
@@ -90,19 +90,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lasting_loss_of_fit_calls_for_random_poses_and_a_crowd_does_not() {
+    fn a_lasting_loss_of_fit_calls_for_random_poses_and_one_odd_scan_does_not() {
         let params = LocalizerParams::default();
         let mut r = Recovery::default();
         for _ in 0..100 {
-            r.observe(0.95, 1.0, &params);
+            r.observe(0.97, 1.0, &params);
         }
-        assert_eq!(r.share(&params), 0.0);
-        for _ in 0..100 {
-            r.observe(0.95 * 0.6, 1.0, &params); // four beams in ten blocked
-        }
+        r.observe(0.3, 1.0, &params);
         assert_eq!(r.share(&params), 0.0);
         for _ in 0..40 {
-            r.observe(0.3, 1.0, &params);
+            r.observe(0.5, 1.0, &params);
         }
         assert!(r.share(&params) > 0.2);
     }

@@ -33,8 +33,7 @@ impl Weighting {
 
     /// Multiplies the weights by the likelihood of beams that end at `ends` (robot frame, at least one),
     /// to the power `exponent` or less, and normalises. `skip` lets beams that most of the belief
-    /// disagrees with be left out. Returns the scan's fit: the share of all beams, in the mean over
-    /// the new belief, whose end lies near a mapped obstacle.
+    /// disagrees with be left out.
     pub(crate) fn apply(
         &mut self,
         particles: &mut Particles,
@@ -43,7 +42,7 @@ impl Weighting {
         exponent: f64,
         skip: bool,
         params: &LocalizerParams,
-    ) -> f64 {
+    ) {
         self.look_up(particles, field, ends);
         self.choose_beams(particles, field.agreement(), skip, params);
         self.sum_logs(particles.len(), params.model);
@@ -61,7 +60,6 @@ impl Weighting {
             }
             self.reweigh(particles, low, floor);
         }
-        self.fit(particles, field.agreement())
     }
 
     fn look_up(&mut self, particles: &Particles, field: &LikelihoodField, ends: &[Point2]) {
@@ -120,12 +118,6 @@ impl Weighting {
             particles.weight.copy_from_slice(&self.prior);
         }
         particles.effective_size() >= floor
-    }
-
-    fn fit(&self, particles: &Particles, agreement: f32) -> f64 {
-        let rows = self.scores.chunks_exact(particles.len());
-        let beams = rows.len().max(1) as f64;
-        rows.map(|row| agreeing(row, &particles.weight, agreement)).sum::<f64>() / beams
     }
 }
 
