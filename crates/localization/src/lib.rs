@@ -1,1 +1,34 @@
-//! Pure adaptive Monte Carlo localisation (AMCL).
+//! Pure adaptive Monte Carlo localisation (AMCL): where the robot is on a known map, from odometry and
+//! a planar laser, as a pose with an honest covariance.
+//!
+//! No I/O, no clock, no global randomness: stamps and the seed are arguments, so a run replays bit for
+//! bit. Poses are in the map frame unless a name says otherwise; units are SI and radians.
+//!
+//! Read [`Localizer`] first; it strings together, in the order of one filter update: the motion model
+//! (`particles`), the likelihood field (`likelihood_field`), weighting with tempering (`weighting`),
+//! clusters and their moments (`histogram`, `moments`), recovery (`recovery`), and KLD-adaptive
+//! resampling (`kld`, `resampling`).
+//!
+//! Where it differs from ROS `amcl`, and why: odometry noise is a variance per metre and radian (D6), so
+//! it does not depend on the update rate; beams multiply (`likelihood_field_prob`) and the product is
+//! tempered until a normalised-error test holds; mean and covariance are those of the heaviest cluster
+//! (D9), recovery particles show in [`Health`] only; one occupied histogram bin asks for the least
+//! number of particles, not the greatest; the filter answers every call and updates at rest (D7).
+
+mod histogram;
+mod kld;
+mod likelihood_field;
+mod localizer;
+mod moments;
+mod params;
+mod particles;
+mod recovery;
+mod resampling;
+mod scan;
+mod scan_fit;
+mod weighting;
+
+pub use kld::sample_size;
+pub use localizer::{Estimate, Health, Localizer};
+pub use params::{LaserLikelihood, LocalizerParams, ParamsError};
+pub use scan::Scan;

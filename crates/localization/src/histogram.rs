@@ -1,0 +1,205 @@
+//! The belief as a sparse histogram of poses, and its clusters: sets of connected bins.
+
+use curionav_planning::geometry::Pose2;
+
+/// Histogram over (x, y, heading) with a hash table whose storage lives as long as the filter. Bins are
+/// numbered in the order in which they were first hit, so nothing depends on the hash.
+pub(crate) struct Histogram {
+    bin_position: f64,
+    sectors: i64,
+    /// Bin number + 1, or 0; a power of two in size, at least twice the bins there can be.
+    table: Vec<u32>,
+    shift: u32,
+    slots: Vec<u32>,
+    bins: Vec<[i64; 3]>,
+    weight: Vec<f64>,
+    parent: Vec<u32>,
+}
+
+impl Histogram {
+    /// For at most `capacity` bins of `bin_position` metres squared and about `bin_heading` radians.
+    pub(crate) fn new(capacity: usize, bin_position: f64, bin_heading: f64) -> Self {
+        let size = (2 * capacity.max(8)).next_power_of_two();
+        Self {
+            bin_position,
+            sectors: (std::f64::consts::TAU / bin_heading).round().max(4.0) as i64,
+            table: vec![0; size],
+            shift: 64 - size.trailing_zeros(),
+            slots: Vec::with_capacity(capacity),
+            bins: Vec::with_capacity(capacity),
+            weight: Vec::with_capacity(capacity),
+            parent: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Empties it.
+    pub(crate) fn clear(&mut self) {
+        for &slot in &self.slots {
+            self.table[slot as usize] = 0;
+        }
+        self.slots.clear();
+        self.bins.clear();
+        self.weight.clear();
+        self.parent.clear();
+    }
+
+    /// Number of bins hit.
+    pub(crate) fn len(&self) -> usize {
+        self.bins.len()
+    }
+
+    /// Adds weight at a pose; returns the bin's number.
+    pub(crate) fn add(&mut self, pose: Pose2, weight: f64) -> u32 {
+        let sector = (pose.heading / std::f64::consts::TAU * self.sectors as f64).floor() as i64;
+        let bin = [
+            (pose.x / self.bin_position).floor() as i64,
+            (pose.y / self.bin_position).floor() as i64,
+            sector.rem_euclid(self.sectors),
+        ];
+        let slot = self.slot(&bin);
+        let number = match self.table[slot] {
+            0 => {
+                let number = self.bins.len() as u32;
+                self.table[slot] = number + 1;
+                self.slots.push(slot as u32);
+                self.bins.push(bin);
+                self.weight.push(0.0);
+                self.parent.push(number);
+                number
+            }
+            occupied => occupied - 1,
+        };
+        self.weight[number as usize] += weight;
+        number
+    }
+
+    /// Where the bin is, or where it would be put.
+    fn slot(&self, bin: &[i64; 3]) -> usize {
+        let key = (bin[0] as u64)
+            .wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            .wrapping_add(bin[1] as u64)
+            .wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
+            .wrapping_add(bin[2] as u64)
+            .wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        let mut slot = (key >> self.shift) as usize;
+        while self.table[slot] != 0 && self.bins[self.table[slot] as usize - 1] != *bin {
+            slot = (slot + 1) & (self.table.len() - 1);
+        }
+        slot
+    }
+
+    /// Joins bins that touch, corners included; heading wraps around.
+    pub(crate) fn connect(&mut self) {
+        for number in 0..self.bins.len() {
+            let [x, y, sector] = self.bins[number];
+            for step in FORWARD_NEIGHBOURS {
+                let next = [x + step[0], y + step[1], (sector + step[2]).rem_euclid(self.sectors)];
+                let found = self.table[self.slot(&next)];
+                if found != 0 {
+                    let (a, b) = (self.root(number as u32), self.root(found - 1));
+                    self.parent[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+    }
+
+    /// The cluster a bin belongs to, named by its first bin. Valid after [`Self::connect`].
+    pub(crate) fn root(&mut self, bin: u32) -> u32 {
+        let mut bin = bin;
+        while self.parent[bin as usize] != bin {
+            let grandparent = self.parent[self.parent[bin as usize] as usize];
+            self.parent[bin as usize] = grandparent;
+            bin = grandparent;
+        }
+        bin
+    }
+
+    /// The heaviest cluster, the first of equals; None when empty. Leaves cluster sums in the weights.
+    pub(crate) fn heaviest(&mut self) -> Option<u32> {
+        for bin in 0..self.bins.len() {
+            let root = self.root(bin as u32) as usize;
+            if root != bin {
+                self.weight[root] += self.weight[bin];
+                self.weight[bin] = 0.0;
+            }
+        }
+        let mut best: Option<usize> = None;
+        for bin in 0..self.bins.len() {
+            if best.is_none_or(|b| self.weight[bin] > self.weight[b]) {
+                best = Some(bin);
+            }
+        }
+        best.map(|b| b as u32)
+    }
+}
+
+/// Half of the 26 neighbours of a bin; the other half find it from their side.
+const FORWARD_NEIGHBOURS: [[i64; 3]; 13] = [
+    [1, 0, 0],
+    [-1, 1, 0],
+    [0, 1, 0],
+    [1, 1, 0],
+    [-1, -1, 1],
+    [0, -1, 1],
+    [1, -1, 1],
+    [-1, 0, 1],
+    [0, 0, 1],
+    [1, 0, 1],
+    [-1, 1, 1],
+    [0, 1, 1],
+    [1, 1, 1],
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_planning::random::{rng, uniform};
+
+    #[test]
+    fn clusters_equal_flood_fill_over_all_pairs() {
+        for seed in 0..30 {
+            let mut r = rng(seed, 0);
+            let mut h = Histogram::new(64, 0.5, 10.0_f64.to_radians());
+            h.add(Pose2::new(9.0, 9.0, 0.0), 1.0);
+            h.clear();
+            for _ in 0..60 {
+                let pose = Pose2::new(
+                    5.0 * uniform(&mut r) - 2.5,
+                    5.0 * uniform(&mut r) - 2.5,
+                    1.5 * uniform(&mut r) + 2.5,
+                );
+                h.add(pose, uniform(&mut r));
+            }
+            let bins = h.bins.clone();
+            let mut label: Vec<usize> = (0..bins.len()).collect();
+            let touch = |a: &[i64; 3], b: &[i64; 3]| {
+                let turn = (a[2] - b[2]).rem_euclid(36);
+                (a[0] - b[0]).abs() <= 1 && (a[1] - b[1]).abs() <= 1 && (turn <= 1 || turn == 35)
+            };
+            for _ in 0..bins.len() {
+                for i in 0..bins.len() {
+                    for j in 0..bins.len() {
+                        if touch(&bins[i], &bins[j]) {
+                            label[i] = label[i].min(label[j]);
+                        }
+                    }
+                }
+            }
+            h.connect();
+            for (i, expected) in label.iter().enumerate() {
+                assert_eq!(h.root(i as u32) as usize, *expected, "seed {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn heading_bins_touch_across_the_turn() {
+        let mut h = Histogram::new(8, 0.5, 10.0_f64.to_radians());
+        h.add(Pose2::new(0.1, 0.1, 3.1), 0.2);
+        h.add(Pose2::new(0.1, 0.1, -3.1), 0.2);
+        h.add(Pose2::new(3.1, 0.1, 0.0), 0.3);
+        h.connect();
+        assert_eq!(h.len(), 3);
+        assert_eq!(h.heaviest(), Some(0));
+    }
+}

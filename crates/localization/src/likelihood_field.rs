@@ -1,0 +1,128 @@
+//! The likelihood field: how well a beam that ends at a point fits the map (Thrun, Burgard and Fox,
+//! Probabilistic Robotics, 2005, section 6.4).
+
+use curionav_planning::geometry::Pose2;
+use curionav_planning::numerics::{exp, ln, sin_cos};
+use curionav_planning::occupancy::StaticMap;
+
+use crate::params::{LaserLikelihood, LocalizerParams};
+
+/// One score per cell, looked up for every beam of every particle. For the prob model the score is ln
+/// p(z), for the plain one p(z)^3, with `p(z) = z_hit exp(-d^2 / (2 sigma_hit^2)) + z_rand / range_max`
+/// and d the distance from the cell to the nearest occupied one, at most `max_distance`.
+///
+/// A border of one cell around the map holds the score of `max_distance`, so that a look-up is a
+/// clamp and a load.
+pub(crate) struct LikelihoodField {
+    last_column: i32,
+    last_row: i32,
+    stride: usize,
+    scores: Vec<f32>,
+    agreement: f32,
+    origin: Pose2,
+    cells_per_metre: f64,
+}
+
+/// A particle's pose in the field's own units: cells, f32, border included.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct FieldPose {
+    column: f32,
+    row: f32,
+    cos: f32,
+    sin: f32,
+}
+
+impl LikelihoodField {
+    pub(crate) fn new(map: &StaticMap, range_max: f64, params: &LocalizerParams) -> Self {
+        let score = |d: f64| {
+            let d = d.min(params.max_distance);
+            let p = params.z_hit * exp(-d * d / (2.0 * params.sigma_hit * params.sigma_hit))
+                + params.z_rand / range_max;
+            (match params.model {
+                LaserLikelihood::Prob => ln(p),
+                LaserLikelihood::Plain => p * p * p,
+            }) as f32
+        };
+        let (width, height) = map.to_occupied.size();
+        let stride = width + 2;
+        let mut scores = vec![score(params.max_distance); stride * (height + 2)];
+        for (row, distances) in map.to_occupied.metres().chunks_exact(width).enumerate() {
+            let start = (row + 1) * stride + 1;
+            for (slot, &d) in scores[start..start + width].iter_mut().zip(distances) {
+                *slot = score(f64::from(d));
+            }
+        }
+        Self {
+            last_column: width as i32 + 1,
+            last_row: height as i32 + 1,
+            stride,
+            scores,
+            agreement: score(params.agreement_distance),
+            origin: map.grid.origin(),
+            cells_per_metre: 1.0 / map.grid.resolution(),
+        }
+    }
+
+    /// Scores from here on mean that beam and map agree.
+    pub(crate) fn agreement(&self) -> f32 {
+        self.agreement
+    }
+
+    /// A robot pose, ready for [`Self::score`].
+    pub(crate) fn pose(&self, x: f64, y: f64, heading: f64) -> FieldPose {
+        let p = self.origin.inverse_transform(Pose2::new(x, y, 0.0).position());
+        let (s, c) = sin_cos(heading - self.origin.heading);
+        FieldPose {
+            column: (p.x * self.cells_per_metre + 1.0) as f32,
+            row: (p.y * self.cells_per_metre + 1.0) as f32,
+            cos: (c * self.cells_per_metre) as f32,
+            sin: (s * self.cells_per_metre) as f32,
+        }
+    }
+
+    /// Score of a beam that ends at (x, y) metres in the robot frame.
+    #[inline]
+    pub(crate) fn score(&self, pose: FieldPose, x: f32, y: f32) -> f32 {
+        let column = pose.column + (pose.cos * x - pose.sin * y);
+        let row = pose.row + (pose.sin * x + pose.cos * y);
+        // The cast cuts towards zero: what lies between -1 and 0 is border too.
+        let column = (column as i32).clamp(0, self.last_column) as usize;
+        let row = (row as i32).clamp(0, self.last_row) as usize;
+        self.scores[row * self.stride + column]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_planning::geometry::Point2;
+    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_planning::random::{rng, uniform};
+
+    #[test]
+    fn a_look_up_is_the_formula_on_the_distance_field() {
+        let cells = (0..50 * 40).map(|i| if i % 37 == 0 { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(50, 40, 0.1, Pose2::new(-1.0, 2.0, 0.4), cells).unwrap();
+        let map = StaticMap::new(grid);
+        let params = LocalizerParams::default();
+        let field = LikelihoodField::new(&map, 5.0, &params);
+        let mut r = rng(3, 0);
+        let mut compared = 0;
+        for _ in 0..5000 {
+            let mut draw = |a: f64, b: f64| a + (b - a) * uniform(&mut r);
+            let pose = Pose2::new(draw(-3.0, 5.0), draw(1.0, 8.0), draw(-3.0, 3.0));
+            let beam = Point2::new(draw(-3.0, 3.0), draw(-3.0, 3.0));
+            let end = pose.transform(beam);
+            let (column, row) = map.grid.grid_from_map(end);
+            if (column - column.round()).abs() < 1e-3 || (row - row.round()).abs() < 1e-3 {
+                continue; // on a cell's edge f32 may fall on either side
+            }
+            let d = map.grid.locate(end).map_or(2.0, |(c, r)| map.to_occupied.cell(map.grid.index(c, r)));
+            let expected = (0.95 * (-d * d / 0.08).exp() + 0.05 / 5.0).ln();
+            let found = field.score(field.pose(pose.x, pose.y, pose.heading), beam.x as f32, beam.y as f32);
+            assert!((f64::from(found) - expected).abs() < 1e-4, "{pose:?} {beam:?}");
+            compared += 1;
+        }
+        assert!(compared > 4000);
+    }
+}

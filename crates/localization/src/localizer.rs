@@ -1,0 +1,331 @@
+//! The filter: one call per tick.
+
+use nalgebra::{Matrix3, Vector3};
+
+use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
+use curionav_planning::motion::OdometryNoise;
+use curionav_planning::numerics::hypot;
+use curionav_planning::occupancy::StaticMap;
+use curionav_planning::random::{Rng, rng, standard_normal, uniform};
+use curionav_planning::scene::Belief;
+use curionav_planning::sensor::LaserModel;
+
+use crate::histogram::Histogram;
+use crate::likelihood_field::LikelihoodField;
+use crate::moments::{moments, propagate};
+use crate::params::{LocalizerParams, ParamsError};
+use crate::particles::{Motion, Particles};
+use crate::recovery::{FreeSpace, Recovery};
+use crate::resampling::{needed, systematic};
+use crate::scan::{BeamDirections, Scan};
+use crate::scan_fit::ScanFit;
+use crate::weighting::Weighting;
+
+/// How far the estimate can be trusted, beyond its covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Health {
+    /// Share of the weight outside the cluster that the estimate describes, 0 to 1.
+    pub outside_weight: f64,
+    /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
+    /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
+    /// 1 before the first. A crowd does not lower it, a wrong pose does.
+    pub scan_fit: f64,
+    /// Number of particles.
+    pub particles: usize,
+    /// Whether the position is known to `converged_sigma` and hardly any weight lies elsewhere.
+    pub converged: bool,
+}
+
+/// The answer to one tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Robot's clock, seconds.
+    pub stamp: f64,
+    /// Mean of the heaviest cluster, map frame.
+    pub pose: Pose2,
+    /// Covariance of (x, y, heading) of the heaviest cluster: m2, m rad, rad2.
+    pub covariance: Matrix3<f64>,
+    /// Speed and turn rate as odometry measured them.
+    pub twist: Twist,
+    /// Trust.
+    pub health: Health,
+    /// Whether the filter took in a scan at this tick, or only moved its last estimate along.
+    pub observed: bool,
+}
+
+impl Estimate {
+    /// What the planner needs of it.
+    pub fn belief(&self) -> Belief {
+        Belief { pose: self.pose, covariance: self.covariance, twist: self.twist }
+    }
+}
+
+/// Adaptive Monte Carlo localisation on one map with one laser.
+pub struct Localizer {
+    map: StaticMap,
+    noise: OdometryNoise,
+    params: LocalizerParams,
+    seed: u64,
+    field: LikelihoodField,
+    free: FreeSpace,
+    beams: BeamDirections,
+
+    particles: Particles,
+    pose: Pose2,
+    covariance: Matrix3<f64>,
+    health: Health,
+    recovery: Recovery,
+    odometry: Option<OdometryState>,
+    /// Random streams used so far: one per filter update, so that a run depends on the updates made
+    /// and not on how many numbers each of them drew.
+    streams: u64,
+    updates_since_resampling: u32,
+
+    weighting: Weighting,
+    histogram: Histogram,
+    bin: Vec<u32>,
+    spare: Particles,
+    ends: Vec<Point2>,
+}
+
+/// What odometry has said since the last filter update.
+struct OdometryState {
+    at_update: Pose2,
+    latest: Pose2,
+    travel: f64,
+    turn: f64,
+    stamp: f64,
+    /// The first scan after a start is taken in at once and in full.
+    fresh: bool,
+}
+
+impl Localizer {
+    /// A filter that knows nothing of the pose yet: particles all over the free cells. Call
+    /// [`Self::initialise`] when the start is known.
+    pub fn new(
+        map: StaticMap,
+        laser: LaserModel,
+        noise: OdometryNoise,
+        params: LocalizerParams,
+        seed: u64,
+    ) -> Result<Self, ParamsError> {
+        params.check()?;
+        let most = params.particles_max;
+        let mut localizer = Self {
+            field: LikelihoodField::new(&map, laser.range_max, &params),
+            free: FreeSpace::new(&map.grid),
+            beams: BeamDirections::new(laser),
+            particles: Particles::with_capacity(most),
+            pose: Pose2::default(),
+            covariance: Matrix3::zeros(),
+            health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
+            recovery: Recovery::default(),
+            odometry: None,
+            streams: 0,
+            updates_since_resampling: 0,
+            weighting: Weighting::with_capacity(most, params.beams),
+            histogram: Histogram::new(most, params.bin_position, params.bin_heading),
+            bin: Vec::with_capacity(most),
+            spare: Particles::with_capacity(most),
+            ends: Vec::with_capacity(params.beams),
+            map,
+            noise,
+            params,
+            seed,
+        };
+        let mut random = localizer.next_stream();
+        for _ in 0..most {
+            let pose = localizer.free.draw(&localizer.map.grid, &mut random);
+            localizer.particles.push(pose, 1.0 / most as f64);
+        }
+        localizer.describe();
+        Ok(localizer)
+    }
+
+    /// Starts over around a known pose.
+    pub fn initialise(&mut self, pose: Pose2, covariance: &Matrix3<f64>) {
+        let mut random = self.next_stream();
+        self.particles.draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
+        self.recovery = Recovery::default();
+        self.odometry = None;
+        self.updates_since_resampling = 0;
+        self.health.scan_fit = 1.0;
+        self.describe();
+        self.pose = pose;
+        self.covariance = *covariance;
+    }
+
+    /// The covariance that the parameters state for a start.
+    pub fn start_covariance(&self) -> Matrix3<f64> {
+        let position = self.params.start_sigma_position * self.params.start_sigma_position;
+        let heading = self.params.start_sigma_heading * self.params.start_sigma_heading;
+        Matrix3::from_diagonal(&Vector3::new(position, position, heading))
+    }
+
+    /// One tick: the robot's pose and twist by odometry (odometry frame), the time in seconds on the robot's
+    /// clock, and the scan of the tick. Always answers; takes the scan in when the robot has moved or turned
+    /// enough since the last one, or `update_max_interval` has passed (D7).
+    pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
+        let motion = self.dead_reckon(odometry, stamp);
+        let observed = match motion {
+            Some((motion, share)) => self.filter(&motion, share, scan),
+            None => false,
+        };
+        Estimate { stamp, pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
+    }
+
+    /// Moves the estimate along with odometry, its covariance by `A Sigma A' + M'`. When a filter update
+    /// is due, returns the motion since the last one and the share of `temper` that the scan is worth.
+    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<(Motion, f64)> {
+        let state = self.odometry.get_or_insert(OdometryState {
+            at_update: odometry,
+            latest: odometry,
+            travel: 0.0,
+            turn: 0.0,
+            stamp,
+            fresh: true,
+        });
+        let step = state.latest.relative(odometry);
+        let (travel, turn) = (hypot(step.x, step.y), step.heading.abs());
+        state.latest = odometry;
+        state.travel += travel;
+        state.turn += turn;
+        if travel > 0.0 || turn > 0.0 {
+            let moved = self.pose.compose(step);
+            let displacement = Vector3::new(moved.x - self.pose.x, moved.y - self.pose.y, step.heading);
+            let process = self.noise.process_covariance(travel, turn);
+            self.covariance = propagate(&self.covariance, displacement, &process);
+            self.pose = moved;
+        }
+        let moved = (state.travel / self.params.update_min_d).max(state.turn / self.params.update_min_a);
+        let elapsed = stamp - state.stamp;
+        // A clock that steps back must not silence the filter.
+        let due =
+            state.fresh || moved >= 1.0 || !(0.0..self.params.update_max_interval - 1e-9).contains(&elapsed);
+        if !due {
+            return None;
+        }
+        let share = if state.fresh { 1.0 } else { moved.clamp(self.params.rest_temper, 1.0) };
+        let motion = Motion {
+            displacement: state.at_update.relative(odometry),
+            travel: state.travel,
+            turn: state.turn,
+        };
+        *state = OdometryState {
+            at_update: odometry,
+            latest: odometry,
+            travel: 0.0,
+            turn: 0.0,
+            stamp,
+            fresh: false,
+        };
+        Some((motion, share))
+    }
+
+    /// One filter update; whether a scan was taken in.
+    fn filter(&mut self, motion: &Motion, share: f64, scan: &Scan) -> bool {
+        let mut random = self.next_stream();
+        self.particles.advance(motion, &self.noise, &mut random);
+        self.beams.adopt(&scan.laser);
+        let looked_at = self.beams.select(scan.ranges, self.params.beams, self.streams, &mut self.ends);
+        let observed = !self.ends.is_empty();
+        if observed {
+            let lost = self.recovery.share(&self.params) > 0.0;
+            self.weighting.apply(
+                &mut self.particles,
+                &self.field,
+                &self.ends,
+                self.params.temper * share,
+                self.health.converged && !lost,
+                &self.params,
+            );
+        }
+        self.describe();
+        if observed {
+            self.check_fit(scan.laser.robot_from_laser, looked_at);
+        }
+        self.updates_since_resampling += 1;
+        if self.updates_since_resampling >= self.params.resample_interval {
+            self.resample(observed, &mut random);
+        }
+        observed
+    }
+
+    /// Holds the scan against the new estimate.
+    fn check_fit(&mut self, laser: Pose2, looked_at: usize) {
+        let fit = ScanFit::of(&self.map, self.pose, laser, &self.ends, self.params.agreement_distance);
+        if let Some(share) = fit.share() {
+            self.health.scan_fit = share;
+            let evidence = (fit.agree + fit.through) as f64 / looked_at as f64;
+            self.recovery.observe(share, evidence, &self.params);
+        }
+    }
+
+    /// Estimate and health from the heaviest cluster.
+    fn describe(&mut self) {
+        self.histogram.clear();
+        self.bin.clear();
+        let p = &self.particles;
+        for i in 0..p.len() {
+            let pose = Pose2::new(p.x[i], p.y[i], p.heading[i]);
+            self.bin.push(self.histogram.add(pose, p.weight[i]));
+        }
+        self.histogram.connect();
+        let Some(heaviest) = self.histogram.heaviest() else { return };
+        for bin in &mut self.bin {
+            *bin = self.histogram.root(*bin);
+        }
+        let bin = &self.bin;
+        if let Some((pose, covariance)) = moments(&self.particles, |i| bin[i] == heaviest) {
+            self.pose = pose;
+            self.covariance = covariance;
+        }
+        let inside: f64 =
+            self.particles.weight.iter().zip(bin).filter(|(_, b)| **b == heaviest).map(|(w, _)| w).sum();
+        let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
+        self.health.outside_weight = (1.0 - inside).clamp(0.0, 1.0);
+        self.health.particles = self.particles.len();
+        self.health.converged = belief.position_sigma() <= self.params.converged_sigma
+            && self.health.outside_weight <= self.params.converged_outside;
+    }
+
+    /// Draws a new set when the weights have become uneven, the belief needs more or far fewer particles,
+    /// or the robot seems lost. Without a scan only growing makes sense: nothing was learnt.
+    fn resample(&mut self, observed: bool, random: &mut Rng) {
+        let n = self.particles.len();
+        let start = uniform(random);
+        let wanted = needed(&self.particles, start, &self.params, &mut self.histogram);
+        let lost = if observed { self.recovery.share(&self.params) } else { 0.0 };
+        let uneven = self.particles.effective_size() < self.params.resample_ess * n as f64;
+        let resize = wanted > n + n / 4 || (observed && wanted < n / 2);
+        if !(uneven || resize || lost > 0.0) {
+            return;
+        }
+        self.updates_since_resampling = 0;
+        let (position, heading) = (self.params.roughening_position, self.params.roughening_heading);
+        let searching = (lost * wanted as f64) as usize;
+        let weight = 1.0 / wanted as f64;
+        let (old, new) = (&self.particles, &mut self.spare);
+        new.clear();
+        systematic(&old.weight, wanted - searching, start, |i| {
+            let pose = Pose2::new(
+                old.x[i] + position * standard_normal(random),
+                old.y[i] + position * standard_normal(random),
+                wrap_angle(old.heading[i] + heading * standard_normal(random)),
+            );
+            new.push(pose, weight);
+        });
+        for _ in 0..searching {
+            let tournament = self.params.recovery_tournament;
+            let pose = self.free.draw_fitting(&self.map.grid, &self.field, &self.ends, tournament, random);
+            new.push(pose, weight);
+        }
+        std::mem::swap(&mut self.particles, &mut self.spare);
+        self.health.particles = self.particles.len();
+    }
+
+    fn next_stream(&mut self) -> Rng {
+        self.streams += 1;
+        rng(self.seed, self.streams)
+    }
+}
