@@ -185,6 +185,7 @@ pub fn mission() -> Mission {
         require: vec!["arbiter".into(), "localizer".into()],
         ready: vec!["localizer".into()],
         state: MissionState::Preparing,
+        note: String::new(),
     }
 }
 

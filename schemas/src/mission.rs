@@ -84,6 +84,9 @@ pub struct Mission {
     pub ready: Vec<String>,
     /// Where it stands.
     pub state: MissionState,
+    /// Why it was finished or refused, for people; empty while there is nothing to say.
+    #[serde(default)]
+    pub note: String,
 }
 
 impl Validate for Mission {
@@ -105,7 +108,8 @@ impl Validate for Mission {
         ])?;
         check::one_to("plan_every", self.plan_every as usize, u32::MAX as usize)?;
         check::ids("require", self.require.iter(), MAX_LIST)?;
-        check::ids("ready", self.ready.iter(), MAX_LIST)
+        check::ids("ready", self.ready.iter(), MAX_LIST)?;
+        check::text("note", &self.note)
     }
 }
 

@@ -32,8 +32,10 @@ impl Desk {
                 if mission.revision != revision {
                     return Err(stale(revision, mission.revision));
                 }
-                tracing::info!(revision, reason, "mission finished");
-                self.update(|m| m.state = MissionState::Finished)
+                self.update(|m| {
+                    m.state = MissionState::Finished;
+                    m.note = reason;
+                })
             }
         }
     }
@@ -91,6 +93,7 @@ impl Desk {
 fn prepare(mission: &mut Mission) {
     mission.state = MissionState::Preparing;
     mission.ready.clear();
+    mission.note.clear();
 }
 
 fn stale(asked: u64, current: u64) -> Reject {

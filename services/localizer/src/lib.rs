@@ -1,1 +1,5 @@
-//! The localizer service.
+//! The localizer: answers every tick of odometry and laser with a belief about the pose (AMCL).
+
+mod service;
+
+pub use service::run;

@@ -133,5 +133,6 @@ fn mission(
         require: REQUIRED.map(String::from).to_vec(),
         ready: Vec::new(),
         state: MissionState::Preparing,
+        note: String::new(),
     })
 }

@@ -1,0 +1,173 @@
+//! The localizer on its robot.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::sensor::LaserModel;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
+use curionav_runtime::lockstep::Latest;
+use curionav_runtime::membership::announce;
+use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{
+    Belief, Clock, Health, Mission, MissionRequest, MissionState, Odometry, Reject, Scan, keys,
+};
+use zenoh::Session;
+
+/// Missions and readiness are small and local.
+const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
+
+struct Localization {
+    config: ServiceConfig,
+    session: Session,
+    fields: Arc<Fields>,
+    scans: Latest<Scan>,
+    odometry: Latest<Odometry>,
+    beliefs: Topic<Belief>,
+    mission_key: String,
+    mission: Option<Mission>,
+    filter: Option<Localizer>,
+}
+
+/// Localizes one robot until `shutdown`. `on_ready` is called once missions are followed.
+pub async fn run(
+    config: &ServiceConfig,
+    session: &Session,
+    mut shutdown: Shutdown,
+    on_ready: impl FnOnce(),
+) -> anyhow::Result<()> {
+    let key = |stream| keys::robot(&config.robot, stream);
+    let missions = Inbox::<Mission>::new(session, &key("mission")?)?;
+    let mut localization = Localization {
+        config: config.clone(),
+        session: session.clone(),
+        fields: Arc::new(Fields::new(session)),
+        scans: Latest::new(Inbox::new(session, &key("scan")?)?),
+        odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
+        beliefs: Topic::new(session, &key("belief")?, Flow::Sensor)?,
+        mission_key: key("mission")?,
+        mission: None,
+        filter: None,
+    };
+    let _token = announce(session, "localizer", &config.instance)?;
+    on_ready();
+    tracing::info!(robot = %config.robot, "localizer ready");
+    if let Ok(mission) = fetch::<Mission>(session, &localization.mission_key, MISSION_TIMEOUT).await {
+        localization.take(mission).await;
+    }
+    loop {
+        tokio::select! {
+            biased;
+            () = shutdown.requested() => return Ok(()),
+            mission = missions.next() => match mission {
+                Some(mission) => localization.take(mission).await,
+                None => return Ok(()),
+            },
+            odometry = localization.odometry.next() => match odometry.cloned() {
+                Some(odometry) => localization.tick(odometry).await,
+                None => return Ok(()),
+            },
+        }
+    }
+}
+
+impl Localization {
+    /// A mission, or a change of the one at hand. Only another map, start or seed starts the filter over: a
+    /// robot that is sent to another goal still knows where it is.
+    async fn take(&mut self, mission: Mission) {
+        let known = self.mission.replace(mission.clone());
+        let same = |k: &Mission| k.revision == mission.revision;
+        if known.as_ref().is_some_and(same) || matches!(mission.state, MissionState::Cancelled | MissionState::Finished) {
+            return;
+        }
+        let other_goal = |k: &Mission| {
+            k.state != MissionState::Finished
+                && (k.map, k.seed, k.initial_pose) == (mission.map, mission.seed, mission.initial_pose)
+        };
+        let keeps = self.filter.is_some() && known.as_ref().is_some_and(other_goal);
+        let request = match if keeps { Ok(()) } else { self.start(&mission).await } {
+            Ok(()) => {
+                let (role, instance) = ("localizer".to_owned(), self.config.instance.clone());
+                MissionRequest::Ready { role, instance, revision: mission.revision }
+            }
+            Err(reject) => {
+                tracing::error!(%reject, "the mission cannot be localised");
+                MissionRequest::Finish { revision: mission.revision, reason: format!("localizer: {reject}") }
+            }
+        };
+        let answer = ask::<_, Mission>(&self.session, &self.mission_key, &request, MISSION_TIMEOUT, Urgency::Normal);
+        if let Err(error) = answer.await {
+            tracing::warn!(%error, "the driver did not take the mission request");
+        }
+    }
+
+    async fn start(&mut self, mission: &Mission) -> Result<(), Reject> {
+        let (fields, id) = (Arc::clone(&self.fields), mission.map);
+        let fetched = tokio::task::spawn_blocking(move || fields.map(id)).await;
+        let map = fetched.map_err(|e| Reject::invalid("map", e.to_string()))??;
+        let params: LocalizerParams = convert::from_value("localizer", &mission.localizer)?;
+        let mut filter = Localizer::new(
+            (*map).clone(),
+            convert::laser(&mission.laser),
+            convert::noise(&mission.odometry_noise),
+            params,
+            mission.seed,
+        )
+        .map_err(|e| Reject::invalid("localizer", e.to_string()))?;
+        filter.initialise(convert::pose(mission.initial_pose), &convert::covariance(&mission.initial_covariance)?);
+        self.filter = Some(filter);
+        Ok(())
+    }
+
+    /// One tick of odometry, answered with a belief.
+    async fn tick(&mut self, mut odometry: Odometry) {
+        let Some(mission) = self.mission.clone() else { return };
+        if mission.clock == Clock::Realtime
+            && let Some(newest) = self.odometry.newest()
+        {
+            odometry = newest.clone();
+        }
+        let announced = convert::laser(&mission.laser);
+        let scan = self.scans.of_tick(odometry.tick, mission.clock).await;
+        // A scan of another tick is no observation of this pose.
+        let scan = scan.filter(|s| s.tick == odometry.tick);
+        let Some(filter) = &mut self.filter else { return };
+        let (ranges, laser) = match scan {
+            Some(scan) => (scan.ranges.as_ref(), laser_of(scan, announced)),
+            None => (&[][..], announced),
+        };
+        let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
+        let twist = Twist { v: odometry.v, omega: odometry.omega };
+        let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
+        self.beliefs.publish(&belief(&estimate, &odometry), mission.clock);
+    }
+}
+
+/// The scanner as the scan itself describes it; noise is what the mission says.
+fn laser_of(scan: &Scan, announced: LaserModel) -> LaserModel {
+    let beams = scan.ranges.len() as u32;
+    let span = scan.angle_increment * f64::from(beams.saturating_sub(1));
+    let full = span + scan.angle_increment > std::f64::consts::TAU - 1e-6;
+    LaserModel {
+        robot_from_laser: convert::pose(scan.laser),
+        fov: if full { std::f64::consts::TAU } else { span },
+        beams,
+        range_max: scan.range_max,
+        range_sigma: announced.range_sigma,
+    }
+}
+
+fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
+    let health = Health {
+        outside_weight: estimate.health.outside_weight.clamp(0.0, 1.0),
+        scan_fit: estimate.health.scan_fit.clamp(0.0, 1.0),
+        particles: estimate.health.particles as u32,
+        converged: estimate.health.converged,
+    };
+    convert::belief_to_wire(&estimate.belief(), odometry.tick, odometry.stamp, health)
+}
