@@ -1,7 +1,7 @@
 //! The wire contract of curionav: messages, their CBOR encoding, and their limits.
 //!
 //! Every message is a CBOR map with text keys; keys a reader does not know are ignored. Arrays of numbers are
-//! RFC 8746 typed arrays ([`array`]), little-endian, so they go into NumPy or nalgebra without being parsed
+//! RFC 8746 typed arrays ([`mod@array`]), little-endian, so they go into NumPy or nalgebra without being parsed
 //! number by number. Units are SI and radians unless a field's name says otherwise; poses are in the map frame
 //! unless a field says otherwise.
 //!

@@ -153,8 +153,11 @@ impl Validate for LaserModel {
         if self.beams < 2 {
             return Err(Reject::invalid("beams", "a laser has two beams at least"));
         }
-        // A little over a turn, so that a full turn survives rounding to single precision.
-        if self.fov > 6.2832 { Err(Reject::invalid("fov", "exceeds a full turn")) } else { Ok(()) }
+        // A little more than a turn, so that a full turn survives rounding to single precision.
+        if self.fov > std::f64::consts::TAU + 1e-6 {
+            return Err(Reject::invalid("fov", "exceeds a full turn"));
+        }
+        Ok(())
     }
 }
 

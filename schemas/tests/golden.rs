@@ -1,5 +1,7 @@
 //! The golden bytes are what this crate writes, are what the CDDL describes, and survive a round trip.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
+
 use ciborium::Value;
 use curionav_schemas::{MESSAGES, golden, recode};
 use std::collections::BTreeSet;
@@ -110,5 +112,14 @@ fn the_cddl_describes_every_field_and_its_type() {
         for wrong in nulls.into_iter().chain(strangers) {
             assert!(obeys(golden.message, &rules, &wrong).is_err(), "{}: {wrong:?}", golden.file);
         }
+    }
+}
+
+#[test]
+fn the_readme_states_every_size_limit() {
+    let readme = std::fs::read_to_string(schemas().join("README.md")).unwrap();
+    for message in MESSAGES {
+        let row = format!("| `{}` | {} KiB |", message.name, message.max_bytes / 1024);
+        assert!(readme.contains(&row), "README.md lacks: {row}");
     }
 }

@@ -1,5 +1,7 @@
 //! Bytes nobody has checked: refused with a reason, or read; never a panic.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
+
 use ciborium::Value;
 use curionav_schemas::{
     CandidateSet, DecodeError, F32Array, F64Array, I8Array, MESSAGES, Message, MissionRequest, RejectCode,
