@@ -14,22 +14,14 @@
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
-use crate::evaluation::cpc::ray_cast::RayCaster;
-use crate::evaluation::cpc::wall_normals::WallNormals;
+use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, factorise, sum};
 use crate::geometry::Pose2;
 use crate::numerics::sin_cos;
-use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
+use crate::occupancy::{Cell, StaticMap};
 use crate::sensor::LaserModel;
 
 /// Cells along a block's side: 0.2 m at the paper's resolution, well below the ranges measured.
 const BLOCK: usize = 4;
-/// Rays cast from each block, 5 degrees apart.
-const FAN: usize = 72;
-/// Headings kept for each block, 15 degrees apart; one is enough for a laser that sees all around.
-const HEADINGS: usize = 24;
-/// Least `|n.d|`: beams that graze a wall are not trusted to be arbitrarily informative.
-const LEAST_INCIDENCE: f64 = 0.2;
-
 /// What a range says about the pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -85,7 +77,7 @@ pub struct InformationField {
 }
 
 impl InformationField {
-    /// Casts the rays. About a second on a map of 350 000 cells at worst.
+    /// Casts the rays: about 0.3 s for a laser of 5 m on a map of 350 000 cells.
     pub fn new(map: &StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
         let grid = &*map.grid;
         let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
@@ -186,113 +178,6 @@ impl InformationField {
         };
         factor.map(f64::from)
     }
-}
-
-/// A measurement row dr/d(x, y, heading) for each ray of the fan that ended in range.
-type Seen = Vec<(usize, [f64; 3])>;
-/// Weight of each ray of the fan for one heading: its share of the field of view times what one scan's
-/// beams are worth.
-type Window = [f64; FAN];
-
-/// The rays cast from every block, and which of them each heading sees.
-struct Fan<'a> {
-    caster: RayCaster<'a>,
-    normals: WallNormals,
-    directions: [(f64, f64); FAN],
-    windows: Vec<Window>,
-    model: MeasurementModel,
-    /// Range of the laser, cells.
-    reach: f64,
-    resolution: f64,
-}
-
-impl<'a> Fan<'a> {
-    fn new(map: &'a StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
-        let grid: &OccupancyGrid = &map.grid;
-        let all_around = laser.fov >= std::f64::consts::TAU - 1e-9;
-        let fov = laser.fov.min(std::f64::consts::TAU);
-        let beams = f64::from(params.beams.min(laser.beams));
-        let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
-        let spacing = std::f64::consts::TAU / FAN as f64;
-        let windows = (0..if all_around { 1 } else { HEADINGS })
-            .map(|h| {
-                std::array::from_fn(|i| {
-                    // How much of the sector around ray i lies in the field of view around heading h.
-                    let away = (i + FAN - h * (FAN / HEADINGS)) % FAN;
-                    let away = away.min(FAN - away) as f64 * spacing;
-                    let overlap = (0.5 * fov - away + 0.5 * spacing).clamp(0.0, spacing);
-                    let overlap = if all_around { spacing } else { overlap };
-                    scan * overlap / fov
-                })
-            })
-            .collect();
-        Self {
-            caster: RayCaster::new(&map.to_occupied, grid.resolution()),
-            normals: WallNormals::new(grid),
-            directions: std::array::from_fn(|i| {
-                let (s, c) = sin_cos(i as f64 * spacing);
-                (c, s)
-            }),
-            windows,
-            model: params.model,
-            reach: laser.range_max / grid.resolution(),
-            resolution: grid.resolution(),
-        }
-    }
-
-    /// Rows of all rays from the point (x, y), in cells, that end in range.
-    fn cast(&self, x: f64, y: f64) -> Seen {
-        let mut seen = Seen::new();
-        if self.caster.clearance(x as usize, y as usize) > self.reach + 2.0 {
-            return seen;
-        }
-        for (i, &(dx, dy)) in self.directions.iter().enumerate() {
-            let Some(hit) = self.caster.cast((x, y), (dx, dy), self.reach) else { continue };
-            let measured = match self.model {
-                MeasurementModel::Range => [-dx, -dy, 0.0],
-                MeasurementModel::Beam => {
-                    // A post is met head-on from every side.
-                    let (nx, ny) = self.normals.at(hit.cell).unwrap_or((dx, dy));
-                    let towards = nx * dx + ny * dy;
-                    let incidence = towards.abs().max(LEAST_INCIDENCE).copysign(towards);
-                    let across = ny * dx - nx * dy;
-                    let range = hit.range * self.resolution;
-                    [-nx / incidence, -ny / incidence, -range * across / incidence]
-                }
-            };
-            seen.push((i, measured));
-        }
-        seen
-    }
-}
-
-/// `sum w C^T C` over the rays seen: xx, xy, xt, yy, yt, tt.
-fn sum(seen: &Seen, window: &Window) -> [f64; 6] {
-    let mut j = [0.0; 6];
-    for &(i, [x, y, t]) in seen {
-        let w = window[i];
-        if w > 0.0 {
-            let terms = [x * x, x * y, x * t, y * y, y * t, t * t];
-            for (sum, term) in j.iter_mut().zip(terms) {
-                *sum += w * term;
-            }
-        }
-    }
-    j
-}
-
-/// `L D L^T` of a positive semi-definite matrix. What is left of a diagonal entry below its rounding
-/// noise is nothing.
-fn factorise(&[xx, xy, xt, yy, yt, tt]: &[f64; 6]) -> [f32; 6] {
-    const NOISE: f64 = 1e-9;
-    let divide = |a: f64, d: f64| if d > 0.0 { a / d } else { 0.0 };
-    let left = |d: f64, of: f64| if d > NOISE * of { d } else { 0.0 };
-    let d1 = left(xx, xx + yy);
-    let (l21, l31) = (divide(xy, d1), divide(xt, d1));
-    let d2 = left(yy - l21 * xy, yy);
-    let l32 = divide(yt - l21 * xt, d2);
-    let d3 = left(tt - l31 * xt - l32 * l32 * d2, tt);
-    [d1, l21, l31, d2, l32, d3].map(|v| v as f32)
 }
 
 #[cfg(test)]

@@ -1,4 +1,6 @@
 use super::*;
+use crate::evaluation::cpc::beam_fan::FAN;
+use crate::occupancy::OccupancyGrid;
 
 /// 20 m x 20 m at 0.1 m; occupied where `solid` says so of a cell's centre.
 fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
@@ -151,7 +153,7 @@ fn factors_are_positive_semi_definite_and_close_to_the_sum() {
 }
 
 #[test]
-fn memory_is_about_a_third_of_a_hundred_bytes_a_cell() {
+fn memory_is_below_forty_bytes_a_cell() {
     let pillars = |x: f64, y: f64| x % 2.0 < 0.2 && y % 2.0 < 0.2;
     let field = field(&map(Pose2::default(), pillars), LaserModel::default());
     // 24 headings x 6 numbers x 4 bytes on every 16 cells: 36 bytes

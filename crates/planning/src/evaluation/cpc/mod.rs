@@ -15,6 +15,7 @@
 //! observations at all, and the metric would be blind. People who hide landmarks are not modelled, as
 //! in the paper (A32).
 
+mod beam_fan;
 mod covariance;
 mod information_field;
 pub mod lqr;
@@ -138,5 +139,7 @@ impl Evaluator for CpcEvaluator {
     }
 }
 
+#[cfg(test)]
+mod reference_tests;
 #[cfg(test)]
 mod tests;

@@ -1,17 +1,18 @@
-use nalgebra::{Matrix2x3, Matrix3, Matrix3x2, Vector3};
+use nalgebra::Matrix3;
 
+use super::reference_tests::linearise;
 use super::*;
 use crate::geometry::{Pose2, Twist, wrap_angle};
 use crate::motion;
 use crate::occupancy::{OccupancyGrid, StaticMap};
-use crate::random::{Rng, rng, standard_normal, uniform};
+use crate::random::{Rng, rng, uniform};
 use crate::scene::{Belief, People};
 use crate::sensor::LaserModel;
 
-const DT: f64 = 0.3;
+pub(super) const DT: f64 = 0.3;
 
 /// 30 m x 20 m at 0.1 m; occupied where `solid` says so of a cell's centre.
-fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
+pub(super) fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
     let cells = (0..300 * 200)
         .map(|i| {
             let (x, y) = (0.1 * f64::from(i % 300) + 0.05, 0.1 * f64::from(i / 300) + 0.05);
@@ -22,27 +23,31 @@ fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
 }
 
 /// Walls of a corridor 4 m wide, a niche every 3 m.
-fn corridor(x: f64, y: f64) -> bool {
+pub(super) fn corridor(x: f64, y: f64) -> bool {
     let depth = if x % 3.0 < 1.0 { 2.8 } else { 2.0 };
     (y - 10.0).abs() > depth
 }
 
-fn evaluator(map: &StaticMap, laser: LaserModel) -> CpcEvaluator {
+pub(super) fn evaluator(map: &StaticMap, laser: LaserModel) -> CpcEvaluator {
     let field = InformationField::new(map, &laser, &InformationParams::default());
     CpcEvaluator::new(Arc::new(field), OdometryNoise::default(), CpcParams::default())
 }
 
-fn scene(covariance: Matrix3<f64>) -> Scene {
+pub(super) fn scene(covariance: Matrix3<f64>) -> Scene {
     let belief = Belief { pose: Pose2::default(), covariance, twist: Twist::default() };
     Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: true }
 }
 
-fn uncertain() -> Scene {
+pub(super) fn uncertain() -> Scene {
     scene(Matrix3::new(0.15, 0.02, 0.01, 0.02, 0.1, -0.01, 0.01, -0.01, 0.03))
 }
 
 /// Candidates from start poses and the twist at each step.
-fn drives(starts: &[Pose2], steps: usize, mut twist: impl FnMut(usize, usize) -> Twist) -> CandidateSet {
+pub(super) fn drives(
+    starts: &[Pose2],
+    steps: usize,
+    mut twist: impl FnMut(usize, usize) -> Twist,
+) -> CandidateSet {
     let (mut x, mut y, mut heading, mut v, mut omega) = (vec![], vec![], vec![], vec![], vec![]);
     for (i, start) in starts.iter().enumerate() {
         let mut pose = *start;
@@ -64,140 +69,15 @@ fn straight(start: Pose2, v: f64) -> CandidateSet {
 }
 
 /// Random drives in and around the corridor.
-fn wandering(r: &mut Rng, count: usize, steps: usize) -> CandidateSet {
+pub(super) fn wandering(r: &mut Rng, count: usize, steps: usize) -> CandidateSet {
     let starts: Vec<Pose2> = (0..count)
         .map(|_| Pose2::new(3.0 + 20.0 * uniform(r), 8.5 + 3.0 * uniform(r), 7.0 * uniform(r) - 3.5))
         .collect();
     drives(&starts, steps, |_, _| Twist { v: uniform(r), omega: 2.0 * uniform(r) - 1.0 })
 }
 
-fn zeta(evaluator: &CpcEvaluator, scene: &Scene, set: &CandidateSet) -> Vec<f64> {
+pub(super) fn zeta(evaluator: &CpcEvaluator, scene: &Scene, set: &CandidateSet) -> Vec<f64> {
     evaluator.evaluate(scene, set, &|| false).unwrap()
-}
-
-/// Matrices of one step in the map frame, written down as in the paper: A, B, K, M' and C with N' = I.
-struct LinearStep {
-    a: Matrix3<f64>,
-    b: Matrix3x2<f64>,
-    k: Matrix2x3<f64>,
-    m: Matrix3<f64>,
-    c: Matrix3<f64>,
-}
-
-fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<LinearStep> {
-    let gains = GainTable::new(set.dt());
-    let mut due = 0.0;
-    (0..set.steps())
-        .map(|i| {
-            let (v, omega, dt) = (set.v()[i], set.omega()[i], set.dt());
-            let (s, c) = sin_cos(set.heading()[i] - 0.5 * omega * dt);
-            let gain = gains.at(v);
-            let k = Matrix2x3::new(gain.along, 0.0, 0.0, 0.0, gain.across, gain.heading)
-                * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
-            due += (v * dt / evaluator.params.update_min_d)
-                .max(omega.abs() * dt / evaluator.params.update_min_a)
-                .max(dt / evaluator.params.update_max_interval);
-            let seen = due >= 1.0 - 1e-9;
-            due = if seen { (due - 1.0).min(1.0) } else { due };
-            let j = evaluator.field.at(Pose2::new(set.x()[i], set.y()[i], set.heading()[i]));
-            let eigen = j.symmetric_eigen();
-            let root = Matrix3::from_diagonal(&eigen.eigenvalues.map(|l| l.max(0.0).sqrt()));
-            LinearStep {
-                a: Matrix3::new(1.0, 0.0, -v * dt * s, 0.0, 1.0, v * dt * c, 0.0, 0.0, 1.0),
-                b: Matrix3x2::new(dt * c, 0.0, dt * s, 0.0, 0.0, dt),
-                k,
-                m: evaluator.noise.process_covariance(v * dt, omega * dt),
-                c: root * eigen.eigenvectors.transpose() * if seen { 1.0 } else { 0.0 },
-            }
-        })
-        .collect()
-}
-
-/// Kalman gain of eq. 10 and 11 with N' = I.
-fn kalman_gain(step: &LinearStep, predicted: &Matrix3<f64>) -> Matrix3<f64> {
-    let innovation = step.c * predicted * step.c.transpose() + Matrix3::identity();
-    predicted * step.c.transpose() * innovation.try_inverse().unwrap()
-}
-
-/// Eqs. 10, 11, 14 and 15 as they are printed.
-fn reference(steps: &[LinearStep], sigma_0: Matrix3<f64>) -> f64 {
-    let (mut sigma, mut lambda, mut zeta) = (sigma_0, Matrix3::zeros(), 0.0);
-    for step in steps {
-        let predicted = step.a * sigma * step.a.transpose() + step.m;
-        let seen = kalman_gain(step, &predicted) * step.c * predicted;
-        sigma = predicted - seen;
-        let closed = step.a - step.b * step.k;
-        lambda = closed * lambda * closed.transpose() + seen;
-        zeta += (lambda + sigma).trace();
-    }
-    zeta
-}
-
-#[test]
-fn equals_the_equations_as_printed() {
-    for (seed, lever) in [(1, Pose2::default()), (2, Pose2::new(0.25, -0.1, 0.3))] {
-        let map = map(Pose2::new(-1.0, 2.0, 0.0), corridor);
-        let evaluator = evaluator(&map, LaserModel { robot_from_laser: lever, ..LaserModel::default() });
-        let set = wandering(&mut rng(seed, 0), 61, 40);
-        for sigma_0 in [uncertain().belief.covariance, Matrix3::zeros()] {
-            let fast = zeta(&evaluator, &scene(sigma_0), &set);
-            for (i, &fast) in fast.iter().enumerate() {
-                let slow = reference(&linearise(&evaluator, &set.slice(i..i + 1)), sigma_0);
-                assert!((fast / slow - 1.0).abs() < 1e-9, "seed {seed}, candidate {i}: {fast} vs {slow}");
-            }
-        }
-    }
-}
-
-#[test]
-fn zeta_is_the_spread_of_simulated_closed_loops() {
-    let map = map(Pose2::default(), corridor);
-    let evaluator = evaluator(&map, LaserModel::default());
-    let (steps, runs) = (24, 40_000);
-    // A slalom along the corridor, in view of its walls.
-    let slalom = |n: usize| {
-        drives(&[Pose2::new(4.0, 9.2, 0.5)], n, |_, k| Twist {
-            v: 0.6 + 0.3 * f64::from(k as u32 % 3),
-            omega: if k % 8 < 4 { -0.7 } else { 0.7 },
-        })
-    };
-    let scene = uncertain();
-    let model = linearise(&evaluator, &slalom(steps));
-    let root = |m: Matrix3<f64>| m.cholesky().unwrap().l();
-    let (root_0, seed) = (root(scene.belief.covariance), 11);
-    let mut r = rng(seed, 0);
-    let mut draw = || Vector3::from_fn(|_, _| standard_normal(&mut r));
-    let mut squares = vec![0.0; steps];
-    // The filter's gains do not depend on what is drawn.
-    let mut sigma = scene.belief.covariance;
-    let gains: Vec<Matrix3<f64>> = model
-        .iter()
-        .map(|step| {
-            let predicted = step.a * sigma * step.a.transpose() + step.m;
-            let gain = kalman_gain(step, &predicted);
-            sigma = predicted - gain * step.c * predicted;
-            gain
-        })
-        .collect();
-    for _ in 0..runs {
-        let (mut error, mut estimate) = (root_0 * draw(), Vector3::zeros());
-        for (k, (step, gain)) in model.iter().zip(&gains).enumerate() {
-            let control = -(step.b * step.k * estimate);
-            error = step.a * error + control + root(step.m) * draw();
-            estimate = step.a * estimate + control;
-            let measured = step.c * error + draw();
-            estimate += gain * (measured - step.c * estimate);
-            squares[k] += error.norm_squared() / f64::from(runs);
-        }
-    }
-    let mut before = 0.0;
-    for (k, sampled) in squares.iter().enumerate() {
-        let zeta = zeta(&evaluator, &scene, &slalom(k + 1))[0];
-        let predicted = zeta - before;
-        before = zeta;
-        let off = sampled / predicted - 1.0;
-        assert!(off.abs() < 0.03, "seed {seed}, step {k}: sampled {sampled}, predicted {predicted}");
-    }
 }
 
 #[test]
