@@ -269,3 +269,6 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
     }
     Ok(recordings)
 }
+
+#[cfg(test)]
+mod tests;

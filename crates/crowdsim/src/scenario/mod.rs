@@ -231,6 +231,9 @@ weights = { cpc = 2.0 }
         assert!(scenario.recorded[0].repeat);
         let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
         assert_eq!(back, scenario);
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&scenario, &mut bytes).unwrap();
+        assert_eq!(ciborium::from_reader::<Scenario, _>(&bytes[..]).unwrap(), scenario);
         // and through a serde source that is not text
         assert_eq!(toml::Table::try_from(&scenario).unwrap().try_into::<Scenario>().unwrap(), scenario);
     }
