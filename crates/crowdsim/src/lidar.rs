@@ -88,11 +88,10 @@ impl Lidar {
         let (half, turn) = (half / gap + 1.0, std::f64::consts::TAU / gap);
         for middle in [middle - turn, middle, middle + turn] {
             // Casts saturate: a window outside the field of view is empty.
-            let (from, to) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
-            let end = if to < 0.0 { 0 } else { (to as usize + 1).min(ranges.len()) };
-            for i in from..end {
-                ranges[i] = ranges[i].min(disc_range(centre, radius, self.directions[i]));
-            }
+            let (first, last) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
+            let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
+            let window = ranges.iter_mut().zip(&self.directions).skip(first).take(count);
+            window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
         }
     }
 }

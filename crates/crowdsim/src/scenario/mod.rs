@@ -80,7 +80,7 @@ pub struct RobotSetup {
     /// Goal `[x, y]`.
     #[serde(with = "arrays::point")]
     pub goal: Point2,
-    /// Heading wanted at the goal; none means any.
+    /// Heading wanted at the goal; none means any. A wish to the planner: arrivals are judged by position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_heading: Option<f64>,
     /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
