@@ -4,7 +4,7 @@
 //! says that nothing is near (sphere tracing; Hart, 1996).
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{atan2, sin_cos};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, standard_normal};
 use curionav_planning::scene::People;
@@ -57,20 +57,42 @@ impl Lidar {
     pub fn ranges(&self, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
         let laser = robot.compose(self.model.robot_from_laser);
         let range_max = self.model.range_max;
-        let reach = range_max + people.radius;
-        let near: Vec<Point2> = (0..people.len())
-            .map(|i| laser.inverse_transform(people.position(i)))
-            .filter(|p| p.x * p.x + p.y * p.y < reach * reach)
-            .collect();
         let rays = Rays::new(map, laser.position());
         let (s, c) = sin_cos(laser.heading);
-        self.directions
+        let mut ranges: Vec<f64> = self
+            .directions
             .iter()
-            .map(|&(x, y)| {
-                let wall = rays.range((c * x - s * y, s * x + c * y), range_max);
-                near.iter().fold(wall, |range, p| range.min(disc_range(*p, people.radius, (x, y))))
-            })
-            .collect()
+            .map(|&(x, y)| rays.range((c * x - s * y, s * x + c * y), range_max))
+            .collect();
+        for i in 0..people.len() {
+            let centre = laser.inverse_transform(people.position(i));
+            self.shorten(&mut ranges, centre, people.radius);
+        }
+        ranges
+    }
+
+    /// Shortens the beams that meet a disc, laser frame. Only beams inside the angle that the disc subtends
+    /// are looked at.
+    fn shorten(&self, ranges: &mut [f64], centre: Point2, radius: f64) {
+        let distance = centre.distance(Point2::default());
+        if distance - radius >= self.model.range_max {
+            return;
+        }
+        let half = if distance > radius {
+            atan2(radius, (distance * distance - radius * radius).sqrt())
+        } else {
+            std::f64::consts::PI
+        };
+        let gap = self.model.bearing(1) - self.model.bearing(0);
+        let middle = (atan2(centre.y, centre.x) - self.model.bearing(0)) / gap;
+        let (half, turn) = (half / gap + 1.0, std::f64::consts::TAU / gap);
+        for middle in [middle - turn, middle, middle + turn] {
+            // Casts saturate: a window outside the field of view is empty.
+            let (first, last) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
+            let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
+            let window = ranges.iter_mut().zip(&self.directions).skip(first).take(count);
+            window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
+        }
     }
 }
 
@@ -228,6 +250,32 @@ mod tests {
         // the disc subtends asin(0.25 / 2) = 7.18 degrees on either side: beams 83 to 97 of one degree
         let hit: Vec<usize> = (0..181).filter(|&i| ranges[i] < 5.0).collect();
         assert_eq!((hit[0], *hit.last().unwrap()), (83, 97));
+    }
+
+    #[test]
+    fn every_beam_ends_on_the_nearest_of_all_people() {
+        let map = StaticMap::new(OccupancyGrid::new(10, 10, 1.0, Pose2::default(), vec![0; 100]).unwrap());
+        for seed in 0..60 {
+            let mut r = rng(seed, 0);
+            let n = 20;
+            let mut any = |from: f64, to: f64| -> Vec<f64> {
+                (0..n).map(|_| from + (to - from) * uniform(&mut r)).collect()
+            };
+            let (x, y) = (any(0.0, 10.0), any(0.0, 10.0));
+            let nowhere = vec![0.0; n];
+            let people =
+                People { id: (0..n as u32).collect(), x, y, vx: nowhere.clone(), vy: nowhere, radius: 0.25 };
+            let fov = [1.0, std::f64::consts::PI, 5.5, std::f64::consts::TAU][seed as usize % 4];
+            let lidar = Lidar::new(LaserModel { fov, beams: 91, ..LaserModel::default() });
+            let robot = Pose2::new(5.0, 5.0, 0.4 * seed as f64);
+            for (i, range) in lidar.ranges(&map, robot, &people).into_iter().enumerate() {
+                let nearest = (0..n)
+                    .map(|k| robot.inverse_transform(people.position(k)))
+                    .map(|p| disc_range(p, 0.25, lidar.directions[i]))
+                    .fold(5.0, f64::min);
+                assert!((range - nearest).abs() < 1e-9, "seed {seed}, beam {i}");
+            }
+        }
     }
 
     #[test]

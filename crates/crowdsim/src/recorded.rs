@@ -250,4 +250,46 @@ mod tests {
         r.keep(&[2]).unwrap();
         assert_eq!(people(&r, 0.0), [(0, 5.0, 5.0)]);
     }
+
+    /// A published recording, or none (and a line that says so) where the data are not at hand.
+    fn published(file: &str) -> Option<String> {
+        let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
+        let data = std::env::var("CURIONAV_DATA").unwrap_or_else(|_| beside.to_owned());
+        let path = format!("{data}/peds_eth_ucy/{file}");
+        let text = std::fs::read_to_string(&path).ok();
+        if text.is_none() {
+            println!("skipped: {path} is not there");
+        }
+        text
+    }
+
+    #[test]
+    fn the_published_recordings_are_read_whole() {
+        use RecordingFormat::{Obsmat, Text};
+        for (file, format, rows, people) in [
+            ("zara01/obsmat.txt", Obsmat, 5024, 148),
+            ("students03/obsmat.txt", Obsmat, 21_846, 428),
+            ("text/crowds_zara01.txt", Text, 5153, 148),
+            ("text/students003.txt", Text, 17_953, 434),
+        ] {
+            let Some(text) = published(file) else { return };
+            let r = Recording::parse(&text, format, 25.0).unwrap();
+            assert_eq!((r.rows(), r.ids().len()), (rows, people), "{file}");
+        }
+    }
+
+    #[test]
+    fn zara01_walks_at_walking_speed() {
+        let Some(text) = published("zara01/obsmat.txt") else { return };
+        let r = Recording::parse(&text, RecordingFormat::Obsmat, 25.0).unwrap();
+        let (first, last) = r.span();
+        assert!((last - first - 360.0).abs() < 5.0, "{first} to {last}");
+        let mut speeds = Vec::new();
+        for tick in 0..3600 {
+            speeds.extend(r.at(0.1 * f64::from(tick)).map(|p| p.velocity.distance(Point2::default())));
+        }
+        speeds.sort_by(f64::total_cmp);
+        let (median, greatest) = (speeds[speeds.len() / 2], speeds[speeds.len() - 1]);
+        assert!((0.8..1.5).contains(&median) && greatest < 4.0, "{median}, {greatest}");
+    }
 }

@@ -59,7 +59,7 @@ impl WalkerState {
             },
             resting: 0.0,
             waits: false,
-            stands: walker.mode == WalkMode::Stand,
+            stands: walker.mode == WalkMode::Stand || length <= 0.0,
         }
     }
 
@@ -90,14 +90,13 @@ impl WalkerState {
             return;
         }
         let here = self.position();
-        let mut next = self.clone();
-        next.advance(dt);
-        let there = next.position();
+        let before = (self.walked, self.resting);
+        self.advance(dt);
+        let there = self.position();
         let ahead = (there.x - here.x) * (robot.x - here.x) + (there.y - here.y) * (robot.y - here.y) > 0.0;
         self.waits = ahead && there.distance(robot) < keep_off;
-        if !self.waits {
-            self.walked = next.walked;
-            self.resting = next.resting;
+        if self.waits {
+            (self.walked, self.resting) = before;
         }
     }
 

@@ -127,6 +127,12 @@ impl World {
         self.tick as f64 * self.scenario.clock.tick_s
     }
 
+    /// Whether the scenario's time limit has passed.
+    pub fn is_time_up(&self) -> bool {
+        // half a tick of slack for the rounding of the limit
+        self.time() + 0.5 * self.scenario.clock.tick_s > self.scenario.clock.time_limit_s
+    }
+
     /// Everybody there is.
     pub fn people(&self) -> &People {
         &self.people
@@ -269,3 +275,6 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
     }
     Ok(recordings)
 }
+
+#[cfg(test)]
+mod tests;

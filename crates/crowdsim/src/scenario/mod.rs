@@ -80,7 +80,7 @@ pub struct RobotSetup {
     /// Goal `[x, y]`.
     #[serde(with = "arrays::point")]
     pub goal: Point2,
-    /// Heading wanted at the goal; none means any.
+    /// Heading wanted at the goal; none means any. A wish to the planner: arrivals are judged by position.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_heading: Option<f64>,
     /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
@@ -231,6 +231,9 @@ weights = { cpc = 2.0 }
         assert!(scenario.recorded[0].repeat);
         let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
         assert_eq!(back, scenario);
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&scenario, &mut bytes).unwrap();
+        assert_eq!(ciborium::from_reader::<Scenario, _>(&bytes[..]).unwrap(), scenario);
         // and through a serde source that is not text
         assert_eq!(toml::Table::try_from(&scenario).unwrap().try_into::<Scenario>().unwrap(), scenario);
     }

@@ -1,0 +1,200 @@
+//! Properties of whole runs.
+
+use curionav_planning::occupancy::OccupancyGrid;
+use curionav_planning::random::uniform;
+
+use super::*;
+use crate::scenario::{PerceivedPeople, RecordingFormat, WalkMode, Walker};
+
+/// A hall of 20 m x 12 m with outer walls and pillars, its lower left corner at `origin`.
+fn hall(origin: Point2) -> StaticMap {
+    let (width, height) = (400, 240);
+    let cells = (0..width * height)
+        .map(|i| {
+            let (c, r) = (i % width, i / width);
+            let outer = c < 2 || r < 2 || c >= width - 2 || r >= height - 2;
+            let pillar = (c / 4) % 25 == 12 && (r / 4) % 20 == 5;
+            if outer || pillar { 100 } else { 0 }
+        })
+        .collect();
+    let origin = Pose2::new(origin.x, origin.y, 0.0);
+    StaticMap::new(OccupancyGrid::new(width, height, 0.05, origin, cells).unwrap())
+}
+
+/// Two walkers and a recording, everything shifted by (dx, dy).
+fn scenario(dx: f64, dy: f64) -> Scenario {
+    let p = |x: f64, y: f64| format!("[{}, {}]", x + dx, y + dy);
+    Scenario::from_toml(&format!(
+        "name = \"hall\"\nmap = {{ file = \"hall.yaml\" }}\n\
+         [robot]\nstart = [{}, {}, 0.1]\ngoal = {}\n\
+         [[walkers]]\nroute = [{}, {}]\nspeed = 0.7\npause_s = 0.5\n\
+         [[walkers]]\nroute = [{}, {}, {}]\nspeed = 1.1\nmode = \"loop\"\n\
+         [[recorded]]\nfile = \"r.txt\"\nformat = \"text\"\nfps = 25\npose = [{}, {}, 0.5]\nloop = true\n",
+        2.0 + dx,
+        6.0 + dy,
+        p(17.0, 6.0),
+        p(10.0, 6.0),
+        p(3.0, 6.0),
+        p(6.0, 3.0),
+        p(8.0, 3.0),
+        p(8.0, 9.0),
+        4.0 + dx,
+        7.0 + dy,
+    ))
+    .unwrap()
+}
+
+fn recording() -> Recording {
+    let text = "0 1 0 0\n10 1 0.3 0.1\n20 1 0.7 0.1\n30 1 1.0 0.4\n10 2 2 0\n20 2 2 0.5\n";
+    Recording::parse(text, RecordingFormat::Text, 25.0).unwrap()
+}
+
+/// Truths and observations of a run driven by seeded random commands.
+fn run(dx: f64, dy: f64, seed: u64) -> Vec<(Truth, Observation)> {
+    let mut world =
+        World::new(&scenario(dx, dy), hall(Point2::new(dx, dy)), vec![recording()], seed).unwrap();
+    let mut r = rng(99, 0);
+    (0..200)
+        .map(|_| {
+            let seen = (world.truth(), world.observe());
+            world.step(Twist { v: uniform(&mut r), omega: uniform(&mut r) - 0.5 });
+            seen
+        })
+        .collect()
+}
+
+#[test]
+fn same_seed_same_run() {
+    assert_eq!(run(0.0, 0.0, 7), run(0.0, 0.0, 7));
+    let (a, b) = (run(0.0, 0.0, 7), run(0.0, 0.0, 8));
+    assert_ne!(a[0].0.pose, b[0].0.pose);
+    assert_ne!(a[0].1.ranges, b[0].1.ranges);
+}
+
+#[test]
+fn moving_the_world_moves_nothing() {
+    for seed in 0..3 {
+        for ((truth, seen), (moved, moved_seen)) in run(0.0, 0.0, seed).iter().zip(&run(64.0, -32.0, seed)) {
+            assert!((moved.pose.x - truth.pose.x - 64.0).abs() < 1e-9, "seed {seed}");
+            assert!((moved.pose.y - truth.pose.y + 32.0).abs() < 1e-9, "seed {seed}");
+            assert!((moved.wall_clearance - truth.wall_clearance).abs() < 0.08, "seed {seed}");
+            assert!((moved.person_distance - truth.person_distance).abs() < 1e-9, "seed {seed}");
+            assert_eq!(moved.touching, truth.touching);
+            let odometry_error = moved_seen.odometry.position().distance(seen.odometry.position());
+            assert!(odometry_error < 1e-9, "seed {seed}");
+            // a beam that grazes a pillar's edge may fall on its other side
+            let pairs = moved_seen.ranges.iter().zip(&seen.ranges);
+            let differing = pairs.filter(|(a, b)| (**a - **b).abs() > 1e-4).count();
+            assert!(differing <= 2, "seed {seed}: {differing} beams differ");
+        }
+    }
+}
+
+#[test]
+fn observing_changes_nothing() {
+    let mut world = World::new(&scenario(0.0, 0.0), hall(Point2::default()), vec![recording()], 3).unwrap();
+    assert_eq!(world.observe(), world.observe());
+    world.step(Twist { v: 1.0, omega: 0.0 });
+    assert_eq!(world.observe(), world.observe());
+}
+
+#[test]
+fn the_true_start_keeps_within_two_sigma_and_has_half_of_it() {
+    let map = hall(Point2::default());
+    let (mut sum, runs) = (0.0, 400);
+    for seed in 0..runs {
+        let truth = World::new(&scenario(0.0, 0.0), map.clone(), vec![recording()], seed).unwrap().truth();
+        // half of 0.5 m and of pi/12, cut at twice that
+        assert!((truth.pose.x - 2.0).abs() <= 0.5 && (truth.pose.y - 6.0).abs() <= 0.5, "seed {seed}");
+        assert!((truth.pose.heading - 0.1).abs() <= std::f64::consts::PI / 12.0, "seed {seed}");
+        assert!(truth.wall_clearance >= 0.0 && truth.person_clearance >= 0.0, "seed {seed}");
+        sum += (truth.pose.x - 2.0).powi(2);
+    }
+    // a normal cut at two sigma keeps 0.774 of its variance: 0.0625 * 0.774 = 0.0484
+    let variance = sum / runs as f64;
+    assert!((variance / 0.0484 - 1.0).abs() < 0.2, "{variance}");
+}
+
+#[test]
+fn walkers_are_never_inside_walls() {
+    let map = hall(Point2::default());
+    let mut kept = 0;
+    for seed in 0..60 {
+        let mut r = rng(seed, 1);
+        let mut any = || Point2::new(20.0 * uniform(&mut r), 12.0 * uniform(&mut r));
+        let route = vec![any(), any(), any()];
+        let modes = [WalkMode::BackAndForth, WalkMode::Once, WalkMode::Loop, WalkMode::Stand];
+        let mode = modes[seed as usize % 4];
+        let mut s = scenario(0.0, 0.0);
+        s.recorded.clear();
+        s.walkers = vec![Walker { route, speed: 1.3, mode, start_offset: 0.0, pause_s: 0.3 }];
+        let Ok(mut world) = World::new(&s, map.clone(), Vec::new(), seed) else { continue };
+        kept += 1;
+        for _ in 0..600 {
+            world.step(Twist::default());
+            let p = world.people().position(0);
+            assert!(wall_distance(&map, p) > 0.0, "seed {seed}");
+        }
+    }
+    assert!(kept >= 20, "only {kept} random routes keep clear of walls");
+}
+
+#[test]
+fn a_walker_waits_for_a_robot_that_stands_in_its_way() {
+    let mut s = scenario(0.0, 0.0);
+    (s.recorded, s.robot.start_noise) = (Vec::new(), 0.0);
+    s.walkers.truncate(1); // towards the robot, from (10, 6) to (3, 6); the robot stands at (2, 6)
+    s.walkers[0].route[1] = Point2::new(1.0, 6.0);
+    let mut world = World::new(&s, hall(Point2::default()), Vec::new(), 0).unwrap();
+    for _ in 0..300 {
+        world.step(Twist::default());
+        assert!(world.truth().person_clearance >= WAITING_MARGIN - 1e-9);
+    }
+    assert_eq!((world.people().vx[0], world.people().vy[0]), (0.0, 0.0));
+    assert!(world.truth().person_clearance < WAITING_MARGIN + 0.07 + 1e-9); // within one step of 0.07 m
+}
+
+#[test]
+fn ids_are_unique_and_ascending_and_live_people_are_people() {
+    let mut s = scenario(0.0, 0.0);
+    s.perception.people = PerceivedPeople::All;
+    let mut world = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap();
+    let live = People {
+        id: vec![0, 4],
+        x: vec![5.0, 6.0],
+        y: vec![2.0, 2.0],
+        vx: vec![0.5, 0.0],
+        vy: vec![0.0, 0.0],
+        radius: 0.3,
+    };
+    world.replace_live_people(&live);
+    for _ in 0..5 {
+        world.step(Twist::default());
+    }
+    let ids = world.observe().people.id; // two walkers, both recorded people, two live
+    assert_eq!(ids, [0, 1, 2, 3, FIRST_LIVE_ID, FIRST_LIVE_ID + 4]);
+    assert_eq!(world.people().radius, 0.25);
+}
+
+#[test]
+fn the_time_limit_is_met_to_the_tick() {
+    let mut s = scenario(0.0, 0.0);
+    s.clock.time_limit_s = 0.3;
+    let mut world = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap();
+    let mut ticks = 0;
+    while !world.is_time_up() {
+        world.step(Twist::default());
+        ticks += 1;
+    }
+    assert_eq!(ticks, 3);
+}
+
+#[test]
+fn recordings_must_fit_the_scenario() {
+    let mut s = scenario(0.0, 0.0);
+    let error = World::new(&s, hall(Point2::default()), Vec::new(), 0).unwrap_err();
+    assert_eq!(error.field, "recorded");
+    s.recorded[0].ids = Some(vec![1, 9]);
+    let error = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap_err();
+    assert_eq!(error.field, "recorded[0].ids");
+}
