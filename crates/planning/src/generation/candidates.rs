@@ -59,8 +59,8 @@ impl Default for CandidateParams {
             slow: 0.35,
             goal_tolerance: 0.5,
             differ_by: 2.0,
-            near_cell: 0.3,
-            end_cell: 0.5,
+            near_cell: 0.15,
+            end_cell: 0.4,
             turn_from: std::f64::consts::FRAC_PI_3,
         }
     }
