@@ -55,7 +55,7 @@ pub struct Collision {
 ///
 /// Where the robot already stands closer than its margins ask, they shrink to the present distance
 /// (less a little slack) but not below bodily contact, so that margins alone can never freeze the robot.
-/// If the estimate even says contact, going away stays legal and going nearer does not.
+/// If the estimate even says contact, going away stays legal and nothing else does.
 #[derive(Debug, Clone)]
 pub struct CollisionChecker<'a> {
     map: &'a StaticMap,
@@ -66,6 +66,8 @@ pub struct CollisionChecker<'a> {
     belief_variance: f64,
     /// Clearance asked of every pose, metres.
     wall_distance: f64,
+    /// Clearance now, metres, if the robot is said to touch a wall.
+    touching_wall: Option<f64>,
     /// Centre distance at which bodies touch, metres.
     contact: f64,
     /// Most that may be asked of the distance to each person, metres.
@@ -76,6 +78,8 @@ impl<'a> CollisionChecker<'a> {
     /// How much nearer than now the robot may come to something inside its margin, metres: what
     /// the first moments of turning away need.
     pub const SLACK: f64 = 0.02;
+    /// Distance above contact where that ends, metres: what is tracked is not tracked exactly.
+    pub const GUARD: f64 = 0.03;
     /// Greatest distance between wall checks along a segment, metres.
     pub const WALL_SPACING: f64 = 0.1;
 
@@ -91,14 +95,21 @@ impl<'a> CollisionChecker<'a> {
         let sigma = scene.belief.position_sigma();
         let radius = robot.radius();
         let inflation = (params.sigma_factor * sigma).min(params.max_inflation);
-        // The distance field is constant inside a cell: moving along a wall may change it by one cell.
-        let wall_slack = Self::SLACK.max(map.grid.resolution());
         let clearance = map.to_obstacle.clearance(&map.grid, start.position());
-        let wall_distance =
-            (radius + params.wall_margin + inflation).min(relaxed(clearance, radius, wall_slack));
+        // The distance field is constant inside a cell: moving along a wall may change it by one cell.
+        let wall_cap =
+            (clearance - map.grid.resolution()).max(if clearance >= radius { radius } else { 0.0 });
+        let wall_distance = (radius + params.wall_margin + inflation).min(wall_cap);
         let contact = radius + scene.people.radius;
         let person_cap = (0..scene.people.len())
-            .map(|i| relaxed(scene.people.position(i).distance(start.position()), contact, Self::SLACK))
+            .map(|i| {
+                let now = scene.people.position(i).distance(start.position());
+                if now > contact + Self::GUARD {
+                    (now - Self::SLACK).max(contact + Self::GUARD)
+                } else {
+                    now - 1e-3
+                }
+            })
             .collect();
         Self {
             map,
@@ -107,6 +118,7 @@ impl<'a> CollisionChecker<'a> {
             start,
             belief_variance: sigma * sigma,
             wall_distance,
+            touching_wall: (clearance < radius).then_some(clearance),
             contact,
             person_cap,
         }
@@ -162,7 +174,10 @@ impl<'a> CollisionChecker<'a> {
             }
             from = to;
         }
-        None
+        // Away from the wall it touches, not along it: or every cycle could go one cell nearer.
+        let end = self.map.to_obstacle.clearance(&self.map.grid, from.position());
+        let stays = !x.is_empty() && self.touching_wall.is_some_and(|now| end <= now);
+        stays.then(|| Collision { step: x.len() - 1, time: (x.len() - 1) as f64 * dt, with: Obstacle::Wall })
     }
 
     /// Id of the first person who comes too near while the robot moves from `from` to `to` during
@@ -180,11 +195,6 @@ impl<'a> CollisionChecker<'a> {
         }
         None
     }
-}
-
-/// The most that may be asked of a distance that is `now` metres, where bodies touch at `contact`.
-fn relaxed(now: f64, contact: f64, slack: f64) -> f64 {
-    if now >= contact { (now - slack).max(contact) } else { (now - slack).max(0.0) }
 }
 
 #[cfg(test)]

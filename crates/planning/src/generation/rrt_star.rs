@@ -171,15 +171,23 @@ impl<'a> RrtStar<'a> {
         self.rewire(new, &near);
     }
 
-    /// The node from which the sample is reached best: distance plus half of what lies off its heading.
+    /// The node from which the sample is reached on the shortest way, estimated: the straight line, plus
+    /// turning towards it, plus most of a circle if it lies inside a turning circle.
     fn nearest(&self, sample: Point2) -> usize {
+        let radius = self.params.turning_radius;
         let mut best = (f64::INFINITY, 0);
         for node in 0..self.tree.len() {
             let (dx, dy) = (sample.x - self.tree.x[node], sample.y - self.tree.y[node]);
             let (c, s) = self.direction[node];
-            let distance = 1.5 * (dx * dx + dy * dy).sqrt() - 0.5 * (dx * c + dy * s);
-            if distance < best.0 {
-                best = (distance, node);
+            let (ahead, left) = (dx * c + dy * s, dy * c - dx * s);
+            let squared = dx * dx + dy * dy;
+            let distance = squared.sqrt();
+            let mut way = distance + radius * (1.0 - ahead / distance.max(1e-9));
+            if squared < 2.0 * radius * left.abs() {
+                way += 4.0 * radius;
+            }
+            if way < best.0 {
+                best = (way, node);
             }
         }
         best.1

@@ -162,12 +162,18 @@ impl GeodesicField {
     /// Shortest way from `start`, a point every `spacing` metres, by steepest descent; empty when the
     /// goal cannot be reached.
     pub fn descend(&self, grid: &OccupancyGrid, start: Point2, spacing: f64) -> Vec<Point2> {
+        self.descend_for(grid, start, spacing, f64::INFINITY)
+    }
+
+    /// The first `length` metres of [`Self::descend`].
+    pub fn descend_for(&self, grid: &OccupancyGrid, start: Point2, spacing: f64, length: f64) -> Vec<Point2> {
         let mut path = vec![start];
         let mut p = start;
-        let limit = (4.0 * self.at(grid, start) / spacing) as usize + 16;
-        if limit == usize::MAX || !self.at(grid, start).is_finite() {
+        let whole = self.at(grid, start);
+        if !whole.is_finite() {
             return Vec::new();
         }
+        let limit = ((4.0 * whole / spacing) as usize + 16).min((length / spacing).ceil() as usize);
         for _ in 0..limit {
             let here = self.at(grid, p);
             if here <= spacing {

@@ -1,0 +1,105 @@
+//! Which branches of the tree are worth timing.
+
+use std::collections::BTreeSet;
+
+use crate::generation::dubins::Dubins;
+use crate::generation::path::Path;
+use crate::generation::tree::Tree;
+use crate::geometry::{Point2, bearing};
+
+/// Branches shorter than this lead nowhere, metres.
+const SHORTEST: f64 = 0.8;
+/// Where branches that end alike may still differ: the cell of their node after this way, metres.
+const FORK: f64 = 1.0;
+/// Side of that cell, metres.
+const FORK_CELL: f64 = 0.4;
+/// Directions among which branches are spread.
+const SECTORS: usize = 12;
+
+/// One branch, before its edges are rebuilt.
+struct Branch {
+    end: usize,
+    sector: usize,
+    length_through: f64,
+}
+
+/// Paths from the root to where each branch ends or passes `reach` metres, at most `most` of them: one
+/// for every pair of cells (an early one and the end's, of side `end_cell`), the directions taking turns,
+/// in each the one first whose way on to the goal is shortest by `to_go`.
+pub fn branches(
+    tree: &Tree,
+    most: usize,
+    reach: f64,
+    end_cell: f64,
+    turning_radius: f64,
+    to_go: impl Fn(Point2) -> f64,
+) -> Vec<Path> {
+    if tree.is_empty() {
+        return Vec::new();
+    }
+    let root = tree.position(0);
+    let mut is_leaf = vec![true; tree.len()];
+    for n in 1..tree.len() {
+        if let Some(p) = tree.parent(n) {
+            is_leaf[p] = false;
+        }
+    }
+    let ends = (1..tree.len()).filter(|&n| {
+        let parent_cost = tree.parent(n).map_or(0.0, |p| tree.cost[p]);
+        let cut = tree.cost[n] >= reach && parent_cost < reach;
+        cut || (is_leaf[n] && tree.cost[n] < reach && tree.cost[n] >= SHORTEST)
+    });
+    let mut all: Vec<Branch> = ends
+        .map(|end| {
+            let p = tree.position(end);
+            let turn = 0.5 + bearing(root, p) / std::f64::consts::TAU;
+            let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
+            Branch { end, sector, length_through: tree.cost[end] + to_go(p) }
+        })
+        .collect();
+    all.sort_by(|a, b| a.length_through.total_cmp(&b.length_through).then(a.end.cmp(&b.end)));
+    let mut seen = BTreeSet::new();
+    all.retain(|b| {
+        let fork = tree.position(fork(tree, b.end));
+        seen.insert((cell(fork, FORK_CELL), cell(tree.position(b.end), end_cell)))
+    });
+    let mut rank = [0_usize; SECTORS];
+    let mut turns: Vec<(usize, usize)> = Vec::with_capacity(all.len());
+    for (k, b) in all.iter().enumerate() {
+        turns.push((rank[b.sector], k));
+        rank[b.sector] += 1;
+    }
+    turns.sort_unstable();
+    turns.iter().take(most).map(|&(_, k)| path_to(tree, all[k].end, reach, turning_radius)).collect()
+}
+
+fn cell(p: Point2, side: f64) -> (i64, i64) {
+    ((p.x / side).floor() as i64, (p.y / side).floor() as i64)
+}
+
+/// The first node of the branch to `end` at or beyond [`FORK`].
+fn fork(tree: &Tree, end: usize) -> usize {
+    let mut node = end;
+    while let Some(p) = tree.parent(node).filter(|&p| tree.cost[p] >= FORK) {
+        node = p;
+    }
+    node
+}
+
+/// The edges from the root to a node, rebuilt.
+fn path_to(tree: &Tree, end: usize, reach: f64, turning_radius: f64) -> Path {
+    let mut chain = vec![end];
+    while let Some(p) = tree.parent(chain[chain.len() - 1]) {
+        chain.push(p);
+    }
+    chain.reverse();
+    let mut points = Vec::new();
+    for pair in chain.windows(2) {
+        let path = Dubins::shortest(tree.pose(pair[0]), tree.pose(pair[1]), turning_radius);
+        path.walk(Path::SPACING, |pose| {
+            points.push(pose.position());
+            Some(Path::SPACING)
+        });
+    }
+    Path::new(tree.position(0), points, reach)
+}

@@ -1,0 +1,258 @@
+//! FindPathCandidates (Alg. 1, line 12): which ways out of the tree are offered, timed and free.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use crate::candidates::CandidateSet;
+use crate::collision::CollisionChecker;
+use crate::generation::GenerationInput;
+use crate::generation::branches::branches;
+use crate::generation::path::Path;
+use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
+use crate::generation::tree::Tree;
+use crate::geometry::{Point2, bearing, wrap_angle};
+use crate::numerics::sin_cos;
+
+/// Parameters of candidates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CandidateParams {
+    /// States per candidate, K (A26): with `dt` the horizon.
+    pub steps: u32,
+    /// Seconds between states (A26).
+    pub dt: f64,
+    /// Cruising speeds each path is timed with, as fractions of the greatest.
+    pub profiles: Vec<f64>,
+    /// Cruising speed tried when too few candidates are free otherwise.
+    pub creep: f64,
+    /// Most candidates, I (A24).
+    pub max_candidates: u32,
+    /// With fewer free candidates than this, straight ways in all directions and creeping are tried too.
+    pub min_candidates: u32,
+    /// Most branches of the tree that are timed.
+    pub max_branches: u32,
+    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4).
+    pub slow: f64,
+    /// The goal is reached within this distance, metres: whoever stops there is not slow.
+    pub goal_tolerance: f64,
+    /// Time at which candidates have to differ, seconds.
+    pub differ_by: f64,
+    /// Cell side that tells positions at that time apart, metres.
+    pub near_cell: f64,
+    /// Cell side that tells final positions apart, metres.
+    pub end_cell: f64,
+    /// From this angle between heading and way on, turning on the spot first is offered, radians.
+    pub turn_from: f64,
+}
+
+impl Default for CandidateParams {
+    fn default() -> Self {
+        Self {
+            steps: 13,
+            dt: 0.3,
+            profiles: vec![1.0, 0.7, 0.45],
+            creep: 0.2,
+            max_candidates: 100,
+            min_candidates: 20,
+            max_branches: 64,
+            slow: 0.35,
+            goal_tolerance: 0.5,
+            differ_by: 2.0,
+            near_cell: 0.15,
+            end_cell: 0.4,
+            turn_from: std::f64::consts::FRAC_PI_3,
+        }
+    }
+}
+
+/// Directions of the straight ways tried when little else is free.
+const FAN: u32 = 16;
+
+/// A path to be timed.
+struct Proposal {
+    path: Path,
+    turn_first: bool,
+    /// Kept whatever others are better: the way to the goal and what was decided before.
+    pinned: bool,
+    /// Turning on the spot towards a way that lies behind: it counts as moving.
+    turns_to_goal: bool,
+}
+
+/// A timed path that is free.
+struct Free {
+    rollout: Rollout,
+    pinned: bool,
+    slow: bool,
+    /// Geodesic distance from the last state, metres.
+    to_go: f64,
+    near: (i64, i64),
+    end: (i64, i64),
+    profile: usize,
+}
+
+/// The candidates of this cycle: the continuation of `input.previous`, the shortest way to the goal and the
+/// branches of `tree`, each at several speeds, without what collides, at most `max_candidates`, spread
+/// over where they are at `differ_by` seconds and where they end. `way` is the shortest way to the goal.
+pub fn find_candidates(
+    input: &GenerationInput<'_>,
+    tree: &Tree,
+    way: &[Point2],
+    checker: &CollisionChecker<'_>,
+    params: &CandidateParams,
+    rollout_params: &RolloutParams,
+    turning_radius: f64,
+) -> CandidateSet {
+    let finder = Finder { input, checker, params, rollout_params };
+    let reach = input.robot.v_max * params.dt * f64::from(params.steps) + 0.5;
+    let mut proposals = finder.goal_directed(way, reach);
+    proposals.extend(
+        branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, |p| {
+            input.geodesic.at(&input.map.grid, p)
+        })
+        .into_iter()
+        .map(|path| Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }),
+    );
+    let mut free = Vec::new();
+    finder.time(&proposals, &params.profiles, 0, &mut free);
+    let distinct: BTreeSet<(i64, i64)> = free.iter().map(|f| f.near).collect();
+    if distinct.len() < params.min_candidates as usize {
+        let fan = finder.fan(way, reach);
+        finder.time(&fan, &params.profiles, 0, &mut free);
+        let creep = [params.creep];
+        finder.time(&proposals, &creep, params.profiles.len(), &mut free);
+        finder.time(&fan, &creep, params.profiles.len(), &mut free);
+    }
+    if free.iter().any(|f| !f.slow) {
+        free.retain(|f| !f.slow);
+    }
+    finder.emit(free)
+}
+
+struct Finder<'a> {
+    input: &'a GenerationInput<'a>,
+    checker: &'a CollisionChecker<'a>,
+    params: &'a CandidateParams,
+    rollout_params: &'a RolloutParams,
+}
+
+impl Finder<'_> {
+    /// The previous decision continued, the way to the goal, and the turn towards it if it lies behind.
+    fn goal_directed(&self, way: &[Point2], reach: f64) -> Vec<Proposal> {
+        let pose = self.input.scene.belief.pose;
+        let mut proposals = Vec::new();
+        if let Some(previous) = self.input.previous.filter(|p| !p.is_empty()) {
+            let mut path = Path::new(pose.position(), previous.iter().map(|p| p.position()), reach);
+            let rest = reach - path.length();
+            if rest > Path::SPACING {
+                let grid = &self.input.map.grid;
+                path.extend(self.input.geodesic.descend_for(grid, path.end(), 0.2, rest), reach);
+            }
+            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+        }
+        if let Some(&ahead) = way.get(way.len().min(4).wrapping_sub(1)) {
+            let path = Path::new(pose.position(), way.iter().copied(), reach);
+            let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
+            if off > self.params.turn_from {
+                let path = path.clone();
+                proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal: true });
+            }
+            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+        }
+        proposals
+    }
+
+    /// Straight ways in all directions, the first towards the goal.
+    fn fan(&self, way: &[Point2], reach: f64) -> Vec<Proposal> {
+        let pose = self.input.scene.belief.pose;
+        let first = way.last().map_or(pose.heading, |&p| bearing(pose.position(), p));
+        (0..FAN)
+            .map(|k| {
+                let angle = first + f64::from(k) * std::f64::consts::TAU / f64::from(FAN);
+                let (s, c) = sin_cos(angle);
+                let end = Point2::new(pose.x + reach * c, pose.y + reach * s);
+                let turn_first = wrap_angle(angle - pose.heading).abs() > self.params.turn_from;
+                let path = self.until_wall(Path::new(pose.position(), [end], reach));
+                Proposal { path, turn_first, pinned: false, turns_to_goal: false }
+            })
+            .collect()
+    }
+
+    /// The part of a path that keeps clear of walls.
+    fn until_wall(&self, path: Path) -> Path {
+        let heading = self.input.scene.belief.pose.heading;
+        let clear = path.points()[1..]
+            .iter()
+            .take_while(|p| self.checker.wall_clear(crate::geometry::Pose2::new(p.x, p.y, heading)))
+            .count();
+        Path::new(path.points()[0], path.points()[1..].iter().copied(), clear as f64 * Path::SPACING + 1e-6)
+    }
+
+    /// Times every path with every profile and keeps what is free.
+    fn time(&self, proposals: &[Proposal], profiles: &[f64], first_profile: usize, free: &mut Vec<Free>) {
+        let (belief, params) = (&self.input.scene.belief, self.params);
+        let from = Departure {
+            pose: belief.pose,
+            twist: belief.twist,
+            robot: self.input.robot,
+            steps: params.steps as usize,
+            dt: params.dt,
+        };
+        for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
+            for (k, &fraction) in profiles.iter().enumerate() {
+                let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
+                let rollout = rollout(&proposal.path, profile, &from, self.rollout_params);
+                let hit = self.checker.first_collision(&rollout.x, &rollout.y, &rollout.heading, params.dt);
+                if hit.is_none() {
+                    free.push(self.describe(rollout, proposal, first_profile + k));
+                }
+            }
+        }
+    }
+
+    fn describe(&self, rollout: Rollout, proposal: &Proposal, profile: usize) -> Free {
+        let params = self.params;
+        let last = rollout.x.len() - 1;
+        let near = ((params.differ_by / params.dt).round() as usize).clamp(1, last + 1) - 1;
+        let cell = |k: usize, side: f64| {
+            ((rollout.x[k] / side).floor() as i64, (rollout.y[k] / side).floor() as i64)
+        };
+        let end = Point2::new(rollout.x[last], rollout.y[last]);
+        let to_go = self.input.geodesic.at(&self.input.map.grid, end);
+        let arrives = to_go <= params.goal_tolerance;
+        Free {
+            pinned: proposal.pinned,
+            slow: rollout.mean_speed < params.slow && !proposal.turns_to_goal && !arrives,
+            to_go,
+            near: cell(near, params.near_cell),
+            end: cell(last, params.end_cell),
+            profile,
+            rollout,
+        }
+    }
+
+    /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order.
+    fn emit(&self, mut free: Vec<Free>) -> CandidateSet {
+        free.sort_by(|a, b| b.pinned.cmp(&a.pinned).then(a.to_go.total_cmp(&b.to_go)));
+        let mut seen = BTreeSet::new();
+        free.retain(|f| seen.insert((f.near, f.end, f.profile)) || f.pinned);
+        let mut places = BTreeSet::new();
+        let (first, second): (Vec<Free>, Vec<Free>) =
+            free.into_iter().partition(|f| places.insert(f.near) || f.pinned);
+        let chosen = first.into_iter().chain(second).take(self.params.max_candidates as usize);
+        let mut all = Rollout::default();
+        let mut count = 0;
+        for f in chosen {
+            all.x.extend(f.rollout.x);
+            all.y.extend(f.rollout.y);
+            all.heading.extend(f.rollout.heading);
+            all.v.extend(f.rollout.v);
+            all.omega.extend(f.rollout.omega);
+            count += 1;
+        }
+        let (steps, dt) = (self.params.steps as usize, self.params.dt);
+        // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
+        CandidateSet::new(steps, dt, (0..count).collect(), all.x, all.y, all.heading, all.v, all.omega)
+            .unwrap_or_else(|_| CandidateSet::empty(steps, dt))
+    }
+}
