@@ -40,6 +40,9 @@ pub struct Profile {
     pub dt: f64,
     /// Candidates slower than this on average, m/s, compete only if no faster one is free (D4).
     pub min_speed: f64,
+    /// A candidate that turns at least this far in all, radians, is not slow: where the way lies behind,
+    /// turning on the spot is getting on.
+    pub min_turn: f64,
     /// How raw costs become comparable before they are weighted (D1).
     pub normalisation: Normalisation,
     /// Which distance to the goal the metric `distance` sums (A11).
@@ -80,6 +83,7 @@ impl Default for Profile {
             steps: 13,
             dt: 0.3,
             min_speed: 0.35,
+            min_turn: 0.75,
             normalisation: Normalisation::Fixed,
             distance: DistanceMeasure::Geodesic,
             terms: BTreeMap::from([

@@ -6,7 +6,7 @@ use crate::arbitration::{
 };
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker};
-use crate::geometry::Point2;
+use crate::geometry::{Point2, wrap_angle};
 use crate::motion::RobotModel;
 use crate::occupancy::StaticMap;
 use crate::profile::Profile;
@@ -170,15 +170,18 @@ fn preference(
     order
 }
 
-/// Whether D4 holds a candidate back: its mean speed is too low and it does not end at the goal, where
-/// being slow is what is wanted.
+/// Whether D4 holds a candidate back: its mean speed is too low, and it neither ends at the goal, where
+/// being slow is what is wanted, nor turns towards a way that lies elsewhere.
 fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bool {
+    let profile = context.profile;
     let states = candidates.range(index);
     let last = states.end - 1;
     let end = Point2::new(candidates.x()[last], candidates.y()[last]);
+    let turn = wrap_angle(candidates.heading()[last] - context.scene.belief.pose.heading);
     let mean_speed = candidates.v()[states].iter().sum::<f64>() / candidates.steps() as f64;
-    mean_speed < context.profile.min_speed
-        && end.distance(context.goal) >= context.profile.goal.arrive_distance
+    mean_speed < profile.min_speed
+        && turn.abs() < profile.min_turn
+        && end.distance(context.goal) >= profile.goal.arrive_distance
 }
 
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {

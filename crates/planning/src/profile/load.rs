@@ -94,6 +94,7 @@ impl Profile {
         ok((1..=MAX_STEPS).contains(&self.steps), "steps", &format!("must be 1 to {MAX_STEPS}"))?;
         positive(self.dt, "dt")?;
         not_negative(self.min_speed, "min_speed")?;
+        not_negative(self.min_turn, "min_turn")?;
         ok(self.terms.len() <= MAX_TERMS, "terms", &format!("must be at most {MAX_TERMS}"))?;
         for (metric, term) in &self.terms {
             ok(!metric.is_empty(), "terms", "a metric must have a name")?;

@@ -64,7 +64,7 @@ fn the_best_that_is_free_is_followed_and_no_more_is_checked_than_needed() {
 fn slow_candidates_compete_only_if_no_faster_one_is_free() {
     let mut hall = Hall::new();
     // The one that hardly moves is by far the cheapest.
-    let candidates = fan(&[(0, 0.0, 0.8), (1, 2.0, 0.1), (2, 2.5, 0.34)]);
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.7, 0.1), (2, -0.7, 0.34)]);
     let s = scores(&[("cnc", &[9.0, 0.0, 0.5]), ("distance", &[99.0, 0.0, 0.0])]);
     let verdict = hall.arbitrate(&candidates, &s, None);
     assert_eq!(verdict.decision.candidate, Some(0));
@@ -72,6 +72,15 @@ fn slow_candidates_compete_only_if_no_faster_one_is_free() {
     hall.add_person(22.0, 20.0);
     let blocked = hall.arbitrate(&candidates, &s, None).decision;
     assert_eq!((blocked.candidate, blocked.reason), (Some(1), Reason::OnlySlowFree));
+}
+
+#[test]
+fn turning_towards_a_way_behind_is_not_slowness() {
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.74, 0.1), (2, -2.5, 0.1)]);
+    let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[99.0, 0.0, 50.0])]);
+    let verdict = Hall::new().arbitrate(&candidates, &s, None);
+    assert_eq!((verdict.decision.candidate, verdict.decision.reason), (Some(2), Reason::LeastCost));
+    assert_eq!(verdict.rejected[1], Some(Rejection::Slow));
 }
 
 #[test]

@@ -43,7 +43,9 @@ fn exhaustive(hall: &Hall, candidates: &CandidateSet, scores: &Scores) -> Option
         total[i].is_some() && checker.first_collision(x, y, h, DT).is_none()
     });
     let speed = |i: usize| candidates.v()[candidates.range(i)].iter().sum::<f64>() / STEPS as f64;
-    free.map(|i| (speed(i) < 0.35, total[i].unwrap(), candidates.id()[i]))
+    // The robot looks along the first axis.
+    let turn = |i: usize| candidates.heading()[candidates.range(i)][STEPS - 1].abs();
+    free.map(|i| (speed(i) < 0.35 && turn(i) < 0.75, total[i].unwrap(), candidates.id()[i]))
         .min_by(|a, b| a.partial_cmp(b).unwrap())
         .map(|best| best.2)
 }
