@@ -89,6 +89,18 @@ pub struct Mission {
     pub note: String,
 }
 
+impl std::fmt::Display for MissionState {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Preparing => "preparing",
+            Self::Running => "running",
+            Self::Paused => "paused",
+            Self::Cancelled => "cancelled",
+            Self::Finished => "finished",
+        })
+    }
+}
+
 impl Validate for Mission {
     fn validate(&self) -> Result<(), Reject> {
         check::id("robot", &self.robot)?;

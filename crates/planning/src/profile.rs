@@ -13,6 +13,7 @@ use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::forecast::ForecastParams;
+use crate::generation::GenerationParams;
 
 mod load;
 
@@ -59,6 +60,8 @@ pub struct Profile {
     pub hold: HoldLimits,
     /// How reluctantly the robot changes its mind.
     pub persistence: Persistence,
+    /// How candidates come to be (Alg. 1).
+    pub generation: GenerationParams,
     /// Where people will be.
     pub forecast: ForecastParams,
     /// How much room is kept around the robot.
@@ -96,6 +99,7 @@ impl Default for Profile {
             goal: GoalTolerance::default(),
             hold: HoldLimits::default(),
             persistence: Persistence::default(),
+            generation: GenerationParams::default(),
             forecast: ForecastParams::default(),
             collision: CollisionParams::default(),
             hccdm: HccdmParams::default(),

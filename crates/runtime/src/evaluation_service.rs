@@ -27,7 +27,9 @@ pub async fn run(
     let fields = Arc::new(Fields::new(session));
     let instance = config.instance.clone();
     let key = keys::evaluate(metric, &instance)?;
-    let handler = move |request: EvaluateRequest, arrival: Arrival| answer(metric, &instance, &fields, request, arrival);
+    let handler = move |request: EvaluateRequest, arrival: Arrival| {
+        answer(metric, &instance, &fields, request, arrival)
+    };
     let server = serve(session, &key, config.slots, config.queue, handler)?;
     let _status = serve_status(session, metric, &config.instance, server.counts())?;
     let token = announce(session, metric, &config.instance)?;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use curionav_planning::evaluation::{
-    CpcEvaluator, CpcParams, DistanceEvaluator, Evaluator, HccdmEvaluator, HccdmParams,
-};
-use curionav_planning::forecast::ForecastParams;
+use curionav_planning::evaluation::Evaluator;
+use curionav_planning::evaluation::cpc::{CpcEvaluator, CpcParams, InformationParams};
+use curionav_planning::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
+use curionav_planning::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use curionav_planning::geometry::Point2;
 use curionav_planning::profile::Profile;
 use curionav_schemas::{EvaluateRequest, Reject, RejectCode, Value};
@@ -14,41 +14,56 @@ use serde::{Deserialize, Serialize};
 use crate::convert;
 use crate::fields::Fields;
 
-/// Parameters of CNC as they travel with a request.
+/// Parameters of CPC as they travel with a request.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct CncParams {
-    /// The crowd density map.
-    pub hccdm: HccdmParams,
-    /// How people move on.
-    pub forecast: ForecastParams,
+struct CpcRequestParams {
+    cpc: CpcParams,
+    information: InformationParams,
+}
+
+/// Parameters of the distance assessment as they travel with a request.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DistanceRequestParams {
+    measure: DistanceMeasure,
 }
 
 /// The parameters `profile` gives for `metric`, as they travel with every request: all replicas then
 /// compute the same, whatever they were started with.
 pub fn parameters(profile: &Profile, metric: &str) -> Result<Value, Reject> {
     match metric {
-        "cpc" => convert::to_value(&profile.cpc),
-        "cnc" => convert::to_value(&CncParams { hccdm: profile.hccdm.clone(), forecast: profile.forecast }),
+        "cpc" => convert::to_value(&CpcRequestParams { cpc: profile.cpc, information: profile.information }),
+        "cnc" => convert::to_value(&profile.hccdm),
+        "distance" => convert::to_value(&DistanceRequestParams { measure: profile.distance }),
         // A metric of somebody else's: its service knows its own parameters.
         _ => Ok(Value::Map(Vec::new())),
     }
 }
 
 /// The evaluator of `metric` for `request`, warmed: every field it needs is there when this returns.
-pub fn evaluator(metric: &str, request: &EvaluateRequest, fields: &Fields) -> Result<Arc<dyn Evaluator>, Reject> {
+pub fn evaluator(
+    metric: &str,
+    request: &EvaluateRequest,
+    fields: &Fields,
+) -> Result<Arc<dyn Evaluator>, Reject> {
     let goal = Point2::new(request.goal_x, request.goal_y);
     Ok(match metric {
         "cpc" => {
-            let params: CpcParams = convert::from_value("params", &request.params)?;
-            let information = fields.information(request.map, convert::laser(&request.laser), &params.information)?;
-            Arc::new(CpcEvaluator::new(information, convert::noise(&request.odometry_noise), params))
+            let params: CpcRequestParams = convert::from_value("params", &request.params)?;
+            let information =
+                fields.information(request.map, convert::laser(&request.laser), &params.information)?;
+            Arc::new(CpcEvaluator::new(information, convert::noise(&request.odometry_noise), params.cpc))
         }
         "cnc" => {
-            let params: CncParams = convert::from_value("params", &request.params)?;
-            Arc::new(HccdmEvaluator::new(params.hccdm, params.forecast))
+            let params: HccdmParams = convert::from_value("params", &request.params)?;
+            Arc::new(HccdmEvaluator::new(params).map_err(|e| Reject::invalid("params", e.to_string()))?)
         }
         "distance" => {
+            let params: DistanceRequestParams = convert::from_value("params", &request.params)?;
+            if params.measure == DistanceMeasure::Euclid {
+                return Ok(Arc::new(DistanceEvaluator::euclid(goal)));
+            }
             let radius = convert::robot_model(&request.robot_model).radius();
             let geodesic = fields.geodesic(request.map, goal, radius)?;
             Arc::new(DistanceEvaluator::new(Arc::clone(&fields.map(request.map)?.grid), geodesic))

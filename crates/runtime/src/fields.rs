@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use curionav_planning::evaluation::{InformationField, InformationParams};
+use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::sensor::LaserModel;
@@ -16,6 +16,9 @@ use crate::warm::Kept;
 /// Fields kept of each kind: a robot has one goal at a time, a pool serves a few robots.
 const FIELDS_KEPT: usize = 8;
 
+/// Room the shortest way keeps from walls beyond the robot's radius, metres: what candidates must keep.
+const GEODESIC_MARGIN: f64 = 0.1;
+
 /// Maps and everything derived from them.
 pub struct Fields {
     maps: MapStore,
@@ -26,7 +29,11 @@ pub struct Fields {
 impl Fields {
     /// Nothing is kept yet. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
-        Self { maps: MapStore::new(session), geodesic: Kept::new(FIELDS_KEPT), information: Kept::new(FIELDS_KEPT) }
+        Self {
+            maps: MapStore::new(session),
+            geodesic: Kept::new(FIELDS_KEPT),
+            information: Kept::new(FIELDS_KEPT),
+        }
     }
 
     /// The map itself with its distance fields. Blocks while it is fetched or derived, as do the others.
@@ -34,11 +41,13 @@ impl Fields {
         self.maps.get(id)
     }
 
-    /// Distance to go to `goal` for a robot of `radius` metres.
+    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GEODESIC_MARGIN`] from walls.
     pub fn geodesic(&self, id: MapId, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
         let map = self.map(id)?;
         let key = (id, [goal.x, goal.y, radius].map(f64::to_bits));
-        self.geodesic.get_or_try(&key, || Ok(GeodesicField::new(&map.grid, &map.to_obstacle, goal, radius)))
+        self.geodesic.get_or_try(&key, || {
+            Ok(GeodesicField::new(&map.grid, &map.to_obstacle, goal, radius + GEODESIC_MARGIN))
+        })
     }
 
     /// Observation information of `laser` everywhere on the map.

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use curionav_planning::occupancy::OccupancyGrid;
-use curionav_planning::occupancy::map_server::{MapServerError, MapYaml, load_map};
+use curionav_planning::occupancy::{MapServerError, MapYaml, OccupancyGrid, load_map};
 
 /// Why a map could not be read.
 #[derive(Debug, thiserror::Error)]

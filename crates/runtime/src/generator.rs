@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use curionav_planning::collision::CollisionParams;
 use curionav_planning::forecast::ForecastParams;
 use curionav_planning::generation::{GenerationInput, GenerationParams, Generator, RrtStarGenerator};
 use curionav_planning::geometry::{Point2, Pose2};
@@ -28,8 +29,16 @@ pub fn is_known(name: &str) -> bool {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GeneratorParams {
-    /// The tree, its candidates and their margins.
+    /// States per candidate.
+    pub steps: usize,
+    /// Seconds between states.
+    pub dt: f64,
+    /// Average speed below which a candidate counts as slow, m/s (D4).
+    pub min_speed: f64,
+    /// The tree and its candidates.
     pub generation: GenerationParams,
+    /// How much room is kept.
+    pub collision: CollisionParams,
     /// How people move on.
     pub forecast: ForecastParams,
     /// Where the last decision leads from here, (x, y, heading) a state; empty if nowhere.
@@ -56,10 +65,16 @@ pub fn generate(
         return Err(Reject::new(RejectCode::Unknown, reason));
     }
     let mut params: GeneratorParams = convert::from_value("params", &request.params)?;
-    params.generation.tree.iterations = request.iterations;
+    let generation = &mut params.generation;
+    generation.tree.iterations = request.iterations;
+    generation.collision = params.collision;
+    generation.candidates.steps = params.steps as u32;
+    generation.candidates.dt = params.dt;
+    generation.candidates.slow = params.min_speed;
     let robot = convert::robot_model(&request.robot_model);
     let scene = convert::scene(&request.scene)?;
-    let previous: Vec<Pose2> = params.previous.iter().map(|[x, y, heading]| Pose2::new(*x, *y, *heading)).collect();
+    let previous: Vec<Pose2> =
+        params.previous.iter().map(|[x, y, heading]| Pose2::new(*x, *y, *heading)).collect();
     let input = GenerationInput {
         map,
         geodesic,
@@ -69,7 +84,8 @@ pub fn generate(
         previous: (!previous.is_empty()).then_some(&previous),
     };
     let generator = RrtStarGenerator { params: params.generation };
-    let generated = generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, should_stop);
+    let generated =
+        generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, should_stop);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,

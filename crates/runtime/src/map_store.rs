@@ -33,7 +33,11 @@ pub struct MapStore {
 impl MapStore {
     /// An empty store. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
-        Self { session: session.clone(), runtime: tokio::runtime::Handle::current(), maps: Kept::new(MAPS_KEPT) }
+        Self {
+            session: session.clone(),
+            runtime: tokio::runtime::Handle::current(),
+            maps: Kept::new(MAPS_KEPT),
+        }
     }
 
     /// The map with this identity. Blocks while it is fetched: call from a thread that may block.
@@ -45,7 +49,10 @@ impl MapStore {
                 .map_err(|e| Reject::new(RejectCode::Cold, &format!("map {id} could not be fetched: {e}")))?;
             let grid = convert::occupancy_grid(grid)?;
             if grid.hash().0 != id.0 {
-                return Err(Reject::new(RejectCode::Invalid, &format!("what was served as map {id} is another map")));
+                return Err(Reject::new(
+                    RejectCode::Invalid,
+                    &format!("what was served as map {id} is another map"),
+                ));
             }
             Ok(StaticMap::new(grid))
         })

@@ -162,7 +162,8 @@ fn work<A: Message>(
         match handler(&query, Arrival(came)) {
             Ok(answer) => {
                 counts.answered.fetch_add(1, Ordering::Relaxed);
-                let sent = query.reply(query.key_expr().clone(), answer.encode()).encoding(A::ENCODING).wait();
+                let sent =
+                    query.reply(query.key_expr().clone(), answer.encode()).encoding(A::ENCODING).wait();
                 if let Err(error) = sent {
                     tracing::debug!(%error, "reply not sent");
                 }

@@ -14,7 +14,9 @@ pub enum SessionError {
     #[error("Zenoh configuration: {0}")]
     Config(String),
     /// No router answered in time.
-    #[error("no router answered at {endpoints} within {seconds:.0} s: is `curionav router` (or `curionav up`) running there?")]
+    #[error(
+        "no router answered at {endpoints} within {seconds:.0} s: is `curionav router` (or `curionav up`) running there?"
+    )]
     NoRouter {
         /// The endpoints tried.
         endpoints: String,
@@ -53,7 +55,9 @@ fn insert(config: &mut Config, key: &str, value: &str) -> Result<(), SessionErro
 
 fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
     let mut config = match file {
-        Some(path) => Config::from_file(path).map_err(|e| SessionError::Config(format!("{}: {e}", path.display())))?,
+        Some(path) => {
+            Config::from_file(path).map_err(|e| SessionError::Config(format!("{}: {e}", path.display())))?
+        }
         None => Config::from_json5(COMMON).map_err(|e| SessionError::Config(e.to_string()))?,
     };
     if let Some(namespace) = namespace {
@@ -90,7 +94,11 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
         "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }",
     )?;
     let no_router = || SessionError::NoRouter {
-        endpoints: if service.connect.is_empty() { "the configured endpoints".into() } else { service.connect.join(", ") },
+        endpoints: if service.connect.is_empty() {
+            "the configured endpoints".into()
+        } else {
+            service.connect.join(", ")
+        },
         seconds: timeout.as_secs_f64(),
     };
     let session = match zenoh::open(config).await {

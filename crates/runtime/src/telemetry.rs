@@ -6,8 +6,9 @@ use tracing_subscriber::EnvFilter;
 /// `info`). Zenoh's complaints about replies that come after their query has ended are kept out:
 /// under load there is one for each late shard, and the arbiter counts them itself.
 pub fn init(default: &str) {
-    let filter = EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| EnvFilter::new(format!("{default},zenoh=error,zenoh_transport=error,zenoh_link=error")));
+    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| {
+        EnvFilter::new(format!("{default},zenoh=error,zenoh_transport=error,zenoh_link=error"))
+    });
     // Already installed (tests): keep the first.
     let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
 }

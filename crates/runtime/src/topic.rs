@@ -64,7 +64,11 @@ impl<M: Message> Topic<M> {
             Flow::State => (Priority::Data, false, false),
             Flow::Report => (Priority::DataLow, true, false),
         };
-        let congestion = if drops && clock == Clock::Realtime { CongestionControl::Drop } else { CongestionControl::Block };
+        let congestion = if drops && clock == Clock::Realtime {
+            CongestionControl::Drop
+        } else {
+            CongestionControl::Block
+        };
         let sent = self
             .session
             .put(&self.key, message.encode())

@@ -11,10 +11,10 @@ use curionav_planning::geometry::Point2;
 use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::profile::Profile;
+use curionav_runtime::convert;
 use curionav_runtime::evaluators::{evaluator, parameters};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator::{self, GeneratorParams};
-use curionav_runtime::convert;
 use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Reject, RejectCode, Scene, Tree, Value};
 
 /// The metric every arbiter evaluates itself.
@@ -44,7 +44,8 @@ impl PlanContext {
         let profile: Profile = convert::from_value("profile", &mission.profile)?;
         profile.check().map_err(|e| Reject::invalid("profile", e.to_string()))?;
         if !generator::is_known(&profile.generator) {
-            let reason = format!("`{}` is not a trajectory generator; known: {}", profile.generator, generator::KNOWN);
+            let reason =
+                format!("`{}` is not a trajectory generator; known: {}", profile.generator, generator::KNOWN);
             return Err(Reject::invalid("profile.generator", reason));
         }
         let robot = convert::robot_model(&mission.robot_model);
@@ -131,6 +132,10 @@ impl PlanContext {
     ) -> Result<GenerateRequest, Reject> {
         let params = GeneratorParams {
             generation: self.profile.generation.clone(),
+            collision: self.profile.collision,
+            steps: self.profile.steps,
+            dt: self.profile.dt,
+            min_speed: self.profile.min_speed,
             forecast: self.profile.forecast,
             previous: previous.map(|p| ahead(p, scene.stamp)).unwrap_or_default(),
         };
@@ -177,7 +182,12 @@ impl PlanContext {
             covariance: self.mission.initial_covariance.clone(),
             v: 0.0,
             omega: 0.0,
-            health: curionav_schemas::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },
+            health: curionav_schemas::Health {
+                outside_weight: 0.0,
+                scan_fit: 0.0,
+                particles: 0,
+                converged: false,
+            },
         };
         let people = convert::people_to_wire(&curionav_planning::scene::People::default(), 0, 0.0);
         Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }

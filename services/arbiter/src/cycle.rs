@@ -108,13 +108,13 @@ pub async fn plan<P: Peers>(
     // Evaluate: shards over every replica; what nobody scored, in process.
     let (scores, evaluated, evaluate_us) =
         evaluate(peers, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
-    degraded.extend(evaluated.iter().filter(|(_, how)| **how != Evaluated::Pool).filter_map(|(metric, how)| {
-        match how {
+    degraded.extend(evaluated.iter().filter(|(_, how)| **how != Evaluated::Pool).filter_map(
+        |(metric, how)| match how {
             Evaluated::Local if metric != DISTANCE => Some(format!("evaluated: local ({metric})")),
             Evaluated::None => Some(format!("not evaluated ({metric})")),
             _ => None,
-        }
-    }));
+        },
+    ));
 
     // Decide (eqs. 4 to 6).
     let arbitrating = Instant::now();
@@ -134,7 +134,16 @@ pub async fn plan<P: Peers>(
         total_us: started.elapsed().as_micros() as u64,
     };
     let decision = report::decision(id, &scene, &verdict.decision, evaluated, degraded, timings.total_us);
-    let report = report::cycle(context, scene_message, &scene, &candidates, &verdict, &scores, decision.clone(), timings);
+    let report = report::cycle(
+        context,
+        scene_message,
+        &scene,
+        &candidates,
+        &verdict,
+        &scores,
+        decision.clone(),
+        timings,
+    );
     Ok((decision, report))
 }
 
@@ -149,10 +158,12 @@ async fn evaluate<P: Peers>(
     candidates: &CandidateSet,
     budget: Duration,
 ) -> Evaluation {
-    let active: Vec<String> = context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
+    let active: Vec<String> =
+        context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
     let remote: Vec<String> = active.iter().filter(|m| *m != DISTANCE).cloned().collect();
     let budget = Budget::new(budget);
-    let request = |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
+    let request =
+        |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
     let shards = dispatch::evaluate(peers, &remote, candidates.len(), request, budget).await;
     tokio::task::block_in_place(|| gather(context, scene, candidates, &active, shards, budget))
 }

@@ -72,7 +72,12 @@ pub async fn keep_warm(
     }
 }
 
-async fn warm_up(session: &Session, context: &PlanContext, role: &str, instance: &str) -> Result<(), AskError> {
+async fn warm_up(
+    session: &Session,
+    context: &PlanContext,
+    role: &str,
+    instance: &str,
+) -> Result<(), AskError> {
     let send = |e: String| AskError::Send(e);
     let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
     if role == GENERATOR {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use curionav_planning::arbitration::{self, Scores, Verdict};
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::evaluation::Hccdm;
+use curionav_planning::evaluation::hccdm::Hccdm;
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Action, Crowd, CycleReport, Decision, Evaluated, TermReport, Timings};
@@ -101,13 +101,8 @@ pub fn cycle(
             evaluated: decision.evaluated.get(metric).copied().unwrap_or(Evaluated::None),
         }
     });
-    let crowds = Hccdm::build(
-        &scene.people,
-        &context.profile.hccdm,
-        &context.profile.forecast,
-        context.profile.steps,
-        context.profile.dt,
-    );
+    let crowds =
+        Hccdm::build(&scene.people, &context.profile.hccdm, context.profile.steps, context.profile.dt);
     CycleReport {
         robot: context.mission.robot.clone(),
         epoch: decision.epoch,
@@ -129,8 +124,8 @@ pub fn cycle(
             .components()
             .iter()
             .map(|c| Crowd {
-                x: c.x,
-                y: c.y,
+                x: c.centre.x,
+                y: c.centre.y,
                 sigma: c.variance,
                 weight: c.weight,
                 members: c.members.len() as u32,
@@ -139,4 +134,3 @@ pub fn cycle(
         gap: 0,
     }
 }
-

@@ -141,7 +141,8 @@ impl Arbiter {
         self.context = None;
         self.memory = self.memory.fresh();
         let (fields, mission) = (Arc::clone(&self.fields), mission.clone());
-        let context = Arc::new(tokio::task::spawn_blocking(move || PlanContext::new(mission, &fields)).await??);
+        let context =
+            Arc::new(tokio::task::spawn_blocking(move || PlanContext::new(mission, &fields)).await??);
         self.warming = Some(tokio::spawn(keep_warm(
             self.session.clone(),
             Arc::clone(&self.membership),
@@ -163,7 +164,10 @@ impl Arbiter {
         };
         while let Some(role) = roles.iter().find(cold) {
             if tokio::time::Instant::now() >= deadline {
-                tracing::warn!(role, "no warm replica of every role yet; what is missing is computed in process");
+                tracing::warn!(
+                    role,
+                    "no warm replica of every role yet; what is missing is computed in process"
+                );
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;

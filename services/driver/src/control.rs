@@ -43,7 +43,8 @@ pub struct Command {
 pub fn command(inputs: &Inputs<'_>) -> Command {
     let now = inputs.odometry.stamp;
     let measured = Twist { v: inputs.odometry.v, omega: inputs.odometry.omega };
-    let stop = |reason| Command { twist: inputs.robot.limit(measured, Twist::default(), inputs.period), reason };
+    let stop =
+        |reason| Command { twist: inputs.robot.limit(measured, Twist::default(), inputs.period), reason };
     let Some((decision, made_from)) = inputs.decision else { return stop("no decision yet") };
     if decision.action == Action::Stop {
         return stop(if decision.arrived { "arrived" } else { "told to stop" });
@@ -74,12 +75,16 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
         v: &decision.v,
         omega: &decision.omega,
     };
-    let wanted = track(&reference, age, pose, measured, inputs.robot, inputs.period, &TrackingParams::default());
+    let wanted =
+        track(&reference, age, pose, measured, inputs.robot, inputs.period, &TrackingParams::default());
     let guarded = guard(wanted, scan, inputs.robot, inputs.period);
     if guarded == wanted {
         Command { twist: wanted, reason: "tracking" }
     } else {
-        Command { twist: inputs.robot.limit(measured, guarded, inputs.period), reason: "something is too close" }
+        Command {
+            twist: inputs.robot.limit(measured, guarded, inputs.period),
+            reason: "something is too close",
+        }
     }
 }
 
@@ -133,7 +138,8 @@ mod tests {
     fn every_kind_of_age_stops_it() {
         let robot = RobotModel::default();
         let (odometry, belief, scan, decision) = moving();
-        let reason = |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| command(&inputs(o, b, s, d, &robot)).reason;
+        let reason =
+            |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| command(&inputs(o, b, s, d, &robot)).reason;
         assert_eq!(reason(&odometry, &belief, &scan, &decision), "tracking");
         let mut old = decision.clone();
         old.stamp = 8.7;
@@ -152,6 +158,8 @@ mod tests {
         let (odometry, belief, scan, mut decision) = moving();
         decision.action = Action::Stop;
         // 0.5 m/s less 0.5 m/s2 * 0.1 s
-        assert!((command(&inputs(&odometry, &belief, &scan, &decision, &robot)).twist.v - 0.45).abs() < 1e-12);
+        assert!(
+            (command(&inputs(&odometry, &belief, &scan, &decision, &robot)).twist.v - 0.45).abs() < 1e-12
+        );
     }
 }

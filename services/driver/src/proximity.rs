@@ -17,7 +17,8 @@ pub fn guard(command: Twist, scan: &Scan, robot: &RobotModel, period: f64) -> Tw
     if command.v <= 0.0 {
         return command;
     }
-    let points = points(scan, robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max));
+    let points =
+        points(scan, robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max));
     let reach = robot.radius() + MARGIN;
     let mut pose = Pose2::default();
     let mut twist = command;

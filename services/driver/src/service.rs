@@ -13,8 +13,8 @@ use curionav_runtime::serve::{Server, serve_queries, serve_state};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, Decision, Message, Mission, MissionRequest, MissionState, Odometry, Reject, RejectCode,
-    Scan, keys,
+    self as wire, Belief, Clock, Decision, Message, Mission, MissionRequest, MissionState, Odometry, Reject,
+    RejectCode, Scan, keys,
 };
 use tokio::sync::watch;
 use zenoh::Session;
@@ -51,7 +51,9 @@ pub async fn run(
     let _desk = serve_desk(session, &key("mission")?, mission_sender)?;
     let (obeyed, last) = watch::channel(None::<Decision>);
     let _last = serve_state(session, &key("decision")?, move || {
-        last.borrow().clone().ok_or_else(|| Reject::new(RejectCode::Unknown, "no decision has been taken yet"))
+        last.borrow()
+            .clone()
+            .ok_or_else(|| Reject::new(RejectCode::Unknown, "no decision has been taken yet"))
     })?;
     let mut driver = Driver {
         missions,
@@ -104,7 +106,8 @@ fn serve_desk(
             return desk.mission().cloned().ok_or_else(none);
         };
         let encoding = query.encoding().map(ToString::to_string);
-        let request = MissionRequest::decode(&payload.to_bytes(), encoding.as_deref()).map_err(|e| Reject::from(&e))?;
+        let request =
+            MissionRequest::decode(&payload.to_bytes(), encoding.as_deref()).map_err(|e| Reject::from(&e))?;
         let mission = desk.handle(request)?;
         changed.send_replace(Some(mission.clone()));
         published.publish(&mission, mission.clock);
@@ -159,7 +162,11 @@ impl Driver {
         self.obey(decision);
         let scan = self.scans.of_tick(tick, mission.clock).await.cloned();
         if mission.state != MissionState::Running {
-            let twist = convert::robot_model(&mission.robot_model).limit(measured(&odometry), Twist::default(), mission.tick_s);
+            let twist = convert::robot_model(&mission.robot_model).limit(
+                measured(&odometry),
+                Twist::default(),
+                mission.tick_s,
+            );
             self.publish(&mission, &odometry, twist, "the mission is not running");
             return;
         }

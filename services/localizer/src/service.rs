@@ -82,7 +82,9 @@ impl Localization {
     async fn take(&mut self, mission: Mission) {
         let known = self.mission.replace(mission.clone());
         let same = |k: &Mission| k.revision == mission.revision;
-        if known.as_ref().is_some_and(same) || matches!(mission.state, MissionState::Cancelled | MissionState::Finished) {
+        if known.as_ref().is_some_and(same)
+            || matches!(mission.state, MissionState::Cancelled | MissionState::Finished)
+        {
             return;
         }
         let other_goal = |k: &Mission| {
@@ -100,7 +102,8 @@ impl Localization {
                 MissionRequest::Finish { revision: mission.revision, reason: format!("localizer: {reject}") }
             }
         };
-        let answer = ask::<_, Mission>(&self.session, &self.mission_key, &request, MISSION_TIMEOUT, Urgency::Normal);
+        let answer =
+            ask::<_, Mission>(&self.session, &self.mission_key, &request, MISSION_TIMEOUT, Urgency::Normal);
         if let Err(error) = answer.await {
             tracing::warn!(%error, "the driver did not take the mission request");
         }
@@ -119,7 +122,10 @@ impl Localization {
             mission.seed,
         )
         .map_err(|e| Reject::invalid("localizer", e.to_string()))?;
-        filter.initialise(convert::pose(mission.initial_pose), &convert::covariance(&mission.initial_covariance)?);
+        filter.initialise(
+            convert::pose(mission.initial_pose),
+            &convert::covariance(&mission.initial_covariance)?,
+        );
         self.filter = Some(filter);
         Ok(())
     }

@@ -2,8 +2,7 @@
 
 use curionav_crowdsim::scenario::{Recorded, Scenario};
 use curionav_crowdsim::{Recording, World};
-use curionav_planning::occupancy::StaticMap;
-use curionav_planning::occupancy::map_server::{MapYaml, load_map};
+use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, Mission, MissionState, Reject, Value};
@@ -65,7 +64,8 @@ pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectE
         .collect::<Result<_, _>>()?;
     let map_message = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
-    let world = World::new(&scenario, StaticMap::new(grid), recordings, seed).map_err(|e| fault("scenario", e))?;
+    let world =
+        World::new(&scenario, StaticMap::new(grid), recordings, seed).map_err(|e| fault("scenario", e))?;
     let mission = mission(request, &scenario, &profile, map_message.map, robot, seed)?;
     Ok(Prepared { world, map: map_message, mission, profile, seed })
 }
@@ -74,7 +74,10 @@ fn profile(scenario: &Scenario, wanted: Option<&str>) -> Result<Profile, InjectE
     let name = wanted.unwrap_or(&scenario.planner.profile);
     let Some(profile) = Profile::builtin(name) else {
         let known: Vec<&str> = Profile::names().collect();
-        return Err(fault("planner.profile", format!("`{name}` is not a built-in profile; known: {}", known.join(", "))));
+        return Err(fault(
+            "planner.profile",
+            format!("`{name}` is not a built-in profile; known: {}", known.join(", ")),
+        ));
     };
     match &scenario.profile {
         Some(overrides) => profile.with_overrides(overrides).map_err(|e| fault("profile", e)),
@@ -90,7 +93,8 @@ fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [
 fn recording(request: &InjectRequest, index: usize, recorded: &Recorded) -> Result<Recording, InjectError> {
     let field = format!("recorded[{index}].file");
     let text = String::from_utf8_lossy(file(request, &field, &recorded.file)?);
-    Recording::parse(&text, recorded.format, recorded.fps).map_err(|e| fault(field, format!("{}: {e}", recorded.file)))
+    Recording::parse(&text, recorded.format, recorded.fps)
+        .map_err(|e| fault(field, format!("{}: {e}", recorded.file)))
 }
 
 fn mission(

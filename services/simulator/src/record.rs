@@ -103,7 +103,9 @@ impl Record {
             truth.wall_clearance.min(NOBODY),
             belief.health.outside_weight,
         ]);
-        self.people.push((0..people.len()).map(|i| (people.id[i], people.x[i] as f32, people.y[i] as f32)).collect());
+        self.people.push(
+            (0..people.len()).map(|i| (people.id[i], people.x[i] as f32, people.y[i] as f32)).collect(),
+        );
     }
 
     /// The result, at the end.

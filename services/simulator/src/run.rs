@@ -12,7 +12,8 @@ use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, Decision, Mission, MissionRequest, MissionState, Odometry, RunResult, Scan, keys,
+    self as wire, Belief, Clock, Decision, Mission, MissionRequest, MissionState, Odometry, RunResult, Scan,
+    keys,
 };
 use tokio::sync::watch;
 use zenoh::Session;
@@ -83,7 +84,9 @@ impl Streams {
             Err(error) => format!("{error:#}"),
         };
         // The robot must not go on driving towards a goal nobody judges any more.
-        if let Err(error) = self.request(&MissionRequest::Finish { revision: self.revision(&mission), reason }).await {
+        if let Err(error) =
+            self.request(&MissionRequest::Finish { revision: self.revision(&mission), reason }).await
+        {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
         Ok(record.finish(&world, &profile.name, seed, outcome?))
@@ -125,8 +128,12 @@ impl Streams {
         match tokio::time::timeout(READY_TIMEOUT, wait).await {
             Ok(waited) => waited?,
             Err(_) => {
-                let missing: Vec<&str> =
-                    current.require.iter().filter(|r| !current.ready.contains(r)).map(String::as_str).collect();
+                let missing: Vec<&str> = current
+                    .require
+                    .iter()
+                    .filter(|r| !current.ready.contains(r))
+                    .map(String::as_str)
+                    .collect();
                 bail!("not ready within {} s: {}", READY_TIMEOUT.as_secs(), missing.join(", "));
             }
         }

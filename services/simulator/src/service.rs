@@ -86,7 +86,8 @@ fn serve_injection(
     let robot = config.robot.clone();
     let runs = AtomicU64::new(0);
     let server = serve(session, key, 1, 4, move |request: InjectRequest, _| {
-        let busy = || Reject::new(RejectCode::Overloaded, "a run is under way; wait for it or cancel it first");
+        let busy =
+            || Reject::new(RejectCode::Overloaded, "a run is under way; wait for it or cancel it first");
         if matches!(locked(&status).state, RunState::Preparing | RunState::Running) {
             return Err(busy());
         }
@@ -101,7 +102,12 @@ fn serve_injection(
     Ok(server)
 }
 
-async fn play(streams: &mut Streams, prepared: Prepared, status: &SharedStatus, published: &Topic<RunStatus>) {
+async fn play(
+    streams: &mut Streams,
+    prepared: Prepared,
+    status: &SharedStatus,
+    published: &Topic<RunStatus>,
+) {
     let clock = prepared.mission.clock;
     let (sender, progress) = watch::channel(Progress::default());
     let show = |change: &dyn Fn(&mut RunStatus)| {

@@ -23,7 +23,8 @@ pub async fn run(
 ) -> anyhow::Result<()> {
     let fields = Arc::new(Fields::new(session));
     let instance = config.instance.clone();
-    let handler = move |request: GenerateRequest, arrival: Arrival| answer(&instance, &fields, &request, arrival);
+    let handler =
+        move |request: GenerateRequest, arrival: Arrival| answer(&instance, &fields, &request, arrival);
     let key = keys::generate(&config.instance)?;
     let server = serve(session, &key, config.slots, config.queue, handler)?;
     let _status = serve_status(session, generator::ROLE, &config.instance, server.counts())?;

@@ -39,7 +39,8 @@ pub struct GenerationParams {
     pub rollout: RolloutParams,
     /// What is offered.
     pub candidates: CandidateParams,
-    /// How much room is kept.
+    /// How much room is kept. The profile's, not told twice.
+    #[serde(skip)]
     pub collision: CollisionParams,
 }
 

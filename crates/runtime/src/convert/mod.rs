@@ -8,8 +8,8 @@ mod plan;
 mod scene;
 
 pub use model::{
-    laser, laser_to_wire, noise, noise_to_wire, occupancy_grid, occupancy_grid_to_wire, pose, pose_to_wire, robot_model,
-    robot_model_to_wire,
+    laser, laser_to_wire, noise, noise_to_wire, occupancy_grid, occupancy_grid_to_wire, pose, pose_to_wire,
+    robot_model, robot_model_to_wire,
 };
 pub use parameters::{from_value, to_value};
 pub use plan::{candidates, candidates_to_wire, tree, tree_to_wire};

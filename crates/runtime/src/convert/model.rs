@@ -20,9 +20,9 @@ pub fn pose_to_wire(p: Pose2) -> wire::Pose {
 pub fn robot_model(m: &wire::RobotModel) -> RobotModel {
     let footprint = match &m.footprint {
         wire::Footprint::Disc { radius } => Footprint::Disc { radius: *radius },
-        wire::Footprint::Polygon { x, y } => {
-            Footprint::Polygon { vertices: x.iter().zip(y.iter()).map(|(x, y)| Point2::new(*x, *y)).collect() }
-        }
+        wire::Footprint::Polygon { x, y } => Footprint::Polygon {
+            vertices: x.iter().zip(y.iter()).map(|(x, y)| Point2::new(*x, *y)).collect(),
+        },
     };
     RobotModel { footprint, v_max: m.v_max, a_max: m.a_max, omega_max: m.omega_max, alpha_max: m.alpha_max }
 }
@@ -36,7 +36,13 @@ pub fn robot_model_to_wire(m: &RobotModel) -> wire::RobotModel {
             y: vertices.iter().map(|v| v.y).collect(),
         },
     };
-    wire::RobotModel { footprint, v_max: m.v_max, a_max: m.a_max, omega_max: m.omega_max, alpha_max: m.alpha_max }
+    wire::RobotModel {
+        footprint,
+        v_max: m.v_max,
+        a_max: m.a_max,
+        omega_max: m.omega_max,
+        alpha_max: m.alpha_max,
+    }
 }
 
 /// A laser model.
