@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use curionav_runtime::process::ServiceOptions;
 
 /// Cross crowds without getting lost and without bothering people.
 ///
@@ -139,31 +140,6 @@ pub(crate) struct RouterOptions {
     /// Zenoh configuration file (json5) instead of --listen; see deploy/router.json5.
     #[arg(long, value_name = "F")]
     pub(crate) config: Option<PathBuf>,
-    /// End when standard input closes (set by `curionav up`).
-    #[arg(long, hide = true)]
-    pub(crate) supervised: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct ServiceOptions {
-    /// Configuration file; see deploy/service.toml. What is given here overrides it.
-    #[arg(long, value_name = "F")]
-    pub(crate) config: Option<PathBuf>,
-    /// Router endpoint; may be given several times, the first that answers is used.
-    #[arg(long, value_name = "ENDPOINT")]
-    pub(crate) connect: Vec<String>,
-    /// Key prefix of the deployment.
-    #[arg(long, value_name = "NS")]
-    pub(crate) namespace: Option<String>,
-    /// Name of this process within its role: a-z, 0-9, `_`, `-`.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) instance: Option<String>,
-    /// Robot it works for.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) robot: Option<String>,
-    /// World it simulates.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) world: Option<String>,
     /// End when standard input closes (set by `curionav up`).
     #[arg(long, hide = true)]
     pub(crate) supervised: bool,

@@ -1,14 +1,14 @@
 //! `curionav up`: router and services as processes on this machine, supervised.
 
 use std::collections::VecDeque;
-use std::io::Write;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
+use curionav_runtime::process::{ProcessLine, Ready};
 use curionav_runtime::shutdown::Shutdown;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use tokio::io::{AsyncBufReadExt, BufReader};
 use tokio::process::{Child, Command};
 
@@ -97,41 +97,6 @@ impl Deployment {
         add("simulator", self.replicas.simulator);
         all
     }
-}
-
-/// The line every service prints on standard output once it serves, and `up` once all do.
-#[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct Ready {
-    pub(crate) ready: String,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) endpoints: Vec<String>,
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) processes: Vec<ProcessLine>,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct ProcessLine {
-    pub(crate) name: String,
-    pub(crate) pid: u32,
-}
-
-/// Prints a readiness line, flushed.
-pub(crate) fn print_ready(ready: &Ready) -> anyhow::Result<()> {
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", serde_json::to_string(ready)?)?;
-    out.flush()?;
-    Ok(())
-}
-
-/// Ends the process when its supervisor is gone: standard input, a pipe nobody writes to, closes then,
-/// whatever killed the supervisor.
-pub(crate) fn end_with_supervisor(trigger: curionav_runtime::shutdown::ShutdownTrigger) {
-    std::thread::spawn(move || {
-        let mut sink = std::io::sink();
-        // Either way (end of file or an unreadable pipe) the supervisor is gone.
-        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut sink);
-        trigger.fire();
-    });
 }
 
 struct Supervised {
@@ -228,7 +193,7 @@ async fn start_and_watch(
         }
     }
     let processes = running.iter().map(|p| ProcessLine { name: p.name.clone(), pid: p.pid() }).collect();
-    print_ready(&Ready { ready: "deployment".into(), endpoints: vec![endpoint.clone()], processes })?;
+    Ready { ready: "deployment".into(), endpoints: vec![endpoint.clone()], processes }.print();
     tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
     loop {
         tokio::select! {

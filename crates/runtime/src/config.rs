@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context, bail};
+use curionav_schemas::keys;
 use serde::{Deserialize, Serialize};
 
 /// How a service reaches the others and what it is called. Read from a TOML file; the command line
@@ -81,6 +83,17 @@ pub fn describe_toml_error(text: &str, error: &toml::de::Error) -> String {
 }
 
 impl ServiceConfig {
+    /// Whether names are fit for keys and numbers make sense.
+    pub fn check(&self) -> anyhow::Result<()> {
+        for (field, name) in [("instance", &self.instance), ("robot", &self.robot), ("world", &self.world)] {
+            keys::check_id(name).context(field)?;
+        }
+        if self.slots == 0 || self.queue == 0 {
+            bail!("slots and queue must be at least 1, found {} and {}", self.slots, self.queue);
+        }
+        Ok(())
+    }
+
     /// Reads a TOML file.
     pub fn from_file(path: &Path) -> Result<Self, ConfigError> {
         let text = std::fs::read_to_string(path)

@@ -14,6 +14,7 @@ pub mod latency;
 pub mod lockstep;
 pub mod map_store;
 pub mod membership;
+pub mod process;
 pub mod query;
 pub mod serve;
 pub mod session;

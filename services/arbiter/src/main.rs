@@ -1,1 +1,9 @@
-fn main() {}
+//! The arbiter as a program of its own; `curionav arbiter` runs the same.
+
+use curionav_runtime::process::service_main;
+
+fn main() -> std::process::ExitCode {
+    service_main("arbiter", async |config, session, shutdown, on_ready| {
+        curionav_arbiter::run(config, session, shutdown, on_ready).await
+    })
+}

@@ -1,1 +1,9 @@
-fn main() {}
+//! The driver as a program of its own; `curionav driver` runs the same.
+
+use curionav_runtime::process::service_main;
+
+fn main() -> std::process::ExitCode {
+    service_main("driver", async |config, session, shutdown, on_ready| {
+        curionav_driver::run(config, session, shutdown, on_ready).await
+    })
+}

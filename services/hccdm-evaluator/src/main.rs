@@ -1,1 +1,9 @@
-fn main() {}
+//! The hccdm as a program of its own; `curionav hccdm` runs the same.
+
+use curionav_runtime::process::service_main;
+
+fn main() -> std::process::ExitCode {
+    service_main("hccdm", async |config, session, shutdown, on_ready| {
+        curionav_hccdm_evaluator::run(config, session, shutdown, on_ready).await
+    })
+}

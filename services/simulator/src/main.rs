@@ -1,1 +1,9 @@
-fn main() {}
+//! The simulator as a program of its own; `curionav simulator` runs the same.
+
+use curionav_runtime::process::service_main;
+
+fn main() -> std::process::ExitCode {
+    service_main("simulator", async |config, session, shutdown, on_ready| {
+        curionav_simulator::run(config, session, shutdown, on_ready).await
+    })
+}

@@ -1,1 +1,9 @@
-fn main() {}
+//! The generator as a program of its own; `curionav generator` runs the same.
+
+use curionav_runtime::process::service_main;
+
+fn main() -> std::process::ExitCode {
+    service_main("generator", async |config, session, shutdown, on_ready| {
+        curionav_trajectory_generator::run(config, session, shutdown, on_ready).await
+    })
+}

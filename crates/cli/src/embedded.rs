@@ -1,0 +1,59 @@
+//! All services in this process, over one session without a network.
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::session;
+use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
+use tokio::task::JoinSet;
+use zenoh::Session;
+
+use crate::service::Kind;
+
+/// The services of one robot and its world, running.
+pub(crate) struct Embedded {
+    pub(crate) session: Session,
+    tasks: JoinSet<(Kind, anyhow::Result<()>)>,
+    triggers: Vec<ShutdownTrigger>,
+}
+
+impl Embedded {
+    /// Starts them all and waits until each serves.
+    pub(crate) async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
+        let session = session::embedded().await?;
+        let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
+        for kind in Kind::ALL {
+            let (trigger, token) = shutdown();
+            let (ready, is_ready) = tokio::sync::oneshot::channel();
+            let (config, session) = (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
+            embedded.triggers.push(trigger);
+            embedded.tasks.spawn(async move {
+                // Nobody waits any more if another service failed first.
+                let on_ready = move || drop(ready.send(()));
+                (kind, kind.run(&config, &session, token, on_ready).await)
+            });
+            tokio::select! {
+                _ = is_ready => {}
+                failure = embedded.failure() => return Err(failure),
+            }
+        }
+        Ok(embedded)
+    }
+
+    /// Completes when a service ends by itself, which none should.
+    pub(crate) async fn failure(&mut self) -> anyhow::Error {
+        match self.tasks.join_next().await {
+            Some(Ok((kind, Ok(())))) => anyhow::anyhow!("the {} ended", kind.name()),
+            Some(Ok((kind, Err(error)))) => error.context(format!("the {} failed", kind.name())),
+            Some(Err(error)) => anyhow::anyhow!("a service panicked: {error}"),
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Ends them in the reverse order of their start.
+    pub(crate) async fn stop(mut self) {
+        while let Some(trigger) = self.triggers.pop() {
+            trigger.fire();
+        }
+        while self.tasks.join_next().await.is_some() {}
+        session::close(&self.session);
+    }
+}

@@ -1,0 +1,87 @@
+//! A scenario file with everything it names, ready to be sent.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_crowdsim::Scenario;
+use curionav_planning::occupancy::MapYaml;
+use curionav_planning::profile::Profile;
+use curionav_runtime::convert;
+use curionav_schemas::{Clock, InjectRequest};
+
+/// What may differ from the scenario file.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Choice {
+    /// A built-in profile's name, or a profile file.
+    pub(crate) planner: Option<String>,
+    pub(crate) seed: Option<u64>,
+}
+
+/// A scenario read from disk.
+pub(crate) struct Package {
+    /// As it is in the file, but for the names of files, which have lost their directories.
+    pub(crate) scenario: Scenario,
+    pub(crate) request: InjectRequest,
+}
+
+/// Reads the scenario and its files. Errors name file, line and field.
+pub(crate) fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyhow::Result<Package> {
+    let text = String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?;
+    let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    let mut files = BTreeMap::new();
+    let yaml_path = directory.join(&scenario.map.file);
+    let yaml_bytes = bytes(&yaml_path)?;
+    let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes)).with_context(|| yaml_path.display().to_string())?;
+    let image_path = yaml_path.parent().unwrap_or(Path::new("")).join(&yaml.image);
+    let image = bytes(&image_path).with_context(|| format!("{}: image", yaml_path.display()))?;
+    files.insert(base_name(&image_path)?, image);
+    scenario.map.file = base_name(&yaml_path)?;
+    files.insert(scenario.map.file.clone(), yaml_bytes);
+    for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
+        let recording_path = directory.join(&recorded.file);
+        recorded.file = format!("{i}-{}", base_name(&recording_path)?);
+        files.insert(recorded.file.clone(), bytes(&recording_path)?);
+    }
+    let profile = choose_profile(&mut scenario, choice.planner.as_deref())?;
+    let request = InjectRequest {
+        scenario: convert::to_value(&scenario).map_err(anyhow::Error::from)?,
+        files: files.into_iter().map(|(name, content)| (name, content.into())).collect(),
+        profile: Some(profile),
+        seed: choice.seed,
+        clock,
+        time_scale,
+    };
+    Ok(Package { scenario, request })
+}
+
+/// The profile's name; a profile file goes into the scenario's overrides, whole.
+fn choose_profile(scenario: &mut Scenario, wanted: Option<&str>) -> anyhow::Result<String> {
+    let name = wanted.unwrap_or(&scenario.planner.profile).to_owned();
+    if Profile::builtin(&name).is_some() {
+        return Ok(name);
+    }
+    let path = PathBuf::from(&name);
+    if path.extension().is_none_or(|e| e != "toml") {
+        let known: Vec<&str> = Profile::names().collect();
+        bail!("planner profile `{name}` is not built in (known: {}) nor a .toml file", known.join(", "));
+    }
+    let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
+    let profile = Profile::from_toml(&text).with_context(|| path.display().to_string())?;
+    let profile = match &scenario.profile {
+        Some(overrides) => profile.with_overrides(overrides).context("the scenario's [profile]")?,
+        None => profile,
+    };
+    scenario.profile = Some(toml::Table::try_from(&profile).context("profile")?);
+    Ok(Profile::default().name)
+}
+
+fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn base_name(path: &Path) -> anyhow::Result<String> {
+    let name = path.file_name().with_context(|| format!("{} is not a file", path.display()))?;
+    Ok(name.to_string_lossy().into_owned())
+}

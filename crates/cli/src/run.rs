@@ -1,0 +1,206 @@
+//! `curionav run`: a scenario from file to metrics.
+
+use std::time::Duration;
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::query::{AskError, Urgency, ask, fetch};
+use curionav_runtime::session;
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::{
+    Clock, CycleReport, Mission, MissionRequest, OccupancyGrid, RejectCode, RunResult, RunState, RunStatus, keys,
+};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use zenoh::Session;
+
+use crate::arguments::{RunOptions, Speed};
+use crate::embedded::Embedded;
+use crate::exit::Exit;
+use crate::output;
+use crate::package::{self, Choice, Package};
+
+/// The simulator answers an injection once it has checked everything.
+const INJECT_TIMEOUT: Duration = Duration::from_secs(30);
+/// Without news for this long the status is asked for.
+const NEWS_TIMEOUT: Duration = Duration::from_secs(2);
+/// A status is small and kept.
+const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
+/// Questions about the status that may fail in a row before the simulator is given up.
+const STATUS_ATTEMPTS: u32 = 5;
+
+pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
+    let (clock, time_scale) = match options.speed {
+        Speed::Max => (Clock::Lockstep, 1.0),
+        Speed::Factor(factor) => (Clock::Realtime, factor),
+    };
+    let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed) };
+    let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
+    let config = ServiceConfig {
+        connect: options.connect.iter().cloned().collect(),
+        namespace: options.namespace.clone(),
+        robot: options.robot.clone(),
+        world: options.world.clone(),
+        ..ServiceConfig::default()
+    };
+    config.check().map_err(Exit::bad_input)?;
+    let finished = if options.connect.is_some() {
+        let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+        let finished = follow_or_cancel(&session, &config, &package, &options).await;
+        session::close(&session);
+        finished?
+    } else {
+        let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
+        let session = embedded.session.clone();
+        let finished = tokio::select! {
+            finished = follow_or_cancel(&session, &config, &package, &options) => finished,
+            failure = embedded.failure() => Err(Exit::network(failure)),
+        };
+        embedded.stop().await;
+        finished?
+    };
+    show(&options, &package, &finished)
+}
+
+/// What is left of a run.
+struct Finished {
+    result: RunResult,
+    reports: Vec<CycleReport>,
+    map: Option<OccupancyGrid>,
+}
+
+fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<u8, Exit> {
+    let result = &finished.result;
+    if let (Some(directory), Some(map)) = (&options.out, &finished.map) {
+        let robot = &package.scenario.robot;
+        let goal = (robot.goal.x, robot.goal.y);
+        output::write(directory, result, &finished.reports, map, goal, robot.model.radius(), robot.goal_tolerance)
+            .map_err(Exit::failed)?;
+    }
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    if options.json {
+        println!("{}", output::json(result));
+    } else {
+        println!("{}", output::table(result));
+        if let Some(directory) = &options.out {
+            println!("Picture and data: {}", directory.display());
+        }
+    }
+    Ok(output::exit_code(result))
+}
+
+async fn follow_or_cancel(
+    session: &Session,
+    config: &ServiceConfig,
+    package: &Package,
+    options: &RunOptions,
+) -> Result<Finished, Exit> {
+    let mission_key = keys::robot(&config.robot, "mission").map_err(|e| Exit::bad_input(e.into()))?;
+    tokio::select! {
+        finished = follow(session, config, package, options) => finished,
+        _ = tokio::signal::ctrl_c() => {
+            let cancelled: Result<Mission, _> =
+                ask(session, &mission_key, &MissionRequest::Cancel, STATUS_TIMEOUT, Urgency::Normal).await;
+            if let Err(error) = cancelled {
+                tracing::warn!(%error, "the mission could not be cancelled");
+            }
+            Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
+        }
+    }
+}
+
+async fn follow(
+    session: &Session,
+    config: &ServiceConfig,
+    package: &Package,
+    options: &RunOptions,
+) -> Result<Finished, Exit> {
+    let key = |channel| keys::world(&config.world, channel).map_err(|e| Exit::bad_input(e.into()));
+    let (run_key, scenario_key) = (key("run")?, key("scenario")?);
+    let topic = |e: curionav_runtime::topic::TopicError| Exit::network(e.into());
+    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(topic)?;
+    let report_key = keys::robot(&config.robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
+    let reports = match options.out {
+        Some(_) => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
+        None => None,
+    };
+    let injected: Result<RunStatus, AskError> =
+        ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
+    let injected = injected.map_err(|error| injection_error(error, options))?;
+    let bar = progress_bar(package.scenario.clock.time_limit_s);
+    let mut kept = Vec::new();
+    let status = loop {
+        if let Some(reports) = &reports {
+            kept.extend(std::iter::from_fn(|| reports.try_next()));
+        }
+        let status = next_status(session, &run_key, &news, injected.run).await?;
+        bar.set_position((status.time_s * 10.0) as u64);
+        bar.set_message(match status.state {
+            RunState::Preparing => "preparing".to_owned(),
+            _ => format!("{:5.1} s simulated, {:5.1} m to go", status.time_s, status.distance_to_goal),
+        });
+        if matches!(status.state, RunState::Finished | RunState::Failed) {
+            break status;
+        }
+    };
+    bar.finish_and_clear();
+    if let Some(reports) = &reports {
+        kept.extend(std::iter::from_fn(|| reports.try_next()));
+    }
+    let Some(result) = status.result else {
+        let reason = status.error.unwrap_or_else(|| "the run ended without a result".into());
+        return Err(Exit::network(anyhow::anyhow!("the run failed: {reason}")));
+    };
+    let map = match kept.first() {
+        Some(report) => Some(
+            fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
+                .await
+                .map_err(|e| Exit::network(anyhow::Error::from(e).context("the map for the picture")))?,
+        ),
+        None => None,
+    };
+    Ok(Finished { result, reports: kept, map })
+}
+
+fn injection_error(error: AskError, options: &RunOptions) -> Exit {
+    match error {
+        AskError::Rejected(reject) if reject.code == RejectCode::Overloaded => Exit::network(reject.into()),
+        AskError::Rejected(reject) => {
+            Exit::bad_input(anyhow::Error::from(reject).context(options.scenario.display().to_string()))
+        }
+        error => Exit::network(
+            anyhow::Error::from(error).context(format!("no simulator of world `{}` takes the scenario", options.world)),
+        ),
+    }
+}
+
+/// The next status of run `run`: published, or asked for when no news come.
+async fn next_status(
+    session: &Session,
+    key: &str,
+    news: &Inbox<RunStatus>,
+    run: u64,
+) -> Result<RunStatus, Exit> {
+    let lost = |reason: String| Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"));
+    let mut attempts = 0;
+    loop {
+        match tokio::time::timeout(NEWS_TIMEOUT, news.next()).await {
+            Ok(Some(status)) if status.run == run => return Ok(status),
+            Ok(Some(_)) => {}
+            Ok(None) => return Err(lost("the session is closed".into())),
+            Err(_) => match fetch::<RunStatus>(session, key, STATUS_TIMEOUT).await {
+                Ok(status) if status.run == run => return Ok(status),
+                Ok(_) => return Err(lost("it was started anew".into())),
+                Err(error) if attempts == STATUS_ATTEMPTS => return Err(lost(error.to_string())),
+                Err(_) => attempts += 1,
+            },
+        }
+    }
+}
+
+fn progress_bar(limit_s: f64) -> ProgressBar {
+    // Hidden by itself when standard error is not a terminal.
+    let bar = ProgressBar::with_draw_target(Some((limit_s * 10.0) as u64), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,207 @@
+//! One service as a process: arguments, signals, readiness, the end.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use serde::{Deserialize, Serialize};
+use zenoh::Session;
+
+use crate::config::ServiceConfig;
+use crate::session::{self, SessionError};
+use crate::shutdown::{Shutdown, ShutdownTrigger, on_signals, shutdown};
+
+/// Where a client looks for a router unless told otherwise.
+pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+
+/// What every service takes on its command line.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ServiceOptions {
+    /// Configuration file; see deploy/service.toml. What is given here overrides it.
+    #[arg(long, value_name = "F")]
+    pub config: Option<PathBuf>,
+    /// Router endpoint; may be given several times, the first that answers is used.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub connect: Vec<String>,
+    /// Key prefix of the deployment.
+    #[arg(long, value_name = "NS")]
+    pub namespace: Option<String>,
+    /// Name of this process within its role: a-z, 0-9, `_`, `-`.
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
+    /// Robot it works for.
+    #[arg(long, value_name = "NAME")]
+    pub robot: Option<String>,
+    /// World it simulates.
+    #[arg(long, value_name = "NAME")]
+    pub world: Option<String>,
+    /// End when standard input closes (set by `curionav up`).
+    #[arg(long, hide = true)]
+    pub supervised: bool,
+}
+
+impl ServiceOptions {
+    /// The configuration file with what was given on the command line on top.
+    pub fn configuration(&self) -> anyhow::Result<ServiceConfig> {
+        let mut config = match &self.config {
+            Some(path) => ServiceConfig::from_file(path)?,
+            None => ServiceConfig::default(),
+        };
+        if !self.connect.is_empty() {
+            config.connect.clone_from(&self.connect);
+        }
+        if config.connect.is_empty() && config.zenoh_config.is_none() && std::env::var_os("ZENOH_CONFIG").is_none() {
+            config.connect.push(DEFAULT_ENDPOINT.into());
+        }
+        let replace = |field: &mut String, value: &Option<String>| {
+            if let Some(value) = value {
+                field.clone_from(value);
+            }
+        };
+        replace(&mut config.instance, &self.instance);
+        replace(&mut config.robot, &self.robot);
+        replace(&mut config.world, &self.world);
+        config.namespace = self.namespace.clone().or(config.namespace);
+        config.check()?;
+        Ok(config)
+    }
+}
+
+/// The line every process prints on standard output once it serves.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct Ready {
+    /// What is ready, e.g. `cpc cpc-0`.
+    pub ready: String,
+    /// Where a router, or a deployment's, listens.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub endpoints: Vec<String>,
+    /// The processes of a deployment.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub processes: Vec<ProcessLine>,
+}
+
+/// One process of a deployment.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ProcessLine {
+    /// Its instance name.
+    pub name: String,
+    /// Its process id.
+    pub pid: u32,
+}
+
+impl Ready {
+    /// A single process that is ready.
+    pub fn process(name: String, endpoints: Vec<String>) -> Self {
+        Self { ready: name, endpoints, processes: Vec::new() }
+    }
+
+    /// Prints the line, flushed. A closed standard output is only worth a warning.
+    pub fn print(&self) {
+        let mut out = std::io::stdout().lock();
+        let printed = serde_json::to_string(self)
+            .map_err(std::io::Error::from)
+            .and_then(|line| writeln!(out, "{line}"))
+            .and_then(|()| out.flush());
+        if let Err(error) = printed {
+            tracing::warn!(%error, "cannot say on standard output that this is ready");
+        }
+    }
+}
+
+/// The end asked for by a signal or, under supervision, by the supervisor's own end.
+pub fn end(supervised: bool) -> std::io::Result<Shutdown> {
+    let mut signals = on_signals()?;
+    if !supervised {
+        return Ok(signals);
+    }
+    let (trigger, token) = shutdown();
+    let (orphaned, mut supervisor_gone) = shutdown();
+    fire_on_end_of_input(orphaned);
+    tokio::spawn(async move {
+        tokio::select! {
+            () = signals.requested() => {}
+            () = supervisor_gone.requested() => {}
+        }
+        trigger.fire();
+    });
+    Ok(token)
+}
+
+/// Standard input of a supervised process is a pipe nobody writes to: it closes when the supervisor ends,
+/// whatever ended it.
+fn fire_on_end_of_input(trigger: ShutdownTrigger) {
+    std::thread::spawn(move || {
+        // Either way (end of file or an unreadable pipe) the supervisor is gone.
+        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+        trigger.fire();
+    });
+}
+
+/// Why a service process ended other than by being asked to.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// Arguments or configuration.
+    #[error("{0:#}")]
+    Input(anyhow::Error),
+    /// No session.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// The service itself.
+    #[error("{0:#}")]
+    Service(anyhow::Error),
+}
+
+impl ProcessError {
+    /// Exit status: 2 for bad input, 3 for everything else.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Session(_) | Self::Service(_) => 3,
+        }
+    }
+}
+
+/// Connects, runs `service` until it is asked to end, and closes the session.
+pub async fn run_service<S>(role: &str, options: &ServiceOptions, service: S) -> Result<(), ProcessError>
+where
+    S: AsyncFnOnce(&ServiceConfig, &Session, Shutdown, Box<dyn FnOnce()>) -> anyhow::Result<()>,
+{
+    let config = options.configuration().map_err(ProcessError::Input)?;
+    let shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
+    let session = session::client(&config).await?;
+    let name = format!("{role} {}", config.instance);
+    let ready = Box::new(move || Ready::process(name, Vec::new()).print());
+    let served = service(&config, &session, shutdown, ready).await;
+    session::close(&session);
+    served.map_err(ProcessError::Service)
+}
+
+#[derive(Debug, clap::Parser)]
+struct ServiceArguments {
+    #[command(flatten)]
+    options: ServiceOptions,
+    /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
+    #[arg(long, default_value = "info", value_name = "FILTER")]
+    log: String,
+}
+
+/// `main` of a service's own binary.
+pub fn service_main<S>(role: &'static str, service: S) -> std::process::ExitCode
+where
+    S: AsyncFnOnce(&ServiceConfig, &Session, Shutdown, Box<dyn FnOnce()>) -> anyhow::Result<()>,
+{
+    let arguments = <ServiceArguments as clap::Parser>::parse();
+    crate::telemetry::init(&arguments.log);
+    let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
+        Ok(runtime) => runtime.block_on(run_service(role, &arguments.options, service)),
+        Err(error) => Err(ProcessError::Service(error.into())),
+    };
+    match outcome {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(error) => {
+            tracing::error!("{error}");
+            error.exit_code().into()
+        }
+    }
+}
