@@ -18,9 +18,12 @@ use crate::numerics::sin_cos;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CandidateParams {
-    /// States per candidate, K (A26): with `dt` the horizon.
+    /// States per candidate, K (A26): with `dt` the horizon. Skipped, as are `dt` and `slow`: a profile
+    /// says them once for everybody.
+    #[serde(skip)]
     pub steps: u32,
     /// Seconds between states (A26).
+    #[serde(skip)]
     pub dt: f64,
     /// Cruising speeds each path is timed with, as fractions of the greatest.
     pub profiles: Vec<f64>,
@@ -33,6 +36,7 @@ pub struct CandidateParams {
     /// Most branches of the tree that are timed.
     pub max_branches: u32,
     /// Candidates slower than this on average compete only if no faster one is free, m/s (D4).
+    #[serde(skip)]
     pub slow: f64,
     /// The goal is reached within this distance, metres: whoever stops there is not slow.
     pub goal_tolerance: f64,
