@@ -72,6 +72,9 @@ pub struct Profile {
     pub cpc: CpcParams,
     /// What an observation is worth to the prediction (eq. 8).
     pub information: InformationParams,
+    /// How candidates come to be; what the profile says elsewhere is filled in by
+    /// [`Profile::generation_params`].
+    pub generation: GenerationParams,
 }
 
 impl Default for Profile {
@@ -105,6 +108,7 @@ impl Default for Profile {
             hccdm: HccdmParams::default(),
             cpc: CpcParams::default(),
             information: InformationParams::default(),
+            generation: GenerationParams::default(),
         }
     }
 }
@@ -119,6 +123,17 @@ impl Profile {
     /// personal distance before the horizon. `v_max` is the robot's, m/s; the result is metres.
     pub fn working_zone_radius(&self, v_max: f64) -> f64 {
         (v_max + self.working_zone.v_people_max) * self.horizon() + self.working_zone.personal_distance
+    }
+
+    /// The generator's parameters, complete: with K, the time step, the slowest speed and the margins that
+    /// this profile says once for everybody.
+    pub fn generation_params(&self) -> GenerationParams {
+        let mut params = self.generation.clone();
+        params.collision = self.collision;
+        params.candidates.steps = self.steps as u32;
+        params.candidates.dt = self.dt;
+        params.candidates.slow = self.min_speed;
+        params
     }
 
     /// The terms that count in a scene, in order of their metric: those whose condition holds and whose
@@ -269,6 +284,16 @@ mod tests {
     fn the_working_zone_is_what_can_come_near_within_the_horizon() {
         // (1 + 1) m/s * 3.9 s + 1.5 m
         assert!((Profile::default().working_zone_radius(1.0) - 9.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_generator_plans_as_far_and_keeps_as_clear_as_the_arbiter() {
+        let mut profile = Profile { steps: 20, dt: 0.2, min_speed: 0.1, ..Profile::default() };
+        profile.collision.person_margin = 0.7;
+        let params = profile.generation_params();
+        assert_eq!((params.candidates.steps, params.candidates.dt, params.candidates.slow), (20, 0.2, 0.1));
+        assert_eq!(params.collision, profile.collision);
+        assert_eq!(Profile::default().generation_params(), GenerationParams::default());
     }
 
     #[test]

@@ -18,11 +18,12 @@ use crate::numerics::sin_cos;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CandidateParams {
-    /// States per candidate, K (A26): with `dt` the horizon. The profile's, not told twice.
-    #[serde(skip, default = "default_steps")]
+    /// States per candidate, K (A26): with `dt` the horizon. Skipped, as are `dt` and `slow`: a profile
+    /// says them once for everybody.
+    #[serde(skip)]
     pub steps: u32,
-    /// Seconds between states (A26). The profile's.
-    #[serde(skip, default = "default_dt")]
+    /// Seconds between states (A26).
+    #[serde(skip)]
     pub dt: f64,
     /// Cruising speeds each path is timed with, as fractions of the greatest.
     pub profiles: Vec<f64>,
@@ -34,9 +35,8 @@ pub struct CandidateParams {
     pub min_candidates: u32,
     /// Most branches of the tree that are timed.
     pub max_branches: u32,
-    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4). The
-    /// profile's.
-    #[serde(skip, default = "default_slow")]
+    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4).
+    #[serde(skip)]
     pub slow: f64,
     /// The goal is reached within this distance, metres: whoever stops there is not slow.
     pub goal_tolerance: f64,
@@ -50,29 +50,17 @@ pub struct CandidateParams {
     pub turn_from: f64,
 }
 
-fn default_steps() -> u32 {
-    13
-}
-
-fn default_dt() -> f64 {
-    0.3
-}
-
-fn default_slow() -> f64 {
-    0.35
-}
-
 impl Default for CandidateParams {
     fn default() -> Self {
         Self {
-            steps: default_steps(),
-            dt: default_dt(),
+            steps: 13,
+            dt: 0.3,
             profiles: vec![1.0, 0.7, 0.45],
             creep: 0.2,
             max_candidates: 100,
             min_candidates: 20,
             max_branches: 64,
-            slow: default_slow(),
+            slow: 0.35,
             goal_tolerance: 0.5,
             differ_by: 2.0,
             near_cell: 0.15,

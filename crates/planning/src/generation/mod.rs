@@ -39,7 +39,7 @@ pub struct GenerationParams {
     pub rollout: RolloutParams,
     /// What is offered.
     pub candidates: CandidateParams,
-    /// How much room is kept. The profile's, not told twice.
+    /// How much room is kept. Skipped: a profile says it once for everybody.
     #[serde(skip)]
     pub collision: CollisionParams,
 }
@@ -100,7 +100,7 @@ const SAMPLES: u64 = 0x5e_ed00_0000;
 
 impl Generator for RrtStarGenerator {
     fn name(&self) -> &'static str {
-        "rrt_star"
+        "rrt-star"
     }
 
     fn generate(
