@@ -71,8 +71,9 @@ pub struct LocalizerParams {
     /// so their plain product is not what a scan is worth. Chosen so that the mean normalised
     /// estimation error squared of simulated drives is that of an honest filter (D9).
     pub temper: f64,
-    /// Least share of `temper` used when the robot has hardly moved since the last filter update: a scan from
-    /// the same place repeats the same errors. Between, the share grows with the motion.
+    /// Scans from one place repeat the same errors, so together they are worth one scan: what is left of
+    /// `temper` there is used up by each of them and restored by motion. Each is worth at least this
+    /// share, so that a robot at rest still sees people walk off.
     pub rest_temper: f64,
     /// The exponent is lowered further where the effective sample size would fall below this share of
     /// the particles, so that a sharp scan cannot leave a broad belief with one particle.
@@ -86,6 +87,8 @@ pub struct LocalizerParams {
     pub recovery_gain: f64,
     /// Greatest share of random poses.
     pub recovery_share_max: f64,
+    /// Least number of particles while random poses are drawn.
+    pub recovery_particles: usize,
     /// Each random pose is the best of this many by its fit to the scan (sensor resetting).
     pub recovery_tournament: u32,
     /// The long-term mean starts at least here: a start at the wrong place must not pass for normal.
@@ -125,13 +128,14 @@ impl Default for LocalizerParams {
             agreement_distance: 0.3,
             beam_skip_threshold: 0.3,
             beam_skip_error_threshold: 0.9,
-            temper: 1.0,
-            rest_temper: 0.1,
+            temper: 0.6,
+            rest_temper: 0.02,
             temper_ess: 0.1,
             recovery_alpha_slow: 0.001,
             recovery_alpha_fast: 0.1,
             recovery_gain: 1.3,
             recovery_share_max: 0.3,
+            recovery_particles: 1000,
             recovery_tournament: 32,
             recovery_expected_fit: 0.8,
             start_sigma_position: 0.5,
@@ -173,6 +177,7 @@ impl LocalizerParams {
 
         count("particles_max", self.particles_max, Self::PARTICLES_LIMIT)?;
         count("particles_min", self.particles_min, self.particles_max)?;
+        count("recovery_particles", self.recovery_particles, Self::PARTICLES_LIMIT)?;
         count("beams", self.beams, Self::BEAMS_LIMIT)?;
         count("resample_interval", self.resample_interval as usize, u32::MAX as usize)?;
         count("recovery_tournament", self.recovery_tournament as usize, 1000)?;

@@ -206,6 +206,10 @@ impl Record {
         (self.position_error.iter().map(|e| e * e).sum::<f64>() / self.position_error.len() as f64).sqrt()
     }
 
+    pub(crate) fn mean(&self, value: impl Fn(&Estimate) -> f64) -> f64 {
+        self.estimates.iter().map(value).sum::<f64>() / self.estimates.len() as f64
+    }
+
     pub(crate) fn mean_nees(&self) -> f64 {
         self.nees.iter().sum::<f64>() / self.nees.len() as f64
     }
