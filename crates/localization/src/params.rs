@@ -82,8 +82,8 @@ pub struct LocalizerParams {
     pub recovery_alpha_slow: f64,
     /// Decay rate per update of the short-term mean.
     pub recovery_alpha_fast: f64,
-    /// Random poses are a share `1 - gain * fast / slow` of the particles: with 1.3, none while the
-    /// short-term fit is above 77 % of the long-term one.
+    /// Random poses are a share `1 - gain * fast / slow` of the particles: with 1.1, none while the
+    /// short-term fit is above 91 % of the long-term one.
     pub recovery_gain: f64,
     /// Greatest share of random poses.
     pub recovery_share_max: f64,
@@ -133,7 +133,7 @@ impl Default for LocalizerParams {
             temper_ess: 0.1,
             recovery_alpha_slow: 0.001,
             recovery_alpha_fast: 0.1,
-            recovery_gain: 1.3,
+            recovery_gain: 1.1,
             recovery_share_max: 0.3,
             recovery_particles: 1000,
             recovery_tournament: 32,

@@ -144,16 +144,6 @@ fn standing_still_makes_nobody_sure_of_a_wrong_pose() {
         }
         let last = record.nees[300..].iter().sum::<f64>() / 300.0;
         let sigma = record.estimates.last().unwrap().belief().position_sigma();
-        let e = record.estimates.last().unwrap();
-        println!(
-            "   error {:.4} {:.4} {:.4} sigma {:.4} {:.4} {:.4}",
-            e.pose.x - start.x,
-            e.pose.y - start.y,
-            wrap_angle(e.pose.heading - start.heading),
-            e.covariance[(0, 0)].sqrt(),
-            e.covariance[(1, 1)].sqrt(),
-            e.covariance[(2, 2)].sqrt()
-        );
         println!("seed {seed}: NEES in the second half minute {last:.2}, sigma {sigma:.3} m");
         sum += last / 20.0;
     }
@@ -167,7 +157,7 @@ fn a_kidnapped_robot_reports_poor_health_and_finds_itself_again() {
     let path = long_path(&map, 60.0);
     let params = LocalizerParams::default();
     let mut recovered = 0;
-    for seed in 1..=5 {
+    for seed in 1..=10 {
         let start = start_of(&path);
         let mut robot = Robot::new(&map, start, seed);
         let mut localizer = started(&map, start, &params, seed);
@@ -201,7 +191,7 @@ fn a_kidnapped_robot_reports_poor_health_and_finds_itself_again() {
         assert!(least_fit < 0.7, "seed {seed}: {least_fit}");
         recovered += usize::from(last.0 < 0.5);
     }
-    assert!(recovered >= 3, "{recovered} of 5");
+    assert!(recovered >= 7, "{recovered} of 10");
 }
 
 #[test]
