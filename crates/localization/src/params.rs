@@ -51,7 +51,8 @@ pub struct LocalizerParams {
     /// How beams are combined.
     pub model: LaserLikelihood,
     /// Standard deviation of a beam's end around the mapped obstacle, metres. Far above a range's own noise:
-    /// it also stands for the map's errors, and a wide peak is what few particles can find.
+    /// it also stands for the map's errors, and a wide peak is what few particles can find. On a map as
+    /// good as the laser 0.05 with `temper` 0.2 errs a third less in a crowd.
     pub sigma_hit: f64,
     /// Share of beams that end on mapped obstacles.
     pub z_hit: f64,
@@ -69,7 +70,9 @@ pub struct LocalizerParams {
     pub beam_skip_error_threshold: f64,
     /// Exponent of a scan's likelihood. Beams and successive scans share the errors of map and model,
     /// so their plain product is not what a scan is worth. Chosen so that the mean normalised
-    /// estimation error squared of simulated drives is that of an honest filter (D9).
+    /// estimation error squared (3 for an honest filter) of simulated drives on a real map is near 2
+    /// without people and 3.4 with four beams in ten blocked (D9); at 1 the latter is 4.2. It belongs to
+    /// `sigma_hit` and `beams`: what counts is `beams * temper / sigma_hit^2`.
     pub temper: f64,
     /// Scans from one place repeat the same errors, so together they are worth one scan: what is left of
     /// `temper` there is used up by each of them and restored by motion. Each is worth at least this
@@ -91,7 +94,8 @@ pub struct LocalizerParams {
     pub recovery_particles: usize,
     /// Each random pose is the best of this many by its fit to the scan (sensor resetting).
     pub recovery_tournament: u32,
-    /// The long-term mean starts at least here: a start at the wrong place must not pass for normal.
+    /// Both means start at least here: a start at the wrong place must not pass for normal, and a broad
+    /// one has a few scans' time to converge.
     pub recovery_expected_fit: f64,
     /// Standard deviation of position at the start on each axis, metres.
     pub start_sigma_position: f64,
@@ -162,7 +166,7 @@ impl LocalizerParams {
     /// Most particles a filter may have: bounds the memory a configuration can ask for.
     pub const PARTICLES_LIMIT: usize = 100_000;
     /// Most beams an update may use.
-    pub const BEAMS_LIMIT: usize = 2000;
+    pub const BEAMS_LIMIT: usize = 400;
 
     /// The first field that is out of its range, if any.
     pub fn check(&self) -> Result<(), ParamsError> {
