@@ -6,8 +6,8 @@
 //!
 //! Read [`Localizer`] first; it strings together, in the order of one filter update: the motion model
 //! (`particles`), the likelihood field (`likelihood_field`), weighting with tempering (`weighting`),
-//! clusters and their moments (`histogram`, `moments`), recovery (`recovery`), and KLD-adaptive
-//! resampling (`kld`, `resampling`).
+//! clusters and their moments (`histogram`, `moments`), the check for being lost (`scan_fit`, `recovery`),
+//! and KLD-adaptive resampling (`kld`, `resampling`).
 //!
 //! Where it differs from ROS `amcl`, and why: odometry noise is a variance per metre and radian (D6), so
 //! it does not depend on the update rate; beams multiply (`likelihood_field_prob`) and the product is
@@ -15,6 +15,7 @@
 //! (D9), recovery particles show in [`Health`] only; one occupied histogram bin asks for the least
 //! number of particles, not the greatest; the filter answers every call and updates at rest (D7).
 
+mod estimate;
 mod histogram;
 mod kld;
 mod likelihood_field;
@@ -28,7 +29,8 @@ mod scan;
 mod scan_fit;
 mod weighting;
 
+pub use estimate::{Estimate, Health};
 pub use kld::sample_size;
-pub use localizer::{Estimate, Health, Localizer};
+pub use localizer::Localizer;
 pub use params::{LaserLikelihood, LocalizerParams, ParamsError};
 pub use scan::Scan;

@@ -3,13 +3,16 @@
 
 use curionav_planning::geometry::Pose2;
 use curionav_planning::numerics::{exp, ln, sin_cos};
-use curionav_planning::occupancy::StaticMap;
+use curionav_planning::occupancy::{Cell, DistanceField, OccupancyGrid, StaticMap};
 
 use crate::params::{LaserLikelihood, LocalizerParams};
 
 /// One score per cell, looked up for every beam of every particle. For the prob model the score is ln
 /// p(z), for the plain one p(z)^3, with `p(z) = z_hit exp(-d^2 / (2 sigma_hit^2)) + z_rand / range_max`
-/// and d the distance from the cell to the nearest occupied one, at most `max_distance`.
+/// and d the distance from the cell to the nearest obstacle's surface, at most `max_distance`.
+///
+/// Beams end on surfaces. ROS takes the distance to the nearest occupied cell's centre, which is nought
+/// all through a thick wall, so that a robot that sees a wall from one side only is drawn into it.
 ///
 /// A border of one cell around the map holds the score of `max_distance`, so that a look-up is a
 /// clamp and a load.
@@ -46,7 +49,7 @@ impl LikelihoodField {
         let (width, height) = map.to_occupied.size();
         let stride = width + 2;
         let mut scores = vec![score(params.max_distance); stride * (height + 2)];
-        for (row, distances) in map.to_occupied.metres().chunks_exact(width).enumerate() {
+        for (row, distances) in to_surface(map).chunks_exact(width).enumerate() {
             let start = (row + 1) * stride + 1;
             for (slot, &d) in scores[start..start + width].iter_mut().zip(distances) {
                 *slot = score(f64::from(d));
@@ -92,6 +95,24 @@ impl LikelihoodField {
     }
 }
 
+/// Distance from each cell's centre to the nearest surface, metres: the side between an occupied cell and
+/// one that is not lies half a cell before either's centre.
+fn to_surface(map: &StaticMap) -> Vec<f32> {
+    let half = (0.5 * map.grid.resolution()) as f32;
+    let outside = map.to_occupied.metres();
+    let (width, height) = map.to_occupied.size();
+    let complement =
+        (0..width * height).map(|i| if map.grid.cell(i) == Cell::Occupied { 0 } else { 100 }).collect();
+    let inside =
+        OccupancyGrid::new(width, height, map.grid.resolution(), Pose2::new(0.0, 0.0, 0.0), complement)
+            .map(|grid| DistanceField::to_occupied(&grid));
+    match inside {
+        Ok(inside) => outside.iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect(),
+        // The same shape as the map itself has passed the same check.
+        Err(_) => outside.to_vec(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -106,6 +127,7 @@ mod tests {
         let map = StaticMap::new(grid);
         let params = LocalizerParams::default();
         let field = LikelihoodField::new(&map, 5.0, &params);
+        let surface = to_surface(&map);
         let mut r = rng(3, 0);
         let mut compared = 0;
         for _ in 0..5000 {
@@ -117,12 +139,24 @@ mod tests {
             if (column - column.round()).abs() < 1e-3 || (row - row.round()).abs() < 1e-3 {
                 continue; // on a cell's edge f32 may fall on either side
             }
-            let d = map.grid.locate(end).map_or(2.0, |(c, r)| map.to_occupied.cell(map.grid.index(c, r)));
+            let d = map.grid.locate(end).map_or(2.0, |(c, r)| f64::from(surface[map.grid.index(c, r)]));
             let expected = (0.95 * (-d * d / 0.08).exp() + 0.05 / 5.0).ln();
             let found = field.score(field.pose(pose.x, pose.y, pose.heading), beam.x as f32, beam.y as f32);
             assert!((f64::from(found) - expected).abs() < 1e-4, "{pose:?} {beam:?}");
             compared += 1;
         }
         assert!(compared > 4000);
+    }
+
+    #[test]
+    fn distance_to_the_surface_is_the_same_on_both_sides_of_a_thick_wall() {
+        // 12 cells of 0.1 m, the last six solid: the surface is between cells 5 and 6.
+        let cells = (0..12).map(|i| if i >= 6 { 100 } else { 0 }).collect();
+        let map = StaticMap::new(OccupancyGrid::new(12, 1, 0.1, Pose2::default(), cells).unwrap());
+        let surface = to_surface(&map);
+        for k in 0..6 {
+            assert!((surface[5 - k] - (0.05 + 0.1 * k as f32)).abs() < 1e-6);
+            assert_eq!(surface[5 - k], surface[6 + k]);
+        }
     }
 }

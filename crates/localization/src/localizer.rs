@@ -4,12 +4,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
-use curionav_planning::numerics::hypot;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
+use crate::estimate::{Estimate, Health};
 use crate::histogram::Histogram;
 use crate::likelihood_field::LikelihoodField;
 use crate::moments::{moments, propagate};
@@ -20,45 +20,6 @@ use crate::resampling::{needed, systematic};
 use crate::scan::{BeamDirections, Scan};
 use crate::scan_fit::ScanFit;
 use crate::weighting::Weighting;
-
-/// How far the estimate can be trusted, beyond its covariance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Health {
-    /// Share of the weight outside the cluster that the estimate describes, 0 to 1.
-    pub outside_weight: f64,
-    /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
-    /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
-    /// 1 before the first. A crowd does not lower it, a wrong pose does.
-    pub scan_fit: f64,
-    /// Number of particles.
-    pub particles: usize,
-    /// Whether the position is known to `converged_sigma` and hardly any weight lies elsewhere.
-    pub converged: bool,
-}
-
-/// The answer to one tick.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Robot's clock, seconds.
-    pub stamp: f64,
-    /// Mean of the heaviest cluster, map frame.
-    pub pose: Pose2,
-    /// Covariance of (x, y, heading) of the heaviest cluster: m2, m rad, rad2.
-    pub covariance: Matrix3<f64>,
-    /// Speed and turn rate as odometry measured them.
-    pub twist: Twist,
-    /// Trust.
-    pub health: Health,
-    /// Whether the filter took in a scan at this tick, or only moved its last estimate along.
-    pub observed: bool,
-}
-
-impl Estimate {
-    /// What the planner needs of it.
-    pub fn belief(&self) -> Belief {
-        Belief { pose: self.pose, covariance: self.covariance, twist: self.twist }
-    }
-}
 
 /// Adaptive Monte Carlo localisation on one map with one laser.
 pub struct Localizer {
@@ -75,7 +36,9 @@ pub struct Localizer {
     covariance: Matrix3<f64>,
     health: Health,
     recovery: Recovery,
-    odometry: Option<OdometryState>,
+    anchor: Option<Anchor>,
+    /// How much of `temper` the present place is still worth, 0 to 1: scans use it up, motion restores it.
+    credit: f64,
     /// Random streams used so far: one per filter update, so that a run depends on the updates made
     /// and not on how many numbers each of them drew.
     streams: u64,
@@ -88,16 +51,18 @@ pub struct Localizer {
     ends: Vec<Point2>,
 }
 
-/// What odometry has said since the last filter update.
-struct OdometryState {
-    at_update: Pose2,
-    latest: Pose2,
-    travel: f64,
-    turn: f64,
+/// The last filter update: where odometry was, and what was known then. There is none before the first
+/// scan after a start, which is taken in at once and in full.
+#[derive(Debug, Clone, Copy)]
+struct Anchor {
+    odometry: Pose2,
     stamp: f64,
-    /// The first scan after a start is taken in at once and in full.
-    fresh: bool,
+    pose: Pose2,
+    covariance: Matrix3<f64>,
 }
+
+/// Ticks a nanosecond early still count as a full interval.
+const CLOCK_ROUNDING: f64 = 1e-9;
 
 impl Localizer {
     /// A filter that knows nothing of the pose yet: particles all over the free cells. Call
@@ -120,7 +85,8 @@ impl Localizer {
             covariance: Matrix3::zeros(),
             health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
             recovery: Recovery::default(),
-            odometry: None,
+            anchor: None,
+            credit: 1.0,
             streams: 0,
             updates_since_resampling: 0,
             weighting: Weighting::with_capacity(most, params.beams),
@@ -147,7 +113,8 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles.draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
-        self.odometry = None;
+        self.anchor = None;
+        self.credit = 1.0;
         self.updates_since_resampling = 0;
         self.health.scan_fit = 1.0;
         self.describe();
@@ -166,64 +133,49 @@ impl Localizer {
     /// clock, and the scan of the tick. Always answers; takes the scan in when the robot has moved or turned
     /// enough since the last one, or `update_max_interval` has passed (D7).
     pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
-        let motion = self.dead_reckon(odometry, stamp);
-        let observed = match motion {
-            Some((motion, share)) => self.filter(&motion, share, scan),
-            None => false,
-        };
+        let due = self.dead_reckon(odometry, stamp);
+        let observed = due.is_some_and(|motion| {
+            let observed = self.filter(&motion, scan);
+            self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
+            observed
+        });
         Estimate { stamp, pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
     }
 
-    /// Moves the estimate along with odometry, its covariance by `A Sigma A' + M'`. When a filter update
-    /// is due, returns the motion since the last one and the share of `temper` that the scan is worth.
-    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<(Motion, f64)> {
-        let state = self.odometry.get_or_insert(OdometryState {
-            at_update: odometry,
-            latest: odometry,
-            travel: 0.0,
-            turn: 0.0,
+    /// Moves the estimate of the last filter update along with odometry, its covariance by `A Sigma A' +
+    /// M'`. When a filter update is due, returns the motion since the last one.
+    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Motion> {
+        let fresh = self.anchor.is_none();
+        let anchor = *self.anchor.get_or_insert(Anchor {
+            odometry,
             stamp,
-            fresh: true,
+            pose: self.pose,
+            covariance: self.covariance,
         });
-        let step = state.latest.relative(odometry);
-        let (travel, turn) = (hypot(step.x, step.y), step.heading.abs());
-        state.latest = odometry;
-        state.travel += travel;
-        state.turn += turn;
-        if travel > 0.0 || turn > 0.0 {
-            let moved = self.pose.compose(step);
-            let displacement = Vector3::new(moved.x - self.pose.x, moved.y - self.pose.y, step.heading);
-            let process = self.noise.process_covariance(travel, turn);
-            self.covariance = propagate(&self.covariance, displacement, &process);
-            self.pose = moved;
+        let motion = Motion::between(anchor.odometry, odometry, &self.noise);
+        if !motion.is_none() {
+            self.pose = anchor.pose.compose(motion.displacement);
+            let displacement = Vector3::new(
+                self.pose.x - anchor.pose.x,
+                self.pose.y - anchor.pose.y,
+                motion.displacement.heading,
+            );
+            let process = self.noise.process_covariance(motion.travel, motion.turn);
+            self.covariance = propagate(&anchor.covariance, displacement, &process);
         }
-        let moved = (state.travel / self.params.update_min_d).max(state.turn / self.params.update_min_a);
-        let elapsed = stamp - state.stamp;
+        let moved = (motion.travel / self.params.update_min_d).max(motion.turn / self.params.update_min_a);
+        let waited = stamp - anchor.stamp;
         // A clock that steps back must not silence the filter.
-        let due =
-            state.fresh || moved >= 1.0 || !(0.0..self.params.update_max_interval - 1e-9).contains(&elapsed);
-        if !due {
+        let patient = (0.0..self.params.update_max_interval - CLOCK_ROUNDING).contains(&waited);
+        if !fresh && moved < 1.0 && patient {
             return None;
         }
-        let share = if state.fresh { 1.0 } else { moved.clamp(self.params.rest_temper, 1.0) };
-        let motion = Motion {
-            displacement: state.at_update.relative(odometry),
-            travel: state.travel,
-            turn: state.turn,
-        };
-        *state = OdometryState {
-            at_update: odometry,
-            latest: odometry,
-            travel: 0.0,
-            turn: 0.0,
-            stamp,
-            fresh: false,
-        };
-        Some((motion, share))
+        self.credit = (self.credit + moved).min(1.0);
+        Some(motion)
     }
 
     /// One filter update; whether a scan was taken in.
-    fn filter(&mut self, motion: &Motion, share: f64, scan: &Scan) -> bool {
+    fn filter(&mut self, motion: &Motion, scan: &Scan) -> bool {
         let mut random = self.next_stream();
         self.particles.advance(motion, &self.noise, &mut random);
         self.beams.adopt(&scan.laser);
@@ -231,14 +183,15 @@ impl Localizer {
         let observed = !self.ends.is_empty();
         if observed {
             let lost = self.recovery.share(&self.params) > 0.0;
-            self.weighting.apply(
+            let used = self.weighting.apply(
                 &mut self.particles,
                 &self.field,
                 &self.ends,
-                self.params.temper * share,
+                self.params.temper * self.credit.max(self.params.rest_temper),
                 self.health.converged && !lost,
                 &self.params,
             );
+            self.credit = (self.credit - used / self.params.temper).max(0.0);
         }
         self.describe();
         if observed {
@@ -294,8 +247,11 @@ impl Localizer {
     fn resample(&mut self, observed: bool, random: &mut Rng) {
         let n = self.particles.len();
         let start = uniform(random);
-        let wanted = needed(&self.particles, start, &self.params, &mut self.histogram);
         let lost = if observed { self.recovery.share(&self.params) } else { 0.0 };
+        let mut wanted = needed(&self.particles, start, &self.params, &mut self.histogram);
+        if lost > 0.0 {
+            wanted = wanted.max(self.params.recovery_particles.min(self.params.particles_max));
+        }
         let uneven = self.particles.effective_size() < self.params.resample_ess * n as f64;
         let resize = wanted > n + n / 4 || (observed && wanted < n / 2);
         if !(uneven || resize || lost > 0.0) {

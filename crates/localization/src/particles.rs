@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use curionav_planning::geometry::{Pose2, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::random::{Rng, standard_normal};
 
 /// Weighted pose hypotheses, structure of arrays. Weights sum to 1.
@@ -24,10 +24,31 @@ pub(crate) struct Particles {
 pub(crate) struct Motion {
     /// New pose in the old robot frame.
     pub(crate) displacement: Pose2,
-    /// Length of the way, metres.
+    /// Distance travelled, metres.
     pub(crate) travel: f64,
-    /// Sum of absolute turns, radians.
+    /// Angle turned, radians.
     pub(crate) turn: f64,
+}
+
+impl Motion {
+    /// From one odometry pose to another. Noise never cancels in a distance or an absolute angle: a
+    /// straight drive would seem to turn, and be given the noise of turning. So twice the variance that
+    /// the other motion explains is taken off the square.
+    pub(crate) fn between(from: Pose2, to: Pose2, noise: &OdometryNoise) -> Self {
+        let displacement = from.relative(to);
+        let less = |measured: f64, variance: f64| (measured * measured - 2.0 * variance).max(0.0).sqrt();
+        let (distance, angle) = (hypot(displacement.x, displacement.y), displacement.heading.abs());
+        Self {
+            displacement,
+            travel: less(distance, noise.position_per_radian * angle),
+            turn: less(angle, noise.heading_per_metre * distance),
+        }
+    }
+
+    /// Whether nothing moved at all.
+    pub(crate) fn is_none(&self) -> bool {
+        self.displacement == Pose2::default()
+    }
 }
 
 impl Particles {
@@ -75,11 +96,10 @@ impl Particles {
     /// and of heading that grow with way and turn. The heading's error builds up along the way, so half
     /// of it turns the displacement.
     pub(crate) fn advance(&mut self, motion: &Motion, noise: &OdometryNoise, random: &mut Rng) {
-        let variances = noise.variances(motion.travel, motion.turn);
-        if motion.travel == 0.0 && motion.turn == 0.0 {
+        if motion.is_none() {
             return;
         }
-        let sigma = variances.map(f64::sqrt);
+        let sigma = noise.variances(motion.travel, motion.turn).map(f64::sqrt);
         for i in 0..self.len() {
             let heading_error = sigma.z * standard_normal(random);
             let forward = motion.displacement.x + sigma.x * standard_normal(random);

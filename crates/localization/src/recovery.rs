@@ -19,7 +19,8 @@ pub(crate) struct Recovery {
 impl Recovery {
     /// Takes in the fit of one scan; `evidence` in 0..1 is the share of its beams that count.
     pub(crate) fn observe(&mut self, fit: f64, evidence: f64, params: &LocalizerParams) {
-        let (fast, slow) = self.means.unwrap_or((fit, fit.max(params.recovery_expected_fit)));
+        let first = fit.max(params.recovery_expected_fit);
+        let (fast, slow) = self.means.unwrap_or((first, first));
         self.means = Some((
             fast + params.recovery_alpha_fast * evidence * (fit - fast),
             slow + params.recovery_alpha_slow * evidence * (fit - slow),
@@ -108,7 +109,11 @@ mod tests {
     fn a_start_at_the_wrong_place_does_not_pass_for_normal() {
         let params = LocalizerParams::default();
         let mut r = Recovery::default();
-        r.observe(0.1, 1.0, &params);
+        r.observe(0.3, 1.0, &params);
+        assert_eq!(r.share(&params), 0.0);
+        for _ in 0..5 {
+            r.observe(0.3, 1.0, &params);
+        }
         assert!(r.share(&params) > 0.0);
     }
 }

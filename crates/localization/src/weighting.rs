@@ -33,7 +33,7 @@ impl Weighting {
 
     /// Multiplies the weights by the likelihood of beams that end at `ends` (robot frame, at least one),
     /// to the power `exponent` or less, and normalises. `skip` lets beams that most of the belief
-    /// disagrees with be left out.
+    /// disagrees with be left out. Returns the exponent used.
     pub(crate) fn apply(
         &mut self,
         particles: &mut Particles,
@@ -42,24 +42,25 @@ impl Weighting {
         exponent: f64,
         skip: bool,
         params: &LocalizerParams,
-    ) {
+    ) -> f64 {
         self.look_up(particles, field, ends);
         self.choose_beams(particles, field.agreement(), skip, params);
         self.sum_logs(particles.len(), params.model);
         self.prior.clear();
         self.prior.extend_from_slice(&particles.weight);
         let floor = params.temper_ess * particles.len() as f64;
-        let enough = self.reweigh(particles, exponent, floor);
-        if !enough {
-            // Bisection for the greatest exponent that leaves enough particles alive. The prior's own
-            // effective size may already be less; then the scan waits for the next resampling.
-            let (mut low, mut high) = (0.0, exponent);
-            for _ in 0..BISECTIONS {
-                let middle = 0.5 * (low + high);
-                if self.reweigh(particles, middle, floor) { low = middle } else { high = middle }
-            }
-            self.reweigh(particles, low, floor);
+        if self.reweigh(particles, exponent, floor) {
+            return exponent;
         }
+        // Bisection for the greatest exponent that leaves enough particles alive. The prior's own
+        // effective size may already be less; then the scan waits for the next resampling.
+        let (mut low, mut high) = (0.0, exponent);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            if self.reweigh(particles, middle, floor) { low = middle } else { high = middle }
+        }
+        self.reweigh(particles, low, floor);
+        low
     }
 
     fn look_up(&mut self, particles: &Particles, field: &LikelihoodField, ends: &[Point2]) {
@@ -164,10 +165,10 @@ mod tests {
                     .iter()
                     .map(|&e| {
                         let end = pose.transform(e);
-                        let d = map
-                            .grid
-                            .locate(end)
-                            .map_or(2.0, |(c, r)| map.to_occupied.cell(map.grid.index(c, r)).min(2.0));
+                        let d = map.grid.locate(end).map_or(2.0, |(c, r)| {
+                            // the wall is one cell thick: both its sides are half a cell away
+                            (map.to_occupied.cell(map.grid.index(c, r)) - 0.05).abs().min(2.0)
+                        });
                         0.95 * (-d * d / 0.08).exp() + 0.01
                     })
                     .product();
@@ -184,7 +185,7 @@ mod tests {
     fn a_sharp_scan_leaves_enough_particles() {
         let (map, params) = (wall_map(), LocalizerParams::default());
         let field = LikelihoodField::new(&map, 5.0, &params);
-        let ends = vec![Point2::new(2.0, 0.0); 200];
+        let ends: Vec<_> = (0..200).map(|k| Point2::new(2.0, 0.013 * f64::from(k) - 1.3)).collect();
         let mut p = cloud(500);
         Weighting::default().apply(&mut p, &field, &ends, 1.0, false, &params);
         let effective = p.effective_size();

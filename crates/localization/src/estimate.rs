@@ -1,0 +1,45 @@
+//! What the localiser answers.
+
+use nalgebra::Matrix3;
+
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::scene::Belief;
+
+/// How far the estimate can be trusted, beyond its covariance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Health {
+    /// Share of the weight outside the cluster that the estimate describes, 0 to 1.
+    pub outside_weight: f64,
+    /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
+    /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
+    /// 1 before the first. A crowd does not lower it, a wrong pose does.
+    pub scan_fit: f64,
+    /// Number of particles.
+    pub particles: usize,
+    /// Whether the position is known to `converged_sigma` and hardly any weight lies elsewhere.
+    pub converged: bool,
+}
+
+/// The answer to one tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Robot's clock, seconds.
+    pub stamp: f64,
+    /// Mean of the heaviest cluster, map frame.
+    pub pose: Pose2,
+    /// Covariance of (x, y, heading) of the heaviest cluster: m2, m rad, rad2.
+    pub covariance: Matrix3<f64>,
+    /// Speed and turn rate as odometry measured them.
+    pub twist: Twist,
+    /// Trust.
+    pub health: Health,
+    /// Whether the filter took in a scan at this tick, or only moved its last estimate along.
+    pub observed: bool,
+}
+
+impl Estimate {
+    /// What the planner needs of it.
+    pub fn belief(&self) -> Belief {
+        Belief { pose: self.pose, covariance: self.covariance, twist: self.twist }
+    }
+}
