@@ -60,8 +60,6 @@ pub struct Profile {
     pub hold: HoldLimits,
     /// How reluctantly the robot changes its mind.
     pub persistence: Persistence,
-    /// How candidates come to be (Alg. 1).
-    pub generation: GenerationParams,
     /// Where people will be.
     pub forecast: ForecastParams,
     /// How much room is kept around the robot.
@@ -102,7 +100,6 @@ impl Default for Profile {
             goal: GoalTolerance::default(),
             hold: HoldLimits::default(),
             persistence: Persistence::default(),
-            generation: GenerationParams::default(),
             forecast: ForecastParams::default(),
             collision: CollisionParams::default(),
             hccdm: HccdmParams::default(),
