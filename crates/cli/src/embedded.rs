@@ -23,7 +23,8 @@ impl Embedded {
         for kind in Kind::ALL {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
-            let (config, session) = (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
+            let (config, session) =
+                (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // Nobody waits any more if another service failed first.

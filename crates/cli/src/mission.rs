@@ -33,7 +33,8 @@ pub(crate) async fn cancel(options: RobotOptions) -> Result<u8, Exit> {
 }
 
 async fn tell(robot: &str, at: &ConnectOptions, request: MissionRequest) -> Result<u8, Exit> {
-    let key = keys::robot(robot, "mission").map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
+    let key = keys::robot(robot, "mission")
+        .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
     let config = ServiceConfig {
         connect: vec![at.connect.clone()],
         namespace: at.namespace.clone(),
@@ -53,9 +54,11 @@ async fn tell(robot: &str, at: &ConnectOptions, request: MissionRequest) -> Resu
             }
             Ok(SUCCESS)
         }
-        Err(AskError::Rejected(reject)) => Err(Exit::failed(anyhow::Error::from(reject).context(robot.to_owned()))),
-        Err(error) => {
-            Err(Exit::network(anyhow::Error::from(error).context(format!("no driver of robot `{robot}` answered"))))
+        Err(AskError::Rejected(reject)) => {
+            Err(Exit::failed(anyhow::Error::from(reject).context(robot.to_owned())))
         }
+        Err(error) => Err(Exit::network(
+            anyhow::Error::from(error).context(format!("no driver of robot `{robot}` answered")),
+        )),
     }
 }

@@ -13,7 +13,10 @@ pub(crate) fn json(result: &RunResult) -> serde_json::Value {
 }
 
 pub(crate) fn table(result: &RunResult) -> String {
-    format!("{:#?} {:#?} {:#?} rtf {}", result.outcome, result.metrics, result.cycles, result.real_time_factor)
+    format!(
+        "{:#?} {:#?} {:#?} rtf {}",
+        result.outcome, result.metrics, result.cycles, result.real_time_factor
+    )
 }
 
 pub(crate) fn write(
@@ -29,5 +32,9 @@ pub(crate) fn write(
 }
 
 pub(crate) fn exit_code(result: &RunResult) -> u8 {
-    if result.outcome == curionav_schemas::Outcome::Reached && result.metrics.collisions == 0 { SUCCESS } else { FAILED }
+    if result.outcome == curionav_schemas::Outcome::Reached && result.metrics.collisions == 0 {
+        SUCCESS
+    } else {
+        FAILED
+    }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
+use curionav_crowdsim::scenario::field_line;
 use curionav_planning::occupancy::MapYaml;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
@@ -23,6 +24,18 @@ pub(crate) struct Package {
     /// As it is in the file, but for the names of files, which have lost their directories.
     pub(crate) scenario: Scenario,
     pub(crate) request: InjectRequest,
+    path: PathBuf,
+    text: String,
+}
+
+impl Package {
+    /// One line about a field of this scenario, with its line in the file where it stands there.
+    pub(crate) fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
+        let line =
+            field.and_then(|f| field_line(&self.text, f)).map_or(String::new(), |n| format!("line {n}: "));
+        let field = field.map_or(String::new(), |f| format!("{f}: "));
+        anyhow::anyhow!("{}: {line}{field}{problem}", self.path.display())
+    }
 }
 
 /// Reads the scenario and its files. Errors name file, line and field.
@@ -33,7 +46,8 @@ pub(crate) fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) 
     let mut files = BTreeMap::new();
     let yaml_path = directory.join(&scenario.map.file);
     let yaml_bytes = bytes(&yaml_path)?;
-    let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes)).with_context(|| yaml_path.display().to_string())?;
+    let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
+        .with_context(|| yaml_path.display().to_string())?;
     let image_path = yaml_path.parent().unwrap_or(Path::new("")).join(&yaml.image);
     let image = bytes(&image_path).with_context(|| format!("{}: image", yaml_path.display()))?;
     files.insert(base_name(&image_path)?, image);
@@ -53,7 +67,7 @@ pub(crate) fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) 
         clock,
         time_scale,
     };
-    Ok(Package { scenario, request })
+    Ok(Package { scenario, request, path: path.to_owned(), text })
 }
 
 /// The profile's name; a profile file goes into the scenario's overrides, whole.

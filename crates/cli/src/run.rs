@@ -7,7 +7,8 @@ use curionav_runtime::query::{AskError, Urgency, ask, fetch};
 use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{
-    Clock, CycleReport, Mission, MissionRequest, OccupancyGrid, RejectCode, RunResult, RunState, RunStatus, keys,
+    Clock, CycleReport, Mission, MissionRequest, OccupancyGrid, RejectCode, RunResult, RunState, RunStatus,
+    keys,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use zenoh::Session;
@@ -72,8 +73,16 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
     if let (Some(directory), Some(map)) = (&options.out, &finished.map) {
         let robot = &package.scenario.robot;
         let goal = (robot.goal.x, robot.goal.y);
-        output::write(directory, result, &finished.reports, map, goal, robot.model.radius(), robot.goal_tolerance)
-            .map_err(Exit::failed)?;
+        output::write(
+            directory,
+            result,
+            &finished.reports,
+            map,
+            goal,
+            robot.model.radius(),
+            robot.goal_tolerance,
+        )
+        .map_err(Exit::failed)?;
     }
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
@@ -124,7 +133,7 @@ async fn follow(
     };
     let injected: Result<RunStatus, AskError> =
         ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
-    let injected = injected.map_err(|error| injection_error(error, options))?;
+    let injected = injected.map_err(|error| injection_error(error, package, options))?;
     let bar = progress_bar(package.scenario.clock.time_limit_s);
     let mut kept = Vec::new();
     let status = loop {
@@ -160,14 +169,13 @@ async fn follow(
     Ok(Finished { result, reports: kept, map })
 }
 
-fn injection_error(error: AskError, options: &RunOptions) -> Exit {
+fn injection_error(error: AskError, package: &Package, options: &RunOptions) -> Exit {
     match error {
         AskError::Rejected(reject) if reject.code == RejectCode::Overloaded => Exit::network(reject.into()),
-        AskError::Rejected(reject) => {
-            Exit::bad_input(anyhow::Error::from(reject).context(options.scenario.display().to_string()))
-        }
+        AskError::Rejected(reject) => Exit::bad_input(package.fault(reject.field.as_deref(), &reject.reason)),
         error => Exit::network(
-            anyhow::Error::from(error).context(format!("no simulator of world `{}` takes the scenario", options.world)),
+            anyhow::Error::from(error)
+                .context(format!("no simulator of world `{}` takes the scenario", options.world)),
         ),
     }
 }

@@ -23,7 +23,8 @@ pub(crate) fn scenario(command: ScenarioCommand) -> Result<u8, Exit> {
 
 fn check(file: &Path) -> anyhow::Result<()> {
     let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
-    let prepared = curionav_simulator::prepare(&package.request, "robot").with_context(|| file.display().to_string())?;
+    let prepared = curionav_simulator::prepare(&package.request, "robot")
+        .map_err(|e| package.fault(Some(&e.field), &e.problem))?;
     let scenario = prepared.world.scenario();
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     {
@@ -45,7 +46,8 @@ fn generate(out: &Path) -> anyhow::Result<()> {
     for (name, bytes) in Vec::<(String, Vec<u8>)>::new() {
         let path = out.join(name);
         if let Some(directory) = path.parent() {
-            std::fs::create_dir_all(directory).with_context(|| format!("cannot create {}", directory.display()))?;
+            std::fs::create_dir_all(directory)
+                .with_context(|| format!("cannot create {}", directory.display()))?;
         }
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
         #[expect(clippy::print_stdout, reason = "what the command is for")]

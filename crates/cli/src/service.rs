@@ -66,9 +66,10 @@ impl Kind {
 }
 
 pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit> {
-    let service = async |config: &ServiceConfig, session: &zenoh::Session, shutdown, on_ready: Box<dyn FnOnce()>| {
-        kind.run(config, session, shutdown, on_ready).await
-    };
+    let service =
+        async |config: &ServiceConfig, session: &zenoh::Session, shutdown, on_ready: Box<dyn FnOnce()>| {
+            kind.run(config, session, shutdown, on_ready).await
+        };
     match run_service(kind.name(), &options, service).await {
         Ok(()) => Ok(SUCCESS),
         Err(error) if error.exit_code() == BAD_INPUT => Err(Exit::bad_input(error.into())),
@@ -78,8 +79,9 @@ pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit>
 
 pub(crate) async fn router(options: RouterOptions) -> Result<u8, Exit> {
     let mut shutdown = end(options.supervised).map_err(|e| Exit::network(e.into()))?;
-    let session =
-        session::router(&options.listen, options.config.as_deref()).await.map_err(|e| Exit::network(e.into()))?;
+    let session = session::router(&options.listen, options.config.as_deref())
+        .await
+        .map_err(|e| Exit::network(e.into()))?;
     Ready::process("router".into(), session::locators(&session).await).print();
     shutdown.requested().await;
     session::close(&session);
@@ -87,7 +89,8 @@ pub(crate) async fn router(options: RouterOptions) -> Result<u8, Exit> {
 }
 
 pub(crate) async fn up(options: UpOptions, log: &str) -> Result<u8, Exit> {
-    let deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?.with_port(options.port);
+    let deployment =
+        Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?.with_port(options.port);
     let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
     supervise(&deployment, log, shutdown).await.map_err(Exit::network)?;
     Ok(SUCCESS)

@@ -61,9 +61,14 @@ impl Default for Deployment {
 
 impl Deployment {
     pub(crate) fn from_file(path: &Path) -> anyhow::Result<Self> {
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text =
+            std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
         let deployment: Self = toml::from_str(&text).map_err(|e| {
-            anyhow::anyhow!("{}: {}", path.display(), curionav_runtime::config::describe_toml_error(&text, &e))
+            anyhow::anyhow!(
+                "{}: {}",
+                path.display(),
+                curionav_runtime::config::describe_toml_error(&text, &e)
+            )
         })?;
         for (field, count) in [
             ("generator", deployment.replicas.generator),
@@ -167,7 +172,8 @@ async fn start_and_watch(
 ) -> anyhow::Result<()> {
     let log_arguments = ["--supervised".to_owned(), "--log".to_owned(), log.to_owned()];
     let listen = format!("tcp/127.0.0.1:{}", deployment.port);
-    let router_arguments = ["router".into(), "--listen".into(), listen].into_iter().chain(log_arguments.clone()).collect();
+    let router_arguments =
+        ["router".into(), "--listen".into(), listen].into_iter().chain(log_arguments.clone()).collect();
     let (router, ready) = Supervised::start(program, "router", router_arguments).await?;
     running.push(router);
     let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();

@@ -51,7 +51,10 @@ impl ServiceOptions {
         if !self.connect.is_empty() {
             config.connect.clone_from(&self.connect);
         }
-        if config.connect.is_empty() && config.zenoh_config.is_none() && std::env::var_os("ZENOH_CONFIG").is_none() {
+        if config.connect.is_empty()
+            && config.zenoh_config.is_none()
+            && std::env::var_os("ZENOH_CONFIG").is_none()
+        {
             config.connect.push(DEFAULT_ENDPOINT.into());
         }
         let replace = |field: &mut String, value: &Option<String>| {

@@ -20,7 +20,7 @@ const WARM_UP_TIMEOUT: Duration = Duration::from_secs(30);
 const RETRY: Duration = Duration::from_millis(500);
 
 /// Follows membership and warms whoever is new, until it is aborted (the mission has changed).
-pub async fn keep_warm(
+pub(crate) async fn keep_warm(
     session: Session,
     membership: Arc<Membership>,
     peers: Arc<ZenohPeers>,

@@ -12,7 +12,7 @@ use curionav_schemas::{self as wire, Action, Crowd, CycleReport, Decision, Evalu
 use crate::context::PlanContext;
 
 /// The decision as it goes to the driver.
-pub fn decision(
+pub(crate) fn decision(
     id: (u64, u64),
     scene: &Scene,
     decision: &arbitration::Decision,
@@ -50,7 +50,7 @@ pub fn decision(
 }
 
 /// A stop that no cycle led to: the mission is not running, or an input is missing.
-pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degraded: bool) -> Decision {
+pub(crate) fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degraded: bool) -> Decision {
     let none = wire::F64Array::default;
     Decision {
         epoch: id.0,
@@ -78,7 +78,7 @@ pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degrad
 
 /// The full account of a cycle.
 #[expect(clippy::too_many_arguments, reason = "one argument a part of the report")]
-pub fn cycle(
+pub(crate) fn cycle(
     context: &PlanContext,
     scene_message: wire::Scene,
     scene: &Scene,

@@ -1,7 +1,8 @@
 //! From an injected scenario to a world and a mission.
 
 use curionav_crowdsim::scenario::{Recorded, Scenario};
-use curionav_crowdsim::{Recording, World};
+use curionav_crowdsim::{Recording, ScenarioError, World};
+use curionav_localization::LocalizerParams;
 use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
@@ -26,6 +27,12 @@ impl From<InjectError> for Reject {
     }
 }
 
+impl From<ScenarioError> for InjectError {
+    fn from(error: ScenarioError) -> Self {
+        Self { field: error.field, problem: format!("{}; {}", error.problem, error.mend) }
+    }
+}
+
 fn fault(field: impl Into<String>, problem: impl ToString) -> InjectError {
     InjectError { field: field.into(), problem: problem.to_string() }
 }
@@ -47,8 +54,10 @@ pub struct Prepared {
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
 pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectError> {
-    let scenario: Scenario = request.scenario.deserialized().map_err(|e| fault("scenario", e))?;
-    scenario.validate().map_err(|e| fault("scenario", e))?;
+    let scenario: Scenario =
+        convert::from_value("scenario", &request.scenario).map_err(|r| fault("scenario", r.reason))?;
+    scenario.validate()?;
+    let params = check_localizer(&scenario)?;
     let profile = profile(&scenario, request.profile.as_deref())?;
     let grid = {
         let text = String::from_utf8_lossy(file(request, "map.file", &scenario.map.file)?);
@@ -64,9 +73,8 @@ pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectE
         .collect::<Result<_, _>>()?;
     let map_message = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
-    let world =
-        World::new(&scenario, StaticMap::new(grid), recordings, seed).map_err(|e| fault("scenario", e))?;
-    let mission = mission(request, &scenario, &profile, map_message.map, robot, seed)?;
+    let world = World::new(&scenario, StaticMap::new(grid), recordings, seed)?;
+    let mission = mission(request, &scenario, &profile, params, map_message.map, robot, seed)?;
     Ok(Prepared { world, map: map_message, mission, profile, seed })
 }
 
@@ -80,9 +88,22 @@ fn profile(scenario: &Scenario, wanted: Option<&str>) -> Result<Profile, InjectE
         ));
     };
     match &scenario.profile {
-        Some(overrides) => profile.with_overrides(overrides).map_err(|e| fault("profile", e)),
+        Some(overrides) => profile.with_overrides(overrides).map_err(|e| {
+            let field = e.field.as_deref().map_or("profile".to_owned(), |f| format!("profile.{f}"));
+            fault(field, e.message)
+        }),
         None => Ok(profile),
     }
+}
+
+/// The localiser's parameters as they travel, once they have been read and found sensible.
+fn check_localizer(scenario: &Scenario) -> Result<Value, InjectError> {
+    let Some(table) = &scenario.localizer else { return Ok(Value::Map(Vec::new())) };
+    let value = convert::to_value(table).map_err(|e| fault("localizer", e))?;
+    let params: LocalizerParams =
+        convert::from_value("localizer", &value).map_err(|r| fault("localizer", r.reason))?;
+    params.check().map_err(|e| fault("localizer", e))?;
+    Ok(value)
 }
 
 fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [u8], InjectError> {
@@ -101,6 +122,7 @@ fn mission(
     request: &InjectRequest,
     scenario: &Scenario,
     profile: &Profile,
+    localizer: Value,
     map: MapId,
     robot: &str,
     seed: u64,
@@ -110,10 +132,6 @@ fn mission(
     for (i, sigma) in sigma.iter().enumerate() {
         covariance[4 * i] = sigma * sigma;
     }
-    let localizer = match &scenario.localizer {
-        Some(table) => convert::to_value(table).map_err(|e| fault("localizer", e))?,
-        None => Value::Map(Vec::new()),
-    };
     Ok(Mission {
         revision: 0,
         robot: robot.to_owned(),

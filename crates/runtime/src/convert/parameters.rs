@@ -11,5 +11,11 @@ pub fn to_value<T: Serialize>(parameters: &T) -> Result<Value, Reject> {
 
 /// A parameter struct from a map; unknown and wrong fields are named.
 pub fn from_value<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, Reject> {
-    value.deserialized().map_err(|e| Reject::invalid(field, e.to_string()))
+    value.deserialized().map_err(|e| Reject::invalid(field, reason(&e)))
+}
+
+/// What the deserialiser says, without the name of its error type.
+fn reason(error: &ciborium::value::Error) -> String {
+    let ciborium::value::Error::Custom(reason) = error;
+    reason.clone()
 }
