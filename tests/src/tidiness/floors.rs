@@ -1,0 +1,121 @@
+//! Who may import whom: `docs/architecture.md`, "Floors".
+
+use super::source::{blank_literals, paths_below};
+use super::tree::{assert_none, files, files_of, text};
+
+/// The library of simulated truth: no planner may see it.
+const TRUTH: &str = "curionav-crowdsim";
+
+/// What a crate may import of this project, by its directory; `None` for a crate without a floor.
+fn allowed(directory: &str) -> Option<Vec<&'static str>> {
+    const PLANNING: &str = "curionav-planning";
+    const SCHEMAS: &str = "curionav-schemas";
+    const RUNTIME: &str = "curionav-runtime";
+    Some(match directory {
+        "schemas" | "crates/planning" => vec![],
+        "crates/localization" | "crates/crowdsim" => vec![PLANNING],
+        "crates/runtime" => vec![PLANNING, SCHEMAS],
+        "services/localizer" => vec![PLANNING, SCHEMAS, RUNTIME, "curionav-localization"],
+        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, TRUTH],
+        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME],
+        "crates/cli" | "tests" => ours(),
+        _ => return None,
+    })
+}
+
+/// Every package that may be imported from the top floor.
+fn ours() -> Vec<&'static str> {
+    vec![
+        "curionav-arbiter",
+        "curionav-cpc-evaluator",
+        TRUTH,
+        "curionav-driver",
+        "curionav-hccdm-evaluator",
+        "curionav-localization",
+        "curionav-localizer",
+        "curionav-planning",
+        "curionav-runtime",
+        "curionav-schemas",
+        "curionav-simulator",
+        "curionav-trajectory-generator",
+    ]
+}
+
+/// (directory, names of all packages it depends on, for building, running or testing) of each crate.
+fn crates() -> Vec<(String, Vec<String>)> {
+    let manifests =
+        files().into_iter().filter(|f| f.ends_with("/Cargo.toml") && !f.starts_with("schemas/fuzz/"));
+    manifests
+        .map(|path| {
+            let manifest: toml::Table = text(&path).unwrap().parse().unwrap();
+            let mut names = Vec::new();
+            collect(&manifest, &mut names);
+            (path.trim_end_matches("/Cargo.toml").to_owned(), names)
+        })
+        .collect()
+}
+
+fn collect(table: &toml::Table, names: &mut Vec<String>) {
+    for (key, value) in table {
+        let Some(entries) = value.as_table() else { continue };
+        match key.as_str() {
+            "dependencies" | "dev-dependencies" | "build-dependencies" => {
+                // A renamed dependency is still the same package.
+                let package = |v: &toml::Value| Some(v.get("package")?.as_str()?.to_owned());
+                names.extend(entries.iter().map(|(name, v)| package(v).unwrap_or_else(|| name.clone())));
+            }
+            "target" => entries.values().filter_map(|v| v.as_table()).for_each(|t| collect(t, names)),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn no_crate_imports_from_its_own_floor_or_above() {
+    let mut offences = Vec::new();
+    for (directory, names) in crates() {
+        let Some(allowed) = allowed(&directory) else {
+            offences.push(format!("{directory} has no floor; give it one here and in docs/architecture.md"));
+            continue;
+        };
+        let imported = names.iter().filter(|n| n.starts_with("curionav") && !allowed.contains(&n.as_str()));
+        offences.extend(imported.map(|name| format!("{directory} imports {name}")));
+    }
+    assert_none("a crate imports only from the floors below it:", &offences);
+}
+
+#[test]
+fn only_those_who_make_or_judge_the_truth_can_see_it() {
+    let seers: Vec<String> =
+        crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
+    assert_eq!(seers, ["crates/cli", "services/simulator", "tests"]);
+}
+
+#[test]
+fn pure_crates_and_schemas_build_and_test_without_zenoh() {
+    let pure = ["schemas", "crates/planning", "crates/localization", "crates/crowdsim"];
+    let networked = ["zenoh", "tokio", "async-std", "smol", "mio"];
+    let mut offences = Vec::new();
+    for (directory, names) in crates().into_iter().filter(|c| pure.contains(&c.0.as_str())) {
+        let found = names
+            .iter()
+            .filter(|n| networked.iter().any(|w| n.as_str() == *w || n.starts_with(&format!("{w}-"))));
+        offences.extend(found.map(|name| format!("{directory} depends on {name}")));
+    }
+    assert_none("a pure crate knows no network and no runtime:", &offences);
+}
+
+#[test]
+fn localization_and_crowdsim_use_the_vocabulary_of_planning_not_its_decisions() {
+    let mut offences = Vec::new();
+    let ours = |f: &String| f.starts_with("crates/localization/") || f.starts_with("crates/crowdsim/");
+    for path in files_of("rs").into_iter().filter(ours) {
+        let code = blank_literals(&text(&path).unwrap());
+        let decisions = paths_below(&code, "curionav_planning").into_iter().filter(|(_, p)| {
+            let first = p.split("::").next().unwrap_or(p);
+            ["generation", "evaluation", "arbitration", "*"].contains(&first)
+        });
+        offences.extend(decisions.map(|(_, p)| format!("{path} names curionav_planning::{p}")));
+    }
+    assert_none("only geometry, occupancy, motion and the like are shared:", &offences);
+}
