@@ -3,4 +3,6 @@
 #[cfg(test)]
 mod deploy_files;
 #[cfg(test)]
+mod end_to_end;
+#[cfg(test)]
 mod tidiness;

@@ -1,0 +1,124 @@
+//! The same services as separate processes.
+
+use std::time::Duration;
+
+use super::program::{Deployment, curionav, is_alive, run, signal};
+
+const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
+const QUICK: &str = "scenarios/quickstart.toml";
+
+#[test]
+fn processes_and_replicas_change_no_decision() {
+    let expected = run(SCENARIO, &[]).0;
+    for replicas in [1, 3] {
+        let deployment = Deployment::start(replicas);
+        let (json, status) = run(SCENARIO, &["--connect", deployment.endpoint()]);
+        assert_eq!(json.decisions_sha256, expected.decisions_sha256, "{replicas} replicas: {json:?}");
+        assert_eq!((status, json.cycles.degraded), (0, 0));
+        assert_eq!(deployment.stop(), 0);
+    }
+}
+
+#[test]
+fn killing_replicas_on_the_way_changes_no_decision() {
+    let expected = run(SCENARIO, &[]).0;
+    let deployment = Deployment::start(2);
+    let endpoint = deployment.endpoint().to_owned();
+    let running = std::thread::spawn(move || run(SCENARIO, &["--connect", &endpoint]));
+    // Once ticks have begun: well before the second a run of this length takes at the least.
+    wait_until_running(&deployment);
+    for name in ["generator-1", "cpc-0", "hccdm-1"] {
+        deployment.kill(name);
+    }
+    let (json, status) = running.join().unwrap();
+    assert_eq!(json.decisions_sha256, expected.decisions_sha256, "{json:?}");
+    assert_eq!(status, 0);
+}
+
+#[test]
+fn in_real_time_the_goal_is_reached_whoever_is_killed() {
+    let deployment = Deployment::start(2);
+    let endpoint = deployment.endpoint().to_owned();
+    let running = std::thread::spawn(move || run(QUICK, &["--connect", &endpoint, "--speed", "realtime"]));
+    wait_until_running(&deployment);
+    for name in ["generator-0", "cpc-1", "hccdm-0"] {
+        deployment.kill(name);
+    }
+    let (json, status) = running.join().unwrap();
+    assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
+    // A decision every 0.3 s, each within its 0.3 s: none was skipped, none was late.
+    let due = (json.metrics.time_s / 0.3) as u64;
+    assert!(json.cycles.count >= due && json.cycles.max_ms < 300.0, "{due} cycles were due: {json:?}");
+}
+
+#[test]
+fn nothing_is_left_running_however_it_ends() {
+    let deployment = Deployment::start(1);
+    let pids = deployment.pids();
+    assert!(pids.iter().all(|p| is_alive(*p)) && pids.len() == 8);
+    assert_eq!(deployment.stop(), 0);
+    assert!(!pids.iter().any(|p| is_alive(*p)));
+
+    // Even when the supervisor is killed: its services notice.
+    let deployment = Deployment::start(1);
+    let pids = deployment.pids();
+    signal("KILL", deployment.supervisor());
+    let gone = || !pids.iter().any(|p| is_alive(*p));
+    assert!(within(Duration::from_secs(10), gone), "services outlived their supervisor");
+}
+
+#[test]
+fn one_who_dies_is_started_again_and_serves() {
+    let deployment = Deployment::start(1);
+    deployment.kill("hccdm-0");
+    let alive = || status(&deployment).contains("\"hccdm-0\"");
+    assert!(within(Duration::from_secs(10), || !is_alive(deployment.pid("hccdm-0"))));
+    assert!(within(Duration::from_secs(10), alive), "not started again");
+    assert_eq!(run(QUICK, &["--connect", deployment.endpoint()]).1, 0);
+}
+
+#[test]
+fn missions_are_paused_redirected_and_cancelled() {
+    let deployment = Deployment::start(1);
+    let endpoint = deployment.endpoint().to_owned();
+    let say = |arguments: &[&str]| curionav(&[arguments, &["--connect", &endpoint]].concat());
+    assert_eq!(say(&["pause", "robot"]).status.code(), Some(1), "there is no mission yet");
+    let at = endpoint.clone();
+    let running = std::thread::spawn(move || {
+        curionav(&["run", QUICK, "--json", "--connect", &at, "--speed", "realtime"])
+    });
+    wait_until_running(&deployment);
+    assert!(say(&["pause", "robot"]).status.success());
+    let moved = String::from_utf8(say(&["goal", "robot", "6", "4.5"]).stdout).unwrap();
+    assert!(moved.contains("revision 2"), "{moved}");
+    assert!(say(&["cancel", "robot"]).status.success());
+    let output = running.join().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(3) && error.contains("cancelled"), "{error}");
+}
+
+fn status(deployment: &Deployment) -> String {
+    let output = curionav(&["status", "--json", "--connect", deployment.endpoint()]);
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Until evaluators have answered: the run has begun.
+fn wait_until_running(deployment: &Deployment) {
+    let begun = || {
+        let json: serde_json::Value = serde_json::from_str(&status(deployment)).unwrap();
+        let services = json["services"].as_array().unwrap();
+        services.iter().any(|s| s["role"] == "cnc" && s["status"]["requests"].as_u64() > Some(3))
+    };
+    assert!(within(Duration::from_secs(30), begun), "the run did not begin");
+}
+
+fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
+    let deadline = std::time::Instant::now() + limit;
+    while std::time::Instant::now() < deadline {
+        if condition() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    false
+}

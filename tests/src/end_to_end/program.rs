@@ -1,0 +1,218 @@
+//! Starting `curionav` and reading what it says.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use serde::Deserialize;
+
+/// Longest a run of these tests may take on a loaded machine.
+const RUN_LIMIT: Duration = Duration::from_secs(240);
+
+/// The root of the project.
+pub(super) fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+}
+
+/// The program that was built last, beside this test's own binary.
+fn program() -> PathBuf {
+    let mut directory = std::env::current_exe().unwrap();
+    directory.pop();
+    if directory.ends_with("deps") {
+        directory.pop();
+    }
+    let program = directory.join("curionav");
+    assert!(program.is_file(), "{} is missing: run `cargo build --release` first, as tests/run does", program.display());
+    program
+}
+
+/// The reference data beside the project, or nothing with a line that says so.
+pub(super) fn reference_data(test: &str) -> Option<PathBuf> {
+    let directory =
+        std::env::var_os("CURIONAV_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
+    if directory.is_dir() {
+        return Some(directory);
+    }
+    println!("skipped: {test} needs the reference data at {} (or CURIONAV_DATA)", directory.display());
+    None
+}
+
+/// Runs `curionav` to its end.
+pub(super) fn curionav(arguments: &[&str]) -> Output {
+    let mut child = Command::new(program())
+        .args(arguments)
+        .current_dir(root())
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Both pipes must be read while it runs, or a long answer would block it.
+    let read = |mut pipe: Box<dyn std::io::Read + Send>| {
+        std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            pipe.read_to_end(&mut bytes).unwrap();
+            bytes
+        })
+    };
+    let out = read(Box::new(child.stdout.take().unwrap()));
+    let err = read(Box::new(child.stderr.take().unwrap()));
+    let status = wait(&mut child, RUN_LIMIT).unwrap_or_else(|| panic!("{arguments:?} did not end in time"));
+    Output { status, stdout: out.join().unwrap(), stderr: err.join().unwrap() }
+}
+
+/// Waits for a process at most `limit`; kills it and gives nothing beyond that.
+pub(super) fn wait(child: &mut Child, limit: Duration) -> Option<std::process::ExitStatus> {
+    let deadline = Instant::now() + limit;
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return Some(status);
+        }
+        if Instant::now() > deadline {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// The JSON of `curionav run --json`, as people script against it.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RunJson {
+    pub(super) scenario: String,
+    pub(super) planner: String,
+    pub(super) seed: u64,
+    pub(super) outcome: String,
+    pub(super) metrics: MetricsJson,
+    pub(super) cycles: CyclesJson,
+    pub(super) real_time_factor: f64,
+    pub(super) decisions_sha256: String,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MetricsJson {
+    pub(super) rmse_m: f64,
+    pub(super) tcm: f64,
+    pub(super) nm: u32,
+    pub(super) td: f64,
+    pub(super) md_m: Option<f64>,
+    pub(super) nt: u32,
+    pub(super) vel_mps: f64,
+    pub(super) length_m: f64,
+    pub(super) time_s: f64,
+    pub(super) collisions: u32,
+    pub(super) clearance_min_m: f64,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CyclesJson {
+    pub(super) count: u64,
+    pub(super) degraded: u64,
+    pub(super) p50_ms: f64,
+    pub(super) p99_ms: f64,
+    pub(super) max_ms: f64,
+}
+
+/// `curionav run SCENARIO --json ...`: its JSON and exit status.
+pub(super) fn run(scenario: &str, more: &[&str]) -> (RunJson, i32) {
+    let arguments = [&["run", scenario, "--json"], more].concat();
+    let output = curionav(&arguments);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let json = serde_json::from_str(&text).unwrap_or_else(|e| {
+        panic!("{arguments:?}: {e}\nstdout: {text}\nstderr: {}", String::from_utf8_lossy(&output.stderr))
+    });
+    (json, output.status.code().unwrap())
+}
+
+#[derive(Debug, Deserialize)]
+struct ReadyJson {
+    endpoints: Vec<String>,
+    processes: Vec<ProcessJson>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ProcessJson {
+    name: String,
+    pid: u32,
+}
+
+/// A running `curionav up`, ended when dropped.
+pub(super) struct Deployment {
+    child: Child,
+    ready: ReadyJson,
+    _file: tempfile::NamedTempFile,
+}
+
+impl Deployment {
+    /// Starts one with `replicas` of generator and of each evaluator, on a free port.
+    pub(super) fn start(replicas: usize) -> Self {
+        let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+        let text = format!("[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n");
+        std::fs::write(file.path(), text).unwrap();
+        let mut child = Command::new(program())
+            .args(["up", file.path().to_str().unwrap(), "--port", "0"])
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let ready = serde_json::from_str(&line).unwrap_or_else(|e| panic!("not ready: {e}: `{line}`"));
+        Self { child, ready, _file: file }
+    }
+
+    pub(super) fn endpoint(&self) -> &str {
+        &self.ready.endpoints[0]
+    }
+
+    pub(super) fn pid(&self, name: &str) -> u32 {
+        self.ready.processes.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("no process {name}")).pid
+    }
+
+    pub(super) fn supervisor(&self) -> u32 {
+        self.child.id()
+    }
+
+    pub(super) fn kill(&self, name: &str) {
+        signal("KILL", self.pid(name));
+    }
+
+    pub(super) fn pids(&self) -> Vec<u32> {
+        self.ready.processes.iter().map(|p| p.pid).collect()
+    }
+
+    /// Asks it to end as a user would and gives its exit status.
+    pub(super) fn stop(mut self) -> i32 {
+        signal("INT", self.child.id());
+        wait(&mut self.child, Duration::from_secs(20)).expect("ended in time").code().unwrap()
+    }
+}
+
+impl Drop for Deployment {
+    fn drop(&mut self) {
+        if self.child.try_wait().unwrap().is_none() {
+            signal("INT", self.child.id());
+            wait(&mut self.child, Duration::from_secs(20));
+        }
+    }
+}
+
+/// Sends a signal by name.
+pub(super) fn signal(name: &str, pid: u32) {
+    let sent = Command::new("kill").args([format!("-{name}"), pid.to_string()]).status().unwrap();
+    assert!(sent.success(), "kill -{name} {pid}");
+}
+
+/// Whether a process is there (a zombie is not).
+pub(super) fn is_alive(pid: u32) -> bool {
+    std::fs::read_to_string(format!("/proc/{pid}/stat"))
+        .is_ok_and(|stat| stat.rsplit(')').next().is_some_and(|rest| !rest.trim_start().starts_with('Z')))
+}

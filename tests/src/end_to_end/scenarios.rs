@@ -1,0 +1,62 @@
+//! The committed scenarios, embedded.
+
+use super::program::{curionav, run};
+
+const PAPER: &str = "scenarios/paper/env4-s2.toml";
+const QUICK: &str = "scenarios/quickstart.toml";
+
+#[test]
+fn the_paper_scenario_is_reached_without_collision() {
+    for seed in ["1", "2"] {
+        let (json, status) = run(PAPER, &["--seed", seed]);
+        assert_eq!((json.outcome.as_str(), json.metrics.collisions, status), ("reached", 0, 0), "seed {seed}: {json:?}");
+        assert_eq!((json.scenario.as_str(), json.planner.as_str()), ("env4-s2", "curiosity"));
+        assert_eq!(json.cycles.degraded, 0);
+        // A cycle every 0.3 s, the first at once.
+        let expected = (json.metrics.time_s / 0.3).floor() as u64 + 1;
+        assert_eq!(json.cycles.count, expected, "{json:?}");
+        let m = &json.metrics;
+        assert!((m.vel_mps - m.length_m / m.time_s).abs() < 0.02 && m.md_m.is_some() && m.clearance_min_m > 0.0);
+        assert!((0.0..=1.0).contains(&m.td) && (0.0..=1.0).contains(&m.tcm) && m.rmse_m < 0.5);
+        assert!(json.cycles.p50_ms <= json.cycles.p99_ms && json.cycles.p99_ms <= json.cycles.max_ms);
+        assert!(json.real_time_factor > 1.0);
+        assert!(m.nm + m.nt < 100 && json.seed.to_string() == seed);
+    }
+}
+
+#[test]
+fn the_same_seed_decides_the_same_and_another_seed_otherwise() {
+    let sha = |seed| run(QUICK, &["--seed", seed]).0.decisions_sha256;
+    let first = sha("3");
+    assert_eq!(first, sha("3"));
+    assert_ne!(first, sha("4"));
+}
+
+#[test]
+fn a_run_leaves_its_picture_and_data() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("deep/er");
+    let (json, _) = run(QUICK, &["--out", out.to_str().unwrap()]);
+    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let metrics: serde_json::Value = serde_json::from_str(&read("metrics.json")).unwrap();
+    assert_eq!(metrics["decisions_sha256"], json.decisions_sha256);
+    assert_eq!(read("cycles.csv").lines().count() as u64, json.cycles.count + 1);
+    // One row a tick of 0.1 s, the first at 0, and a header.
+    assert_eq!(read("trajectory.csv").lines().count(), (json.metrics.time_s / 0.1).round() as usize + 2);
+    assert!(read("run.svg").starts_with("<svg"));
+}
+
+#[test]
+fn a_table_for_people_and_json_for_programs() {
+    let output = curionav(&["run", QUICK]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("reached") && !text.trim_start().starts_with('{'), "{text}");
+    assert!(curionav(&["--help"]).status.success() && curionav(&["run", "--help"]).status.success());
+}
+
+#[test]
+fn real_time_keeps_the_pace() {
+    let (json, status) = run(QUICK, &["--speed", "4"]);
+    assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
+    assert!((json.real_time_factor / 4.0 - 1.0).abs() < 0.1, "{json:?}");
+}
