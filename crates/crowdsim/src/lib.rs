@@ -7,11 +7,12 @@
 //!
 //! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with
 //! [`plant`], [`walkers`], [`recorded`], [`lidar`] and [`perception`]), [`metrics`] and [`outcome`] (how it
-//! went).
+//! went). [`paper`] draws the scenes of the paper.
 
 pub mod lidar;
 pub mod metrics;
 pub mod outcome;
+pub mod paper;
 pub mod perception;
 pub mod plant;
 pub mod recorded;

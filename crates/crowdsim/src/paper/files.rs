@@ -1,0 +1,61 @@
+//! A scene as the files a repository holds: scenario TOML, `map_server` YAML and binary PGM.
+
+use curionav_planning::occupancy::{Cell, OccupancyGrid};
+
+use super::PaperScene;
+
+/// Paths relative to the scenario's folder, and contents. The same scene gives the same bytes.
+pub fn files(scene: &PaperScene) -> Result<Vec<(String, Vec<u8>)>, toml::ser::Error> {
+    let name = &scene.scenario.name;
+    let header =
+        "# Written by `curionav scenario generate`; edit the drawing in crates/crowdsim/src/paper instead.\n";
+    let scenario = format!("{header}{}", scene.scenario.to_toml()?);
+    Ok(vec![
+        (format!("{name}.toml"), scenario.into_bytes()),
+        (format!("maps/{name}.yaml"), yaml(&scene.grid, name).into_bytes()),
+        (format!("maps/{name}.pgm"), pgm(&scene.grid)),
+    ])
+}
+
+fn yaml(grid: &OccupancyGrid, name: &str) -> String {
+    let origin = grid.origin();
+    format!(
+        "image: {name}.pgm\nresolution: {}\norigin: [{}, {}, {}]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        grid.resolution(),
+        decimal(origin.x),
+        decimal(origin.y),
+        decimal(origin.heading)
+    )
+}
+
+/// Always with a decimal point, so that every YAML reader takes it for a float.
+fn decimal(number: f64) -> String {
+    format!("{number:?}")
+}
+
+/// `map_server`'s greys: 254 free, 0 occupied, 205 unknown. Row 0 of the picture is the top.
+fn pgm(grid: &OccupancyGrid) -> Vec<u8> {
+    let mut bytes = format!("P5\n{} {}\n255\n", grid.width(), grid.height()).into_bytes();
+    for row in (0..grid.height()).rev() {
+        bytes.extend((0..grid.width()).map(|column| match grid.cell(grid.index(column, row)) {
+            Cell::Free => 254,
+            Cell::Occupied => 0,
+            Cell::Unknown => 205,
+        }));
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::geometry::Pose2;
+
+    use super::*;
+
+    #[test]
+    fn the_picture_starts_with_the_top_row() {
+        let grid = OccupancyGrid::new(2, 2, 0.5, Pose2::new(-1.0, 0.25, 0.0), vec![0, 100, -1, 0]).unwrap();
+        assert_eq!(pgm(&grid), b"P5\n2 2\n255\n\xcd\xfe\xfe\x00");
+        assert!(yaml(&grid, "m").contains("origin: [-1.0, 0.25, 0.0]"));
+    }
+}
