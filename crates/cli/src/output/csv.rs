@@ -1,0 +1,138 @@
+//! The trace and the planning cycles as CSV (RFC 4180), for spreadsheets and notebooks.
+
+use curionav_schemas::{Action, CycleReport, RunResult, Timings};
+
+/// Columns of `cycles.csv`; times of metrics are empty where the metric was not asked for.
+const CYCLE_COLUMNS: [&str; 17] = [
+    "tick",
+    "stamp_s",
+    "epoch",
+    "seq",
+    "action",
+    "reason",
+    "candidate",
+    "candidates",
+    "uncertainty",
+    "uncertain",
+    "degraded",
+    "generate_us",
+    "evaluate_cpc_us",
+    "evaluate_cnc_us",
+    "arbitrate_us",
+    "total_us",
+    "crowds",
+];
+
+/// The trace: its columns, one row a tick, every number in the shortest form that reads back as the same number.
+pub(super) fn trajectory(result: &RunResult) -> String {
+    let trace = &result.trace;
+    let mut text = row(trace.columns.iter().map(String::as_str));
+    for values in trace.values.chunks(trace.columns.len().max(1)) {
+        text += &row(values.iter().map(f64::to_string));
+    }
+    text
+}
+
+/// One row a planning cycle.
+pub(super) fn cycles(reports: &[CycleReport]) -> String {
+    let mut text = row(CYCLE_COLUMNS);
+    for report in reports {
+        text += &row(cycle(report));
+    }
+    text
+}
+
+fn cycle(report: &CycleReport) -> [String; CYCLE_COLUMNS.len()] {
+    let CycleReport { decision, timings, .. } = report;
+    [
+        decision.tick.to_string(),
+        decision.stamp.to_string(),
+        report.epoch.to_string(),
+        report.seq.to_string(),
+        action(decision.action).to_owned(),
+        decision.reason.clone(),
+        decision.candidate.map_or_else(String::new, |id| id.to_string()),
+        report.candidates.count.to_string(),
+        decision.uncertainty.to_string(),
+        decision.uncertain.to_string(),
+        decision.degraded.join(";"),
+        timings.generate_us.to_string(),
+        metric_us(timings, "cpc"),
+        metric_us(timings, "cnc"),
+        timings.arbitrate_us.to_string(),
+        timings.total_us.to_string(),
+        report.crowds.len().to_string(),
+    ]
+}
+
+fn action(action: Action) -> &'static str {
+    match action {
+        Action::Follow => "follow",
+        Action::Hold => "hold",
+        Action::Stop => "stop",
+    }
+}
+
+fn metric_us(timings: &Timings, metric: &str) -> String {
+    let time = timings.evaluate_us.iter().find(|time| time.metric == metric);
+    time.map_or_else(String::new, |time| time.us.to_string())
+}
+
+fn row(fields: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    let quoted: Vec<String> = fields.into_iter().map(|text| field(text.as_ref())).collect();
+    quoted.join(",") + "\n"
+}
+
+/// Quoted where it must be, quotes within doubled.
+fn field(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn a_trajectory_has_a_header_and_one_row_a_tick_with_every_bit() {
+        let mut result = golden::run_result();
+        result.trace.values.0[1] = 0.1 + 0.2;
+        let text = trajectory(&result);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], result.trace.columns.join(","));
+        assert_eq!(lines.len(), 1 + result.trace.rows as usize);
+        let read: Vec<f64> = lines[1..]
+            .iter()
+            .flat_map(|line| line.split(','))
+            .map(|number| number.parse().unwrap())
+            .collect();
+        assert_eq!(read, result.trace.values.0);
+    }
+
+    #[test]
+    fn every_cycle_is_one_row_of_as_many_fields_as_the_header() {
+        let mut report = golden::cycle_report();
+        report.decision.reason = "least cost".into();
+        report.decision.degraded = vec!["cpc late".into(), "map cold".into()];
+        let text = cycles(&[report.clone(), report]);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 3);
+        assert_eq!(lines[1], lines[2]);
+        assert_eq!(
+            lines[1],
+            "42,4.2,2,14,follow,least cost,9,2,0.09,true,cpc late;map cold,5900,2100,1400,310,12345,1"
+        );
+        for line in lines {
+            assert_eq!(line.split(',').count(), CYCLE_COLUMNS.len());
+        }
+    }
+
+    #[test]
+    fn commas_quotes_and_line_breaks_are_quoted() {
+        assert_eq!(row(["a", "b,c", "say \"no\"", "d\ne"]), "a,\"b,c\",\"say \"\"no\"\"\",\"d\ne\"\n");
+    }
+}

@@ -1,0 +1,98 @@
+//! What a run leaves for people and for scripts: a table, one JSON object, a directory of files, an exit status.
+
+mod csv;
+mod summary;
+mod table;
+
+pub(crate) use summary::{json, summary};
+pub(crate) use table::table;
+
+use crate::exit;
+use anyhow::Context;
+use curionav_schemas::{CycleReport, OccupancyGrid, Outcome, RunResult};
+use std::fs;
+use std::path::Path;
+
+/// Writes `metrics.json`, `trajectory.csv`, `cycles.csv` and `run.svg` into `dir`, which is created if need be.
+///
+/// `goal`, `robot_radius` and `goal_tolerance` are metres, in the map frame.
+///
+/// # Errors
+/// When the directory or a file cannot be written; the error names it.
+pub(crate) fn write(
+    dir: &Path,
+    result: &RunResult,
+    reports: &[CycleReport],
+    map: &OccupancyGrid,
+    goal: (f64, f64),
+    robot_radius: f64,
+    goal_tolerance: f64,
+) -> anyhow::Result<()> {
+    fs::create_dir_all(dir).with_context(|| format!("cannot create the directory {}", dir.display()))?;
+    let metrics = serde_json::to_string_pretty(&summary(result))
+        .with_context(|| format!("cannot write {} as JSON", dir.join("metrics.json").display()))?;
+    let files = [
+        ("metrics.json", metrics + "\n"),
+        ("trajectory.csv", csv::trajectory(result)),
+        ("cycles.csv", csv::cycles(reports)),
+        ("run.svg", crate::picture::run_svg(result, reports, map, goal, robot_radius, goal_tolerance)),
+    ];
+    for (name, content) in files {
+        let path = dir.join(name);
+        fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// The exit status of a run that came to an end: success only at the goal and without a collision.
+pub(crate) fn exit_code(result: &RunResult) -> u8 {
+    let success = result.outcome == Outcome::Reached && result.metrics.collisions == 0;
+    if success { exit::SUCCESS } else { exit::FAILED }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn only_a_goal_reached_without_collision_succeeds() {
+        let reached = golden::run_result();
+        assert_eq!(exit_code(&reached), exit::SUCCESS);
+        for outcome in [Outcome::Timeout, Outcome::Lost] {
+            assert_eq!(exit_code(&RunResult { outcome, ..reached.clone() }), exit::FAILED);
+        }
+        let mut bumped = reached;
+        bumped.metrics.collisions = 1;
+        assert_eq!(exit_code(&bumped), exit::FAILED);
+    }
+
+    #[test]
+    fn a_run_is_written_as_four_files_and_again_over_them() {
+        let dir = std::env::temp_dir().join(format!("curionav-output-{}", std::process::id()));
+        let nested = dir.join("a/b");
+        for _ in 0..2 {
+            let reports = [golden::cycle_report()];
+            let map = golden::occupancy_grid();
+            write(&nested, &golden::run_result(), &reports, &map, (8.0, 6.5), 0.3, 0.3).unwrap();
+        }
+        let mut names: Vec<_> =
+            fs::read_dir(&nested).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        let metrics = fs::read_to_string(nested.join("metrics.json")).unwrap();
+        fs::remove_dir_all(&dir).unwrap();
+        assert_eq!(names, ["cycles.csv", "metrics.json", "run.svg", "trajectory.csv"]);
+        let read: serde_json::Value = serde_json::from_str(&metrics).unwrap();
+        assert_eq!(read, json(&golden::run_result()));
+    }
+
+    #[test]
+    fn an_error_names_the_file() {
+        let blocked = std::env::temp_dir().join(format!("curionav-blocked-{}", std::process::id()));
+        fs::write(&blocked, "a file where a directory should be").unwrap();
+        let error =
+            write(&blocked, &golden::run_result(), &[], &golden::occupancy_grid(), (0.0, 0.0), 0.3, 0.3);
+        fs::remove_file(&blocked).unwrap();
+        assert!(format!("{:#}", error.unwrap_err()).contains("curionav-blocked"));
+    }
+}

@@ -1,0 +1,99 @@
+//! The JSON object of a run, which people script against.
+
+use curionav_schemas::{Cycles, Metrics, Outcome, RunResult};
+use serde::Serialize;
+
+/// A run without its trace; the keys and their order are stable.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary<'a> {
+    scenario: &'a str,
+    planner: &'a str,
+    seed: u64,
+    outcome: Outcome,
+    metrics: MetricsObject,
+    cycles: &'a Cycles,
+    real_time_factor: f64,
+    decisions_sha256: &'a str,
+}
+
+/// [`Metrics`] with every key present: `md_m` is null rather than left out.
+#[derive(Debug, Serialize)]
+struct MetricsObject {
+    rmse_m: f64,
+    tcm: f64,
+    nm: u32,
+    td: f64,
+    md_m: Option<f64>,
+    nt: u32,
+    vel_mps: f64,
+    length_m: f64,
+    time_s: f64,
+    collisions: u32,
+    clearance_min_m: f64,
+}
+
+/// The summary of `result`; serialised, its keys keep their order.
+pub(crate) fn summary(result: &RunResult) -> Summary<'_> {
+    Summary {
+        scenario: &result.scenario,
+        planner: &result.planner,
+        seed: result.seed,
+        outcome: result.outcome,
+        metrics: metrics(&result.metrics),
+        cycles: &result.cycles,
+        real_time_factor: result.real_time_factor,
+        decisions_sha256: &result.decisions_sha256,
+    }
+}
+
+/// [`summary`] as a value.
+pub(crate) fn json(result: &RunResult) -> serde_json::Value {
+    serde_json::json!(summary(result))
+}
+
+fn metrics(m: &Metrics) -> MetricsObject {
+    MetricsObject {
+        rmse_m: m.rmse_m,
+        tcm: m.tcm,
+        nm: m.nm,
+        td: m.td,
+        md_m: m.md_m,
+        nt: m.nt,
+        vel_mps: m.vel_mps,
+        length_m: m.length_m,
+        time_s: m.time_s,
+        collisions: m.collisions,
+        clearance_min_m: m.clearance_min_m,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn the_object_is_exactly_the_documented_one() {
+        let text = serde_json::to_string(&summary(&golden::run_result())).unwrap();
+        assert_eq!(
+            text,
+            concat!(
+                r#"{"scenario":"two-people","planner":"paper","seed":17,"outcome":"reached","#,
+                r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"td":0.02,"md_m":1.3,"nt":2,"vel_mps":0.76,"#,
+                r#""length_m":19.1,"time_s":25.0,"collisions":0,"clearance_min_m":0.4},"#,
+                r#""cycles":{"count":83,"degraded":1,"p50_ms":8.5,"p99_ms":21.0,"max_ms":30.5},"#,
+                r#""real_time_factor":24.0,"decisions_sha256":"#,
+                r#""00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff"}"#,
+            )
+        );
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value, json(&golden::run_result()));
+    }
+
+    #[test]
+    fn a_distance_to_nobody_is_null_and_not_missing() {
+        let mut result = golden::run_result();
+        result.metrics.md_m = None;
+        assert_eq!(json(&result)["metrics"].get("md_m"), Some(&serde_json::Value::Null));
+    }
+}

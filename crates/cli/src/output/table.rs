@@ -1,0 +1,106 @@
+//! The result of a run as a table for people, at most 80 columns wide.
+
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+use curionav_schemas::{Outcome, RunResult};
+
+/// Columns of the narrowest terminal the table is made for.
+const WIDTH: u16 = 80;
+/// Digits of the decisions' digest that are shown: enough to tell two runs apart.
+const DIGEST_SHOWN: usize = 12;
+
+/// The outcome, then each measure with its value, unit and meaning.
+pub(crate) fn table(result: &RunResult) -> String {
+    let mut table = Table::new();
+    table
+        .load_style(comfy_table::presets::UTF8_BORDERS_ONLY)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH)
+        .set_header(["measure", "value", "meaning"]);
+    for (name, value, meaning) in rows(result) {
+        table.add_row([name.to_owned(), value, meaning]);
+    }
+    if let Some(column) = table.column_mut(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    format!("{}\n{}\n", headline(result), table.trim_fmt())
+}
+
+/// One line: how it ended, of what.
+fn headline(result: &RunResult) -> String {
+    let RunResult { scenario, planner, seed, metrics, .. } = result;
+    let bumps = match metrics.collisions {
+        0 => "without collision".to_owned(),
+        1 => "with 1 collision".to_owned(),
+        many => format!("with {many} collisions"),
+    };
+    format!("{} {bumps}: {scenario}, planner {planner}, seed {seed}", outcome(result.outcome))
+}
+
+fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Reached => "REACHED the goal",
+        Outcome::Timeout => "TIMEOUT before the goal",
+        Outcome::Lost => "LOST on the map",
+    }
+}
+
+fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
+    let m = &result.metrics;
+    let c = &result.cycles;
+    let digest = result.decisions_sha256.get(..DIGEST_SHOWN).unwrap_or(&result.decisions_sha256);
+    let per_cent = |share: f64| format!("{:.1} %", 100.0 * share);
+    let metres = |length: f64| format!("{length:.2} m");
+    let row = |name, value, meaning: &str| (name, value, meaning.to_owned());
+    vec![
+        row("time", format!("{:.1} s", m.time_s), "from start to end"),
+        row("length", metres(m.length_m), "way driven"),
+        row("VEL", format!("{:.2} m/s", m.vel_mps), "mean speed"),
+        row("collisions", m.collisions.to_string(), "contacts while driving"),
+        row("clearance", metres(m.clearance_min_m), "least gap to a wall or person"),
+        row("RMSE", format!("{:.3} m", m.rmse_m), "error of the estimated position"),
+        row("TCM", per_cent(m.tcm), "of the time until localisation converged"),
+        row("NM", m.nm.to_string(), "times localisation was lost again"),
+        row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
+        row("MD", m.md_m.map_or_else(|| "nobody".into(), metres), "least distance to a person's centre"),
+        row("NT", m.nt.to_string(), "times closer than comfortable"),
+        row("cycles", c.count.to_string(), &format!("decisions taken, {} of them degraded", c.degraded)),
+        row(
+            "cycle time",
+            format!("{:.1} ms", c.p50_ms),
+            &format!("p99 {:.1} ms, max {:.1} ms", c.p99_ms, c.max_ms),
+        ),
+        row("speed-up", format!("{:.1} x", result.real_time_factor), "simulated over wall time"),
+        row("decisions", digest.to_owned(), "SHA-256, the same for the same run"),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn a_table_fits_into_80_columns_and_begins_with_the_outcome() {
+        let text = table(&golden::run_result());
+        assert!(text.starts_with("REACHED the goal without collision"), "{text}");
+        for line in text.lines() {
+            assert!(line.chars().count() <= usize::from(WIDTH), "{} columns: {line}", line.chars().count());
+        }
+    }
+
+    #[test]
+    fn every_row_is_one_line() {
+        let result = golden::run_result();
+        // Around the rows stand the headline, the header and three rules.
+        assert_eq!(table(&result).lines().count(), rows(&result).len() + 5);
+    }
+
+    #[test]
+    fn a_run_among_nobody_says_so() {
+        let mut result = golden::run_result();
+        result.metrics.md_m = None;
+        result.metrics.collisions = 2;
+        let text = table(&result);
+        assert!(text.contains("nobody") && text.contains("with 2 collisions"), "{text}");
+    }
+}

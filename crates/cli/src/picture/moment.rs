@@ -1,0 +1,276 @@
+//! One planning cycle from close by: what could be done, what it would cost, what was chosen and why.
+
+use super::axes::axes;
+use super::floor::floor;
+use super::moments::Moment;
+use super::palette::{BELIEF, INK, TRUTH, cost_colour};
+use super::symbols::{badge, covariance_ellipse, crowds, goal, path, person, robot, text};
+use super::window::{Window, px};
+use super::{Panel, Run};
+use curionav_schemas::{Action, CandidateSet, CycleReport};
+use svg::node::element::{Group, Polyline, Rectangle, SVG};
+
+/// Half the side of the part of the map that is shown, m.
+const REACH_M: f64 = 6.0;
+/// Candidates drawn of one cycle: more are a solid area, and a large file.
+const MOST_DRAWN: usize = 250;
+/// Height of the line above and of the lines below the map, px.
+const CAPTION: (f64, f64) = (24.0, 74.0);
+/// Room for the numbers left of the map, px.
+const AXIS: f64 = 26.0;
+/// Pixels a character of the captions takes on average.
+const CHARACTER: f64 = 5.5;
+
+/// The cycle within `width` pixels.
+pub(super) fn moment(run: &Run<'_>, moment: &Moment<'_>, width: f64) -> Panel {
+    let report = moment.report;
+    let side = width - AXIS;
+    let belief = &report.scene.belief;
+    let window = Window::around((belief.x, belief.y), REACH_M, side);
+    let inside = SVG::new()
+        .set("width", px(side))
+        .set("height", px(side))
+        .add(Rectangle::new().set("width", px(side)).set("height", px(side)).set("fill", "#fff"))
+        .add(floor(run.map, &window))
+        .add(crowds(&window, &report.crowds))
+        .add(goal(&window, run.goal, run.goal_tolerance))
+        .add(candidates(report, &window))
+        .add(people(report, &window))
+        .add(robots(run, moment, &window));
+    let title = format!("{:.1} s \u{b7} {}", report.scene.stamp, moment.label);
+    let map = Group::new()
+        .set("transform", format!("translate({AXIS} {})", CAPTION.0))
+        .add(inside)
+        .add(axes(&window, 6))
+        .add(caption(report, side).set("transform", format!("translate(0 {})", px(side + 30.0))));
+    let content = Group::new()
+        .set("class", "moment")
+        .add(badge((AXIS + 8.0, 11.0), moment.number))
+        .add(text((AXIS + 22.0, 15.0), "h2", title))
+        .add(map);
+    Panel { content, width, height: side + CAPTION.0 + CAPTION.1 + 12.0 }
+}
+
+/// Rejected candidates first, then from the dearest to the cheapest, the chosen one on top.
+fn candidates(report: &CycleReport, window: &Window) -> Group {
+    let start = (report.scene.belief.x, report.scene.belief.y);
+    let way = |index: usize| std::iter::once(start).chain(states(&report.candidates, index));
+    let scale = CostScale::of(report);
+    let mut group = Group::new();
+    for index in drawn(report) {
+        let points = window.points(way(index));
+        let line = Polyline::new().set("points", points);
+        group = group.add(if is_rejected(report, index) {
+            line.set("class", "rejected")
+        } else {
+            line.set("class", "candidate").set("stroke", scale.colour(report.total[index]))
+        });
+    }
+    let decided = std::iter::once(start)
+        .chain(report.decision.x.iter().copied().zip(report.decision.y.iter().copied()));
+    match (report.chosen, report.decision.action) {
+        (_, Action::Stop) => group,
+        (Some(chosen), Action::Follow) => {
+            bold(group, window, &way(chosen as usize).collect::<Vec<_>>(), "none")
+        }
+        (_, Action::Hold) | (None, Action::Follow) => {
+            bold(group, window, &decided.collect::<Vec<_>>(), "7 4")
+        }
+    }
+}
+
+fn bold(group: Group, window: &Window, way: &[(f64, f64)], dashes: &str) -> Group {
+    let over = path(window, way.iter().copied(), INK, 2.8)
+        .set("class", "line chosen")
+        .set("stroke-dasharray", dashes);
+    group.add(path(window, way.iter().copied(), "#fff", 5.0)).add(over)
+}
+
+/// Positions of a candidate's states.
+fn states(candidates: &CandidateSet, index: usize) -> impl Iterator<Item = (f64, f64)> {
+    let steps = candidates.steps as usize;
+    let range = index * steps..(index + 1) * steps;
+    let [x, y] = [&candidates.x, &candidates.y].map(|all| all.get(range.clone()).unwrap_or_default());
+    x.iter().copied().zip(y.iter().copied())
+}
+
+fn is_rejected(report: &CycleReport, index: usize) -> bool {
+    report.rejected.get(index).is_none_or(|reason| !reason.is_empty())
+}
+
+/// Candidates in the order in which they are drawn; of very many every n-th, by rank in cost.
+fn drawn(report: &CycleReport) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..report.candidates.count as usize).collect();
+    order.sort_by(|a, b| {
+        let rejected = is_rejected(report, *b).cmp(&is_rejected(report, *a));
+        rejected.then(report.total[*b].total_cmp(&report.total[*a]))
+    });
+    let every = order.len().div_ceil(MOST_DRAWN).max(1);
+    order.into_iter().rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect()
+}
+
+/// Least and greatest cost of the candidates that were not rejected.
+struct CostScale {
+    low: f64,
+    high: f64,
+}
+
+impl CostScale {
+    fn of(report: &CycleReport) -> Self {
+        let accepted = (0..report.total.len()).filter(|index| !is_rejected(report, *index));
+        accepted.fold(Self { low: f64::INFINITY, high: f64::NEG_INFINITY }, |scale, index| Self {
+            low: scale.low.min(report.total[index]),
+            high: scale.high.max(report.total[index]),
+        })
+    }
+
+    fn colour(&self, cost: f64) -> String {
+        let range = self.high - self.low;
+        cost_colour(if range > 0.0 { (cost - self.low) / range } else { 0.0 })
+    }
+}
+
+fn people(report: &CycleReport, window: &Window) -> Group {
+    let people = &report.scene.people;
+    (0..people.id.len()).filter(|i| window.holds((people.x[*i], people.y[*i]), 2.0)).fold(
+        Group::new(),
+        |group, i| {
+            let velocity = (people.vx[i], people.vy[i]);
+            group.add(person(window, (people.x[i], people.y[i]), velocity, people.radius))
+        },
+    )
+}
+
+/// Where the robot is and where it believes to be.
+fn robots(run: &Run<'_>, moment: &Moment<'_>, window: &Window) -> Group {
+    let belief = &moment.report.scene.belief;
+    let at = (belief.x, belief.y);
+    let covariance = match belief.covariance[..] {
+        [xx, xy, _, _, yy, ..] => [xx, xy, yy],
+        _ => [0.0; 3],
+    };
+    let mut group = Group::new().add(covariance_ellipse(window, at, covariance));
+    if let (Some(truth), Some(heading)) =
+        (run.journey.truth.get(moment.row), run.journey.heading.get(moment.row))
+    {
+        group = group.add(robot(window, *truth, *heading, run.robot_radius, TRUTH));
+    }
+    group.add(robot(window, at, belief.heading, run.robot_radius, BELIEF).set("stroke-dasharray", "4 2"))
+}
+
+/// What was decided, why, by how much, and what was not as it should be.
+fn caption(report: &CycleReport, width: f64) -> Group {
+    let decision = &report.decision;
+    let columns = (width / CHARACTER) as usize;
+    let action = match decision.action {
+        Action::Follow => "Follow",
+        Action::Hold => "Hold",
+        Action::Stop => "Stop",
+    };
+    let mut lines = wrapped(&format!("{action}: {}", decision.reason), columns, 2);
+    lines.extend(wrapped(&costs(report), columns, 2));
+    let mut group = lines.iter().enumerate().fold(Group::new(), |group, (row, line)| {
+        group.add(text((0.0, 13.0 * row as f64), if row == 0 { "b" } else { "" }, line.clone()))
+    });
+    if !decision.degraded.is_empty() {
+        let words = wrapped(&format!("Degraded: {}", decision.degraded.join("; ")), columns, 1);
+        let row = 13.0 * lines.len() as f64;
+        group = words.into_iter().fold(group, |group, line| {
+            group.add(text((0.0, row), "b", line).set("style", format!("fill:{BELIEF}")))
+        });
+    }
+    group
+}
+
+/// Numbers of candidates, the range of their costs, and the margin of the chosen one over the next.
+fn costs(report: &CycleReport) -> String {
+    let count = report.candidates.count as usize;
+    let rejected = (0..count).filter(|index| is_rejected(report, *index)).count();
+    let mut words = format!("{count} candidates, {rejected} rejected");
+    let left_out = count - drawn(report).len();
+    if left_out > 0 {
+        words += &format!(", {left_out} not drawn");
+    }
+    let scale = CostScale::of(report);
+    if scale.low <= scale.high {
+        words += &format!("; costs {:.2} to {:.2}", scale.low, scale.high);
+    }
+    if let Some(margin) = margin(report) {
+        words += &format!(", margin {margin:.3}");
+    }
+    words + if report.scene.uncertain { "; uncertain" } else { "" }
+}
+
+/// How much dearer the best of the others is than the chosen candidate; negative if it is cheaper.
+fn margin(report: &CycleReport) -> Option<f64> {
+    let chosen = report.chosen? as usize;
+    let others = (0..report.total.len()).filter(|index| *index != chosen && !is_rejected(report, *index));
+    let next = others.map(|index| report.total[index]).min_by(f64::total_cmp)?;
+    Some(next - report.total.get(chosen)?)
+}
+
+/// The text in lines of at most `columns` characters; what goes beyond `lines` lines ends in an ellipsis.
+fn wrapped(content: &str, columns: usize, lines: usize) -> Vec<String> {
+    let mut rows = vec![String::new()];
+    for word in content.split_whitespace() {
+        let row = rows.last_mut().map_or(0, |row| row.chars().count());
+        if row > 0 && row + 1 + word.chars().count() > columns {
+            rows.push(String::new());
+        }
+        if let Some(row) = rows.last_mut() {
+            if !row.is_empty() {
+                row.push(' ');
+            }
+            row.extend(word.chars().take(columns));
+        }
+    }
+    if rows.len() > lines {
+        rows.truncate(lines);
+        if let Some(row) = rows.last_mut() {
+            *row = row.chars().take(columns.saturating_sub(1)).chain(['\u{2026}']).collect();
+        }
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn the_chosen_candidate_is_drawn_last_and_the_rejected_first() {
+        let mut report = golden::cycle_report();
+        assert_eq!(drawn(&report), [0, 1]);
+        report.rejected.swap(0, 1);
+        assert_eq!(drawn(&report), [1, 0]);
+    }
+
+    #[test]
+    fn the_margin_is_the_way_to_the_second_best() {
+        let mut report = golden::cycle_report();
+        assert_eq!(margin(&report), None);
+        report.rejected[0].clear();
+        report.total = vec![1.0, 0.75].into();
+        assert_eq!(margin(&report), Some(0.25));
+    }
+
+    #[test]
+    fn of_very_many_candidates_the_cheapest_stays() {
+        let mut report = golden::cycle_report();
+        let count = 1_000;
+        report.candidates.count = count;
+        report.total = (0..count).map(|i| f64::from((i + 500) % count)).collect();
+        report.rejected = vec![String::new(); count as usize];
+        let shown = drawn(&report);
+        assert_eq!(shown.len(), MOST_DRAWN);
+        assert_eq!(shown.last(), Some(&500));
+    }
+
+    #[test]
+    fn long_reasons_are_wrapped_and_cut() {
+        assert_eq!(wrapped("one two three", 7, 2), ["one two", "three"]);
+        assert_eq!(wrapped("one two three four", 7, 2), ["one two", "three\u{2026}"]);
+        assert_eq!(wrapped("", 7, 2), [""]);
+    }
+}
