@@ -11,7 +11,8 @@ use crate::generation::branches::branches;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
-use crate::geometry::{Point2, bearing, wrap_angle};
+use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
+use crate::motion::step;
 use crate::numerics::sin_cos;
 
 /// Parameters of candidates.
@@ -35,7 +36,8 @@ pub struct CandidateParams {
     pub min_candidates: u32,
     /// Most branches of the tree that are timed.
     pub max_branches: u32,
-    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4).
+    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4). Meant at
+    /// cruising speed: from lower speeds it shrinks as the fastest mean that acceleration allows does.
     #[serde(skip)]
     pub slow: f64,
     /// The goal is reached within this distance, metres: whoever stops there is not slow.
@@ -44,6 +46,8 @@ pub struct CandidateParams {
     pub differ_by: f64,
     /// Cell side that tells positions at that time apart, metres.
     pub near_cell: f64,
+    /// Angle that tells headings at that time apart, radians: from rest, little else differs by then.
+    pub near_angle: f64,
     /// Cell side that tells final positions apart, metres.
     pub end_cell: f64,
     /// From this angle between heading and way on, turning on the spot first is offered, radians.
@@ -59,19 +63,23 @@ impl Default for CandidateParams {
             creep: 0.2,
             max_candidates: 100,
             min_candidates: 20,
-            max_branches: 64,
+            max_branches: 72,
             slow: 0.35,
             goal_tolerance: 0.5,
             differ_by: 2.0,
-            near_cell: 0.15,
-            end_cell: 0.4,
+            near_cell: 0.1,
+            near_angle: 0.2,
+            end_cell: 0.3,
             turn_from: std::f64::consts::FRAC_PI_3,
         }
     }
 }
 
 /// Directions of the straight ways tried when little else is free.
-const FAN: u32 = 16;
+const FAN: u32 = 24;
+/// Arcs offered beside the tree's branches, which tend to share their beginnings: an odd number, the
+/// middle one straight.
+const ARCS: u32 = 13;
 
 /// A path to be timed.
 struct Proposal {
@@ -88,9 +96,11 @@ struct Free {
     rollout: Rollout,
     pinned: bool,
     slow: bool,
+    /// Whether it can still be stopped short of people who stop walking.
+    safe: bool,
     /// Geodesic distance from the last state, metres.
     to_go: f64,
-    near: (i64, i64),
+    near: (i64, i64, i64),
     end: (i64, i64),
     profile: usize,
 }
@@ -107,9 +117,19 @@ pub fn find_candidates(
     rollout_params: &RolloutParams,
     turning_radius: f64,
 ) -> CandidateSet {
-    let finder = Finder { input, checker, params, rollout_params };
+    let belief = &input.scene.belief;
+    let from = Departure {
+        pose: belief.pose,
+        twist: belief.twist,
+        robot: input.robot,
+        steps: params.steps as usize,
+        dt: params.dt,
+    };
     let reach = input.robot.v_max * params.dt * f64::from(params.steps) + 0.5;
+    let slow = params.slow * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
+    let finder = Finder { input, checker, params, rollout_params, from, slow };
     let mut proposals = finder.goal_directed(way, reach);
+    proposals.extend(finder.arcs(turning_radius, reach));
     proposals.extend(
         branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, |p| {
             input.geodesic.at(&input.map.grid, p)
@@ -119,7 +139,7 @@ pub fn find_candidates(
     );
     let mut free = Vec::new();
     finder.time(&proposals, &params.profiles, 0, &mut free);
-    let distinct: BTreeSet<(i64, i64)> = free.iter().map(|f| f.near).collect();
+    let distinct: BTreeSet<(i64, i64, i64)> = free.iter().filter(|f| f.safe).map(|f| f.near).collect();
     if distinct.len() < params.min_candidates as usize {
         let fan = finder.fan(way, reach);
         finder.time(&fan, &params.profiles, 0, &mut free);
@@ -127,10 +147,21 @@ pub fn find_candidates(
         finder.time(&proposals, &creep, params.profiles.len(), &mut free);
         finder.time(&fan, &creep, params.profiles.len(), &mut free);
     }
+    if free.iter().any(|f| f.safe) {
+        free.retain(|f| f.safe);
+    }
     if free.iter().any(|f| !f.slow) {
         free.retain(|f| !f.slow);
     }
     finder.emit(free)
+}
+
+/// Mean speed of the fastest rollout there is: straight on, m/s.
+fn fastest_mean(from: &Departure<'_>, reach: f64, params: &RolloutParams) -> f64 {
+    let ahead = from.pose.transform(Point2::new(reach, 0.0));
+    let path = Path::new(from.pose.position(), [ahead], reach);
+    let straight = Departure { twist: Twist { omega: 0.0, ..from.twist }, ..*from };
+    rollout(&path, SpeedProfile { fraction: 1.0, turn_first: false }, &straight, params).mean_speed
 }
 
 struct Finder<'a> {
@@ -138,6 +169,9 @@ struct Finder<'a> {
     checker: &'a CollisionChecker<'a>,
     params: &'a CandidateParams,
     rollout_params: &'a RolloutParams,
+    from: Departure<'a>,
+    /// Mean speed below which a candidate is slow, m/s.
+    slow: f64,
 }
 
 impl Finder<'_> {
@@ -166,6 +200,24 @@ impl Finder<'_> {
         proposals
     }
 
+    /// Arcs from the tightest left to the tightest right, evenly spaced in curvature.
+    fn arcs(&self, turning_radius: f64, reach: f64) -> Vec<Proposal> {
+        let pose = self.from.pose;
+        let middle = f64::from(ARCS / 2);
+        (0..ARCS)
+            .map(|k| {
+                let curvature = (middle - f64::from(k)) / (middle * turning_radius);
+                // Half a circle at most: more would come back to where others lead.
+                let length = reach.min(std::f64::consts::PI / curvature.abs().max(1e-6));
+                let points = (1..=(length / Path::SPACING) as usize).map(|n| {
+                    step(pose, Twist { v: 1.0, omega: curvature }, n as f64 * Path::SPACING).position()
+                });
+                let path = self.until_wall(Path::new(pose.position(), points, length));
+                Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }
+            })
+            .collect()
+    }
+
     /// Straight ways in all directions, the first towards the goal.
     fn fan(&self, way: &[Point2], reach: f64) -> Vec<Proposal> {
         let pose = self.input.scene.belief.pose;
@@ -187,26 +239,19 @@ impl Finder<'_> {
         let heading = self.input.scene.belief.pose.heading;
         let clear = path.points()[1..]
             .iter()
-            .take_while(|p| self.checker.wall_clear(crate::geometry::Pose2::new(p.x, p.y, heading)))
+            .take_while(|p| self.checker.wall_clear(Pose2::new(p.x, p.y, heading)))
             .count();
         Path::new(path.points()[0], path.points()[1..].iter().copied(), clear as f64 * Path::SPACING + 1e-6)
     }
 
     /// Times every path with every profile and keeps what is free.
     fn time(&self, proposals: &[Proposal], profiles: &[f64], first_profile: usize, free: &mut Vec<Free>) {
-        let (belief, params) = (&self.input.scene.belief, self.params);
-        let from = Departure {
-            pose: belief.pose,
-            twist: belief.twist,
-            robot: self.input.robot,
-            steps: params.steps as usize,
-            dt: params.dt,
-        };
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
             for (k, &fraction) in profiles.iter().enumerate() {
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
-                let rollout = rollout(&proposal.path, profile, &from, self.rollout_params);
-                let hit = self.checker.first_collision(&rollout.x, &rollout.y, &rollout.heading, params.dt);
+                let rollout = rollout(&proposal.path, profile, &self.from, self.rollout_params);
+                let hit =
+                    self.checker.first_collision(&rollout.x, &rollout.y, &rollout.heading, self.params.dt);
                 if hit.is_none() {
                     free.push(self.describe(rollout, proposal, first_profile + k));
                 }
@@ -226,9 +271,17 @@ impl Finder<'_> {
         let arrives = to_go <= params.goal_tolerance;
         Free {
             pinned: proposal.pinned,
-            slow: rollout.mean_speed < params.slow && !proposal.turns_to_goal && !arrives,
+            slow: rollout.mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
+            safe: self.checker.stops_short(
+                &rollout.x,
+                &rollout.y,
+                self.input.robot.stopping_distance(rollout.v[0]),
+            ),
             to_go,
-            near: cell(near, params.near_cell),
+            near: {
+                let (column, row) = cell(near, params.near_cell);
+                (column, row, (rollout.heading[near] / params.near_angle).floor() as i64)
+            },
             end: cell(last, params.end_cell),
             profile,
             rollout,

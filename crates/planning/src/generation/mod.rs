@@ -123,9 +123,11 @@ impl Generator for RrtStarGenerator {
         let tree = update::reroot(&old, pose, radius, &params.tree, &checker);
         let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(grid, t.position(n)));
 
+        let warm_up = if old.is_empty() { params.tree.warm_up } else { 0 };
+        let iterations = params.tree.iterations + warm_up;
         let mut search = RrtStar::new(&params.tree, &checker, tree);
         let space = SampleSpace { grid, centre: pose.position(), radius, way: &way };
-        search.grow(&space, params.tree.iterations, &mut rng(seed, SAMPLES + scene.tick), should_stop);
+        search.grow(&space, iterations, &mut rng(seed, SAMPLES + scene.tick), should_stop);
         let tree = search.into_tree();
 
         let candidates = find_candidates(

@@ -22,6 +22,8 @@ use crate::random::{Rng, uniform};
 pub struct RrtStarParams {
     /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
     pub iterations: u32,
+    /// Samples drawn besides when there is no tree to go on with.
+    pub warm_up: u32,
     /// Most nodes a tree may have; beyond it the least promising leaves go first.
     pub max_nodes: u32,
     /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
@@ -44,6 +46,7 @@ impl Default for RrtStarParams {
     fn default() -> Self {
         Self {
             iterations: 300,
+            warm_up: 300,
             max_nodes: 800,
             eta: 1.0,
             turning_radius: 0.6,

@@ -1,0 +1,140 @@
+//! Claims about collision checks.
+
+use super::*;
+use crate::geometry::Twist;
+use crate::occupancy::OccupancyGrid;
+use crate::scene::{Belief, People};
+use nalgebra::Matrix3;
+
+/// 20 m x 20 m, free but for a wall along x = 15.
+fn map() -> StaticMap {
+    let mut cells = vec![0_i8; 200 * 200];
+    for row in 0..200 {
+        cells[row * 200 + 150] = 100;
+    }
+    StaticMap::new(OccupancyGrid::new(200, 200, 0.1, Pose2::default(), cells).unwrap())
+}
+
+fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
+    Scene {
+        tick: 0,
+        stamp: 0.0,
+        belief: Belief { pose, covariance: Matrix3::identity() * 0.01, twist: Twist::default() },
+        people: People {
+            id: (0..people.len() as u32).map(|i| 10 + i).collect(),
+            x: people.iter().map(|p| p.0).collect(),
+            y: people.iter().map(|p| p.1).collect(),
+            vx: people.iter().map(|p| p.2).collect(),
+            vy: people.iter().map(|p| p.3).collect(),
+            radius: 0.3,
+        },
+        uncertain: false,
+    }
+}
+
+/// Straight along +x from (5, 10) at `v` for 10 steps of 0.3 s.
+fn straight(v: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+    ((1..=10).map(|k| 5.0 + v * 0.3 * f64::from(k)).collect(), vec![10.0; 10], vec![0.0; 10])
+}
+
+fn first(scene: &Scene, v: f64) -> Option<Collision> {
+    let (map, robot) = (map(), RobotModel::default());
+    let c =
+        CollisionChecker::new(&map, &robot, scene, ForecastParams::default(), &CollisionParams::default());
+    let (x, y, h) = straight(v);
+    c.first_collision(&x, &y, &h, 0.3)
+}
+
+#[test]
+fn a_wall_ahead_is_met_and_an_empty_hall_is_not() {
+    let s = scene(Pose2::new(5.0, 10.0, 0.0), &[]);
+    assert_eq!(first(&s, 1.0), None);
+    // 9.4 m from the wall: reached at 3.2 m/s within 3 s
+    let hit = first(&s, 3.3).unwrap();
+    assert_eq!(hit.with, Obstacle::Wall);
+    assert!(hit.step >= 8, "{hit:?}");
+}
+
+#[test]
+fn people_are_met_where_they_will_be_not_where_they_are() {
+    // stands on the way, but walks off to the side in time
+    assert_eq!(first(&scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 1.0)]), 1.0), None);
+    // stays on the way: met after at most 2 m - contact
+    let hit = first(&scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 0.0)]), 1.0).unwrap();
+    assert_eq!(hit.with, Obstacle::Person(10));
+    assert!(hit.time > 0.5 && hit.time < 1.4, "{hit:?}");
+    // crosses from the side and arrives at the same time
+    let crossing = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 8.5, 0.0, 1.0)]);
+    assert!(first(&crossing, 1.0).is_some());
+}
+
+#[test]
+fn two_who_swap_places_within_one_step_still_meet() {
+    let (map, robot) = (map(), RobotModel::default());
+    let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.0, -2.0, 0.0)]);
+    let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
+    // states alone are far apart: robot 5 -> 8, person 6.5 -> 4.5 in one step of 1 s
+    assert!(c.first_collision(&[8.0], &[10.0], &[0.0], 1.0).is_some());
+}
+
+#[test]
+fn a_violated_margin_forbids_going_nearer_but_not_leaving() {
+    // contact at 0.6 m; a person 0.65 m ahead is inside the margin
+    let ahead = scene(Pose2::new(5.0, 10.0, 0.0), &[(5.65, 10.0, 0.0, 0.0)]);
+    assert!(first(&ahead, 0.2).is_some());
+    assert_eq!(first(&ahead, 0.0), None);
+    let behind = scene(Pose2::new(5.0, 10.0, 0.0), &[(4.35, 10.0, 0.0, 0.0)]);
+    assert_eq!(first(&behind, 0.2), None);
+    // even when the estimate says contact
+    let touching = scene(Pose2::new(5.0, 10.0, 0.0), &[(4.5, 10.0, 0.0, 0.0)]);
+    assert_eq!(first(&touching, 0.2), None);
+    // the same with the wall 0.4 m away on one side
+    let by_wall = scene(Pose2::new(14.6, 10.0, 0.0), &[]);
+    let (map, robot) = (map(), RobotModel::default());
+    let c =
+        CollisionChecker::new(&map, &robot, &by_wall, ForecastParams::default(), &CollisionParams::default());
+    assert_eq!(c.first_collision(&[14.4, 14.2], &[10.0, 10.0], &[0.0, 0.0], 0.3), None);
+    assert!(c.first_collision(&[14.8], &[10.0], &[0.0], 0.3).is_some());
+}
+
+#[test]
+fn a_long_robot_passes_lengthwise_where_its_circle_does_not() {
+    let map = map();
+    let vertices = [(-0.7, -0.25), (0.7, -0.25), (0.7, 0.25), (-0.7, 0.25)];
+    let vertices = vertices.map(|(x, y)| Point2::new(x, y)).to_vec();
+    let robot = RobotModel { footprint: Footprint::Polygon { vertices }, ..RobotModel::default() };
+    // A person beside the way at 0.9 m: free lengthwise (0.25 + 0.3 + margins), hit when turned across.
+    let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.9, 0.0, 0.0)]);
+    let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
+    let (x, y, h) = straight(0.8);
+    assert_eq!(c.first_collision(&x, &y, &h, 0.3), None);
+    assert!(c.first_collision(&[5.2, 6.5], &[10.0, 10.0], &[0.0, 1.57], 1.0).is_some());
+    // The wall at x = 15: 0.45 m from the centre is enough alongside it, not facing it.
+    assert!(c.wall_clear(Pose2::new(14.45, 10.0, std::f64::consts::FRAC_PI_2)));
+    assert!(!c.wall_clear(Pose2::new(14.45, 10.0, 0.0)));
+}
+
+#[test]
+fn following_on_somebodys_heels_does_not_stop_short() {
+    let (map, robot) = (map(), RobotModel::default());
+    let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.0, 10.0, 1.0, 0.0)]);
+    let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
+    let (x, y, h) = straight(1.0);
+    assert_eq!(c.first_collision(&x, &y, &h, 0.3), None);
+    // 0.3 m + 1 m of braking against a gap of 0.4 m
+    assert!(!c.stops_short(&x, &y, robot.stopping_distance(1.0)));
+    let (x, y, _) = straight(0.3);
+    assert!(c.stops_short(&x, &y, robot.stopping_distance(0.3)));
+}
+
+#[test]
+fn more_uncertainty_never_makes_a_trajectory_free() {
+    for lateral in 0..20 {
+        let y = 10.0 + 0.1 * f64::from(lateral);
+        let mut s = scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, y, 0.0, 0.0)]);
+        let sure = first(&s, 1.0).is_some();
+        s.belief.covariance = Matrix3::identity() * 0.25;
+        let unsure = first(&s, 1.0).is_some();
+        assert!(unsure || !sure, "lateral {lateral}");
+    }
+}

@@ -1,0 +1,248 @@
+//! Claims about whole planning cycles, and the worlds they are made in.
+
+mod drive;
+mod rrt_star;
+mod update;
+
+use std::collections::BTreeSet;
+
+use nalgebra::Matrix3;
+
+use super::*;
+use crate::geometry::{Point2, Twist, wrap_angle};
+use crate::motion::step;
+use crate::occupancy::OccupancyGrid;
+use crate::random::uniform;
+use crate::scene::{Belief, People};
+
+/// 30 m x 30 m of 0.1 m cells with walls around it and `boxes` (x0, y0, x1, y1) inside, metres.
+pub(super) fn hall(boxes: &[(f64, f64, f64, f64)]) -> StaticMap {
+    let inside = |x: f64, y: f64| {
+        boxes.iter().any(|b| x >= b.0 && x < b.2 && y >= b.1 && y < b.3)
+            || x < 0.2
+            || y < 0.2
+            || x >= 29.8
+            || y >= 29.8
+    };
+    let cells = (0..90_000)
+        .map(|i| {
+            let (x, y) = (0.1 * f64::from(i % 300) + 0.05, 0.1 * f64::from(i / 300) + 0.05);
+            if inside(x, y) { 100 } else { 0 }
+        })
+        .collect();
+    StaticMap::new(OccupancyGrid::new(300, 300, 0.1, Pose2::default(), cells).unwrap())
+}
+
+/// A wall across the hall with a gap, and pillars.
+pub(super) fn furnished() -> StaticMap {
+    hall(&[
+        (0.0, 14.0, 11.0, 14.6),
+        (13.5, 14.0, 24.0, 14.6),
+        (6.0, 6.0, 8.0, 8.0),
+        (16.0, 4.0, 17.0, 10.0),
+        (18.0, 19.0, 20.0, 21.0),
+        (9.0, 20.0, 10.5, 24.0),
+        (24.0, 22.0, 26.0, 23.0),
+    ])
+}
+
+fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
+    Scene {
+        tick,
+        stamp: 0.1 * tick as f64,
+        belief: Belief { pose, covariance: Matrix3::identity() * 0.0025, twist },
+        people: people.within(pose.position(), 9.5),
+        uncertain: false,
+    }
+}
+
+struct World {
+    map: StaticMap,
+    geodesic: GeodesicField,
+    robot: RobotModel,
+}
+
+impl World {
+    fn new(map: StaticMap, goal: Point2) -> Self {
+        let geodesic = GeodesicField::new(&map.grid, &map.to_obstacle, goal, 0.45);
+        Self { map, geodesic, robot: RobotModel::default() }
+    }
+
+    fn input<'a>(&'a self, scene: &'a Scene, previous: Option<&'a [Pose2]>) -> GenerationInput<'a> {
+        GenerationInput {
+            map: &self.map,
+            geodesic: &self.geodesic,
+            robot: &self.robot,
+            scene,
+            forecast: ForecastParams::default(),
+            previous,
+        }
+    }
+}
+
+/// How many candidates are 0.1 m or 0.15 rad away from every other counted one somewhere in the first 2 s.
+/// From rest, half a disc of 0.9 m is all that can be reached by then.
+fn differing(set: &CandidateSet) -> usize {
+    let states = (2.0 / set.dt()) as usize;
+    let mut kept: Vec<usize> = Vec::new();
+    for i in 0..set.len() {
+        let gap = |j: usize| {
+            (0..states)
+                .map(|k| {
+                    let (a, b) = (set.range(i).start + k, set.range(j).start + k);
+                    let turned = wrap_angle(set.heading()[a] - set.heading()[b]).abs();
+                    Point2::new(set.x()[a], set.y()[a])
+                        .distance(Point2::new(set.x()[b], set.y()[b]))
+                        .max(turned / 1.5)
+                })
+                .fold(0.0, f64::max)
+        };
+        if kept.iter().all(|&j| gap(j) > 0.1) {
+            kept.push(i);
+        }
+    }
+    kept.len()
+}
+
+fn crowd(seed: u64) -> People {
+    let mut r = rng(seed, 5);
+    let mut people = People { radius: 0.3, ..People::default() };
+    for id in 0..10 {
+        let (distance, angle) = (3.0 + 6.0 * uniform(&mut r), std::f64::consts::TAU * uniform(&mut r));
+        let (s, c) = crate::numerics::sin_cos(angle);
+        people.id.push(id);
+        people.x.push(12.0 + distance * c);
+        people.y.push(6.5 + distance * s);
+        people.vx.push(1.4 * uniform(&mut r) - 0.7);
+        people.vy.push(1.4 * uniform(&mut r) - 0.7);
+    }
+    people
+}
+
+/// Scenes worth checking: open and furnished, alone and in company, standing, moving and turning.
+fn various() -> Vec<(World, Scene)> {
+    let mut all = Vec::new();
+    for (k, twist) in [(0.0, 0.0), (0.9, 0.0), (0.5, 0.8), (1.0, -0.4)].into_iter().enumerate() {
+        for people in [People { radius: 0.3, ..People::default() }, crowd(k as u64)] {
+            for map in [hall(&[]), furnished()] {
+                let world = World::new(map, Point2::new(14.0, 26.0));
+                let pose = Pose2::new(12.0, 8.0 - 3.0 * f64::from(k as u32 % 2), 1.2 * k as f64);
+                let twist = Twist { v: twist.0, omega: twist.1 };
+                all.push((world, scene(3 * k as u64, pose, twist, &people)));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn every_candidate_can_be_driven_ends_standing_and_is_free() {
+    for (world, scene) in various() {
+        let generator = RrtStarGenerator::default();
+        let set = generator.generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+        let checker = CollisionChecker::new(
+            &world.map,
+            &world.robot,
+            &scene,
+            ForecastParams::default(),
+            &CollisionParams::default(),
+        );
+        assert_eq!((set.steps(), set.dt()), (13, 0.3));
+        assert!(set.len() <= 100);
+        for i in 0..set.len() {
+            assert_eq!(set.id()[i], i as u32);
+            let (mut pose, mut twist) = (scene.belief.pose, scene.belief.twist);
+            for k in set.range(i) {
+                let (v, omega) = (set.v()[k], set.omega()[k]);
+                assert!((0.0..=1.0).contains(&v) && omega.abs() <= 1.0);
+                assert!((v - twist.v).abs() <= 0.5 * 0.3 + 1e-9);
+                assert!((omega - twist.omega).abs() <= 1.0 * 0.3 + 1e-9);
+                let next = Pose2::new(set.x()[k], set.y()[k], set.heading()[k]);
+                assert!(pose.position().distance(next.position()) <= 0.3 + 1e-9);
+                (pose, twist) = (next, Twist { v, omega });
+            }
+            assert!(twist.v < 0.02 && twist.omega.abs() < 0.02, "{twist:?}");
+            let r = set.range(i);
+            assert_eq!(
+                checker.first_collision(&set.x()[r.clone()], &set.y()[r.clone()], &set.heading()[r], 0.3),
+                None
+            );
+        }
+    }
+}
+
+#[test]
+fn there_is_a_choice_within_two_seconds_in_the_open_and_among_ten_people() {
+    for (k, (world, scene)) in various().iter().enumerate() {
+        let generator = RrtStarGenerator::default();
+        let set = generator.generate(&world.input(scene, None), None, 1, &|| false).candidates;
+        println!(
+            "scene {k}: {} people, {} candidates, {} differ",
+            scene.people.len(),
+            set.len(),
+            differing(&set)
+        );
+        assert!(differing(&set) >= 20, "scene {k}: {} of {} differ", differing(&set), set.len());
+    }
+}
+
+#[test]
+fn the_same_seed_and_tree_give_the_same_answer() {
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    let people = crowd(3);
+    let generator = RrtStarGenerator::default();
+    let run = |seed: u64| {
+        let mut tree = None;
+        let mut answers = Vec::new();
+        for k in 0..4 {
+            let pose = Pose2::new(15.0, 7.0 + 0.3 * k as f64, 1.5);
+            let scene = scene(3 * k, pose, Twist { v: 0.8, omega: 0.0 }, &people);
+            let answer = generator.generate(&world.input(&scene, None), tree, seed, &|| false);
+            assert_eq!(answer.tree.check(), Ok(()));
+            tree = Some(answer.tree.clone());
+            answers.push(answer);
+        }
+        answers
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5), run(6));
+}
+
+#[test]
+fn a_broken_tree_from_outside_is_replaced() {
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    let scene = scene(0, Pose2::new(15.0, 3.0, 1.5), Twist::default(), &crowd(1));
+    let generator = RrtStarGenerator::default();
+    let fresh = generator.generate(&world.input(&scene, None), None, 1, &|| false);
+    let broken = Tree { parent: vec![7; 3], ..Tree::default() };
+    assert_eq!(generator.generate(&world.input(&scene, None), Some(broken), 1, &|| false), fresh);
+}
+
+#[test]
+fn a_way_that_lies_behind_can_be_turned_to_on_the_spot() {
+    let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
+    let people = People { radius: 0.3, ..People::default() };
+    let scene = scene(0, Pose2::new(15.0, 8.0, -1.5), Twist::default(), &people);
+    let set = RrtStarGenerator::default().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let turning = (0..set.len()).filter(|&i| {
+        let r = set.range(i);
+        (set.x()[r.end - 8] - 15.0).abs() < 0.1 && (set.heading()[r.end - 1] + 1.5).abs() > 0.8
+    });
+    assert!(turning.count() >= 1);
+}
+
+#[test]
+fn cells_of_candidates_cover_many_directions() {
+    let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
+    let people = People { radius: 0.3, ..People::default() };
+    let scene = scene(0, Pose2::new(15.0, 15.0, 1.57), Twist { v: 0.5, omega: 0.0 }, &people);
+    let set = RrtStarGenerator::default().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let sectors: BTreeSet<i64> = (0..set.len())
+        .map(|i| {
+            let end = Point2::new(set.x()[set.range(i).end - 1], set.y()[set.range(i).end - 1]);
+            (crate::geometry::bearing(Point2::new(15.0, 15.0), end) / 0.5).floor() as i64
+        })
+        .collect();
+    // 0.5 rad sectors: more than the front quarter to either side
+    assert!(sectors.len() >= 5, "{sectors:?}");
+}

@@ -1,0 +1,79 @@
+//! Claims about the tree's growth.
+
+use super::*;
+use crate::generation::dubins::Dubins;
+
+const RADIUS: f64 = 4.9;
+
+fn alone(pose: Pose2) -> Scene {
+    let belief = Belief { pose, covariance: Matrix3::zeros(), twist: Twist::default() };
+    let people = People { radius: 0.3, ..People::default() };
+    Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
+}
+
+fn checker<'a>(map: &'a StaticMap, scene: &'a Scene) -> CollisionChecker<'a> {
+    let (robot, forecast) = (RobotModel::default(), ForecastParams::default());
+    CollisionChecker::new(map, &robot, scene, forecast, &CollisionParams::default())
+}
+
+fn grown(
+    map: &StaticMap,
+    scene: &Scene,
+    tree: Tree,
+    params: &RrtStarParams,
+    iterations: u32,
+    seed: u64,
+) -> Tree {
+    let checker = checker(map, scene);
+    let mut search = RrtStar::new(params, &checker, tree);
+    let centre = scene.belief.pose.position();
+    let space = SampleSpace { grid: &map.grid, centre, radius: RADIUS, way: &[] };
+    search.grow(&space, iterations, &mut rng(seed, 0), &|| false);
+    search.into_tree()
+}
+
+#[test]
+fn edges_are_clear_and_costs_are_their_lengths() {
+    let (map, params) = (furnished(), RrtStarParams::default());
+    let scene = alone(Pose2::new(12.0, 12.0, 1.2));
+    let tree = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 600, 3);
+    assert_eq!(tree.check(), Ok(()));
+    assert!(tree.len() > 200, "{}", tree.len());
+    let checker = checker(&map, &scene);
+    for n in 1..tree.len() {
+        let parent = tree.parent(n).unwrap();
+        let path = Dubins::shortest(tree.pose(parent), tree.pose(n), params.turning_radius);
+        assert!((tree.cost[parent] + path.length() - tree.cost[n]).abs() < 1e-6);
+        assert!(path.length() <= params.max_edge + 1e-9);
+        assert!(path.walk(0.05, |p| checker.wall_clear(p).then_some(0.05)), "node {n}");
+    }
+}
+
+#[test]
+fn more_samples_only_shorten_the_ways_there_are() {
+    let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
+    let params = RrtStarParams { max_nodes: 3000, ..RrtStarParams::default() };
+    for seed in 0..5 {
+        let early = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 300, seed);
+        let late = grown(&map, &scene, early.clone(), &params, 2000, seed + 100);
+        // poses never move, so each early node is found again among the late ones
+        let cost = |pose: Pose2| (0..late.len()).find(|&n| late.pose(n) == pose).map(|n| late.cost[n]);
+        let (mut before, mut after) = (0.0, 0.0);
+        for n in 0..early.len() {
+            let now = cost(early.pose(n)).unwrap();
+            assert!(now <= early.cost[n] + 1e-6);
+            (before, after) = (before + early.cost[n], after + now);
+        }
+        assert!(after < 0.99 * before, "seed {seed}: {before} -> {after}");
+    }
+}
+
+#[test]
+fn a_full_tree_stays_within_its_bound() {
+    let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
+    let params = RrtStarParams { max_nodes: 100, ..RrtStarParams::default() };
+    let tree = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 1000, 1);
+    assert_eq!(tree.len(), 100);
+    let thin = crate::generation::update::thin(tree, 40, |t, n| t.cost[n]);
+    assert_eq!((thin.len(), thin.check()), (40, Ok(())));
+}
