@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
+use curionav_crowdsim::paper::{self, PaperScene};
 use curionav_schemas::Clock;
 
 use crate::arguments::ScenarioCommand;
@@ -42,18 +43,23 @@ fn check(file: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The scenes are drawn from a fixed seed, so that what is written is what is committed.
 fn generate(out: &Path) -> anyhow::Result<()> {
-    for (name, bytes) in Vec::<(String, Vec<u8>)>::new() {
-        let path = out.join(name);
-        if let Some(directory) = path.parent() {
-            std::fs::create_dir_all(directory)
-                .with_context(|| format!("cannot create {}", directory.display()))?;
+    write(&out.join("paper"), &paper::environment(4, "s2", paper::SEED)?)?;
+    write(out, &paper::quickstart(paper::SEED)?)
+}
+
+fn write(folder: &Path, scene: &PaperScene) -> anyhow::Result<()> {
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    {
+        println!("{}\n{}", scene.scenario.name, paper::check(scene));
+    }
+    for (name, bytes) in paper::files(scene)? {
+        let path = folder.join(name);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
         }
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-        #[expect(clippy::print_stdout, reason = "what the command is for")]
-        {
-            println!("{}", path.display());
-        }
     }
     Ok(())
 }
