@@ -283,7 +283,7 @@ def _part(name: str, value: Any) -> Any:
         raise fault.within(name) from None
 
 
-_ELEMENTS = {
+_ELEMENTS: dict[str, tuple[int, np.dtype[Any]]] = {
     "f64": (86, np.dtype("<f8")),
     "f32": (85, np.dtype("<f4")),
     "u32": (70, np.dtype("<u4")),

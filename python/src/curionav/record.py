@@ -7,7 +7,6 @@ import io
 import types
 import typing
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any, ClassVar, TypeVar
 
 import cbor2
@@ -54,7 +53,8 @@ class Record:
         names = [f.name for f in dataclasses.fields(self)]  # type: ignore[arg-type]
         return all(_equal(getattr(self, name), getattr(other, name)) for name in names)
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        raise TypeError(f"{type(self).__name__} holds arrays and cannot be hashed")
 
 
 def _equal(a: object, b: object) -> bool:
@@ -121,11 +121,19 @@ def _variant(cls: type[R], kind: object) -> type[R]:
     return found
 
 
-@lru_cache(maxsize=None)
-def _fields(cls: type[Record]) -> tuple[_Field, ...]:
+def _fields(cls: Any) -> tuple[_Field, ...]:
+    """The fields of a record, read from its annotations once."""
+    found: tuple[_Field, ...] | None = vars(cls).get("_wire_fields")
+    if found is None:
+        found = _read_fields(cls)
+        cls._wire_fields = found
+    return found
+
+
+def _read_fields(cls: Any) -> tuple[_Field, ...]:
     hints = typing.get_type_hints(cls, include_extras=True)
     result = []
-    for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+    for field in dataclasses.fields(cls):
         hint = hints[field.name]
         has_default = field.default is not dataclasses.MISSING and field.name != "kind"
         if typing.get_origin(hint) in (typing.Union, types.UnionType):

@@ -1,4 +1,4 @@
-"""What the arbiter decides, what the driver makes of it, and the full account of a cycle (``schemas/decision.cddl``)."""
+"""What the arbiter decides, what the driver makes of it, and the account of a cycle (``schemas/decision.cddl``)."""
 
 from __future__ import annotations
 
@@ -130,8 +130,8 @@ class Crowd(Record):
 class CycleReport(Message):
     """Everything that went into a decision.
 
-    ``total`` has shape [count]: the cost of each candidate, 0 for a rejected one; ``rejected`` says why, empty if it was
-    not. ``chosen`` is an index into the candidates. ``gap`` counts the reports lost since the previous one sent.
+    ``total`` has shape [count]: the cost of each candidate, 0 for a rejected one; ``rejected`` says why, empty if it
+    was not. ``chosen`` is an index into the candidates. ``gap`` counts the reports lost since the previous one sent.
     """
 
     NAME: ClassVar[str] = "cycle_report"

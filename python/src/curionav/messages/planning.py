@@ -87,7 +87,7 @@ class Tree(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GenerateRequest(Message):
-    """Asks a generator for candidates; ``iterations`` of 0 only warms it up for the map. ``budget_ms`` is what is left."""
+    """Asks a generator for candidates within ``budget_ms``; ``iterations`` of 0 only warms it up for the map."""
 
     NAME: ClassVar[str] = "generate_request"
     MAX_BYTES: ClassVar[int] = 13312 << 10
@@ -149,7 +149,7 @@ class EvaluateRequest(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scores(Message):
-    """Costs of a shard's candidates in their order, shape [candidates of the shard], the metric's unit; lower is better."""
+    """Costs of a shard's candidates in their order, shape [candidates], in the metric's unit; lower is better."""
 
     NAME: ClassVar[str] = "scores"
     MAX_BYTES: ClassVar[int] = 64 << 10

@@ -11,7 +11,7 @@ from ..record import Message
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ServiceStatus(Message):
-    """Counts since the start; ``load`` is the share of capacity in use, ``warmed`` the maps prepared for (hexadecimal)."""
+    """Counts since the start; ``load`` is the share of capacity in use, ``warmed`` the hashes of maps prepared for."""
 
     NAME: ClassVar[str] = "service_status"
     MAX_BYTES: ClassVar[int] = 128 << 10
