@@ -1,0 +1,53 @@
+"""Drive a running curionav deployment from Python.
+
+>>> import curionav
+>>> with curionav.connect("tcp/127.0.0.1:7447") as deployment:            # doctest: +SKIP
+...     with deployment.inject("scenarios/quickstart.toml", seed=1) as run:
+...         for report in run:
+...             print(report.scene.stamp, report.decision.action, report.total.min())
+...         print(run.wait().metrics)
+
+Units are SI and radians, poses are in the map frame. The messages are in `curionav.messages`.
+"""
+
+from __future__ import annotations
+
+from .deployment import Deployment, Service, connect
+from .errors import (
+    ConnectionFailed,
+    CurionavError,
+    DecodeError,
+    EncodeError,
+    MessageError,
+    NoAnswer,
+    Rejected,
+    RunFailed,
+    ScenarioError,
+)
+from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
+from .run import Result, Run
+from .scenario import Scenario
+
+__all__ = [
+    "Clock",
+    "ConnectionFailed",
+    "CurionavError",
+    "CycleReport",
+    "Decision",
+    "DecodeError",
+    "Deployment",
+    "EncodeError",
+    "MessageError",
+    "Mission",
+    "NoAnswer",
+    "OccupancyGrid",
+    "Rejected",
+    "Result",
+    "Run",
+    "RunFailed",
+    "RunStatus",
+    "Scenario",
+    "ScenarioError",
+    "Service",
+    "connect",
+]

@@ -1,0 +1,185 @@
+"""A running deployment, seen from outside."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeVar
+
+import zenoh
+
+from . import keys
+from .errors import CurionavError, DecodeError, NoAnswer, Rejected
+from .messages import (
+    Cancel,
+    ChangeGoal,
+    Clock,
+    InjectRequest,
+    Message,
+    Mission,
+    MissionRequest,
+    OccupancyGrid,
+    Pause,
+    Resume,
+    ServiceStatus,
+)
+from .run import Run
+from .scenario import Scenario
+from .session import alive, ask, open_session
+
+A = TypeVar("A", bound=Message)
+
+_TIMEOUT = 2.0
+"""For questions about small things, seconds."""
+_MAP_TIMEOUT = 10.0
+"""For a map of up to 16 MB, seconds."""
+
+
+@dataclass(frozen=True)
+class Service:
+    """A service that is alive: its role, its name within it, and its counts if it keeps any."""
+
+    role: str
+    instance: str
+    status: ServiceStatus | None
+
+
+def connect(
+    endpoint: str | None = None,
+    namespace: str | None = None,
+    config: str | os.PathLike[str] | None = None,
+    timeout: float = 5.0,
+) -> Deployment:
+    """Connects to a running deployment as a client of its router.
+
+    Args:
+        endpoint: Where the router listens, such as ``tcp/10.0.0.1:7447``. Default: that of ``config``, else
+            ``tcp/127.0.0.1:7447``.
+        namespace: Prefix of every key of the deployment, if it has one.
+        config: A Zenoh configuration file (json5) to start from, for TLS for example. Default: the file the
+            environment variable ``ZENOH_CONFIG`` names, else settings like those of the services.
+        timeout: How long to try, s.
+
+    Raises:
+        ConnectionFailed: No router answered in time, or the configuration was refused.
+    """
+    return Deployment(open_session(endpoint, namespace, config, timeout))
+
+
+class Deployment:
+    """A connection to a deployment, made by `connect`; a context manager that closes it."""
+
+    def __init__(self, session: zenoh.Session) -> None:
+        self._session = session
+
+    def inject(
+        self,
+        scenario: Scenario | str | Path | dict[str, Any],
+        planner: str | None = None,
+        seed: int = 1,
+        clock: Clock = "lockstep",
+        time_scale: float = 1.0,
+        *,
+        world: str = "world",
+        robot: str = "robot",
+    ) -> Run:
+        """Injects a scenario into a simulated world and starts its run.
+
+        Args:
+            scenario: A scenario, a scenario file, or its tables.
+            planner: Name of a built-in planner profile. Default: the scenario's own.
+            seed: Seed of everything random; equal seeds give equal decisions in lockstep.
+            clock: ``lockstep`` waits for every message and runs as fast as the machine allows; ``realtime`` takes the
+                newest.
+            time_scale: Simulated seconds a second of wall time, with a realtime clock.
+            world: Name of the simulated world.
+            robot: Name of the robot in it.
+
+        Raises:
+            Rejected: The scenario was refused, with the field and the reason, or a run is under way there.
+            ScenarioError: The scenario cannot be sent: a file it names is missing.
+            NoAnswer: No simulator of this world is there.
+        """
+        if isinstance(scenario, dict):
+            scenario = Scenario.from_dict(scenario)
+        elif not isinstance(scenario, Scenario):
+            scenario = Scenario.load(scenario)
+        tables, files = scenario.packed()
+        request = InjectRequest(
+            scenario=tables, files=files, profile=planner, seed=seed, clock=clock, time_scale=time_scale
+        )
+        return Run(self._open(), request, world, robot)
+
+    def status(self) -> list[Service]:
+        """Every service that is alive, by role and name; only some roles keep counts."""
+        found = [keys.service_of(key) for key in alive(self._open(), keys.every_live(), _TIMEOUT)]
+        return [Service(*names, self._counts(*names)) for names in found if names is not None]
+
+    def _counts(self, role: str, instance: str) -> ServiceStatus | None:
+        try:
+            return self._ask(keys.status(role, instance), ServiceStatus)
+        except (NoAnswer, Rejected, DecodeError):
+            return None
+
+    def mission(self, robot: str = "robot") -> Mission:
+        """What a robot is to do.
+
+        Raises:
+            Rejected: It has had no mission yet (code ``unknown``).
+            NoAnswer: No driver of this robot is there; so for every function about a mission.
+        """
+        return self._ask(keys.robot(robot, "mission"), Mission)
+
+    def pause(self, robot: str = "robot") -> Mission:
+        """Halts a robot until `resume`; gives the mission as it is then."""
+        return self._wish(robot, Pause())
+
+    def resume(self, robot: str = "robot") -> Mission:
+        """Lets a paused robot go on."""
+        return self._wish(robot, Resume())
+
+    def cancel(self, robot: str = "robot") -> Mission:
+        """Ends a robot's mission; a run of it ends without a result."""
+        return self._wish(robot, Cancel())
+
+    def goal(self, x: float, y: float, heading: float | None = None, robot: str = "robot") -> Mission:
+        """Sends a robot elsewhere on its map: m and rad, map frame; any heading will do if there is none."""
+        return self._wish(robot, ChangeGoal(x=x, y=y, heading=heading))
+
+    def grid(self, identity: bytes) -> OccupancyGrid:
+        """The map with this hash, such as ``report.map``.
+
+        Raises:
+            NoAnswer: Nobody serves this map.
+            DecodeError: What came is another one.
+        """
+        grid = self._ask(keys.grid(identity), OccupancyGrid, timeout=_MAP_TIMEOUT)
+        if grid.identity() != identity:
+            raise DecodeError(OccupancyGrid.NAME, "map", "the content has another hash than the one asked for")
+        return grid
+
+    def close(self) -> None:
+        """Closes the connection; runs go on without it. Does nothing the second time."""
+        if not self._session.is_closed():
+            self._session.close()
+
+    def __enter__(self) -> Deployment:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _open(self) -> zenoh.Session:
+        if self._session.is_closed():
+            raise CurionavError("the connection is closed")
+        return self._session
+
+    def _wish(self, robot: str, request: MissionRequest) -> Mission:
+        return self._ask(keys.robot(robot, "mission"), Mission, request)
+
+    def _ask(self, key: str, answer: type[A], question: Message | None = None, timeout: float = _TIMEOUT) -> A:
+        return ask(self._open(), key, answer, question, timeout)

@@ -1,0 +1,57 @@
+"""Key expressions of the contract, built from checked names (``schemas/README.md`` has the table).
+
+Keys are relative to the session's namespace, if it has one. ``@v1`` is a verbatim chunk: no wildcard matches it by
+accident.
+"""
+
+from __future__ import annotations
+
+import re
+
+ROOT = "curionav/@v1"
+"""What every key begins with."""
+
+_NAME = re.compile(r"[a-z0-9_-]{1,64}", re.ASCII)
+
+
+def is_name(name: str) -> bool:
+    """Whether ``name`` can be one chunk of a key: 1 to 64 of ``a-z 0-9 _ -``."""
+    return _NAME.fullmatch(name) is not None
+
+
+def _chunk(name: str) -> str:
+    if not is_name(name):
+        raise ValueError(f"name {name[:64]!r} must be 1 to 64 of the characters a-z, 0-9, `_` and `-`")
+    return name
+
+
+def robot(name: str, stream: str) -> str:
+    """Stream of a robot: ``scan``, ``odom``, ``people``, ``belief``, ``mission``, ``decision``, ``cmd``, ``report``."""
+    return f"{ROOT}/robot/{_chunk(name)}/{_chunk(stream)}"
+
+
+def world(name: str, channel: str) -> str:
+    """Channel of a simulated world: ``scenario``, ``people``, ``run``."""
+    return f"{ROOT}/world/{_chunk(name)}/{_chunk(channel)}"
+
+
+def grid(identity: bytes) -> str:
+    """Where the map with this hash (32 bytes) can be asked for."""
+    return f"{ROOT}/map/{identity.hex()}"
+
+
+def status(role: str, instance: str) -> str:
+    """Where a service answers with its ``ServiceStatus``."""
+    return f"{ROOT}/status/{_chunk(role)}/{_chunk(instance)}"
+
+
+def every_live() -> str:
+    """The liveliness tokens of all services."""
+    return f"{ROOT}/live/*/*"
+
+
+def service_of(key: str) -> tuple[str, str] | None:
+    """(role, instance) of a liveliness token's key; ``None`` if it is no such key."""
+    prefix, _, names = key.partition("/live/")
+    role, _, instance = names.partition("/")
+    return (role, instance) if prefix == ROOT and is_name(role) and is_name(instance) else None

@@ -1,0 +1,127 @@
+"""The messages of the wire contract, one frozen dataclass each; units are SI and radians, poses in the map frame.
+
+``Message.encode()`` gives the CBOR bytes, ``Message.decode(bytes)`` reads and checks them; arrays are NumPy arrays. The
+contract is ``schemas/*.cddl``; these classes have its names.
+"""
+
+from __future__ import annotations
+
+from ..record import Message, Record
+from .decision import Crowd, CycleReport, Decision, Evaluated, MetricTime, TermReport, Timings, Twist
+from .mission import (
+    Cancel,
+    ChangeGoal,
+    Clock,
+    Finish,
+    Mission,
+    MissionRequest,
+    Pause,
+    Resume,
+    RoleReady,
+    SetMission,
+)
+from .planning import (
+    NO_PARENT,
+    CandidateSet,
+    EvaluateRequest,
+    GenerateReply,
+    GenerateRequest,
+    Scores,
+    Tree,
+)
+from .robot import Disc, Footprint, LaserModel, OdometryNoise, Polygon, Pose, RobotModel
+from .sensing import Belief, Health, Odometry, People, Scan, Scene
+from .service import Reject, ServiceStatus
+from .world import (
+    Cycles,
+    InjectRequest,
+    Metrics,
+    OccupancyGrid,
+    PeopleTrace,
+    RunResult,
+    RunStatus,
+    Trace,
+)
+
+MESSAGES: dict[str, type[Message]] = {
+    message.NAME: message
+    for message in (
+        Scan,
+        Odometry,
+        People,
+        Belief,
+        Mission,
+        MissionRequest,
+        Decision,
+        Twist,
+        Scene,
+        CandidateSet,
+        Tree,
+        CycleReport,
+        GenerateRequest,
+        GenerateReply,
+        EvaluateRequest,
+        Scores,
+        OccupancyGrid,
+        InjectRequest,
+        RunStatus,
+        RunResult,
+        ServiceStatus,
+        Reject,
+    )
+}
+"""Every message by its name in the encoding string, which is also its CDDL rule."""
+
+__all__ = [
+    "MESSAGES",
+    "NO_PARENT",
+    "Belief",
+    "Cancel",
+    "CandidateSet",
+    "ChangeGoal",
+    "Clock",
+    "Crowd",
+    "CycleReport",
+    "Cycles",
+    "Decision",
+    "Disc",
+    "EvaluateRequest",
+    "Evaluated",
+    "Finish",
+    "Footprint",
+    "GenerateReply",
+    "GenerateRequest",
+    "Health",
+    "InjectRequest",
+    "LaserModel",
+    "Message",
+    "MetricTime",
+    "Metrics",
+    "Mission",
+    "MissionRequest",
+    "OccupancyGrid",
+    "Odometry",
+    "OdometryNoise",
+    "Pause",
+    "People",
+    "PeopleTrace",
+    "Polygon",
+    "Pose",
+    "Record",
+    "Reject",
+    "Resume",
+    "RobotModel",
+    "RoleReady",
+    "RunResult",
+    "RunStatus",
+    "Scan",
+    "Scene",
+    "Scores",
+    "ServiceStatus",
+    "SetMission",
+    "TermReport",
+    "Timings",
+    "Trace",
+    "Tree",
+    "Twist",
+]

@@ -1,0 +1,163 @@
+"""Asking generators for candidates and evaluators for costs (``schemas/planning.cddl``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from ..kinds import (
+    F64,
+    U32,
+    Array,
+    Fault,
+    Integer,
+    MapId,
+    Name,
+    Number,
+    Params,
+    Positive,
+    Uint,
+    Uint32,
+)
+from ..record import Message
+from .robot import LaserModel, OdometryNoise, RobotModel
+from .sensing import Scene
+
+NO_PARENT = 2**32 - 1
+"""Parent of a root of a `Tree`."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CandidateSet(Message):
+    """Candidate trajectories; state k (from 0) is ``(k + 1) * dt`` s after the scene's stamp.
+
+    ``id`` has shape [count]; ``x, y`` (m), ``heading`` (rad), ``v`` (m/s) and ``omega`` (rad/s), the speed and turn
+    rate that led to the state, have shape [count, steps]; map frame.
+    """
+
+    NAME: ClassVar[str] = "candidate_set"
+    MAX_BYTES: ClassVar[int] = 12288 << 10
+
+    count: Annotated[int, Integer(0, 4096)]
+    steps: Annotated[int, Integer(1, 256)]
+    dt: Positive
+    id: Annotated[U32, Array("u32", "count", high=2**32 - 1)]
+    x: Annotated[F64, Array("f64", "count", "steps")]
+    y: Annotated[F64, Array("f64", "count", "steps")]
+    heading: Annotated[F64, Array("f64", "count", "steps")]
+    v: Annotated[F64, Array("f64", "count", "steps")]
+    omega: Annotated[F64, Array("f64", "count", "steps")]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Tree(Message):
+    """A generator's search tree, which travels with the requests.
+
+    ``x, y`` (m), ``heading`` (rad), ``cost`` (from the root, the generator's unit) and ``parent`` (`NO_PARENT` for a
+    root) have shape [nodes]; ``edge`` has shape [nodes, edge_width]; each of ``extra`` [nodes, a width of its own].
+    """
+
+    NAME: ClassVar[str] = "tree"
+    MAX_BYTES: ClassVar[int] = 12288 << 10
+
+    x: Annotated[F64, Array("f64", "nodes", limit=16384)]
+    y: Annotated[F64, Array("f64", "nodes")]
+    heading: Annotated[F64, Array("f64", "nodes")]
+    cost: Annotated[F64, Array("f64", "nodes")]
+    parent: Annotated[U32, Array("u32", "nodes", high=2**32 - 1)]
+    edge_width: Annotated[int, Integer(0, 256)]
+    edge: Annotated[F64, Array("f64", "nodes", "edge_width")]
+    extra: Annotated[dict[str, Annotated[F64, Array("f64", "nodes", "*")]], {"limit": 16}]
+
+    def check(self) -> None:
+        """Every node leads to a root."""
+        nodes = len(self.parent)
+        parent = np.asarray(self.parent, np.int64)
+        if ((parent >= nodes) & (parent != NO_PARENT)).any():
+            raise Fault("a node has a parent that does not exist", "parent")
+        # Jumping twice as far each time: after log2(nodes) jumps everything stands at the root's parent.
+        above = np.append(np.where(parent == NO_PARENT, nodes, parent), nodes)
+        for _ in range(nodes.bit_length()):
+            above = above[above]
+        if (above != nodes).any():
+            raise Fault("the parents form a cycle", "parent")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GenerateRequest(Message):
+    """Asks a generator for candidates within ``budget_ms``; ``iterations`` of 0 only warms it up for the map."""
+
+    NAME: ClassVar[str] = "generate_request"
+    MAX_BYTES: ClassVar[int] = 13312 << 10
+
+    robot: Name
+    epoch: Uint
+    seq: Uint
+    budget_ms: Uint32
+    map: MapId
+    goal_x: Number
+    goal_y: Number
+    scene: Scene
+    tree: Tree | None = None
+    seed: Uint
+    iterations: Uint32
+    generator: Name
+    robot_model: RobotModel
+    laser: LaserModel
+    params: Params
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class GenerateReply(Message):
+    """Candidates, and the tree to hand back with the next request."""
+
+    NAME: ClassVar[str] = "generate_reply"
+    MAX_BYTES: ClassVar[int] = 25600 << 10
+
+    epoch: Uint
+    seq: Uint
+    instance: Name
+    candidates: CandidateSet
+    tree: Tree
+    elapsed_us: Uint
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EvaluateRequest(Message):
+    """Asks an evaluator for the costs of a shard of the batch; no candidates only warm it up for the map."""
+
+    NAME: ClassVar[str] = "evaluate_request"
+    MAX_BYTES: ClassVar[int] = 13312 << 10
+
+    robot: Name
+    epoch: Uint
+    seq: Uint
+    shard: Uint32
+    budget_ms: Uint32
+    map: MapId
+    goal_x: Number
+    goal_y: Number
+    laser: LaserModel
+    robot_model: RobotModel
+    odometry_noise: OdometryNoise
+    scene: Scene
+    candidates: CandidateSet
+    params: Params
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scores(Message):
+    """Costs of a shard's candidates in their order, shape [candidates], in the metric's unit; lower is better."""
+
+    NAME: ClassVar[str] = "scores"
+    MAX_BYTES: ClassVar[int] = 64 << 10
+
+    epoch: Uint
+    seq: Uint
+    shard: Uint32
+    metric: Name
+    instance: Name
+    cost: Annotated[F64, Array("f64", "candidates", limit=4096)]
+    elapsed_us: Uint

@@ -1,0 +1,174 @@
+"""Maps, and the simulated world: inject a scenario, watch the run (``schemas/world.cddl``)."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+
+from ..kinds import (
+    F32,
+    F64,
+    I8,
+    U8,
+    U32,
+    Array,
+    Bytes,
+    Fault,
+    Fraction,
+    Integer,
+    MapId,
+    Name,
+    NonNegative,
+    Number,
+    Params,
+    Positive,
+    Text,
+    Uint,
+    Uint32,
+)
+from ..record import Message, Record
+from .mission import Clock
+from .robot import Pose
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OccupancyGrid(Message):
+    """A map of cells of ``resolution`` m; ``origin`` is the outer corner of cell (0, 0) in the map frame.
+
+    ``cells`` has shape [height, width], the row of least y first: -1 unknown, else per cent occupied. ``map`` is the
+    hash of the rest.
+    """
+
+    NAME: ClassVar[str] = "occupancy_grid"
+    MAX_BYTES: ClassVar[int] = 15629 << 10
+
+    width: Annotated[int, Integer(1, 16_000_000)]
+    height: Annotated[int, Integer(1, 16_000_000)]
+    resolution: Positive
+    origin: Pose
+    cells: Annotated[I8, Array("i8", "height", "width", low=-1, high=100)]
+    map: MapId
+
+    def identity(self) -> bytes:
+        """SHA-256 of the content, 32 bytes: what ``map`` must be."""
+        origin = self.origin
+        head = struct.pack("<QQ4d", self.width, self.height, self.resolution, origin.x, origin.y, origin.heading)
+        return hashlib.sha256(head + np.ascontiguousarray(self.cells, "i1").tobytes()).digest()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class InjectRequest(Message):
+    """Run this scenario, with the ``files`` it names; ``profile`` and ``seed`` are the scenario's own if ``None``."""
+
+    NAME: ClassVar[str] = "inject_request"
+    MAX_BYTES: ClassVar[int] = 65536 << 10
+
+    scenario: Params
+    files: Annotated[dict[str, Annotated[bytes, Bytes()]], {"limit": 32, "free_keys": True}]
+    profile: str | None = None
+    seed: Uint | None = None
+    clock: Clock
+    time_scale: Positive
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Metrics(Record):
+    """The metrics of the paper and a few more.
+
+    ``rmse_m`` localisation error; ``tcm`` (0..1) share of the time it is large, ``nm`` times it became so; ``td``
+    (0..1) share of the time closer to people than comfortable, ``md_m`` mean distance in that time (``None`` if there
+    was none), ``nt`` times it came so close; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
+    ``collisions`` contacts while driving; ``clearance_min_m`` to people and walls, negative in contact.
+    """
+
+    rmse_m: NonNegative
+    tcm: Fraction
+    nm: Uint32
+    td: Fraction
+    md_m: Number | None = None
+    nt: Uint32
+    vel_mps: NonNegative
+    length_m: NonNegative
+    time_s: NonNegative
+    collisions: Uint32
+    clearance_min_m: Number
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cycles(Record):
+    """The planning cycles of a run: how many, how many degraded, wall times in ms."""
+
+    count: Uint
+    degraded: Uint
+    p50_ms: NonNegative
+    p99_ms: NonNegative
+    max_ms: NonNegative
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PeopleTrace(Record):
+    """Where the people were: ``xy`` [rows, people, 2] m, map frame; ``present`` [rows, people] 1 where they were there.
+
+    ``id`` has shape [people]; ``rows`` is the trace's, or 0 if people were not recorded.
+    """
+
+    rows: Annotated[int, Integer(0, 360_000)]
+    id: Annotated[U32, Array("u32", "people", high=2**32 - 1, limit=1024)]
+    xy: Annotated[F32, Array("f32", "rows", "people", 2)]
+    present: Annotated[U8, Array("u8", "rows", "people", high=1)]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trace(Record):
+    """What happened, tick by tick: ``values`` has shape [rows, columns]."""
+
+    rows: Annotated[int, Integer(0, 360_000)]
+    columns: list[Name]
+    values: Annotated[F64, Array("f64", "rows", "*")]
+    people: PeopleTrace
+
+    def check(self) -> None:
+        """One value a column, and people in every row or none."""
+        if self.rows and self.values.shape[1] != len(self.columns):
+            raise Fault(f"has {self.values.shape[1]} columns, must have {len(self.columns)}", "values")
+        if self.people.rows not in (0, self.rows):
+            raise Fault("differs from the trace's", "people.rows")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RunResult(Message):
+    """A run that came to an end; ``decisions_sha256`` covers scene stamps and chosen trajectories."""
+
+    NAME: ClassVar[str] = "run_result"
+    MAX_BYTES: ClassVar[int] = 31744 << 10
+
+    scenario: str
+    planner: str
+    seed: Uint
+    outcome: Literal["reached", "timeout", "lost"]
+    metrics: Metrics
+    cycles: Cycles
+    real_time_factor: NonNegative
+    decisions_sha256: Annotated[str, Text(hex_digits=64)]
+    trace: Trace
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RunStatus(Message):
+    """How a world's run goes: simulated ``tick`` and ``time_s`` (s), true ``distance_to_goal`` (m)."""
+
+    NAME: ClassVar[str] = "run_status"
+    MAX_BYTES: ClassVar[int] = 32764 << 10
+
+    run: Uint
+    world: Name
+    state: Literal["idle", "preparing", "running", "finished", "failed"]
+    tick: Uint
+    time_s: NonNegative
+    distance_to_goal: NonNegative
+    error: str | None = None
+    result: RunResult | None = None

@@ -1,0 +1,307 @@
+"""A run under way: its reports, decisions and status as they come, and its result."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Literal, TypeVar
+
+import zenoh
+
+from . import keys
+from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
+from .kinds import F64
+from .messages import (
+    Cancel,
+    CycleReport,
+    Cycles,
+    Decision,
+    InjectRequest,
+    Message,
+    Metrics,
+    Mission,
+    PeopleTrace,
+    RunResult,
+    RunStatus,
+)
+from .session import Mailbox, News, ask, subscribe
+
+M = TypeVar("M", CycleReport, Decision)
+A = TypeVar("A", bound=Message)
+
+MAILBOX_BYTES = 256 << 20
+"""Reports or decisions that may wait to be read: a long run with small reports, or a minute with the largest."""
+
+_INJECT_TIMEOUT = 30.0
+"""Reading maps and recordings takes the simulator a while, seconds."""
+_POLL_PERIOD = 1.0
+"""Without news for this long the status is asked for, seconds."""
+_ASK_TIMEOUT = 5.0
+"""A status with a result may be large, seconds."""
+_CANCEL_PERIOD = 0.2
+_ATTEMPTS = 5
+"""Questions about the status that may fail in a row before the simulator is given up."""
+_LAST_REPORT = 0.5
+"""How long the reports that go with the last decisions may take after the end of the run, seconds: they have the
+lowest priority. None comes for a cycle that ended in a stop before planning."""
+
+_log = logging.getLogger("curionav")
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a run ended.
+
+    Attributes:
+        scenario: Name of the scenario.
+        planner: Name of the planner profile.
+        seed: Seed of everything random.
+        outcome: At the goal, out of time, or believing to be where the robot is not.
+        metrics: The metrics of the paper and a few more.
+        cycles: The planning cycles, in numbers.
+        real_time_factor: Simulated seconds a second of wall time.
+        decisions_sha256: Digest of scene stamps and chosen trajectories, 64 hexadecimal digits: equal for equal
+            decisions.
+        trace: What happened, one array of shape [rows] a column, one row a tick: ``time_s``, ``true_x``, ``belief_x``
+            and so on; m, rad, s.
+        people: Where the people were in these rows.
+    """
+
+    scenario: str
+    planner: str
+    seed: int
+    outcome: Literal["reached", "timeout", "lost"]
+    metrics: Metrics
+    cycles: Cycles
+    real_time_factor: float
+    decisions_sha256: str
+    trace: dict[str, F64]
+    people: PeopleTrace
+
+    @classmethod
+    def of(cls, message: RunResult) -> Result:
+        """The result a message carries."""
+        trace = message.trace
+        return cls(
+            scenario=message.scenario,
+            planner=message.planner,
+            seed=message.seed,
+            outcome=message.outcome,
+            metrics=message.metrics,
+            cycles=message.cycles,
+            real_time_factor=message.real_time_factor,
+            decisions_sha256=message.decisions_sha256,
+            trace={
+                name: trace.values[:, column] if trace.rows else trace.values.reshape(-1)
+                for column, name in enumerate(trace.columns)
+            },
+            people=trace.people,
+        )
+
+
+class Run:
+    """A run of an injected scenario; made by `Deployment.inject`.
+
+    Iterating over it gives its `CycleReport`s as they come and ends with the run. Leaving its ``with`` block cancels a
+    run that still goes on; `close` alone leaves it to itself.
+
+    Attributes:
+        id: The simulator's number of this run.
+        refused: Messages that could not be understood and were passed over.
+    """
+
+    def __init__(self, session: zenoh.Session, request: InjectRequest, world: str, robot: str) -> None:
+        self._session = session
+        self._run_key = keys.world(world, "run")
+        self._mission_key = keys.robot(robot, "mission")
+        decision_key = keys.robot(robot, "decision")
+        self._news = News()
+        self._statuses = Mailbox(self._news, MAILBOX_BYTES)
+        self._reports = Mailbox(self._news, MAILBOX_BYTES)
+        self._decisions = Mailbox(self._news, MAILBOX_BYTES)
+        self._heard = time.monotonic()
+        self._attempts = 0
+        self._closed = False
+        self.refused = 0
+        self._stale = self._order_before(decision_key)
+        self._newest_report = self._stale
+        self._subscribers: list[zenoh.Subscriber[None]] = []
+        try:
+            # Before the injection, so that nothing of the run is missed.
+            self._subscribers.append(subscribe(session, self._run_key, self._statuses.put))
+            self._subscribers.append(subscribe(session, keys.robot(robot, "report"), self._reports.put))
+            self._subscribers.append(subscribe(session, decision_key, self._decisions.put))
+            self._status = ask(session, keys.world(world, "scenario"), RunStatus, request, _INJECT_TIMEOUT)
+        except BaseException:
+            self.close()
+            raise
+        self.id = self._status.run
+
+    def _order_before(self, key: str) -> tuple[int, int]:
+        """(epoch, seq) of the last decision before this run: what is not after it belongs to an earlier one."""
+        try:
+            last = ask(self._session, key, Decision, None, _ASK_TIMEOUT)
+        except (NoAnswer, Rejected, DecodeError):
+            return (-1, -1)
+        return (last.epoch, last.seq)
+
+    # ---- following ----
+
+    def __iter__(self) -> Iterator[CycleReport]:
+        return self.reports()
+
+    def reports(self) -> Iterator[CycleReport]:
+        """The account of each planning cycle, as they come; ends with the run. Each report is given once."""
+        return self._follow(self._reports, CycleReport, self._reports_complete)
+
+    def decisions(self) -> Iterator[Decision]:
+        """The decisions alone, also those of cycles without a report; ends with the run. Each is given once."""
+        return self._follow(self._decisions, Decision, lambda: True)
+
+    @property
+    def lost(self) -> int:
+        """Reports and decisions given up because nobody read them in time; `MAILBOX_BYTES` of each are kept."""
+        return self._reports.lost + self._decisions.lost
+
+    def _reports_complete(self) -> bool:
+        """Whether the report of the newest decision has come."""
+        newest = self._decisions.newest and self._decode(Decision, self._decisions.newest)
+        return newest is None or (newest.epoch, newest.seq) <= self._newest_report
+
+    def _follow(self, mailbox: Mailbox, message: type[M], complete: Callable[[], bool]) -> Iterator[M]:
+        ended_at: float | None = None
+        while True:
+            seen = self._news.count
+            item = mailbox.take()
+            if item is not None:
+                found = self._decode(message, item)
+                if found is not None and (found.epoch, found.seq) > self._stale:
+                    if isinstance(found, CycleReport):
+                        self._newest_report = (found.epoch, found.seq)
+                    yield found
+            elif self._closed:
+                return
+            elif self._goes_on():
+                self._news.wait(seen, _POLL_PERIOD)
+            else:
+                # What was sent before the end may still be on its way behind it.
+                ended_at = ended_at or time.monotonic()
+                left = ended_at + _LAST_REPORT - time.monotonic()
+                if left <= 0.0 or complete():
+                    return
+                self._news.wait(seen, left)
+
+    def _decode(self, message: type[A], item: tuple[bytes, str]) -> A | None:
+        try:
+            return message.decode(*item)
+        except DecodeError as error:
+            self.refused += 1
+            _log.warning("passed over: %s", error)
+            return None
+
+    # ---- status and result ----
+
+    def status(self) -> RunStatus:
+        """Where the run stands: the newest that is known, without waiting."""
+        self._take_in()
+        return self._status
+
+    def wait(self, timeout: float | None = None) -> Result:
+        """Waits for the end of the run and gives its result.
+
+        Args:
+            timeout: How long to wait, s; ``None`` for as long as it takes.
+
+        Raises:
+            TimeoutError: The run still goes on after ``timeout``.
+            RunFailed: The run ended without a result, or the simulator is lost.
+        """
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            seen = self._news.count
+            if not self._goes_on():
+                break
+            left = _POLL_PERIOD if deadline is None else min(deadline - time.monotonic(), _POLL_PERIOD)
+            if left <= 0.0:
+                raise TimeoutError(f"the run still goes on after {timeout:g} s")
+            if self._closed:
+                raise RunFailed("the run was closed before it ended")
+            self._news.wait(seen, left)
+        if self._status.result is None:
+            raise RunFailed(self._status.error or "the run ended without a result")
+        return Result.of(self._status.result)
+
+    def cancel(self, timeout: float = 10.0) -> None:
+        """Cancels the run and waits until it has ended; does nothing if it has.
+
+        Raises:
+            NoAnswer: It did not end within ``timeout`` s.
+        """
+        deadline = time.monotonic() + timeout
+        while self._goes_on():
+            seen = self._news.count
+            left = deadline - time.monotonic()
+            if left <= 0.0:
+                raise NoAnswer(f"the run did not end within {timeout:g} s of being cancelled")
+            # Again and again: the mission of a run that has just been injected may not be there yet.
+            with contextlib.suppress(NoAnswer, Rejected):
+                ask(self._session, self._mission_key, Mission, Cancel(), min(left, _ASK_TIMEOUT))
+            self._news.wait(seen, min(left, _CANCEL_PERIOD))
+
+    def close(self) -> None:
+        """Stops listening; the run itself goes on. Does nothing the second time."""
+        self._closed = True
+        while self._subscribers:
+            with contextlib.suppress(zenoh.ZError):
+                self._subscribers.pop().undeclare()
+        self._news.tell()
+
+    def __enter__(self) -> Run:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.cancel()
+        except CurionavError as failure:
+            if error is None:
+                raise
+            _log.warning("the run could not be cancelled: %s", failure)
+        finally:
+            self.close()
+
+    def _ended(self) -> bool:
+        return self._status.state in ("finished", "failed")
+
+    def _goes_on(self) -> bool:
+        """Whether the run goes on, by what was published; asks when nothing has been for a while."""
+        self._take_in()
+        if not self._ended() and not self._closed and time.monotonic() - self._heard >= _POLL_PERIOD:
+            self._poll()
+        return not self._ended()
+
+    def _take_in(self) -> None:
+        while (item := self._statuses.take()) is not None:
+            status = self._decode(RunStatus, item)
+            if status is not None and status.run == self.id and not self._ended():
+                self._status = status
+                self._heard, self._attempts = time.monotonic(), 0
+
+    def _poll(self) -> None:
+        try:
+            status = ask(self._session, self._run_key, RunStatus, None, _ASK_TIMEOUT)
+        except (NoAnswer, Rejected, DecodeError) as error:
+            self._attempts += 1
+            if self._attempts >= _ATTEMPTS:
+                raise RunFailed(f"the simulator is lost: {error}") from error
+        else:
+            if status.run != self.id:
+                raise RunFailed(f"run {self.id} is gone: the simulator is at run {status.run}")
+            self._status = status
+            self._attempts = 0
+        self._heard = time.monotonic()

@@ -1,0 +1,146 @@
+"""A scenario and everything it names, ready to be sent."""
+
+from __future__ import annotations
+
+import copy
+import re
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from .errors import ScenarioError
+from .kinds import Fault, plain
+
+_WHOLE = frozenset({"plan_every", "beams", "ids"})
+"""Integer fields of a scenario; every other number in it is a float, as the CBOR reader of the services demands."""
+
+_FREE = frozenset({"localizer", "profile"})
+"""Tables that go to other readers as they are."""
+
+_IMAGE = re.compile(r"""^image\s*:\s*(?:"([^"]*)"|'([^']*)'|([^#\n]*?))\s*(?:\s#.*)?$""", re.MULTILINE)
+
+_SENDABLE = re.compile(r"[A-Za-z0-9_-]([A-Za-z0-9._ -]*[A-Za-z0-9_-])?", re.ASCII)
+"""A file name the services accept."""
+
+
+class Scenario:
+    """A scenario as in a scenario file.
+
+    Attributes:
+        data: The scenario's tables; change them as you like before injecting it. Positions are in m, map frame,
+            headings in rad.
+        base: Directory that relative names of files start from.
+    """
+
+    def __init__(self, data: dict[str, Any], base: str | Path = ".") -> None:
+        self.data = data
+        self.base = Path(base)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Scenario:
+        """Reads a scenario file (TOML; needs Python 3.11).
+
+        Raises:
+            ScenarioError: The file cannot be read or is not TOML, or this Python has no TOML reader.
+        """
+        try:
+            import tomllib  # noqa: PLC0415 - not there before Python 3.11
+        except ImportError:
+            reason = "reading TOML needs Python 3.11; read the file yourself and use Scenario.from_dict"
+            raise ScenarioError("", reason) from None
+        path = Path(path)
+        try:
+            data = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise ScenarioError("", f"cannot read {path}: {error.strerror}") from error
+        except ValueError as error:
+            raise ScenarioError("", f"{path}: {error}") from error
+        return cls(data, path.parent)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], base: str | Path = ".") -> Scenario:
+        """A scenario from tables made in Python; they are copied. ``base`` is where the names of files start from."""
+        return cls(copy.deepcopy(data), base)
+
+    def files(self) -> dict[str, bytes]:
+        """Content of every file the scenario names, by the name it is sent under.
+
+        Raises:
+            ScenarioError: A file is missing, or the map's description names no image.
+        """
+        return self.packed()[1]
+
+    def packed(self) -> tuple[dict[str, Any], dict[str, bytes]]:
+        """The tables and the files as they are sent: names of files have lost their directories.
+
+        Raises:
+            ScenarioError: A file is missing, or a value has no form on the wire.
+        """
+        data = copy.deepcopy(self.data)
+        files: dict[str, bytes] = {}
+        table = data.get("map")
+        # What is missing here is the services' to refuse: they name the field.
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            table["file"] = self._pack_map(self.base / table["file"], files)
+        recordings = data.get("recorded", [])
+        sent: dict[Path, str] = {}
+        for index, recorded in enumerate(recordings if isinstance(recordings, list) else []):
+            if isinstance(recorded, dict) and isinstance(recorded.get("file"), str):
+                path = self.base / recorded["file"]
+                if path not in sent:
+                    sent[path] = _free_name(path.name, index, files)
+                    files[sent[path]] = _read(f"recorded[{index}].file", path)
+                recorded["file"] = sent[path]
+        try:
+            return _floats(plain(data)), files
+        except Fault as fault:
+            raise ScenarioError(fault.path, fault.reason) from None
+
+    def _pack_map(self, path: Path, files: dict[str, bytes]) -> str:
+        description = _read("map.file", path)
+        found = _IMAGE.search(description.decode("utf-8", "replace"))
+        image = next((group for group in found.groups() if group), "") if found else ""
+        if not image:
+            raise ScenarioError("map.file", f"{path} names no image; it needs a line such as `image: map.pgm`")
+        # The services look for the image under the name its description gives, so it cannot be renamed.
+        name = PurePosixPath(image).name
+        if not _SENDABLE.fullmatch(name):
+            raise ScenarioError(
+                "map.file", f"the image `{name}` needs a name of letters, digits, `.`, `_`, `-` and spaces"
+            )
+        files[name] = _read("map.file: image", path.parent / image)
+        sent = _free_name(path.name, 0, files)
+        files[sent] = description
+        return sent
+
+
+def _read(field: str, path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ScenarioError(field, f"cannot read {path}: {error.strerror}") from error
+
+
+def _free_name(name: str, index: int, taken: dict[str, bytes]) -> str:
+    """``name`` made of characters the services accept, with ``index`` before it if it is taken."""
+    if not _SENDABLE.fullmatch(name):
+        name = f"file-{re.sub(r'[^A-Za-z0-9_.-]', '_', name).rstrip('.')}"
+    while name in taken:
+        name = f"{index}-{name}"
+    return name
+
+
+def _floats(table: dict[str, Any]) -> dict[str, Any]:
+    """The tables with integers as floats where the services expect floats: ``start = [1, 2, 0]`` is three of them."""
+
+    def convert(key: str, value: Any) -> Any:
+        if key in _WHOLE or isinstance(value, bool):
+            return value
+        if isinstance(value, int):
+            return float(value)
+        if isinstance(value, list):
+            return [convert(key, entry) for entry in value]
+        if isinstance(value, dict):
+            return {inner: convert(inner, entry) for inner, entry in value.items()}
+        return value
+
+    return {key: value if key in _FREE else convert(key, value) for key, value in table.items()}

@@ -1,0 +1,265 @@
+"""The Zenoh session: the only module that knows how bytes travel.
+
+Zenoh calls back on its receiving threads. Callbacks here only put what came into a queue; everything else happens on
+the caller's thread, which therefore stays interruptible, and no thread of ours runs.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import zenoh
+
+from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
+from .messages import Message, Reject
+
+M = TypeVar("M", bound=Message)
+
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+"""Where `curionav up` and `curionav router` listen unless told otherwise."""
+
+_CONFIGURATION = """{
+  mode: "client",
+  scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
+  queries_default_timeout: 1000,
+  adminspace: { enabled: false },
+  transport: {
+    link: {
+      tx: { lease: 1000, keep_alive: 4 },
+      rx: { max_message_size: 134217728 },
+    },
+    shared_memory: { enabled: false },
+  },
+}"""
+
+
+def open_session(
+    endpoint: str | None, namespace: str | None, config: str | os.PathLike[str] | None, timeout: float
+) -> zenoh.Session:
+    """A session with a router behind it.
+
+    Raises:
+        ConnectionFailed: No router answered within ``timeout`` s, or the configuration was refused.
+    """
+    if timeout <= 0.0:
+        raise ValueError(f"timeout must be positive, found {timeout}")
+    settings, where = _configure(endpoint, namespace, config, timeout)
+    deadline = time.monotonic() + timeout
+    session = _open(settings, where, timeout)
+    # Opening can succeed without a router behind it: a refused certificate is only a warning to Zenoh.
+    try:
+        while not session.info.routers_zid():
+            if time.monotonic() > deadline:
+                raise ConnectionFailed(_no_router(where, timeout))
+            time.sleep(0.02)
+    except BaseException:
+        session.close()
+        raise
+    return session
+
+
+def _configure(
+    endpoint: str | None, namespace: str | None, config: str | os.PathLike[str] | None, timeout: float
+) -> tuple[zenoh.Config, str]:
+    file = config or os.environ.get("ZENOH_CONFIG")
+    if file is None and endpoint is None:
+        endpoint = DEFAULT_ENDPOINT
+    where = endpoint or f"the endpoints of {file}"
+    try:
+        settings = zenoh.Config.from_json5(_CONFIGURATION) if file is None else zenoh.Config.from_file(Path(file))
+        if endpoint is not None:
+            settings.insert_json5("mode", '"client"')
+            settings.insert_json5("connect/endpoints", json.dumps([endpoint]))
+        if namespace is not None:
+            settings.insert_json5("namespace", json.dumps(namespace))
+        settings.insert_json5("connect/timeout_ms", str(max(1, round(timeout * 1000))))
+        settings.insert_json5("connect/exit_on_failure", "true")
+        retry = {"period_init_ms": 100, "period_max_ms": 400, "period_increase_factor": 2}
+        settings.insert_json5("connect/retry", json.dumps(retry))
+    except zenoh.ZError as error:
+        raise ConnectionFailed(f"the Zenoh configuration for {where} was refused: {error}") from error
+    return settings, where
+
+
+def _no_router(where: str, timeout: float) -> str:
+    return f"no router answered at {where} within {timeout:g} s: is `curionav up` (or `curionav router`) running there?"
+
+
+def _open(settings: zenoh.Config, where: str, timeout: float) -> zenoh.Session:
+    """Opens on a thread that ends with the attempt, because Zenoh does not notice an interrupt while it connects."""
+    opened: list[zenoh.Session] = []
+    failed: list[Exception] = []
+    done = threading.Event()
+    abandoned = threading.Event()
+
+    def attempt() -> None:
+        try:
+            session = zenoh.open(settings)
+            if abandoned.is_set():
+                session.close()
+            else:
+                opened.append(session)
+        except Exception as error:
+            failed.append(error)
+        finally:
+            done.set()
+
+    threading.Thread(target=attempt, name="curionav-connect", daemon=True).start()
+    try:
+        # Zenoh ends an attempt by itself in time; the second guards against one that does not.
+        done.wait(timeout + 1.0)
+    except BaseException:
+        abandoned.set()
+        raise
+    if opened:
+        return opened[0]
+    abandoned.set()
+    raise ConnectionFailed(_no_router(where, timeout)) from (failed[0] if failed else None)
+
+
+class News:
+    """Counts what came, so that a waiter misses nothing that came between looking and waiting."""
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self.count = 0
+
+    def tell(self) -> None:
+        """Something came, or something is over."""
+        with self._changed:
+            self.count += 1
+            self._changed.notify_all()
+
+    def wait(self, seen: int, seconds: float) -> None:
+        """Waits until there is more than at the count ``seen``, at most ``seconds``."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.count != seen, max(seconds, 0.0))
+
+
+class Mailbox:
+    """What came and has not been read: in order, bounded in bytes; beyond the bound the oldest goes and is counted."""
+
+    def __init__(self, news: News, limit_bytes: int) -> None:
+        self._news = news
+        self._limit = limit_bytes
+        self._bytes = 0
+        self._lock = threading.Lock()
+        self._items: deque[tuple[bytes, str]] = deque()
+        self.newest: tuple[bytes, str] | None = None
+        self.lost = 0
+
+    def put(self, sample: zenoh.Sample) -> None:
+        """Keeps a sample; called by Zenoh."""
+        item = (sample.payload.to_bytes(), str(sample.encoding))
+        with self._lock:
+            self._items.append(item)
+            self.newest = item
+            self._bytes += len(item[0])
+            while self._bytes > self._limit and len(self._items) > 1:
+                self._bytes -= len(self._items.popleft()[0])
+                self.lost += 1
+        self._news.tell()
+
+    def take(self) -> tuple[bytes, str] | None:
+        """The oldest (payload, encoding), or ``None`` if there is none."""
+        with self._lock:
+            if not self._items:
+                return None
+            item = self._items.popleft()
+            self._bytes -= len(item[0])
+            return item
+
+
+def subscribe(session: zenoh.Session, key: str, put: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
+    """Calls ``put`` with every sample on ``key``, on Zenoh's thread."""
+    # Not indirect: no thread of Python's, and what arrived before `close` is seen before it.
+    handler: zenoh.handlers.Callback[zenoh.Sample] = zenoh.handlers.Callback(put, indirect=False)
+    return session.declare_subscriber(key, handler)
+
+
+def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | None, timeout: float) -> M:
+    """Asks ``key`` and waits for the first usable answer.
+
+    Raises:
+        NoAnswer: Nobody serves the key, or not within ``timeout`` s.
+        Rejected: The service refused.
+        DecodeError: The answer is not what it should be.
+    """
+    replies: deque[zenoh.Reply] = deque()
+    changed = threading.Condition()
+    ended = False
+
+    def reply(received: zenoh.Reply) -> None:
+        with changed:
+            replies.append(received)
+            changed.notify()
+
+    def end() -> None:
+        nonlocal ended
+        with changed:
+            ended = True
+            changed.notify()
+
+    handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(reply, end, indirect=False)
+    session.get(
+        key,
+        handler,
+        consolidation=zenoh.ConsolidationMode.NONE,
+        congestion_control=zenoh.CongestionControl.BLOCK,
+        timeout=timeout,
+        express=True,
+        payload=None if question is None else question.encode(),
+        encoding=None if question is None else question.encoding(),
+    )
+    failure: Exception = NoAnswer(f"nobody answers at {key}")
+    deadline = time.monotonic() + timeout + 0.1
+    while True:
+        with changed:
+            while not replies and not ended:
+                left = deadline - time.monotonic()
+                if left <= 0.0:
+                    raise NoAnswer(f"no answer at {key} within {timeout:g} s")
+                changed.wait(left)
+            if not replies:
+                raise failure
+            received = replies.popleft()
+        try:
+            return _answer(received, key, answer, timeout)
+        except (DecodeError, NoAnswer, Rejected) as error:
+            failure = error
+
+
+def _answer(reply: zenoh.Reply, key: str, answer: type[M], timeout: float) -> M:
+    sample = reply.ok
+    if sample is not None:
+        return answer.decode(sample.payload.to_bytes(), str(sample.encoding))
+    refusal = reply.err
+    try:
+        assert refusal is not None
+        reject = Reject.decode(refusal.payload.to_bytes(), str(refusal.encoding))
+    except DecodeError:
+        # Zenoh's own error reply: the time is up.
+        raise NoAnswer(f"no answer at {key} within {timeout:g} s") from None
+    raise Rejected(reject.field, reject.reason, reject.code)
+
+
+def alive(session: zenoh.Session, key: str, timeout: float) -> list[str]:
+    """Keys of the liveliness tokens that match ``key``, in order."""
+    found: list[str] = []
+    ended = threading.Event()
+
+    def reply(received: zenoh.Reply) -> None:
+        if received.ok is not None:
+            found.append(str(received.ok.key_expr))
+
+    handler: zenoh.handlers.Callback[zenoh.Reply] = zenoh.handlers.Callback(reply, ended.set, indirect=False)
+    session.liveliness().get(key, handler, timeout=timeout)
+    ended.wait(timeout + 0.1)
+    return sorted(set(found))

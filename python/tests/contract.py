@@ -1,0 +1,25 @@
+"""Where the contract lies, and a validator for it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import pycddl
+
+ROOT = Path(__file__).resolve().parents[2]
+SCHEMAS = ROOT / "schemas"
+
+
+def golden_files() -> list[tuple[Path, str]]:
+    """(file, CDDL rule) of every golden message, by ``golden/index.txt``."""
+    lines = (SCHEMAS / "golden" / "index.txt").read_text().splitlines()
+    pairs = (line.split() for line in lines if line and not line.startswith("#"))
+    return [(SCHEMAS / "golden" / name, rule) for name, rule in pairs]
+
+
+@lru_cache
+def validator(rule: str) -> pycddl.Schema:
+    """The CDDL of a message; the first rule of a text is the one validated."""
+    rules = "\n".join(path.read_text() for path in sorted(SCHEMAS.glob("*.cddl")))
+    return pycddl.Schema(f"validated = {rule}\n{rules}")

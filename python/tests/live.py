@@ -1,0 +1,98 @@
+"""A deployment of real processes, and a small scenario that takes seconds."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from contract import ROOT
+
+READY_TIMEOUT = 60.0
+STOP_TIMEOUT = 20.0
+
+
+def program() -> Path:
+    """The built `curionav`; skips the test if there is none."""
+    path = Path(os.environ.get("CURIONAV_BIN", ROOT / "target" / "release" / "curionav"))
+    if not path.is_file():
+        pytest.skip(f"no program at {path}: build it with `cargo build --release` or set CURIONAV_BIN")
+    return path
+
+
+@dataclass
+class Up:
+    """A deployment that is up."""
+
+    endpoint: str
+    process: subprocess.Popen[str]
+    pids: dict[str, int]
+
+    def stop(self) -> int:
+        """Ends it as Ctrl-C does; gives its exit status."""
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(STOP_TIMEOUT)
+
+
+@contextmanager
+def deployment(directory: Path, **fields: str) -> Iterator[Up]:
+    """Starts `curionav up` on a free port and ends it."""
+    file = directory / "deployment.toml"
+    file.write_text("port = 0\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in fields.items()))
+    process = subprocess.Popen(
+        [program(), "up", file, "--port", "0"], stdout=subprocess.PIPE, stderr=None, text=True, cwd=directory
+    )
+    assert process.stdout is not None
+    watchdog = threading.Timer(READY_TIMEOUT, process.kill)
+    watchdog.start()
+    try:
+        line = process.stdout.readline()
+        watchdog.cancel()
+        assert line, "the deployment ended, or was not up in time"
+        ready: dict[str, Any] = json.loads(line)
+        assert ready["ready"] == "deployment"
+        pids = {entry["name"]: entry["pid"] for entry in ready["processes"]}
+        yield Up(ready["endpoints"][0], process, pids)
+    finally:
+        watchdog.cancel()
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            try:
+                process.wait(STOP_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        process.stdout.close()
+
+
+def hall(directory: Path) -> dict[str, Any]:
+    """A scenario in an empty hall of 12 m x 6 m with one walker; its map lies in ``directory / "maps"``.
+
+    Whole numbers on purpose where floats are meant.
+    """
+    maps = directory / "maps"
+    maps.mkdir(exist_ok=True)
+    width, height = 120, 60
+    rows = [
+        bytes(0 if x in (0, width - 1) or y in (0, height - 1) else 254 for x in range(width)) for y in range(height)
+    ]
+    (maps / "hall.pgm").write_bytes(f"P5\n{width} {height}\n255\n".encode() + b"".join(rows))
+    (maps / "hall.yaml").write_text(
+        "image: hall.pgm  # beside this file\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\n"
+        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+    return {
+        "name": "hall",
+        "map": {"file": "maps/hall.yaml"},
+        "robot": {"start": [2, 3, 0], "goal": [6, 3]},
+        "clock": {"time_limit_s": 30},
+        "walkers": [{"route": [[8, 1], [8, 5]], "speed": 1}],
+    }
