@@ -80,6 +80,10 @@ const FAN: u32 = 24;
 /// Arcs offered beside the tree's branches, which tend to share their beginnings: an odd number, the
 /// middle one straight.
 const ARCS: u32 = 13;
+/// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
+const BEGINNING: f64 = 1.2;
+/// Who is this far away in the end gets somewhere, however slowly, metres.
+const SOMEWHERE: f64 = 0.3;
 
 /// A path to be timed.
 struct Proposal {
@@ -98,6 +102,8 @@ struct Free {
     slow: bool,
     /// Whether it can still be stopped short of people who stop walking.
     safe: bool,
+    /// Distance of the last state from where the robot is, metres.
+    travel: f64,
     /// Geodesic distance from the last state, metres.
     to_go: f64,
     near: (i64, i64, i64),
@@ -152,6 +158,9 @@ pub fn find_candidates(
     }
     if free.iter().any(|f| !f.slow) {
         free.retain(|f| !f.slow);
+    } else if free.iter().any(|f| f.travel >= SOMEWHERE) {
+        // Turning to and fro beside somebody who waits costs nothing and never ends.
+        free.retain(|f| f.travel >= SOMEWHERE);
     }
     finder.emit(free)
 }
@@ -193,11 +202,23 @@ impl Finder<'_> {
             let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
             if off > self.params.turn_from {
                 let path = path.clone();
-                proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal: true });
+                let turns_to_goal = !self.occupied(&path);
+                proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal });
             }
             proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
         }
         proposals
+    }
+
+    /// Whether somebody is in the way at the beginning of a path: turning to it leads nowhere yet.
+    fn occupied(&self, path: &Path) -> bool {
+        let people = &self.input.scene.people;
+        let contact = self.input.robot.radius() + people.radius;
+        let first = (BEGINNING / Path::SPACING) as usize;
+        path.points()
+            .iter()
+            .take(first)
+            .any(|p| (0..people.len()).any(|i| people.position(i).distance_squared(*p) < contact * contact))
     }
 
     /// Arcs from the tightest left to the tightest right, evenly spaced in curvature.
@@ -227,7 +248,8 @@ impl Finder<'_> {
                 let angle = first + f64::from(k) * std::f64::consts::TAU / f64::from(FAN);
                 let (s, c) = sin_cos(angle);
                 let end = Point2::new(pose.x + reach * c, pose.y + reach * s);
-                let turn_first = wrap_angle(angle - pose.heading).abs() > self.params.turn_from;
+                // Next to somebody even a small turn has to come first.
+                let turn_first = wrap_angle(angle - pose.heading).abs() > self.rollout_params.turn_until;
                 let path = self.until_wall(Path::new(pose.position(), [end], reach));
                 Proposal { path, turn_first, pinned: false, turns_to_goal: false }
             })
@@ -277,6 +299,7 @@ impl Finder<'_> {
                 &rollout.y,
                 self.input.robot.stopping_distance(rollout.v[0]),
             ),
+            travel: end.distance(self.from.pose.position()),
             to_go,
             near: {
                 let (column, row) = cell(near, params.near_cell);
