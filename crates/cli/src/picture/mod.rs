@@ -75,7 +75,7 @@ fn page(run: &Run<'_>) -> String {
 
     let map = overview::overview(run, &moments, wide, MAP_HEIGHT);
     let beside = wide - map.width - 2.0 * GAP;
-    let legend = legend::legend(if beside >= 230.0 { beside } else { wide });
+    let legend = legend::legend(if beside >= 280.0 { beside } else { wide });
     if beside >= legend.width {
         let left = RIM + map.width + 2.0 * GAP;
         column.add_beside(left, legend);
