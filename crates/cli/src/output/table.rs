@@ -22,7 +22,7 @@ pub(crate) fn table(result: &RunResult) -> String {
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    format!("{}\n{}\n", headline(result), table.trim_fmt())
+    format!("{}\n{}", headline(result), table.trim_fmt())
 }
 
 /// One line: how it ended, of what.

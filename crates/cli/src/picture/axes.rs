@@ -6,7 +6,11 @@ use svg::node::element::{Group, Rectangle};
 
 /// Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, at most `most` steps apart.
 pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
-    let step = step(high - low, most);
+    multiples(step(high - low, most), low, high)
+}
+
+/// Multiples of `step` from `low` to `high`.
+fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     let count = (last - first).clamp(-1.0, 100.0) + 1.0;
     (0..count as u32).map(|i| (first + f64::from(i)) * step + 0.0).collect()
@@ -26,18 +30,20 @@ pub(super) fn label(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').replace('-', "\u{2212}")
 }
 
-/// A grid over the window with metres along its left and lower edge, outside of it, and a frame around it.
-pub(super) fn axes(window: &Window, most: usize) -> Group {
+/// A grid of squares at least `apart` pixels wide, with metres along the left and lower edge of the window, outside
+/// of it, and a frame around it.
+pub(super) fn axes(window: &Window, apart: f64) -> Group {
     let Window { min_x, max_y, width, height, scale } = *window;
     let mut group = Group::new();
-    for x in ticks(min_x, min_x + width / scale, most) {
+    let step = step(apart / scale, 1);
+    for x in multiples(step, min_x, min_x + width / scale) {
         let at = window.at((x, max_y)).0;
         group = group
             .add(line((at, 0.0), (at, height), "grid"))
             .add(line((at, height), (at, height + 4.0), "tick"))
             .add(text((at, height + 15.0), "s", label(x)).set("text-anchor", "middle"));
     }
-    for y in ticks(max_y - height / scale, max_y, most) {
+    for y in multiples(step, max_y - height / scale, max_y) {
         let at = window.at((min_x, y)).1;
         group = group
             .add(line((0.0, at), (width, at), "grid"))

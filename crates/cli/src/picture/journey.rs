@@ -43,14 +43,16 @@ impl Track {
             .filter(|stretch: &Vec<_>| !stretch.is_empty())
     }
 
-    /// The last place and the metres gone in the last few rows that led there.
-    pub(super) fn end(&self) -> Option<((f64, f64), (f64, f64))> {
+    /// The last place, m, and the mean velocity over the few rows that led there, m/s.
+    pub(super) fn end(&self, time: &[f64]) -> Option<((f64, f64), (f64, f64))> {
         const ROWS: usize = 5;
         let last = self.at.iter().rposition(Option::is_some)?;
         let first =
             (last.saturating_sub(ROWS)..=last).rev().take_while(|row| self.at[*row].is_some()).last()?;
         let (from, to) = (self.at[first]?, self.at[last]?);
-        Some((to, (to.0 - from.0, to.1 - from.1)))
+        let elapsed = time.get(last)? - time.get(first)?;
+        let speed = |metres: f64| if elapsed > 0.0 { metres / elapsed } else { 0.0 };
+        Some((to, (speed(to.0 - from.0), speed(to.1 - from.1))))
     }
 }
 
@@ -115,7 +117,10 @@ mod tests {
         assert_eq!(journey.people.len(), 2);
         assert_eq!(journey.people[0].at.iter().flatten().count(), 2);
         assert_eq!(journey.people[1].at[0], None);
-        assert_eq!(journey.people[1].end().map(|end| end.1), Some((0.0, 0.0)));
+        assert_eq!(journey.people[1].end(&journey.time).map(|end| end.1), Some((0.0, 0.0)));
+        // Five centimetres in a tenth of a second.
+        let velocity = journey.people[0].end(&journey.time).unwrap().1;
+        assert!((velocity.0 + 0.5).abs() < 1e-6 && (velocity.1 - 0.1).abs() < 1e-6);
     }
 
     #[test]

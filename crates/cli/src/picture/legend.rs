@@ -1,13 +1,13 @@
 //! What the lines, colours and symbols mean.
 
 use super::Panel;
-use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, TRUTH, UNCERTAIN, cost_colour};
+use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, TRUTH, cost_colour};
 use super::symbols::{badge, line, person, star, text};
 use super::window::{Window, px};
 use svg::node::element::{Circle, Ellipse, Group, Line, Rectangle};
 
 /// Width of a column and height of a row, px.
-const CELL: (f64, f64) = (230.0, 21.0);
+const CELL: (f64, f64) = (280.0, 21.0);
 /// Width of the symbols, px.
 const SYMBOL: f64 = 34.0;
 
@@ -33,10 +33,8 @@ fn entries() -> Vec<(Group, &'static str)> {
     let stroke = |colour: &str, width: f64| bar().set("stroke", colour).set("stroke-width", width);
     let circle = |radius: f64| Circle::new().set("cx", middle.0).set("cy", middle.1).set("r", radius);
     let ellipse = Ellipse::new().set("cx", middle.0).set("cy", middle.1).set("rx", 14).set("ry", 7);
-    let shaded = Rectangle::new().set("y", 3).set("width", SYMBOL).set("height", 14);
     // A window in which a pixel is a tenth of a metre, to show somebody who walks at 1 m/s.
     let window = Window { min_x: 0.0, max_y: 2.0, width: 34.0, height: 20.0, scale: 10.0 };
-    let alone = |node: Group| node;
     vec![
         (Group::new().add(stroke(TRUTH, 3.0)), "where the robot was"),
         (Group::new().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed to be"),
@@ -57,7 +55,7 @@ fn entries() -> Vec<(Group, &'static str)> {
                 .add(star(middle)),
             "goal, and where it counts as reached",
         ),
-        (alone(person(&window, (0.9, 1.0), (1.0, 0.0), 0.3)), "person, and 0.8 s of their way"),
+        (person(&window, (0.9, 1.0), (1.0, 0.0), 0.3), "person, and 0.8 s of their way"),
         (
             Group::new().add(stroke(PERSON, 1.1).set("stroke-opacity", 0.35)),
             "ways of the people (discs: at the end)",
@@ -69,7 +67,6 @@ fn entries() -> Vec<(Group, &'static str)> {
         (costs(), "candidates, cheap to dear"),
         (Group::new().add(bar().set("class", "rejected")), "rejected candidates"),
         (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
-        (Group::new().add(shaded.set("fill", UNCERTAIN).set("fill-opacity", 0.35)), "counts as uncertain"),
         (badge(middle, 1), "moment shown from close by"),
     ]
 }

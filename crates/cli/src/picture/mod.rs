@@ -24,7 +24,7 @@ const WIDTH: f64 = 1200.0;
 /// Free rim of the page, px.
 const RIM: f64 = 26.0;
 /// Greatest height of the map, px.
-const MAP_HEIGHT: f64 = 660.0;
+const MAP_HEIGHT: f64 = 780.0;
 /// From one part of the page to the next, px.
 const GAP: f64 = 22.0;
 /// Moments beside each other.
@@ -75,7 +75,7 @@ fn page(run: &Run<'_>) -> String {
 
     let map = overview::overview(run, &moments, wide, MAP_HEIGHT);
     let beside = wide - map.width - 2.0 * GAP;
-    let legend = legend::legend(if beside >= 230.0 { beside } else { wide });
+    let legend = legend::legend(if beside >= 280.0 { beside } else { wide });
     if beside >= legend.width {
         let left = RIM + map.width + 2.0 * GAP;
         column.add_beside(left, legend);

@@ -8,7 +8,7 @@ use super::symbols::{badge, covariance_ellipse, crowds, goal, path, person, robo
 use super::window::{Window, px};
 use super::{Panel, Run};
 use curionav_schemas::{Action, CandidateSet, CycleReport};
-use svg::node::element::{Group, Polyline, Rectangle, SVG};
+use svg::node::element::{Group, Polyline, Rectangle, SVG, TSpan};
 
 /// Half the side of the part of the map that is shown, m.
 const REACH_M: f64 = 6.0;
@@ -19,7 +19,7 @@ const CAPTION: (f64, f64) = (24.0, 74.0);
 /// Room for the numbers left of the map, px.
 const AXIS: f64 = 26.0;
 /// Pixels a character of the captions takes on average.
-const CHARACTER: f64 = 5.5;
+const CHARACTER: f64 = 6.2;
 
 /// The cycle within `width` pixels.
 pub(super) fn moment(run: &Run<'_>, moment: &Moment<'_>, width: f64) -> Panel {
@@ -41,7 +41,7 @@ pub(super) fn moment(run: &Run<'_>, moment: &Moment<'_>, width: f64) -> Panel {
     let map = Group::new()
         .set("transform", format!("translate({AXIS} {})", CAPTION.0))
         .add(inside)
-        .add(axes(&window, 6))
+        .add(axes(&window, 50.0))
         .add(caption(report, side).set("transform", format!("translate(0 {})", px(side + 30.0))));
     let content = Group::new()
         .set("class", "moment")
@@ -169,15 +169,17 @@ fn caption(report: &CycleReport, width: f64) -> Group {
     };
     let mut lines = wrapped(&format!("{action}: {}", decision.reason), columns, 2);
     lines.extend(wrapped(&costs(report), columns, 2));
-    let mut group = lines.iter().enumerate().fold(Group::new(), |group, (row, line)| {
-        group.add(text((0.0, 13.0 * row as f64), if row == 0 { "b" } else { "" }, line.clone()))
-    });
+    let first = lines[0].strip_prefix(action).unwrap_or_default().to_owned();
+    let first = text((0.0, 0.0), "", "").add(TSpan::new(action).set("class", "b")).add(TSpan::new(first));
+    let row = |row: usize| (0.0, 13.0 * row as f64);
+    let mut group = Group::new().add(first);
+    for (index, line) in lines.iter().enumerate().skip(1) {
+        group = group.add(text(row(index), "", line.as_str()));
+    }
     if !decision.degraded.is_empty() {
         let words = wrapped(&format!("Degraded: {}", decision.degraded.join("; ")), columns, 1);
-        let row = 13.0 * lines.len() as f64;
-        group = words.into_iter().fold(group, |group, line| {
-            group.add(text((0.0, row), "b", line).set("style", format!("fill:{BELIEF}")))
-        });
+        let line = text(row(lines.len()), "b", words.concat());
+        group = group.add(line.set("style", format!("fill:{BELIEF}")));
     }
     group
 }
@@ -186,19 +188,20 @@ fn caption(report: &CycleReport, width: f64) -> Group {
 fn costs(report: &CycleReport) -> String {
     let count = report.candidates.count as usize;
     let rejected = (0..count).filter(|index| is_rejected(report, *index)).count();
-    let mut words = format!("{count} candidates, {rejected} rejected");
+    let mut words = format!("{count} candidates ({rejected} rejected");
     let left_out = count - drawn(report).len();
     if left_out > 0 {
         words += &format!(", {left_out} not drawn");
     }
+    words.push(')');
     let scale = CostScale::of(report);
     if scale.low <= scale.high {
-        words += &format!("; costs {:.2} to {:.2}", scale.low, scale.high);
+        words += &format!(", cost {:.2}\u{2013}{:.2}", scale.low, scale.high);
     }
     if let Some(margin) = margin(report) {
         words += &format!(", margin {margin:.3}");
     }
-    words + if report.scene.uncertain { "; uncertain" } else { "" }
+    words + if report.scene.uncertain { ", uncertain" } else { "" }
 }
 
 /// How much dearer the best of the others is than the chosen candidate; negative if it is cheaper.

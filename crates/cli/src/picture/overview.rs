@@ -31,8 +31,10 @@ pub(super) fn overview(run: &Run<'_>, moments: &[Moment<'_>], width: f64, height
         .add(ways(run, &window))
         .add(badges(run, moments, &window))
         .add(scale_bar(&window));
-    let group =
-        Group::new().set("transform", format!("translate({} 0)", AXIS.0)).add(axes(&window, 14)).add(inside);
+    let group = Group::new()
+        .set("transform", format!("translate({} 0)", AXIS.0))
+        .add(axes(&window, 70.0))
+        .add(inside);
     Panel { content: Group::new().add(group), width: window.width + AXIS.0, height: window.height + AXIS.1 }
 }
 
@@ -52,9 +54,9 @@ fn people(run: &Run<'_>, window: &Window) -> Group {
     let tracks = run.journey.people.iter().flat_map(Track::stretches).fold(Group::new(), |group, stretch| {
         group.add(Polyline::new().set("class", "track").set("points", window.points(stretch)))
     });
-    let ends = run.journey.people.iter().filter_map(Track::end);
+    let ends = run.journey.people.iter().filter_map(|track| track.end(&run.journey.time));
     ends.filter(|(at, _)| window.holds(*at, 1.0))
-        .fold(tracks, |group, (at, moved)| group.add(person(window, at, moved, run.person_radius)))
+        .fold(tracks, |group, (at, velocity)| group.add(person(window, at, velocity, run.person_radius)))
 }
 
 /// The true way, the believed one with its uncertainty, start and end.

@@ -49,7 +49,7 @@ pub(super) fn style_sheet() -> String {
         ".s{font-size:10px;fill:#555}.halo{paint-order:stroke;stroke:#fff;stroke-width:3px;stroke-linejoin:round}",
         ".grid{stroke:#000;stroke-opacity:.08;stroke-width:1}.tick{stroke:#555;stroke-width:1}",
         ".frame{fill:none;stroke:#555;stroke-width:1}.line{fill:none;stroke-linejoin:round;stroke-linecap:round}",
-        ".track{fill:none;stroke:#A6457F;stroke-opacity:.22;stroke-width:1.1;stroke-linejoin:round}",
+        ".track{fill:none;stroke:#A6457F;stroke-opacity:.35;stroke-width:1.1;stroke-linejoin:round}",
         ".candidate{fill:none;stroke-width:1.1;stroke-opacity:.85;stroke-linejoin:round}",
         ".rejected{fill:none;stroke:#8a8a8a;stroke-width:.8;stroke-opacity:.7;stroke-dasharray:3 2}",
     ]

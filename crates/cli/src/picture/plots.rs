@@ -13,6 +13,8 @@ use svg::node::element::{Group, Polyline, Rectangle, SVG};
 const COMFORT_M: f64 = 1.5;
 /// Farther people are off the plot, m.
 const FAR_M: f64 = 8.0;
+/// Upper end of an axis over the greatest value: room for the numbers of the moments.
+const HEADROOM: f64 = 1.16;
 /// Smallest uncertainty told apart on a logarithmic axis.
 const LEAST_UNCERTAINTY: f64 = 1e-5;
 /// Room left of and around a plot, px.
@@ -60,7 +62,7 @@ fn quantities<'a>(run: &Run<'_>) -> Vec<Plot<'a>> {
     vec![
         Plot {
             title: "Uncertainty: trace of the pose covariance, m\u{b2} + rad\u{b2} (shaded: counts as uncertain)",
-            high: most(&uncertainty).max(2.0 * least) * 1.2,
+            high: most(&uncertainty).max(2.0 * least) * 2.0,
             low: least / 1.2,
             values: uncertainty,
             colour: BELIEF,
@@ -69,7 +71,7 @@ fn quantities<'a>(run: &Run<'_>) -> Vec<Plot<'a>> {
         },
         Plot {
             title: "Distance to the nearest person, centre to centre, m",
-            high: (most(&near) * 1.05).clamp(2.0 * COMFORT_M, FAR_M),
+            high: (most(&near) * HEADROOM).clamp(2.0 * COMFORT_M, FAR_M),
             low: 0.0,
             values: near,
             colour: PERSON,
@@ -78,7 +80,7 @@ fn quantities<'a>(run: &Run<'_>) -> Vec<Plot<'a>> {
         },
         Plot {
             title: "Localisation error: distance of the estimate from the truth, m",
-            high: (most(&journey.error) * 1.08).max(0.1),
+            high: (most(&journey.error) * HEADROOM).max(0.1),
             low: 0.0,
             values: journey.error.clone(),
             colour: BELIEF,
@@ -87,7 +89,7 @@ fn quantities<'a>(run: &Run<'_>) -> Vec<Plot<'a>> {
         },
         Plot {
             title: "Speed, m/s",
-            high: (most(&journey.speed) * 1.08).max(0.1),
+            high: (most(&journey.speed) * HEADROOM).max(0.1),
             low: slowest * 1.08,
             values: journey.speed.clone(),
             colour: TRUTH,
@@ -143,7 +145,9 @@ fn drawn(plot: &Plot<'_>, run: &Run<'_>, moments: &[Moment<'_>], width: f64, hei
         let at = x(moment.report.scene.stamp);
         let mark = line((at, 0.0), (at, height), "line").set("stroke", INK).set("stroke-width", 0.8);
         inside = inside.add(mark.set("stroke-dasharray", "2 3").set("stroke-opacity", 0.7));
-        let number = text((at + 3.0, 10.0), "s b halo", moment.number.to_string());
+        // Beside its line, on the side that is within the plot.
+        let beside = if at < wide - 12.0 { at + 3.0 } else { at - 9.0 };
+        let number = text((beside, 10.0), "s b halo", moment.number.to_string());
         inside = inside.add(number);
     }
     for (value, name) in &plot.levels {

@@ -74,7 +74,7 @@ fn a_stop_chooses_nothing() {
     let stopped = CycleReport { decision: golden::stop(), chosen: None, ..golden::cycle_report() };
     let svg = picture(&run(60), &[stopped]);
     assert_eq!(count(&svg, r#"class="line chosen""#), 0);
-    assert!(svg.contains("Stop: no candidate is free of collision"));
+    assert!(svg.contains(": no candidate is free of collision"));
 }
 
 #[test]
