@@ -11,13 +11,13 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const PLANNING: &str = "curionav-planning";
     const SCHEMAS: &str = "curionav-schemas";
     const RUNTIME: &str = "curionav-runtime";
+    const LOCALIZATION: &str = "curionav-localization";
     Some(match directory {
         "schemas" | "crates/planning" => vec![],
         "crates/localization" | "crates/crowdsim" => vec![PLANNING],
         "crates/runtime" => vec![PLANNING, SCHEMAS],
-        "services/localizer" => vec![PLANNING, SCHEMAS, RUNTIME, "curionav-localization"],
-        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, TRUTH],
-        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME],
+        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION, TRUTH],
+        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION],
         "crates/cli" | "tests" => ours(),
         _ => return None,
     })
