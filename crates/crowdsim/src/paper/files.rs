@@ -74,6 +74,16 @@ mod tests {
     }
 
     #[test]
+    fn the_scenarios_on_real_maps_are_well_formed() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/real");
+        for (file, people) in [("osnabrueck-floor3", 10), ("warehouse", 8)] {
+            let text = std::fs::read_to_string(format!("{folder}/{file}.toml")).unwrap();
+            let scenario = Scenario::from_toml(&text).unwrap();
+            assert_eq!((scenario.name.as_str(), scenario.walkers.len()), (file, people));
+        }
+    }
+
+    #[test]
     fn a_written_scenario_reads_back_and_fits_its_map() {
         for scene in [environment(4, "s2", 5).unwrap(), quickstart(5).unwrap(), zara01().unwrap()] {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
