@@ -1,94 +1,15 @@
 //! Measures a finished scene against everything the paper and D16 and D17 ask of it.
 
-use std::fmt;
-
 use curionav_planning::geometry::{Point2, Pose2, bearing};
 use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
 
 use super::beats::points;
+use super::report::{LEAST_HOLD, Report, RouteReport, Wanted};
 use super::sight::{Sight, look};
 use super::{PaperScene, RouteKind};
 
 /// Spacing of samples along ways, metres: about two cells.
 const SPACING_M: f64 = 0.1;
-/// Distance from people's beats from which a way counts as free of people, metres (D16).
-const AWAY_M: f64 = 2.5;
-/// Beams on landmarks, weakest direction, that hold the pose: a wall across three degrees of view.
-const LEAST_HOLD: f64 = 3.0;
-
-/// What one route turned out to be like.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RouteReport {
-    /// What it is meant to be.
-    pub kind: RouteKind,
-    /// Metres.
-    pub length: f64,
-    /// Metres of it with no landmark within laser range.
-    pub bare: f64,
-    /// Least distance to walls and unknown space, metres.
-    pub clearance: f64,
-    /// Least distance to any beat, metres.
-    pub to_beats: f64,
-    /// Metres of it within 1.5 m of some beat.
-    pub among_people: f64,
-    /// Metres from the start until the laser, looking along the way, first holds the pose.
-    pub until_held: f64,
-    /// Least [`Sight::hold`] after that, up to the goal.
-    pub least_hold: f64,
-}
-
-/// What a scene turned out to be like.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Report {
-    /// Free and occupied cells.
-    pub known_cells: usize,
-    /// Occupied cells.
-    pub landmark_cells: usize,
-    /// Scripted people.
-    pub people: usize,
-    /// Metres.
-    pub laser_range: f64,
-    /// Distance from the start to the nearest landmark, metres.
-    pub start_to_landmark: f64,
-    /// Distance from the start to walls and unknown space, metres.
-    pub start_clearance: f64,
-    /// Angle between the start's heading and the goal, radians.
-    pub start_turn: f64,
-    /// Distance from the goal to walls and unknown space, metres.
-    pub goal_clearance: f64,
-    /// Distance from the goal to the nearest landmark, metres.
-    pub goal_to_landmark: f64,
-    /// Length of the direct way, the shortest the robot's disc can take, metres.
-    pub direct: f64,
-    /// That length over the shortest in Table V; none for a scene of our own.
-    pub direct_over_published: Option<f64>,
-    /// Metres of the direct way with no landmark within laser range.
-    pub direct_bare: f64,
-    /// Metres of the direct way within 1.5 m of some beat.
-    pub direct_among_people: f64,
-    /// Least distance from a beat to start or goal, metres.
-    pub ends_to_beats: f64,
-    /// Least distance of a beat to walls and unknown space, metres.
-    pub beat_clearance: f64,
-    /// Shortest and longest beat, metres.
-    pub beat_lengths: (f64, f64),
-    /// Slowest and fastest walker, m/s.
-    pub speeds: (f64, f64),
-    /// The routes, in the scene's order.
-    pub routes: Vec<RouteReport>,
-    /// The direct way itself, a point about every 10 cm.
-    pub direct_way: Vec<Point2>,
-    wanted: Option<Wanted>,
-}
-
-/// Published numbers the report compares with.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Wanted {
-    known_cells: usize,
-    landmark_cells: usize,
-    people: usize,
-    laser_range: f64,
-}
 
 /// Measures `scene`.
 pub fn check(scene: &PaperScene) -> Report {
@@ -165,100 +86,13 @@ fn measure(
     }
 }
 
-impl Report {
-    /// What the scene falls short of, one line each; empty when it is as it should be.
-    pub fn faults(&self) -> Vec<String> {
-        let mut faults = Vec::new();
-        let mut within = |what: &str, value: f64, least: f64, most: f64| {
-            if !(value >= least && value <= most) {
-                faults.push(format!("{what} is {value:.3}, not between {least:.3} and {most:.3}"));
-            }
-        };
-        let far = f64::INFINITY;
-        within("distance from goal to walls", self.goal_clearance, 1.0, far);
-        within("distance from goal to the nearest landmark", self.goal_to_landmark, 0.0, self.laser_range);
-        within("distance of beats to walls", self.beat_clearance, 0.3, far);
-        within("slowest walker", self.speeds.0, 0.3, 1.0);
-        within("fastest walker", self.speeds.1, 0.3, 1.0);
-        within("turn from start to goal", self.start_turn, 0.0, 0.8);
-        if let Some(wanted) = self.wanted {
-            let same = |what: &str, found: usize, wanted: usize| {
-                (found != wanted).then(|| format!("{found} {what}, not {wanted}"))
-            };
-            within("laser range", self.laser_range, wanted.laser_range - 1e-3, wanted.laser_range + 1e-3);
-            within(
-                "length of the direct way over Table V's",
-                self.direct_over_published.unwrap_or(0.0),
-                0.90,
-                0.95,
-            );
-            within(
-                "distance from start to landmarks",
-                self.start_to_landmark,
-                self.laser_range + 1.0,
-                self.laser_range + 4.0,
-            );
-            within("distance from start to unknown space", self.start_clearance, 1.0, far);
-            within("bare part of the direct way", self.direct_bare, 8.0, far);
-            within("crowded part of the direct way", self.direct_among_people, 4.0, far);
-            within("distance from beats to start and goal", self.ends_to_beats, AWAY_M, far);
-            within("shortest beat", self.beat_lengths.0, 4.0, 10.0);
-            within("longest beat", self.beat_lengths.1, 4.0, 10.0);
-            for route in &self.routes {
-                route.compare(self.direct, &mut within);
-            }
-            faults.extend(same("known cells", self.known_cells, wanted.known_cells));
-            faults.extend(same("landmark cells", self.landmark_cells, wanted.landmark_cells));
-            faults.extend(same("people", self.people, wanted.people));
-            for kind in [RouteKind::Bare, RouteKind::Crowded, RouteKind::Landmarks] {
-                if !self.routes.iter().any(|r| r.kind == kind) {
-                    faults.push(format!("there is no route of kind {kind:?}"));
-                }
-            }
-        }
-        faults
-    }
-}
-
-impl RouteReport {
-    fn compare(&self, direct: f64, within: &mut impl FnMut(&str, f64, f64, f64)) {
-        let far = f64::INFINITY;
-        let what = |property: &str| format!("{property} of the {:?} route", self.kind);
-        // Half of a lane 2.5 m wide.
-        within(
-            &what("clearance"),
-            self.clearance,
-            if self.kind == RouteKind::Crowded { 0.45 } else { 1.25 },
-            far,
-        );
-        match self.kind {
-            RouteKind::Bare => {
-                within(&what("bare part"), self.bare / self.length, 0.6, 1.0);
-                within(&what("distance from beats"), self.to_beats, AWAY_M, far);
-                within(&what("length over direct"), self.length / direct, 1.0, 1.25);
-            }
-            RouteKind::Crowded => {
-                within(&what("part among people"), self.among_people, 8.0, far);
-                within(&what("length over direct"), self.length / direct, 0.99, 1.1);
-            }
-            RouteKind::Landmarks => {
-                within(&what("bare part"), self.bare, 0.0, 4.0);
-                within(&what("distance from beats"), self.to_beats, AWAY_M, far);
-                within(&what("length over direct"), self.length / direct, 1.0, 1.1);
-                within(&what("way until the pose is held"), self.until_held, 0.0, 6.0);
-                within(&what("least hold of the pose"), self.least_hold, LEAST_HOLD, far);
-            }
-        }
-    }
-}
-
 fn length(way: &[Point2]) -> f64 {
     way.windows(2).map(|w| w[0].distance(w[1])).sum()
 }
 
 /// Metres of the way whose pieces begin where `holds`.
 fn length_where(way: &[Point2], holds: impl Fn(Point2) -> bool) -> f64 {
-    way.windows(2).filter(|w| holds(w[0])).map(|w| w[0].distance(w[1])).sum()
+    way.windows(2).filter(|w| holds(w[0])).fold(0.0, |sum, w| sum + w[0].distance(w[1]))
 }
 
 fn least(values: impl Iterator<Item = f64>) -> f64 {
@@ -269,49 +103,69 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
     values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)))
 }
 
-impl fmt::Display for Report {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "  {} known cells, {} of them landmarks; {} people",
-            self.known_cells, self.landmark_cells, self.people
-        )?;
-        writeln!(
-            f,
-            "  laser {:.3} m; start {:.2} m from landmarks, {:.2} m from the floor's edge",
-            self.laser_range, self.start_to_landmark, self.start_clearance
-        )?;
-        writeln!(
-            f,
-            "  goal {:.2} m from landmarks, {:.2} m from the floor's edge",
-            self.goal_to_landmark, self.goal_clearance
-        )?;
-        write!(
-            f,
-            "  direct way {:.2} m, {:.2} m bare, {:.2} m among people",
-            self.direct, self.direct_bare, self.direct_among_people
-        )?;
-        match self.direct_over_published {
-            Some(ratio) => writeln!(f, ", {ratio:.3} of the shortest in Table V")?,
-            None => writeln!(f)?,
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::{SceneError, environment, quickstart};
+
+    #[test]
+    fn env4_s2_is_without_fault_for_many_seeds() {
+        for seed in 0..10 {
+            let report = check(&environment(4, "s2", seed).unwrap());
+            assert!(report.faults().is_empty(), "seed {seed}:\n{report}");
         }
-        writeln!(
-            f,
-            "  beats {:.2} to {:.2} m long, {:.2} to {:.2} m/s, {:.2} m from the floor's edge, {:.2} m from start and goal",
-            self.beat_lengths.0,
-            self.beat_lengths.1,
-            self.speeds.0,
-            self.speeds.1,
-            self.beat_clearance,
-            self.ends_to_beats
-        )?;
-        for r in &self.routes {
-            writeln!(
-                f,
-                "  {:?} route {:.2} m, {:.2} m bare, {:.2} m among people, {:.2} m from beats, clearance {:.2} m, held from {:.2} m on with at least {:.1} beams",
-                r.kind, r.length, r.bare, r.among_people, r.to_beats, r.clearance, r.until_held, r.least_hold
-            )?;
+    }
+
+    #[test]
+    fn the_quick_start_is_without_fault_and_crosses_its_crowd() {
+        for seed in 0..10 {
+            let report = check(&quickstart(seed).unwrap());
+            assert!(report.faults().is_empty(), "seed {seed}:\n{report}");
+            assert!(report.direct > 9.0 && report.direct < 12.0 && report.direct_bare < 1e-9);
+            assert!(report.direct_among_people > 1.0 && report.ends_to_beats > 1.5);
         }
-        self.faults().iter().try_for_each(|fault| writeln!(f, "  fault: {fault}"))
+    }
+
+    #[test]
+    fn the_seed_moves_people_but_not_walls() {
+        let (a, b) = (environment(4, "s2", 1).unwrap(), environment(4, "s2", 2).unwrap());
+        assert_eq!(a.grid.hash(), b.grid.hash());
+        assert_ne!(a.scenario.walkers, b.scenario.walkers);
+        assert_eq!(a.scenario, environment(4, "s2", 1).unwrap().scenario);
+    }
+
+    #[test]
+    fn each_violation_is_noticed() {
+        let good = environment(4, "s2", 1).unwrap();
+        let faults_after = |change: &dyn Fn(&mut PaperScene)| {
+            let mut scene = good.clone();
+            change(&mut scene);
+            check(&scene).faults().join("; ")
+        };
+        let lane = good.routes.iter().find(|r| r.kind == RouteKind::Landmarks).unwrap().way[2];
+        for (change, fault) in [
+            (
+                &(|s: &mut PaperScene| s.scenario.robot.start.x += 4.0) as &dyn Fn(&mut PaperScene),
+                "start to landmarks",
+            ),
+            (&|s| s.scenario.robot.goal.x = 33.2, "goal to walls"),
+            (&|s| s.scenario.laser.range_max = 6.0, "laser range"),
+            (&|s| s.scenario.walkers[0].route[0] = lane, "distance from beats of the Landmarks route"),
+            (&|s| s.scenario.walkers[0].speed = 1.3, "fastest walker"),
+            (&|s| s.scenario.walkers.truncate(20), "20 people, not 27"),
+            (&|s| s.routes.truncate(2), "no route of kind Landmarks"),
+            (&|s| s.routes[2].way = s.routes[1].way.clone(), "distance from beats of the Landmarks route"),
+            (&|s| s.routes[0].way = s.routes[2].way.clone(), "bare part of the Bare route"),
+            (&|s| s.routes[1].way = s.routes[2].way.clone(), "among people of the Crowded route"),
+        ] {
+            let found = faults_after(change);
+            assert!(found.contains(fault), "{fault}: {found}");
+        }
+    }
+
+    #[test]
+    fn scenes_nobody_drew_are_refused() {
+        assert!(matches!(environment(5, "s1", 1), Err(SceneError::Unpublished { .. })));
+        assert!(matches!(environment(1, "s1", 1), Err(SceneError::NotDrawn { .. })));
     }
 }

@@ -2,10 +2,20 @@
 
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 
-use super::PaperScene;
+use super::{PaperScene, SEED, SceneError, environment, quickstart, zara01};
+
+/// Everything the generator writes below `scenarios/`: (path, content), in a fixed order.
+pub fn committed() -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+    let paper = files(&environment(4, "s2", SEED)?)?;
+    let mut all: Vec<_> = paper.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)).collect();
+    all.extend(files(&quickstart(SEED)?)?);
+    let real = files(&zara01()?)?;
+    all.extend(real.into_iter().map(|(path, bytes)| (format!("real/{path}"), bytes)));
+    Ok(all)
+}
 
 /// Paths relative to the scenario's folder, and contents. The same scene gives the same bytes.
-pub fn files(scene: &PaperScene) -> Result<Vec<(String, Vec<u8>)>, toml::ser::Error> {
+pub fn files(scene: &PaperScene) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
     let name = &scene.scenario.name;
     let header =
         "# Written by `curionav scenario generate`; edit the drawing in crates/crowdsim/src/paper instead.\n";
@@ -49,8 +59,39 @@ fn pgm(grid: &OccupancyGrid) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use curionav_planning::geometry::Pose2;
+    use curionav_planning::occupancy::StaticMap;
 
     use super::*;
+    use crate::Scenario;
+
+    #[test]
+    fn the_committed_files_are_what_the_generator_writes() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
+        for (path, bytes) in committed().unwrap() {
+            let found = std::fs::read(format!("{folder}/{path}")).unwrap();
+            assert!(found == bytes, "{path} differs; run the example generate_scenes");
+        }
+    }
+
+    #[test]
+    fn the_scenarios_on_real_maps_are_well_formed() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/real");
+        for (file, people) in [("osnabrueck-floor3", 10), ("warehouse", 8)] {
+            let text = std::fs::read_to_string(format!("{folder}/{file}.toml")).unwrap();
+            let scenario = Scenario::from_toml(&text).unwrap();
+            assert_eq!((scenario.name.as_str(), scenario.walkers.len()), (file, people));
+        }
+    }
+
+    #[test]
+    fn a_written_scenario_reads_back_and_fits_its_map() {
+        for scene in [environment(4, "s2", 5).unwrap(), quickstart(5).unwrap(), zara01().unwrap()] {
+            let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
+            let scenario = Scenario::from_toml(&toml).unwrap();
+            assert_eq!(scenario, scene.scenario);
+            scenario.check(&StaticMap::new(scene.grid)).unwrap();
+        }
+    }
 
     #[test]
     fn the_picture_starts_with_the_top_row() {

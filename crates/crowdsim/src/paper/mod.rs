@@ -14,7 +14,9 @@ mod files;
 mod layout;
 mod published;
 mod quickstart;
+mod report;
 mod sight;
+mod street;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::RobotModel;
@@ -26,11 +28,13 @@ use crate::scenario::{Clock, MapFile, RobotSetup, Scenario};
 use beats::{BeatParams, points, rounded};
 use layout::{Counts, Layout};
 
-pub use check::{Report, RouteReport, check};
-pub use files::files;
+pub use check::check;
+pub use files::{committed, files};
 pub use layout::Polygon;
 pub use published::{CELL_M, PUBLISHED, Published};
 pub use quickstart::quickstart;
+pub use report::{Report, RouteReport};
+pub use street::zara01;
 
 /// Seed of the committed scenes.
 pub const SEED: u64 = 1;
@@ -105,6 +109,9 @@ pub enum SceneError {
         /// People placed so far.
         placed: usize,
     },
+    /// The scenario has no TOML form.
+    #[error(transparent)]
+    Toml(#[from] toml::ser::Error),
     /// The drawing is not a grid.
     #[error(transparent)]
     Grid(#[from] GridError),
