@@ -25,7 +25,8 @@ from .errors import (
     ScenarioError,
 )
 from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
-from .run import Result, Run
+from .result import Result
+from .run import Run
 from .scenario import Scenario
 
 __all__ = [

@@ -6,28 +6,23 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import zenoh
 
 from . import keys
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
-from .kinds import F64
 from .messages import (
     Cancel,
     CycleReport,
-    Cycles,
     Decision,
     InjectRequest,
     Message,
-    Metrics,
     Mission,
-    PeopleTrace,
-    RunResult,
     RunStatus,
 )
+from .result import Result
 from .session import Mailbox, News, ask, subscribe
 
 M = TypeVar("M", CycleReport, Decision)
@@ -50,57 +45,6 @@ _LAST_REPORT = 0.5
 lowest priority. None comes for a cycle that ended in a stop before planning."""
 
 _log = logging.getLogger("curionav")
-
-
-@dataclass(frozen=True)
-class Result:
-    """How a run ended.
-
-    Attributes:
-        scenario: Name of the scenario.
-        planner: Name of the planner profile.
-        seed: Seed of everything random.
-        outcome: At the goal, out of time, or believing to be where the robot is not.
-        metrics: The metrics of the paper and a few more.
-        cycles: The planning cycles, in numbers.
-        real_time_factor: Simulated seconds a second of wall time.
-        decisions_sha256: Digest of scene stamps and chosen trajectories, 64 hexadecimal digits: equal for equal
-            decisions.
-        trace: What happened, one array of shape [rows] a column, one row a tick: ``time_s``, ``true_x``, ``belief_x``
-            and so on; m, rad, s.
-        people: Where the people were in these rows.
-    """
-
-    scenario: str
-    planner: str
-    seed: int
-    outcome: Literal["reached", "timeout", "lost"]
-    metrics: Metrics
-    cycles: Cycles
-    real_time_factor: float
-    decisions_sha256: str
-    trace: dict[str, F64]
-    people: PeopleTrace
-
-    @classmethod
-    def of(cls, message: RunResult) -> Result:
-        """The result a message carries."""
-        trace = message.trace
-        return cls(
-            scenario=message.scenario,
-            planner=message.planner,
-            seed=message.seed,
-            outcome=message.outcome,
-            metrics=message.metrics,
-            cycles=message.cycles,
-            real_time_factor=message.real_time_factor,
-            decisions_sha256=message.decisions_sha256,
-            trace={
-                name: trace.values[:, column] if trace.rows else trace.values.reshape(-1)
-                for column, name in enumerate(trace.columns)
-            },
-            people=trace.people,
-        )
 
 
 class Run:

@@ -5,18 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from ..kinds import (
-    F64,
-    Array,
-    Fault,
-    MapId,
-    Name,
-    NonNegative,
-    Number,
-    Positive,
-    Uint,
-    Uint32,
-)
+from ..array import F64, Array
+from ..kinds import Fault, MapId, Name, NonNegative, Number, Positive, Uint, Uint32
 from ..record import Message, Record
 from .planning import CandidateSet
 from .sensing import Scene

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from ..kinds import Integer, MapId, Name, Number, Params, Positive, Uint, Variances
+from ..array import Variances
+from ..kinds import Integer, MapId, Name, Number, Params, Positive, Uint
 from ..record import Message
 from .robot import LaserModel, OdometryNoise, Pose, RobotModel
 from .sensing import check_variances

@@ -7,20 +7,8 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from ..kinds import (
-    F64,
-    U32,
-    Array,
-    Fault,
-    Integer,
-    MapId,
-    Name,
-    Number,
-    Params,
-    Positive,
-    Uint,
-    Uint32,
-)
+from ..array import F64, U32, Array
+from ..kinds import Fault, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
 from ..record import Message
 from .robot import LaserModel, OdometryNoise, RobotModel
 from .sensing import Scene

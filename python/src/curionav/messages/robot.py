@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
-from ..kinds import F64, Array, Fault, Float, Integer, NonNegative, Number, Positive
+from ..array import F64, Array
+from ..kinds import Fault, Float, Integer, NonNegative, Number, Positive
 from ..record import Record
 
 

@@ -10,7 +10,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
-from ..kinds import F32, F64, U32, Array, Fault, Fraction, NonNegative, Number, Positive, Uint, Uint32, Variances
+from ..array import F32, F64, U32, Array, Variances
+from ..kinds import Fault, Fraction, NonNegative, Number, Positive, Uint, Uint32
 from ..record import Message, Record
 from .robot import Pose
 

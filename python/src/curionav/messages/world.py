@@ -9,13 +9,8 @@ from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
+from ..array import F32, F64, I8, U8, U32, Array
 from ..kinds import (
-    F32,
-    F64,
-    I8,
-    U8,
-    U32,
-    Array,
     Bytes,
     Fault,
     Fraction,

@@ -1,0 +1,224 @@
+"""What is not a message is refused, and the refusal names the field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import cbor2
+import numpy as np
+import pytest
+from contract import SCHEMAS, validator
+
+from curionav import DecodeError, EncodeError
+from curionav.messages import (
+    CycleReport,
+    Decision,
+    InjectRequest,
+    MissionRequest,
+    People,
+    RunStatus,
+    Scores,
+    Tree,
+)
+
+Change = Callable[[dict[str, Any]], object]
+
+
+def golden(name: str) -> dict[str, Any]:
+    message: dict[str, Any] = cbor2.loads((SCHEMAS / "golden" / f"{name}.cbor").read_bytes())
+    return message
+
+
+def f64(*values: float) -> cbor2.CBORTag:
+    return cbor2.CBORTag(86, np.array(values, "<f8").tobytes())
+
+
+def put(path: str, value: object) -> Change:
+    """Puts a value at a path of names and indices."""
+
+    def change(message: Any) -> None:
+        *parents, last = [int(p) if p.isdigit() else p for p in path.split(".")]
+        for parent in parents:
+            message = message[parent]
+        message[last] = value
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda m: m.pop("scene"), "scene"),
+        (lambda m: m["scene"]["belief"].pop("health"), "scene.belief.health"),
+        (put("seq", -1), "seq"),
+        (put("seq", 1.0), "seq"),
+        (put("robot", "R 1"), "robot"),
+        (put("map", b"short"), "map"),
+        (put("scene.stamp", 4), "scene.stamp"),
+        (put("scene.stamp", float("nan")), "scene.stamp"),
+        (put("scene.belief.health.scan_fit", 1.5), "scene.belief.health.scan_fit"),
+        (put("scene.people.x", f64(1.0)), "scene.people.x"),
+        (put("scene.people.x", f64(1.0, float("inf"))), "scene.people.x[1]"),
+        (put("scene.people.x", b"12345678"), "scene.people.x"),
+        (put("scene.people.x", cbor2.CBORTag(85, b"12345678")), "scene.people.x"),
+        (put("scene.people.x", cbor2.CBORTag(86, b"1234567")), "scene.people.x"),
+        (put("scene.people.frame", "robot"), "scene.people.frame"),
+        (put("scene.belief.covariance", f64(*[-1.0] * 9)), "scene.belief.covariance"),
+        (put("candidates.count", 2**31), "candidates.count"),
+        (put("candidates.count", 1), "candidates.id"),
+        (put("candidates.dt", 0.0), "candidates.dt"),
+        (put("terms.0.raw", f64(1.0)), "terms[0].raw"),
+        (put("terms.0.evaluated", "nobody"), "terms[0].evaluated"),
+        (put("terms", {}), "terms"),
+        (put("rejected", []), "rejected"),
+        (put("chosen", 4095), "chosen"),
+        (put("decision.action", "go"), "decision.action"),
+        (put("decision.reason", "x" * 1025), "decision.reason"),
+        (put("decision.arrived", 1), "decision.arrived"),
+    ],
+)
+def test_a_bad_field_is_named(change: Change, field: str) -> None:
+    message = golden("cycle_report")
+    change(message)
+    with pytest.raises(DecodeError) as error:
+        CycleReport.decode(cbor2.dumps(message))
+    assert error.value.field == field
+    assert error.value.message == "cycle_report"
+    assert field in str(error.value)
+
+
+def test_only_a_stop_comes_without_a_trajectory() -> None:
+    message = golden("decision.stop")
+    assert Decision.decode(cbor2.dumps(message)).x.shape == (0,)
+    with pytest.raises(DecodeError, match="only `stop`"):
+        Decision.decode(cbor2.dumps({**message, "action": "hold"}))
+
+
+def test_a_tree_leads_to_a_root() -> None:
+    tree = Tree.decode((SCHEMAS / "golden" / "tree.cbor").read_bytes())
+    root = 2**32 - 1
+
+    def with_parents(*parents: int) -> Tree:
+        n, none = len(parents), np.zeros(len(parents))
+        return replace(
+            tree, x=none, y=none, heading=none, cost=none, parent=np.array(parents, np.uint32),
+            edge_width=0, edge=np.zeros((n, 0)), extra={},
+        )  # fmt: skip
+
+    for good in [(), (root,), (root, 0, 0, 2), (1, 2, root), (root, root, 1)]:
+        assert Tree.decode(with_parents(*good).encode()).parent.tolist() == list(good)
+    for bad in [(0,), (1, 0), (root, 2, 3, 1), (root, 5), (1, 2, 1)]:
+        with pytest.raises(EncodeError, match="parent"):
+            with_parents(*bad).encode()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"\xa1",
+        b"\x00",
+        b"\xbf\xff",
+        b"\x9b" + b"\xff" * 8,
+        b"\x5b" + b"\xff" * 8,
+        b"\x81" * 10_000,
+        b"\xa2" + b"\x63run\x01" * 2,
+        (SCHEMAS / "golden" / "run_status.cbor").read_bytes() + b"\x00",
+        (SCHEMAS / "golden" / "run_status.cbor").read_bytes()[:-1],
+    ],
+)
+def test_what_is_not_one_whole_item_is_refused(data: bytes) -> None:
+    with pytest.raises(DecodeError):
+        RunStatus.decode(data)
+
+
+def test_no_flipped_or_missing_byte_raises_anything_but_a_decode_error() -> None:
+    whole = (SCHEMAS / "golden" / "cycle_report.cbor").read_bytes()
+    seed = 7
+    random = np.random.default_rng(seed)
+    refused = 0
+    for _ in range(3000):
+        data = bytearray(whole)
+        for at in random.integers(0, len(data), 2):
+            data[at] = random.integers(0, 256)
+        try:
+            CycleReport.decode(bytes(data[: len(data) - int(random.integers(0, 2))]))
+        except DecodeError:
+            refused += 1
+    assert refused > 1000, f"seed {seed}"
+
+
+def test_a_message_over_its_limit_is_not_parsed() -> None:
+    with pytest.raises(DecodeError, match="exceed the limit"):
+        Scores.decode(b"\xff" * (Scores.MAX_BYTES + 1))
+
+
+def test_the_encoding_is_that_of_the_message_and_the_version() -> None:
+    data = (SCHEMAS / "golden" / "scores.cbor").read_bytes()
+    Scores.decode(data, "application/cbor;curionav.scores.v1")
+    for other in ["application/cbor;curionav.scores.v2", "application/cbor;curionav.scan.v1", "text/plain"]:
+        with pytest.raises(DecodeError, match="encoding"):
+            Scores.decode(data, other)
+
+
+def test_an_unknown_kind_of_request_is_refused() -> None:
+    with pytest.raises(DecodeError) as error:
+        MissionRequest.decode(cbor2.dumps({"kind": "fly"}))
+    assert error.value.field == "kind"
+
+
+def people(**changes: Any) -> People:
+    fields: dict[str, Any] = {
+        "tick": 1,
+        "stamp": 1,
+        "frame": "map",
+        "radius": 0.25,
+        "id": [7, 8],
+        "x": [1, 2],
+        "y": np.array([3, 4]),
+        "vx": np.zeros(2, np.float32),
+        "vy": np.zeros(4)[::2],
+    }
+    return People(**{**fields, **changes})
+
+
+def test_whole_numbers_are_written_as_the_floats_they_stand_for() -> None:
+    data = people().encode()
+    validator("people").validate_cbor(data)
+    assert isinstance(cbor2.loads(data)["stamp"], float)
+    assert People.decode(data).x.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"x": [1.0]}, "x"),
+        ({"x": [1.0, np.nan]}, "x[1]"),
+        ({"x": [[1.0, 2.0]]}, "x"),
+        ({"x": ["a", "b"]}, "x"),
+        ({"id": [0.5, 1.0]}, "id"),
+        ({"id": [-1, 1]}, "id"),
+        ({"stamp": True}, "stamp"),
+        ({"stamp": None}, "stamp"),
+        ({"tick": 1.0}, "tick"),
+        ({"radius": -1.0}, "radius"),
+    ],
+)
+def test_what_a_reader_would_refuse_is_not_sent(changes: dict[str, Any], field: str) -> None:
+    with pytest.raises(EncodeError) as error:
+        people(**changes).encode()
+    assert error.value.field == field
+
+
+def test_numpy_values_in_free_form_parameters_become_plain_numbers() -> None:
+    request = InjectRequest(
+        scenario={"a": np.float32(0.5), "b": np.arange(3), "c": (1, [True])}, files={}, clock="lockstep", time_scale=1
+    )
+    data = request.encode()
+    validator("inject_request").validate_cbor(data)
+    assert InjectRequest.decode(data).scenario == {"a": 0.5, "b": [0, 1, 2], "c": [1, [True]]}
+    with pytest.raises(EncodeError) as error:
+        replace(request, scenario={"a": [{"b": object()}]}).encode()
+    assert error.value.field == "scenario.a[0].b"

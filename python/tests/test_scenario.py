@@ -1,0 +1,127 @@
+"""A scenario travels with everything it names."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from contract import ROOT, validator
+from live import hall
+
+from curionav import Scenario, ScenarioError
+from curionav.messages import InjectRequest
+
+
+def recorded(file: str) -> dict[str, Any]:
+    return {"file": file, "format": "text", "fps": 25}
+
+
+def test_map_image_and_recordings_are_sent_by_names_without_directories(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    (tmp_path / "a" / "walk.txt").write_text("first")
+    (tmp_path / "b" / "walk.txt").write_text("second")
+    data = hall(tmp_path) | {"recorded": [recorded("a/walk.txt"), recorded("b/walk.txt"), recorded("a/walk.txt")]}
+    tables, files = Scenario.from_dict(data, tmp_path).packed()
+    assert tables["map"]["file"] == "hall.yaml"
+    assert [r["file"] for r in tables["recorded"]] == ["walk.txt", "1-walk.txt", "walk.txt"]
+    assert files["walk.txt"] == b"first"
+    assert files["1-walk.txt"] == b"second"
+    assert files["hall.pgm"].startswith(b"P5")
+    assert len(files) == 4
+    assert data["map"]["file"] == "maps/hall.yaml", "packing leaves the scenario as it was"
+
+
+def test_a_map_and_a_recording_of_one_name_stay_apart(tmp_path: Path) -> None:
+    data = hall(tmp_path) | {"recorded": [recorded("hall.pgm")]}
+    (tmp_path / "hall.pgm").write_text("a recording")
+    tables, files = Scenario.from_dict(data, tmp_path).packed()
+    assert files[tables["recorded"][0]["file"]] == b"a recording"
+    assert files["hall.pgm"].startswith(b"P5")
+
+
+def test_names_the_services_refuse_are_replaced(tmp_path: Path) -> None:
+    data = hall(tmp_path)
+    (tmp_path / ".höhle!.yaml").write_bytes((tmp_path / "maps" / "hall.yaml").read_bytes())
+    (tmp_path / "hall.pgm").write_bytes((tmp_path / "maps" / "hall.pgm").read_bytes())
+    tables, files = Scenario.from_dict(data | {"map": {"file": ".höhle!.yaml"}}, tmp_path).packed()
+    assert tables["map"]["file"] == "file-.h_hle_.yaml"
+    assert set(files) == {"file-.h_hle_.yaml", "hall.pgm"}
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["image: hall.pgm", "image:   'hall.pgm'  # it", 'image: "hall.pgm"', "image: ./hall.pgm", "image : hall.pgm"],
+)
+def test_the_image_is_found_however_its_line_is_written(tmp_path: Path, line: str) -> None:
+    data = hall(tmp_path)
+    (tmp_path / "maps" / "hall.yaml").write_text(f"resolution: 0.1\n{line}\norigin: [0, 0, 0]\n")
+    assert set(Scenario.from_dict(data, tmp_path).files()) == {"hall.pgm", "hall.yaml"}
+
+
+def test_a_missing_file_is_named_with_its_field(tmp_path: Path) -> None:
+    data = hall(tmp_path)
+    changes: list[tuple[dict[str, Any], str]] = [
+        ({"map": {"file": "none.yaml"}}, "map.file"),
+        ({"recorded": [recorded("none.txt")]}, "recorded[0].file"),
+    ]
+    for change, field in changes:
+        with pytest.raises(ScenarioError, match="none") as error:
+            Scenario.from_dict(data | change, tmp_path).packed()
+        assert error.value.field == field
+    (tmp_path / "maps" / "hall.pgm").unlink()
+    with pytest.raises(ScenarioError, match=r"hall\.pgm") as error:
+        Scenario.from_dict(data, tmp_path).packed()
+    assert error.value.field == "map.file: image"
+    (tmp_path / "maps" / "hall.yaml").write_text("resolution: 0.1\n")
+    with pytest.raises(ScenarioError, match="names no image"):
+        Scenario.from_dict(data, tmp_path).packed()
+
+
+def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: Path) -> None:
+    data = hall(tmp_path) | {
+        "clock": {"plan_every": 3, "time_limit_s": 30},
+        "laser": {"beams": 181, "range_max": 5},
+        "localizer": {"particles_max": 2000},
+        "profile": {"generator": {"iterations": 5}},
+    }
+    tables, _ = Scenario.from_dict(data, tmp_path).packed()
+    assert tables["clock"] == {"plan_every": 3, "time_limit_s": 30.0}
+    assert [type(value) for value in tables["robot"]["start"]] == [float] * 3
+    assert type(tables["walkers"][0]["route"][0][0]) is float
+    assert type(tables["laser"]["beams"]) is int
+    assert type(tables["localizer"]["particles_max"]) is int
+    assert type(tables["profile"]["generator"]["iterations"]) is int
+
+
+def test_a_value_without_a_form_on_the_wire_is_named(tmp_path: Path) -> None:
+    data = hall(tmp_path)
+    data["robot"]["goal"] = [6, object()]
+    with pytest.raises(ScenarioError) as error:
+        Scenario.from_dict(data, tmp_path).packed()
+    assert error.value.field == "robot.goal[1]"
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="skipped: no TOML reader before Python 3.11")
+def test_scenario_files_load_and_keep_to_the_contract(tmp_path: Path) -> None:
+    paths = sorted((ROOT / "scenarios").glob("**/*.toml"))
+    if not paths:
+        pytest.skip("skipped: no scenarios here")
+    for path in paths:
+        tables, files = Scenario.load(path).packed()
+        request = InjectRequest(scenario=tables, files=files, seed=1, clock="lockstep", time_scale=1.0)
+        validator("inject_request").validate_cbor(request.encode())
+    bad = tmp_path / "bad.toml"
+    bad.write_text("name =")
+    with pytest.raises(ScenarioError, match=r"bad\.toml"):
+        Scenario.load(bad)
+    with pytest.raises(ScenarioError, match="cannot read"):
+        Scenario.load(tmp_path / "none.toml")
+
+
+@pytest.mark.skipif(sys.version_info >= (3, 11), reason="skipped: this Python reads TOML")
+def test_before_python_3_11_loading_says_what_to_do() -> None:
+    with pytest.raises(ScenarioError, match="from_dict"):
+        Scenario.load("any.toml")
