@@ -160,6 +160,7 @@ pub fn mission() -> Mission {
     let polygon =
         Footprint::Polygon { x: vec![0.3, -0.3, -0.3, 0.3].into(), y: vec![0.2, 0.2, -0.2, -0.2].into() };
     Mission {
+        run: 2,
         revision: 3,
         robot: "r1".into(),
         map: MAP,

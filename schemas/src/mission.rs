@@ -39,6 +39,8 @@ pub enum MissionState {
 /// Everything the services of a robot share: published on one key with a revision that grows with every change.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mission {
+    /// Counts the missions begun on this robot; a changed goal keeps it. Ticks start at 0 with each.
+    pub run: u64,
     /// Grows with every change; readiness is reported for one revision.
     pub revision: u64,
     /// Robot.

@@ -28,7 +28,9 @@ impl Embedded {
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // Nobody waits any more if another service failed first.
-                let on_ready = move || drop(ready.send(()));
+                let on_ready = move || {
+                    let _ = ready.send(());
+                };
                 (kind, kind.run(&config, &session, token, on_ready).await)
             });
             tokio::select! {

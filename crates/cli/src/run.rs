@@ -86,7 +86,7 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
     }
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", output::json(result));
+        println!("{}", output::json(result).map_err(|e| Exit::failed(e.into()))?);
     } else {
         println!("{}", output::table(result));
         if let Some(directory) = &options.out {

@@ -16,8 +16,9 @@ use crate::warm::Kept;
 /// Fields kept of each kind: a robot has one goal at a time, a pool serves a few robots.
 const FIELDS_KEPT: usize = 8;
 
-/// Room the shortest way keeps from walls beyond the robot's radius, metres: what candidates must keep.
-const GEODESIC_MARGIN: f64 = 0.1;
+/// Room the shortest way keeps from walls beyond the robot's radius, metres: what candidates must keep, and
+/// a cell's diagonal.
+const GEODESIC_MARGIN: f64 = 0.15;
 
 /// Maps and everything derived from them.
 pub struct Fields {

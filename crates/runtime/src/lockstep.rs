@@ -56,15 +56,20 @@ impl<M: Ticked> Latest<M> {
         arrived
     }
 
+    /// Forgets what has arrived: with a new run ticks start at 0 again.
+    pub fn clear(&mut self) {
+        while self.inbox.try_next().is_some() {}
+        self.newest = None;
+    }
+
     /// The next message in order, kept as the newest; `None` once the session is closed.
     pub async fn next(&mut self) -> Option<&M> {
         self.newest = Some(self.inbox.next().await?);
         self.newest.as_ref()
     }
 
-    /// In lockstep: waits until the message of `tick` is here, at most [`LOCKSTEP_PATIENCE`]; no later
-    /// tick can be under way, so one that is here belongs to an earlier run. In real time: the newest,
-    /// at once.
+    /// In lockstep: waits until the message of `tick` is here, at most [`LOCKSTEP_PATIENCE`]. In real
+    /// time: the newest, at once.
     pub async fn of_tick(&mut self, tick: u64, clock: Clock) -> Option<&M> {
         if clock == Clock::Realtime {
             return self.newest();

@@ -119,6 +119,12 @@ impl Arbiter {
             // A driver that was restarted counts anew: what it says is the mission.
             tracing::warn!(revision = mission.revision, known, "the driver started its count again");
         }
+        if self.mission.as_ref().is_none_or(|m| m.run != mission.run) {
+            // Nothing of the new run can be on its way before this role has reported ready.
+            self.beliefs.clear();
+            self.people.clear();
+            self.planned = None;
+        }
         self.mission = Some(mission.clone());
         if same_revision || matches!(mission.state, MissionState::Cancelled | MissionState::Finished) {
             return;
@@ -197,8 +203,7 @@ impl Arbiter {
                 if let Some(newest) = self.beliefs.newest() {
                     belief = newest.clone();
                 }
-                // A tick below the last one planned belongs to a new run.
-                self.planned.is_none_or(|last| belief.tick >= last + period || belief.tick < last)
+                self.planned.is_none_or(|last| belief.tick >= last + period)
             }
         };
         if !due {

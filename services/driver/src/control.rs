@@ -43,8 +43,7 @@ pub struct Command {
 pub fn command(inputs: &Inputs<'_>) -> Command {
     let now = inputs.odometry.stamp;
     let measured = Twist { v: inputs.odometry.v, omega: inputs.odometry.omega };
-    let stop =
-        |reason| Command { twist: inputs.robot.limit(measured, Twist::default(), inputs.period), reason };
+    let stop = |reason| Command { twist: braking(measured, inputs.robot, inputs.period), reason };
     let Some((decision, made_from)) = inputs.decision else { return stop("no decision yet") };
     if decision.action == Action::Stop {
         return stop(if decision.arrived { "arrived" } else { "told to stop" });
@@ -86,6 +85,13 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
             reason: "something is too close",
         }
     }
+}
+
+/// Full braking on the present curve: where that leads was free when it was chosen.
+fn braking(measured: Twist, robot: &RobotModel, period: f64) -> Twist {
+    let v = robot.limit(measured, Twist::default(), period).v;
+    let omega = if measured.v > 0.0 { measured.omega * v / measured.v } else { 0.0 };
+    robot.limit(measured, Twist { v, omega }, period)
 }
 
 /// The believed pose moved on by what odometry has measured since.

@@ -41,7 +41,8 @@ impl Desk {
     }
 
     fn set(&mut self, mut mission: Mission) -> Mission {
-        mission.revision = self.mission.as_ref().map_or(0, |m| m.revision) + 1;
+        (mission.run, mission.revision) =
+            self.mission.as_ref().map_or((1, 1), |m| (m.run + 1, m.revision + 1));
         prepare(&mut mission);
         self.mission = Some(mission.clone());
         mission

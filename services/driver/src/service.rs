@@ -36,7 +36,7 @@ struct Driver {
     obeyed: watch::Sender<Option<Decision>>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
-    revision: u64,
+    run: u64,
 }
 
 /// Drives one robot until `shutdown`. `on_ready` is called once missions are taken.
@@ -65,20 +65,24 @@ pub async fn run(
         obeyed,
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
-        revision: 0,
+        run: 0,
     };
     let _token = announce(session, "driver", &config.instance)?;
     on_ready();
     tracing::info!(robot = %config.robot, "driver ready");
     loop {
         let silence = driver.silence();
+        let new_run = other_run(driver.missions.clone(), driver.run);
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
+            () = new_run => driver.begin(),
             odometry = driver.odometry.next() => match odometry.cloned() {
                 Some(odometry) => {
+                    let over = run_over(driver.missions.clone());
                     tokio::select! {
                         () = driver.tick(odometry) => {}
+                        () = over => {}
                         () = shutdown.requested() => break,
                     }
                 }
@@ -139,9 +143,6 @@ impl Driver {
 
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
-        if mission.revision != self.revision {
-            self.begin(&mission);
-        }
         remember(&mut self.odometry_of, odometry.tick, odometry.clone());
         if mission.clock == Clock::Realtime {
             for newer in self.odometry.drain() {
@@ -184,9 +185,14 @@ impl Driver {
         self.publish(&mission, &odometry, command.twist, command.reason);
     }
 
-    /// A new revision: what was known belongs to another run or another goal.
-    fn begin(&mut self, mission: &Mission) {
-        self.revision = mission.revision;
+    /// A new run: nothing of it can be on its way before all roles are ready, so all there is belongs to the
+    /// one before.
+    fn begin(&mut self) {
+        self.run = self.mission().map_or(0, |m| m.run);
+        self.odometry.clear();
+        self.beliefs.clear();
+        self.scans.clear();
+        self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
     }
@@ -214,6 +220,23 @@ impl Driver {
         };
         self.commands.publish(&command, mission.clock);
     }
+}
+
+/// Completes when the mission belongs to another run than `run`.
+async fn other_run(mut missions: watch::Receiver<Option<Mission>>, run: u64) {
+    // The desk lives as long as this service: an error cannot be.
+    let _ = missions.wait_for(|m| m.as_ref().is_some_and(|m| m.run != run)).await;
+}
+
+/// Completes when the run at hand is over or another has begun: no answer of its ticks is awaited then.
+async fn run_over(mut missions: watch::Receiver<Option<Mission>>) {
+    let run = missions.borrow().as_ref().map_or(0, |m| m.run);
+    let over = |m: &Option<Mission>| {
+        m.as_ref().is_some_and(|m| {
+            m.run != run || matches!(m.state, MissionState::Cancelled | MissionState::Finished)
+        })
+    };
+    let _ = missions.wait_for(over).await;
 }
 
 fn measured(odometry: &Odometry) -> Twist {

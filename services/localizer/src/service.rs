@@ -77,8 +77,8 @@ pub async fn run(
 }
 
 impl Localization {
-    /// A mission, or a change of the one at hand. Only another map, start or seed starts the filter over: a
-    /// robot that is sent to another goal still knows where it is.
+    /// A mission, or a change of the one at hand. Only a new run starts the filter over: a robot that is
+    /// sent to another goal still knows where it is.
     async fn take(&mut self, mission: Mission) {
         let known = self.mission.replace(mission.clone());
         let same = |k: &Mission| k.revision == mission.revision;
@@ -87,11 +87,12 @@ impl Localization {
         {
             return;
         }
-        let other_goal = |k: &Mission| {
-            k.state != MissionState::Finished
-                && (k.map, k.seed, k.initial_pose) == (mission.map, mission.seed, mission.initial_pose)
-        };
-        let keeps = self.filter.is_some() && known.as_ref().is_some_and(other_goal);
+        let keeps = self.filter.is_some() && known.as_ref().is_some_and(|k| k.run == mission.run);
+        if known.is_none_or(|k| k.run != mission.run) {
+            // Nothing of the new run can be on its way before this role has reported ready.
+            self.scans.clear();
+            self.odometry.clear();
+        }
         let request = match if keeps { Ok(()) } else { self.start(&mission).await } {
             Ok(()) => {
                 let (role, instance) = ("localizer".to_owned(), self.config.instance.clone());

@@ -133,6 +133,7 @@ fn mission(
         covariance[4 * i] = sigma * sigma;
     }
     Ok(Mission {
+        run: 0,
         revision: 0,
         robot: robot.to_owned(),
         map,

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::metrics::MetricsParams;
 use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::{Observation, World};
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::{Urgency, ask};
@@ -78,14 +78,14 @@ impl Streams {
         let params =
             MetricsParams { converged_trace: profile.uncertainty.threshold, ..MetricsParams::default() };
         let mut record = Record::new(params);
-        let outcome = self.ticks(&mut world, &mission, &mut record, progress).await;
+        let mut mission = mission;
+        let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
         let reason = match &outcome {
             Ok(outcome) => format!("{outcome:?}").to_lowercase(),
             Err(error) => format!("{error:#}"),
         };
         // The robot must not go on driving towards a goal nobody judges any more.
-        if let Err(error) =
-            self.request(&MissionRequest::Finish { revision: self.revision(&mission), reason }).await
+        if let Err(error) = self.request(&MissionRequest::Finish { revision: mission.revision, reason }).await
         {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
@@ -94,11 +94,6 @@ impl Streams {
 
     async fn request(&self, request: &MissionRequest) -> anyhow::Result<Mission> {
         Ok(ask(&self.session, &self.mission_key, request, DRIVER_TIMEOUT, Urgency::Normal).await?)
-    }
-
-    /// The newest revision: a goal may have been changed on the way.
-    fn revision(&self, mission: &Mission) -> u64 {
-        std::iter::from_fn(|| self.missions.try_next()).last().map_or(mission.revision, |m| m.revision)
     }
 
     /// Gives the mission to the driver and waits until every required role is ready for it.
@@ -137,6 +132,10 @@ impl Streams {
                 bail!("not ready within {} s: {}", READY_TIMEOUT.as_secs(), missing.join(", "));
             }
         }
+        // What is here was said before any tick of this run.
+        self.beliefs.clear();
+        self.decisions.clear();
+        self.commands.clear();
         match current.state {
             MissionState::Running => Ok(current),
             state => bail!("the mission was refused ({state}): {}", current.note),
@@ -146,7 +145,7 @@ impl Streams {
     async fn ticks(
         &mut self,
         world: &mut World,
-        mission: &Mission,
+        mission: &mut Mission,
         record: &mut Record,
         progress: &watch::Sender<Progress>,
     ) -> anyhow::Result<Outcome> {
@@ -159,8 +158,13 @@ impl Streams {
             if realtime {
                 pace.tick().await;
             }
-            if self.cancelled(mission) {
-                bail!("cancelled");
+            if let Some(changed) = std::iter::from_fn(|| self.missions.try_next()).last() {
+                *mission = changed;
+            }
+            match mission.state {
+                MissionState::Cancelled => bail!("cancelled"),
+                MissionState::Finished => bail!("the mission was given up: {}", mission.note),
+                MissionState::Preparing | MissionState::Running | MissionState::Paused => {}
             }
             let observation = world.observe();
             self.publish(&observation, world, mission.clock);
@@ -170,7 +174,8 @@ impl Streams {
             // Before the first belief, in real time, the robot knows what it was told.
             let belief = believed.clone().unwrap_or_else(|| told(mission));
             record.tick(&truth, &belief, world.people());
-            let goal = world.scenario().robot.goal;
+            // The scenario's, unless the robot was sent elsewhere on the way.
+            let goal = Point2::new(mission.goal_x, mission.goal_y);
             progress.send_replace(Progress {
                 tick: truth.tick,
                 time_s: truth.time,
@@ -188,11 +193,6 @@ impl Streams {
             }
             world.step(command);
         }
-    }
-
-    fn cancelled(&self, mission: &Mission) -> bool {
-        std::iter::from_fn(|| self.missions.try_next())
-            .any(|m| m.revision >= mission.revision && m.state == MissionState::Cancelled)
     }
 
     fn publish(&self, observation: &Observation, world: &World, clock: Clock) {
@@ -234,9 +234,8 @@ impl Streams {
     ) -> anyhow::Result<(Option<Belief>, Vec<Decision>, Twist)> {
         let tick = world.tick();
         if mission.clock == Clock::Realtime {
-            let decisions =
-                self.decisions.drain().into_iter().filter(|d| d.stamp <= world.time() + 1e-9).collect();
-            let belief = self.beliefs.newest().filter(|b| b.tick <= tick).cloned();
+            let decisions = self.decisions.drain();
+            let belief = self.beliefs.newest().cloned();
             let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
             let command = self.commands.newest().filter(fresh);
             return Ok((belief, decisions, command.map_or(Twist::default(), twist)));

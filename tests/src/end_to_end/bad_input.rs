@@ -44,7 +44,11 @@ fn a_wrong_scenario_is_refused_by_file_line_and_field() {
         ("start = [1.0, 1.0, 0.0]", "start = [0.1, 1.0, 0.0]", &["line 5", "robot.start", "wall"]),
         ("speed = 0.5", "sped = 0.5", &["line 9", "walkers[0].sped"]),
         ("speed = 0.5", "speed = -1.0", &["line 9", "walkers[0].speed"]),
-        ("[[walkers]]", "[robot.model]\nfootprint = { shape = \"disc\", radius = -0.3 }\n[[walkers]]", &["radius"]),
+        (
+            "[[walkers]]",
+            "[robot.model]\nfootprint = { shape = \"disc\", radius = -0.3 }\n[[walkers]]",
+            &["radius"],
+        ),
         ("[[walkers]]", "[planner]\nprofile = \"wandering\"\n[[walkers]]", &["wandering", "curiosity"]),
         ("[[walkers]]", "[profile]\nsteps = 0\n[[walkers]]", &["profile.steps"]),
         ("[[walkers]]", "[profile]\nstep = 9\n[[walkers]]", &["room.toml", "step"]),
@@ -71,7 +75,11 @@ fn the_room_itself_is_fine() {
 #[test]
 fn wrong_arguments_are_bad_input() {
     assert_refused(&["run", "nowhere.toml"], 2, &["nowhere.toml"]);
-    assert_refused(&["run", "scenarios/quickstart.toml", "--planner", "wandering"], 2, &["wandering", "curiosity"]);
+    assert_refused(
+        &["run", "scenarios/quickstart.toml", "--planner", "wandering"],
+        2,
+        &["wandering", "curiosity"],
+    );
     assert_refused(&["up", "nowhere.toml"], 2, &["nowhere.toml"]);
     assert_refused(&["cpc", "--instance", "A B"], 2, &["instance"]);
     assert_eq!(curionav(&["run", "scenarios/quickstart.toml", "--speed", "0"]).status.code(), Some(2));

@@ -23,7 +23,11 @@ fn program() -> PathBuf {
         directory.pop();
     }
     let program = directory.join("curionav");
-    assert!(program.is_file(), "{} is missing: run `cargo build --release` first, as tests/run does", program.display());
+    assert!(
+        program.is_file(),
+        "{} is missing: run `cargo build --release` first, as tests/run does",
+        program.display()
+    );
     program
 }
 
@@ -174,7 +178,12 @@ impl Deployment {
     }
 
     pub(super) fn pid(&self, name: &str) -> u32 {
-        self.ready.processes.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("no process {name}")).pid
+        self.ready
+            .processes
+            .iter()
+            .find(|p| p.name == name)
+            .unwrap_or_else(|| panic!("no process {name}"))
+            .pid
     }
 
     pub(super) fn supervisor(&self) -> u32 {

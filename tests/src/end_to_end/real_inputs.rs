@@ -7,8 +7,15 @@ fn assert_reached(scenario: &str) {
         return;
     }
     let (json, status) = run(&format!("scenarios/real/{scenario}.toml"), &[]);
-    assert_eq!((json.outcome.as_str(), json.metrics.collisions, status), ("reached", 0, 0), "{scenario}: {json:?}");
-    println!("{scenario}: {:.1} m in {:.1} s, RMSE {:.2} m", json.metrics.length_m, json.metrics.time_s, json.metrics.rmse_m);
+    assert_eq!(
+        (json.outcome.as_str(), json.metrics.collisions, status),
+        ("reached", 0, 0),
+        "{scenario}: {json:?}"
+    );
+    println!(
+        "{scenario}: {:.1} m in {:.1} s, RMSE {:.2} m",
+        json.metrics.length_m, json.metrics.time_s, json.metrics.rmse_m
+    );
 }
 
 #[test]

@@ -9,14 +9,20 @@ const QUICK: &str = "scenarios/quickstart.toml";
 fn the_paper_scenario_is_reached_without_collision() {
     for seed in ["1", "2"] {
         let (json, status) = run(PAPER, &["--seed", seed]);
-        assert_eq!((json.outcome.as_str(), json.metrics.collisions, status), ("reached", 0, 0), "seed {seed}: {json:?}");
+        assert_eq!(
+            (json.outcome.as_str(), json.metrics.collisions, status),
+            ("reached", 0, 0),
+            "seed {seed}: {json:?}"
+        );
         assert_eq!((json.scenario.as_str(), json.planner.as_str()), ("env4-s2", "curiosity"));
         assert_eq!(json.cycles.degraded, 0);
         // A cycle every 0.3 s, the first at once.
         let expected = (json.metrics.time_s / 0.3).floor() as u64 + 1;
         assert_eq!(json.cycles.count, expected, "{json:?}");
         let m = &json.metrics;
-        assert!((m.vel_mps - m.length_m / m.time_s).abs() < 0.02 && m.md_m.is_some() && m.clearance_min_m > 0.0);
+        assert!(
+            (m.vel_mps - m.length_m / m.time_s).abs() < 0.02 && m.md_m.is_some() && m.clearance_min_m > 0.0
+        );
         assert!((0.0..=1.0).contains(&m.td) && (0.0..=1.0).contains(&m.tcm) && m.rmse_m < 0.5);
         assert!(json.cycles.p50_ms <= json.cycles.p99_ms && json.cycles.p99_ms <= json.cycles.max_ms);
         assert!(json.real_time_factor > 1.0);

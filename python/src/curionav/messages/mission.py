@@ -27,6 +27,7 @@ class Mission(Message):
     NAME: ClassVar[str] = "mission"
     MAX_BYTES: ClassVar[int] = 256 << 10
 
+    run: Uint
     revision: Uint
     robot: Name
     map: MapId
