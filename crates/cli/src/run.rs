@@ -25,6 +25,9 @@ const INJECT_TIMEOUT: Duration = Duration::from_secs(30);
 const NEWS_TIMEOUT: Duration = Duration::from_secs(2);
 /// A status is small and kept.
 const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
+/// Attempts to cancel, and the time between them.
+const CANCEL_ATTEMPTS: u32 = 5;
+const CANCEL_RETRY: Duration = Duration::from_millis(100);
 /// Questions about the status that may fail in a row before the simulator is given up.
 const STATUS_ATTEMPTS: u32 = 5;
 
@@ -106,13 +109,22 @@ async fn follow_or_cancel(
     tokio::select! {
         finished = follow(session, config, package, options) => finished,
         _ = tokio::signal::ctrl_c() => {
-            let cancelled: Result<Mission, _> =
-                ask(session, &mission_key, &MissionRequest::Cancel, STATUS_TIMEOUT, Urgency::Normal).await;
-            if let Err(error) = cancelled {
-                tracing::warn!(%error, "the mission could not be cancelled");
-            }
+            cancel(session, &mission_key).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
         }
+    }
+}
+
+/// Cancels the mission; an injection that is still being checked has none yet, so it is tried again.
+async fn cancel(session: &Session, mission_key: &str) {
+    for _ in 0..CANCEL_ATTEMPTS {
+        let cancelled: Result<Mission, _> =
+            ask(session, mission_key, &MissionRequest::Cancel, STATUS_TIMEOUT, Urgency::Normal).await;
+        match cancelled {
+            Ok(_) => return,
+            Err(error) => tracing::warn!(%error, "the mission could not be cancelled"),
+        }
+        tokio::time::sleep(CANCEL_RETRY).await;
     }
 }
 

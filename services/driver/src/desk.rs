@@ -26,7 +26,13 @@ impl Desk {
             }),
             MissionRequest::Pause => self.transition(MissionState::Running, MissionState::Paused),
             MissionRequest::Resume => self.transition(MissionState::Paused, MissionState::Running),
-            MissionRequest::Cancel => self.update(|m| m.state = MissionState::Cancelled),
+            MissionRequest::Cancel => {
+                let state = self.current()?.state;
+                if state == MissionState::Finished {
+                    return Err(Reject::new(RejectCode::Invalid, "the mission is finished: there is nothing to cancel"));
+                }
+                self.update(|m| m.state = MissionState::Cancelled)
+            }
             MissionRequest::Finish { revision, reason } => {
                 let mission = self.current()?;
                 if mission.revision != revision {

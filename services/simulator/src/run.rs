@@ -1,5 +1,6 @@
 //! Playing one scenario, tick by tick.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -32,7 +33,7 @@ const COMMAND_AGE_MAX: f64 = 0.5;
 pub(crate) struct Streams {
     session: Session,
     mission_key: String,
-    missions: Inbox<Mission>,
+    missions: Arc<Inbox<Mission>>,
     beliefs: Latest<Belief>,
     decisions: Latest<Decision>,
     commands: Latest<wire::Twist>,
@@ -57,7 +58,7 @@ impl Streams {
         Ok(Self {
             session: session.clone(),
             mission_key: key("mission")?,
-            missions: Inbox::new(session, &key("mission")?)?,
+            missions: Arc::new(Inbox::new(session, &key("mission")?)?),
             beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
             decisions: Latest::new(Inbox::new(session, &key("decision")?)?),
             commands: Latest::new(Inbox::new(session, &key("cmd")?)?),
@@ -154,21 +155,23 @@ impl Streams {
         let mut pace = tokio::time::interval(period);
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut believed = None;
+        // What was said of the mission while a tick was under way counts from the next one on.
+        let (missions, mut changed) = (Arc::clone(&self.missions), mission.clone());
         loop {
             if realtime {
                 pace.tick().await;
             }
-            if let Some(changed) = std::iter::from_fn(|| self.missions.try_next()).last() {
-                *mission = changed;
+            if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last() {
+                changed = newest;
             }
-            match mission.state {
-                MissionState::Cancelled => bail!("cancelled"),
-                MissionState::Finished => bail!("the mission was given up: {}", mission.note),
-                MissionState::Preparing | MissionState::Running | MissionState::Paused => {}
-            }
+            mission.clone_from(&changed);
+            check_goes_on(mission)?;
             let observation = world.observe();
             self.publish(&observation, world, mission.clock);
-            let (belief, decisions, command) = self.answers(world, mission).await?;
+            let (belief, decisions, command) = tokio::select! {
+                answers = self.answers(world, mission) => answers?,
+                () = end_of_mission(&missions, &mut changed) => continue,
+            };
             let truth = world.truth();
             believed = belief.or(believed);
             // Before the first belief, in real time, the robot knows what it was told.
@@ -250,6 +253,24 @@ impl Streams {
         }
         let command = self.commands.of_tick(tick, mission.clock).await.map(twist);
         Ok((Some(belief), decisions, command.with_context(|| silent("command from the driver"))?))
+    }
+}
+
+fn check_goes_on(mission: &Mission) -> anyhow::Result<()> {
+    match mission.state {
+        MissionState::Cancelled => bail!("cancelled"),
+        MissionState::Finished => bail!("the mission was given up: {}", mission.note),
+        MissionState::Preparing | MissionState::Running | MissionState::Paused => Ok(()),
+    }
+}
+
+/// Completes when the mission has ended: nobody answers its ticks any more.
+async fn end_of_mission(missions: &Inbox<Mission>, changed: &mut Mission) {
+    while check_goes_on(changed).is_ok() {
+        match missions.next().await {
+            Some(newest) => *changed = newest,
+            None => std::future::pending().await,
+        }
     }
 }
 
