@@ -47,6 +47,14 @@ pub(crate) fn non_negative(fields: &[(&str, f64)]) -> Result<(), Reject> {
     }
 }
 
+/// A number from `least` to `most`.
+pub(crate) fn within(field: &str, value: f64, least: f64, most: f64) -> Result<(), Reject> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(Reject::invalid(field, format!("{value} is not within {least}..{most}")))
+}
+
 /// A number from zero to one.
 pub(crate) fn fraction(field: &str, value: f64) -> Result<(), Reject> {
     if (0.0..=1.0).contains(&value) {

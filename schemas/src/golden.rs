@@ -186,6 +186,7 @@ pub fn mission() -> Mission {
         require: vec!["arbiter".into(), "localizer".into()],
         ready: vec!["localizer".into()],
         state: MissionState::Preparing,
+        has_run: false,
         note: String::new(),
     }
 }

@@ -86,6 +86,9 @@ pub struct Mission {
     pub ready: Vec<String>,
     /// Where it stands.
     pub state: MissionState,
+    /// Whether it has been under way in this run: the robot may have left its start.
+    #[serde(default)]
+    pub has_run: bool,
     /// Why it was finished or refused, for people; empty while there is nothing to say.
     #[serde(default)]
     pub note: String,
@@ -120,6 +123,8 @@ impl Validate for Mission {
             ("time_scale", self.time_scale),
             ("tick_s", self.tick_s),
         ])?;
+        check::within("tick_s", self.tick_s, 0.001, 10.0)?;
+        check::within("time_scale", self.time_scale, 0.001, 1000.0)?;
         check::one_to("plan_every", self.plan_every as usize, u32::MAX as usize)?;
         check::ids("require", self.require.iter(), MAX_LIST)?;
         check::ids("ready", self.ready.iter(), MAX_LIST)?;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::query::{AskError, Urgency, ask, fetch};
 use curionav_runtime::session;
+use curionav_runtime::shutdown::on_signals;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{
     Clock, CycleReport, Mission, MissionRequest, OccupancyGrid, RejectCode, RunResult, RunState, RunStatus,
@@ -92,7 +93,7 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
         println!("{}", output::json(result).map_err(|e| Exit::failed(e.into()))?);
     } else {
         println!("{}", output::table(result));
-        if let Some(directory) = &options.out {
+        if let (Some(directory), Some(_)) = (&options.out, &finished.map) {
             println!("Picture and data: {}", directory.display());
         }
     }
@@ -106,9 +107,10 @@ async fn follow_or_cancel(
     options: &RunOptions,
 ) -> Result<Finished, Exit> {
     let mission_key = keys::robot(&config.robot, "mission").map_err(|e| Exit::bad_input(e.into()))?;
+    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
     tokio::select! {
         finished = follow(session, config, package, options) => finished,
-        _ = tokio::signal::ctrl_c() => {
+        () = signals.requested() => {
             cancel(session, &mission_key).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
         }
@@ -170,13 +172,16 @@ async fn follow(
         let reason = status.error.unwrap_or_else(|| "the run ended without a result".into());
         return Err(Exit::network(anyhow::anyhow!("the run failed: {reason}")));
     };
-    let map = match kept.first() {
-        Some(report) => Some(
-            fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
-                .await
-                .map_err(|e| Exit::network(anyhow::Error::from(e).context("the map for the picture")))?,
-        ),
-        None => None,
+    let map = match (kept.first(), &options.out) {
+        (Some(report), _) => fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
+            .await
+            .map_err(|error| tracing::error!(%error, "no map for the picture: nothing is written"))
+            .ok(),
+        (None, Some(_)) => {
+            tracing::error!("no cycle report came: nothing is written");
+            None
+        }
+        (None, None) => None,
     };
     Ok(Finished { result, reports: kept, map })
 }

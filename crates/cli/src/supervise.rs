@@ -174,9 +174,13 @@ async fn start_and_watch(
     let listen = format!("tcp/127.0.0.1:{}", deployment.port);
     let router_arguments =
         ["router".into(), "--listen".into(), listen].into_iter().chain(log_arguments.clone()).collect();
-    let (router, ready) = Supervised::start(program, "router", router_arguments).await?;
-    running.push(router);
+    let (mut router, ready) = Supervised::start(program, "router", router_arguments).await?;
     let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
+    // Started again, it must be where everybody looks for it.
+    if let Some(listen) = router.arguments.get_mut(2) {
+        listen.clone_from(&endpoint);
+    }
+    running.push(router);
     for (kind, instance) in deployment.processes() {
         let mut arguments = vec![
             kind.to_owned(),
@@ -208,7 +212,11 @@ async fn start_and_watch(
         }
         for process in running.iter_mut() {
             let Some(status) = process.child.try_wait()? else { continue };
-            revive(program, process, &status.to_string(), deployment.max_restarts_per_minute).await?;
+            let status = status.to_string();
+            tokio::select! {
+                revived = revive(program, process, &status, deployment.max_restarts_per_minute) => revived?,
+                () = shutdown.requested() => return Ok(()),
+            }
         }
     }
 }
@@ -222,10 +230,14 @@ async fn revive(program: &Path, process: &mut Supervised, status: &str, limit: u
         bail!("{} ended {} times within a minute (last: {status}); giving up", process.name, limit + 1);
     }
     tracing::warn!(process = %process.name, status, "ended, started again");
-    let mut restarts = std::mem::take(&mut process.restarts);
-    restarts.push_back(now);
-    let (mut fresh, _) = Supervised::start(program, &process.name, process.arguments.clone()).await?;
-    fresh.restarts = restarts;
-    *process = fresh;
+    process.restarts.push_back(now);
+    // One that fails to start has ended again: the next round counts it.
+    match Supervised::start(program, &process.name, process.arguments.clone()).await {
+        Ok((mut fresh, _)) => {
+            fresh.restarts = std::mem::take(&mut process.restarts);
+            *process = fresh;
+        }
+        Err(error) => tracing::warn!(process = %process.name, error = format!("{error:#}"), "did not start"),
+    }
     Ok(())
 }

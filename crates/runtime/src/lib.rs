@@ -16,6 +16,7 @@ pub mod map_store;
 pub mod membership;
 pub mod process;
 pub mod query;
+pub mod ready;
 pub mod serve;
 pub mod session;
 pub mod shutdown;

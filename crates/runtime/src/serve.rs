@@ -3,6 +3,7 @@
 //! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue
 //! (or refuses it as overloaded, at once); threads of our own compute and answer.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -159,7 +160,10 @@ fn work<A: Message>(
             Err(_) => return,
         };
         let Ok((query, came)) = next else { return };
-        match handler(&query, Arrival(came)) {
+        // A handler that panics has answered nothing yet; the next question finds the service alive.
+        let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, Arrival(came))))
+            .unwrap_or_else(|_| Err(Reject::new(RejectCode::Unknown, "the service failed on this question")));
+        match answered {
             Ok(answer) => {
                 counts.answered.fetch_add(1, Ordering::Relaxed);
                 let sent =

@@ -48,7 +48,7 @@ pub struct Observation {
 pub struct CycleBudget {
     /// Asking generators.
     pub generate: Duration,
-    /// Asking evaluators; replicas get half of it per attempt.
+    /// Asking evaluators.
     pub evaluate: Duration,
 }
 
@@ -91,19 +91,20 @@ pub async fn plan<P: Peers>(
     let request =
         context.generate_request(id, &scene_message, memory.tree.take(), memory.previous.as_ref())?;
     let generating = Instant::now();
-    let asked = dispatch::generate(&**peers, request.clone(), Budget::new(budget.generate)).await;
-    let reply = match asked {
-        Some(reply) => reply,
+    let shape = (context.profile.steps, context.profile.dt);
+    let asked = dispatch::generate(&**peers, request.clone(), shape, Budget::new(budget.generate)).await;
+    let (candidates, tree) = match asked {
+        Some(generated) => generated,
         None => {
             degraded.push("generated: local".to_owned());
-            tokio::task::block_in_place(|| {
+            let reply = tokio::task::block_in_place(|| {
                 generator::generate("arbiter", &request, &context.map, &context.geodesic, &|| false)
-            })?
+            })?;
+            (convert::candidates(reply.candidates)?, reply.tree)
         }
     };
     let generate_us = generating.elapsed().as_micros() as u64;
-    let candidates = convert::candidates(reply.candidates)?;
-    memory.tree = Some(reply.tree);
+    memory.tree = Some(tree);
 
     // Evaluate: shards over every replica; what nobody scored, in process.
     let (scores, evaluated, evaluate_us) =
@@ -191,7 +192,7 @@ fn gather(
     for metric in active {
         let missing = scores.missing(metric);
         let started = Instant::now();
-        let how = if missing.is_empty() && !candidates.is_empty() {
+        let how = if missing.is_empty() {
             Evaluated::Pool
         } else {
             score_locally(context, scene, candidates, metric, &missing, &mut scores, budget)
@@ -204,6 +205,9 @@ fn gather(
     let times = times.into_iter().map(|(metric, us)| MetricTime { metric: metric.to_owned(), us }).collect();
     (scores, evaluated, times)
 }
+
+/// Candidates scored in one go in process: what is done when time runs out is kept.
+const LOCAL_CHUNK: usize = 16;
 
 /// Scores the `missing` candidates in process, in order, for as long as the budget lasts.
 fn score_locally(
@@ -218,7 +222,7 @@ fn score_locally(
     let Some(evaluator) = context.local(metric) else { return Evaluated::None };
     // Scoring in process must not be cut short where it is all there is: `distance` is always here.
     let is_over = || metric != DISTANCE && budget.remaining().is_zero();
-    for run in runs(missing) {
+    for run in missing.chunks(LOCAL_CHUNK).flat_map(runs) {
         match evaluator.evaluate(scene, &candidates.slice(run.clone()), &is_over) {
             Ok(cost) => {
                 if let Err(error) = scores.insert(metric, run.start, &cost) {
@@ -231,7 +235,7 @@ fn score_locally(
             }
         }
     }
-    Evaluated::Local
+    if scores.missing(metric).len() < missing.len() { Evaluated::Local } else { Evaluated::None }
 }
 
 /// Ascending indices as contiguous runs.

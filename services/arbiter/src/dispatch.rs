@@ -7,7 +7,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+use curionav_planning::candidates::CandidateSet;
+use curionav_runtime::convert;
+use curionav_schemas::{EvaluateRequest, GenerateRequest, Scores, Tree};
 use tokio::task::JoinSet;
 
 use crate::peers::{GENERATOR, Peers};
@@ -15,7 +17,7 @@ use crate::peers::{GENERATOR, Peers};
 /// Candidates below which a batch is not cut further: a query costs more than scoring them.
 const SHARD_MIN: usize = 16;
 
-/// One cycle's time for a stage: a replica that has not answered by half of it is asked no longer.
+/// One cycle's time for a stage.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     /// When the stage began.
@@ -35,31 +37,47 @@ impl Budget {
         self.total.saturating_sub(self.start.elapsed())
     }
 
-    /// Time for the next attempt: at most half of the whole.
-    fn attempt(&self) -> Option<Duration> {
-        let limit = self.remaining().min(self.total / 2);
+    /// Time for the next attempt when `others` replicas could be asked after it. All attempts together
+    /// end by half of the whole: the other half is for computing in process.
+    fn attempt(&self, others: usize) -> Option<Duration> {
+        let left = (self.total / 2).saturating_sub(self.start.elapsed());
+        let limit = if others > 0 { left / 2 } else { left };
         (limit > Duration::from_millis(1)).then_some(limit)
     }
 }
 
-fn milliseconds(duration: Duration) -> u32 {
-    duration.as_millis().min(u128::from(u32::MAX)) as u32
+/// What a replica may spend computing of the time it is waited for: the rest is for the way.
+fn budget_ms(timeout: Duration) -> u32 {
+    (timeout.as_millis() * 4 / 5).clamp(1, u128::from(u32::MAX)) as u32
 }
 
-/// Asks generators one after the other until one answers.
+/// Asks generators one after the other until one gives candidates of the right shape.
 pub async fn generate<P: Peers>(
     peers: &P,
     mut request: GenerateRequest,
+    shape: (usize, f64),
     budget: Budget,
-) -> Option<GenerateReply> {
+) -> Option<(CandidateSet, Tree)> {
     let instances = peers.warm(GENERATOR);
-    for instance in rotated(&instances, request.seq) {
-        let timeout = budget.attempt()?;
-        request.budget_ms = milliseconds(timeout);
-        match peers.generate(instance, &request, timeout).await {
-            Ok(reply) if (reply.epoch, reply.seq) == (request.epoch, request.seq) => return Some(reply),
-            Ok(reply) => tracing::warn!(instance, seq = reply.seq, "generated for another cycle"),
-            Err(error) => tracing::warn!(instance, %error, "generator failed, asking another"),
+    for (asked, instance) in rotated(&instances, request.seq).enumerate() {
+        let timeout = budget.attempt(instances.len() - asked - 1)?;
+        request.budget_ms = budget_ms(timeout);
+        let reply = match peers.generate(instance, &request, timeout).await {
+            Ok(reply) => reply,
+            Err(error) => {
+                tracing::warn!(instance, %error, "generator failed, asking another");
+                continue;
+            }
+        };
+        let of_this_cycle = (reply.epoch, reply.seq) == (request.epoch, request.seq);
+        match convert::candidates(reply.candidates) {
+            Ok(candidates) if of_this_cycle && (candidates.steps(), candidates.dt()) == shape => {
+                return Some((candidates, reply.tree));
+            }
+            Ok(_) => {
+                tracing::warn!(instance, "generated for another cycle or in another shape, asking another")
+            }
+            Err(reject) => tracing::warn!(instance, %reject, "generated nonsense, asking another"),
         }
     }
     None
@@ -121,9 +139,9 @@ async fn evaluate_shard<P: Peers>(
     count: usize,
     budget: Budget,
 ) -> Option<Vec<f64>> {
-    for instance in order {
-        let timeout = budget.attempt()?;
-        request.budget_ms = milliseconds(timeout);
+    for (asked, instance) in order.iter().enumerate() {
+        let timeout = budget.attempt(order.len() - asked - 1)?;
+        request.budget_ms = budget_ms(timeout);
         match peers.evaluate(metric, instance, &request, timeout).await {
             Ok(scores) if fits(&scores, &request, metric, count) => return Some(scores.cost.0),
             Ok(_) => tracing::warn!(metric, instance, "scores are not for this shard"),

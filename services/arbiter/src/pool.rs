@@ -44,6 +44,9 @@ pub(crate) async fn keep_warm(
             let (session, context) = (session.clone(), Arc::clone(&context));
             warming.spawn(async move {
                 let warm = warm_up(&session, &context, &role, &instance).await;
+                if warm.is_err() {
+                    tokio::time::sleep(RETRY).await;
+                }
                 (role, instance, warm)
             });
         }
@@ -63,7 +66,6 @@ pub(crate) async fn keep_warm(
                     }
                     Err(error) => {
                         tracing::warn!(role = %key.0, instance = %key.1, %error, "replica did not warm up, trying again");
-                        tokio::time::sleep(RETRY).await;
                         known.remove(&key);
                     }
                 }

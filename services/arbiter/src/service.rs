@@ -7,7 +7,8 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::membership::{Membership, announce};
-use curionav_runtime::query::{AskError, Urgency, ask, fetch};
+use curionav_runtime::query::fetch;
+use curionav_runtime::ready::{report_ready, tell_driver};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
@@ -40,6 +41,7 @@ struct Arbiter {
     decisions: Topic<Decision>,
     reports: Topic<CycleReport>,
     mission_key: String,
+    decision_key: String,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
     warming: Option<JoinHandle<()>>,
@@ -68,6 +70,7 @@ pub async fn run(
         decisions: Topic::new(session, &key("decision")?, Flow::Control)?,
         reports: Topic::new(session, &key("report")?, Flow::Report)?,
         mission_key: key("mission")?,
+        decision_key: key("decision")?,
         mission: None,
         context: None,
         warming: None,
@@ -75,7 +78,8 @@ pub async fn run(
         planned: None,
     };
     let _token = announce(session, "arbiter", &config.instance)?;
-    arbiter.memory.epoch = arbiter.next_epoch(&key("decision")?).await;
+    arbiter.memory.epoch = 1;
+    arbiter.raise_epoch().await;
     on_ready();
     tracing::info!(robot = %config.robot, epoch = arbiter.memory.epoch, "arbiter ready");
     if let Ok(mission) = fetch::<Mission>(session, &arbiter.mission_key, MISSION_TIMEOUT).await {
@@ -102,39 +106,42 @@ pub async fn run(
 }
 
 impl Arbiter {
-    /// One more than that of the last decision the driver has seen, so that it will obey this arbiter and no
-    /// longer the one before.
-    async fn next_epoch(&self, decision_key: &str) -> u64 {
-        match fetch::<Decision>(&self.session, decision_key, MISSION_TIMEOUT).await {
-            Ok(last) => last.epoch + 1,
-            Err(_) => 1,
+    /// Makes the epoch one more than that of the last decision the driver has seen from somebody else, so
+    /// that it obeys this arbiter and no longer the one before.
+    async fn raise_epoch(&mut self) {
+        let last = fetch::<Decision>(&self.session, &self.decision_key, MISSION_TIMEOUT).await;
+        if let Ok(last) = last
+            && (last.epoch, last.seq) > (self.memory.epoch, self.memory.seq)
+        {
+            self.memory.epoch = last.epoch + 1;
         }
     }
 
     /// A mission, or a change of the one at hand.
     async fn take(&mut self, mission: Mission) {
-        let known = self.mission.as_ref().map_or(0, |m| m.revision);
-        let same_revision = mission.revision == known;
-        if mission.revision < known {
-            // A driver that was restarted counts anew: what it says is the mission.
-            tracing::warn!(revision = mission.revision, known, "the driver started its count again");
+        let known = self.mission.as_ref().map(|m| (m.run, m.revision));
+        self.mission = Some(mission.clone());
+        let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
+        if known == Some((mission.run, mission.revision)) || over {
+            return;
         }
-        if self.mission.as_ref().is_none_or(|m| m.run != mission.run) {
+        let prepared = self.prepare(&mission).await;
+        if known.is_none_or(|(run, _)| run != mission.run) {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.beliefs.clear();
             self.people.clear();
             self.planned = None;
         }
-        self.mission = Some(mission.clone());
-        if same_revision || matches!(mission.state, MissionState::Cancelled | MissionState::Finished) {
-            return;
-        }
-        match self.prepare(&mission).await {
-            Ok(()) => self.report_ready(mission.revision).await,
+        match prepared {
+            Ok(()) => {
+                let (role, instance) = ("arbiter", &self.config.instance);
+                report_ready(&self.session, &self.mission_key, role, instance, mission.revision).await;
+            }
             Err(error) => {
                 tracing::error!(%error, "the mission cannot be planned");
-                let reason = error.to_string();
-                self.tell_driver(&MissionRequest::Finish { revision: mission.revision, reason }).await;
+                let reason = format!("arbiter: {error}");
+                let request = MissionRequest::Finish { revision: mission.revision, reason };
+                tell_driver(&self.session, &self.mission_key, &request).await;
             }
         }
     }
@@ -142,8 +149,11 @@ impl Arbiter {
     async fn prepare(&mut self, mission: &Mission) -> anyhow::Result<()> {
         if let Some(warming) = self.warming.take() {
             warming.abort();
+            // Until it has ended it could still call somebody warm.
+            let _ = warming.await;
         }
         self.peers.clear();
+        self.raise_epoch().await;
         self.context = None;
         self.memory = self.memory.fresh();
         let (fields, mission) = (Arc::clone(&self.fields), mission.clone());
@@ -169,7 +179,9 @@ impl Arbiter {
             warm == 0 || warm < alive
         };
         while let Some(role) = roles.iter().find(cold) {
-            if tokio::time::Instant::now() >= deadline {
+            // A metric without a home here is worth any wait: without it nothing can be followed.
+            let replaceable = *role == GENERATOR || context.local(role).is_some();
+            if replaceable && tokio::time::Instant::now() >= deadline {
                 tracing::warn!(
                     role,
                     "no warm replica of every role yet; what is missing is computed in process"
@@ -177,19 +189,6 @@ impl Arbiter {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
-        }
-    }
-
-    async fn report_ready(&self, revision: u64) {
-        let (role, instance) = ("arbiter".to_owned(), self.config.instance.clone());
-        self.tell_driver(&MissionRequest::Ready { role, instance, revision }).await;
-    }
-
-    async fn tell_driver(&self, request: &MissionRequest) {
-        let answer: Result<Mission, AskError> =
-            ask(&self.session, &self.mission_key, request, MISSION_TIMEOUT, Urgency::Normal).await;
-        if let Err(error) = answer {
-            tracing::warn!(%error, "the driver did not take the mission request");
         }
     }
 
@@ -218,8 +217,10 @@ impl Arbiter {
     }
 
     async fn decide(&mut self, mission: &Mission, belief: Belief) -> (Decision, Option<CycleReport>) {
-        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
-        let context = self.context.clone().filter(|c| c.mission.revision == mission.revision);
+        let context = self
+            .context
+            .clone()
+            .filter(|c| (c.mission.run, c.mission.revision) == (mission.run, mission.revision));
         let stop = |memory: &mut Memory, reason: &str, degraded| {
             memory.seq += 1;
             (report::stop((memory.epoch, memory.seq), &belief, mission.tick_s, reason, degraded), None)
@@ -230,6 +231,7 @@ impl Arbiter {
         let Some(context) = context else {
             return stop(&mut self.memory, "the mission is not prepared", true);
         };
+        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
         let people = match people {
             Some(people) if belief.stamp - people.stamp <= PEOPLE_AGE_MAX => people,
             _ => return stop(&mut self.memory, "nobody says where people are", true),

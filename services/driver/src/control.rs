@@ -21,8 +21,8 @@ pub struct Inputs<'a> {
     pub odometry: &'a Odometry,
     /// Newest belief, and odometry of its tick.
     pub belief: Option<(&'a Belief, &'a Odometry)>,
-    /// Newest scan.
-    pub scan: Option<&'a Scan>,
+    /// Newest scan, and odometry of its tick.
+    pub scan: Option<(&'a Scan, &'a Odometry)>,
     /// Newest decision, and the belief it was made from.
     pub decision: Option<(&'a Decision, &'a Belief)>,
     /// What the base can do.
@@ -59,7 +59,7 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     if now - belief.stamp > BELIEF_AGE_MAX {
         return stop("the belief is too old");
     }
-    let Some(scan) = inputs.scan else { return stop("no scan yet") };
+    let Some((scan, at_scan)) = inputs.scan else { return stop("no scan yet") };
     if now - scan.stamp > SCAN_AGE_MAX {
         return stop("the scan is too old");
     }
@@ -76,7 +76,8 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     };
     let wanted =
         track(&reference, age, pose, measured, inputs.robot, inputs.period, &TrackingParams::default());
-    let guarded = guard(wanted, scan, inputs.robot, inputs.period);
+    let scan_from_robot = pose_of(at_scan).relative(pose_of(inputs.odometry));
+    let guarded = guard(wanted, scan, scan_from_robot, inputs.robot, inputs.period);
     if guarded == wanted {
         Command { twist: wanted, reason: "tracking" }
     } else {
@@ -96,8 +97,12 @@ fn braking(measured: Twist, robot: &RobotModel, period: f64) -> Twist {
 
 /// The believed pose moved on by what odometry has measured since.
 fn now_pose(belief: &Belief, then: &Odometry, now: &Odometry) -> Pose2 {
-    let moved = Pose2::new(then.x, then.y, then.heading).relative(Pose2::new(now.x, now.y, now.heading));
+    let moved = pose_of(then).relative(pose_of(now));
     Pose2::new(belief.x, belief.y, belief.heading).compose(moved)
+}
+
+fn pose_of(odometry: &Odometry) -> Pose2 {
+    Pose2::new(odometry.x, odometry.y, odometry.heading)
 }
 
 #[cfg(test)]
@@ -115,7 +120,7 @@ mod tests {
         Inputs {
             odometry,
             belief: Some((belief, odometry)),
-            scan: Some(scan),
+            scan: Some((scan, odometry)),
             decision: Some((decision, belief)),
             robot,
             period: 0.1,

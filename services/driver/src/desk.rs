@@ -4,12 +4,22 @@
 use curionav_schemas::{Mission, MissionRequest, MissionState, Reject, RejectCode};
 
 /// Holds the mission and its revision; every change is a new value to publish.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Desk {
     mission: Option<Mission>,
+    /// Number of the next run: unlike any run of a driver that was here before.
+    next_run: u64,
+    /// Asked to pause and not to resume since: a new goal does not change that.
+    paused: bool,
 }
 
 impl Desk {
+    /// No mission yet. `first_run` must differ from every run number used before on this robot, for
+    /// services that have outlived an earlier driver: milliseconds of the wall clock will do.
+    pub fn new(first_run: u64) -> Self {
+        Self { mission: None, next_run: first_run, paused: false }
+    }
+
     /// The mission as it stands.
     pub fn mission(&self) -> Option<&Mission> {
         self.mission.as_ref()
@@ -24,12 +34,23 @@ impl Desk {
                 (m.goal_x, m.goal_y, m.goal_heading) = (x, y, heading);
                 prepare(m);
             }),
-            MissionRequest::Pause => self.transition(MissionState::Running, MissionState::Paused),
-            MissionRequest::Resume => self.transition(MissionState::Paused, MissionState::Running),
+            MissionRequest::Pause => {
+                let mission = self.transition(MissionState::Running, MissionState::Paused)?;
+                self.paused = true;
+                Ok(mission)
+            }
+            MissionRequest::Resume => {
+                let mission = self.transition(MissionState::Paused, MissionState::Running)?;
+                self.paused = false;
+                Ok(mission)
+            }
             MissionRequest::Cancel => {
                 let state = self.current()?.state;
                 if state == MissionState::Finished {
-                    return Err(Reject::new(RejectCode::Invalid, "the mission is finished: there is nothing to cancel"));
+                    return Err(Reject::new(
+                        RejectCode::Invalid,
+                        "the mission is finished: there is nothing to cancel",
+                    ));
                 }
                 self.update(|m| m.state = MissionState::Cancelled)
             }
@@ -47,8 +68,11 @@ impl Desk {
     }
 
     fn set(&mut self, mut mission: Mission) -> Mission {
-        (mission.run, mission.revision) =
-            self.mission.as_ref().map_or((1, 1), |m| (m.run + 1, m.revision + 1));
+        mission.run = self.next_run;
+        mission.revision = self.mission.as_ref().map_or(1, |m| m.revision + 1);
+        self.next_run += 1;
+        self.paused = false;
+        mission.has_run = false;
         prepare(&mut mission);
         self.mission = Some(mission.clone());
         mission
@@ -59,13 +83,15 @@ impl Desk {
         if mission.revision != revision {
             return Err(stale(revision, mission.revision));
         }
+        let paused = self.paused;
         self.update(|m| {
             if m.require.iter().any(|r| r == role) && !m.ready.iter().any(|r| r == role) {
                 m.ready.push(role.to_owned());
                 m.ready.sort();
             }
             if m.state == MissionState::Preparing && m.require.iter().all(|r| m.ready.contains(r)) {
-                m.state = MissionState::Running;
+                m.has_run = true;
+                m.state = if paused { MissionState::Paused } else { MissionState::Running };
             }
         })
     }
@@ -113,7 +139,7 @@ mod tests {
     use curionav_schemas::golden;
 
     fn desk() -> Desk {
-        let mut desk = Desk::default();
+        let mut desk = Desk::new(7);
         let mut mission = golden::mission();
         mission.require = vec!["arbiter".into(), "localizer".into()];
         desk.handle(MissionRequest::Set { mission: Box::new(mission) }).unwrap();
@@ -154,7 +180,18 @@ mod tests {
     }
 
     #[test]
+    fn a_new_goal_leaves_a_paused_robot_paused() {
+        let mut desk = desk();
+        desk.handle(ready("arbiter", 1)).unwrap();
+        desk.handle(ready("localizer", 1)).unwrap();
+        desk.handle(MissionRequest::Pause).unwrap();
+        desk.handle(MissionRequest::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
+        desk.handle(ready("arbiter", 2)).unwrap();
+        assert_eq!(desk.handle(ready("localizer", 2)).unwrap().state, MissionState::Paused);
+    }
+
+    #[test]
     fn without_a_mission_there_is_nothing_to_pause() {
-        assert!(Desk::default().handle(MissionRequest::Pause).is_err());
+        assert!(Desk::new(1).handle(MissionRequest::Pause).is_err());
     }
 }

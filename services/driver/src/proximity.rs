@@ -11,14 +11,18 @@ const STEP: f64 = 0.1;
 /// Longest way to a stop looked along: 2 m/s at 0.5 m/s2 takes 4 s.
 const STEPS_MAX: usize = 60;
 
-/// The command, or braking if driving it for `period` seconds and then braking fully would bring the
+/// The command, or braking on the present curve if driving it for `period` seconds and then braking fully would bring the
 /// robot closer than the margin to a point of the scan it is not already moving away from.
-pub fn guard(command: Twist, scan: &Scan, robot: &RobotModel, period: f64) -> Twist {
+/// `scan_from_robot` is where the robot is now, seen from where it was when it took the scan.
+pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotModel, period: f64) -> Twist {
     if command.v <= 0.0 {
         return command;
     }
-    let points =
-        points(scan, robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max));
+    let points = points(
+        scan,
+        scan_from_robot,
+        robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max),
+    );
     let reach = robot.radius() + MARGIN;
     let mut pose = Pose2::default();
     let mut twist = command;
@@ -46,16 +50,18 @@ pub fn guard(command: Twist, scan: &Scan, robot: &RobotModel, period: f64) -> Tw
     command
 }
 
-/// End points of the beams that met something within `reach` metres, in the robot frame.
-fn points(scan: &Scan, reach: f64) -> Vec<Point2> {
+/// End points of the beams that met something, as the robot sees them now: those within `reach` metres.
+fn points(scan: &Scan, scan_from_robot: Pose2, reach: f64) -> Vec<Point2> {
     let laser = Pose2::new(scan.laser.x, scan.laser.y, scan.laser.heading);
     let ranges = scan.ranges.iter().enumerate();
-    let hits = ranges.filter(|(_, r)| f64::from(**r) < scan.range_max - 1e-3 && f64::from(**r) < reach);
+    let hits = ranges.filter(|(_, r)| f64::from(**r) < scan.range_max - 1e-3);
     hits.map(|(i, r)| {
         let bearing = scan.angle_min + scan.angle_increment * i as f64;
         let (s, c) = curionav_planning::numerics::sin_cos(bearing);
-        laser.transform(Point2::new(f64::from(*r) * c, f64::from(*r) * s))
+        let then = laser.transform(Point2::new(f64::from(*r) * c, f64::from(*r) * s));
+        scan_from_robot.inverse_transform(then)
     })
+    .filter(|p| p.distance(Point2::default()) < reach)
     .collect()
 }
 
@@ -89,8 +95,17 @@ mod tests {
         let robot = RobotModel::default();
         let drive = Twist { v: 1.0, omega: 0.0 };
         // From 1 m/s: 0.1 m in a period and 1 m of braking, radius 0.3, margin 0.05: 1.45 m.
-        assert_eq!(guard(drive, &wall_ahead(1.7), &robot, 0.1), drive);
-        assert_eq!(guard(drive, &wall_ahead(1.2), &robot, 0.1).v, 0.0);
+        assert_eq!(guard(drive, &wall_ahead(1.7), Pose2::default(), &robot, 0.1), drive);
+        assert_eq!(guard(drive, &wall_ahead(1.2), Pose2::default(), &robot, 0.1).v, 0.0);
+    }
+
+    #[test]
+    fn an_old_scan_is_moved_by_what_was_driven_since() {
+        let robot = RobotModel::default();
+        let drive = Twist { v: 1.0, omega: 0.0 };
+        // The wall was 1.7 m ahead when it was seen, half a metre ago.
+        let since = Pose2::new(0.5, 0.0, 0.0);
+        assert_eq!(guard(drive, &wall_ahead(1.7), since, &robot, 0.1).v, 0.0);
     }
 
     #[test]
@@ -100,6 +115,6 @@ mod tests {
         scan.ranges.0[0] = 0.33;
         scan.ranges.0[180] = 0.33;
         let creep = Twist { v: 0.3, omega: 0.0 };
-        assert_eq!(guard(creep, &scan, &robot, 0.1), creep);
+        assert_eq!(guard(creep, &scan, Pose2::default(), &robot, 0.1), creep);
     }
 }

@@ -9,6 +9,7 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::membership::announce;
+use curionav_runtime::ready::report_ready;
 use curionav_runtime::serve::{Server, serve_queries, serve_state};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
@@ -26,6 +27,9 @@ use crate::desk::Desk;
 const REMEMBERED_TICKS: usize = 64;
 
 struct Driver {
+    session: Session,
+    instance: String,
+    mission_key: String,
     missions: watch::Receiver<Option<Mission>>,
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
@@ -56,6 +60,9 @@ pub async fn run(
             .ok_or_else(|| Reject::new(RejectCode::Unknown, "no decision has been taken yet"))
     })?;
     let mut driver = Driver {
+        session: session.clone(),
+        instance: config.instance.clone(),
+        mission_key: key("mission")?,
         missions,
         odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
         beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
@@ -76,11 +83,12 @@ pub async fn run(
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
-            () = new_run => driver.begin(),
+            () = new_run => driver.begin().await,
             odometry = driver.odometry.next() => match odometry.cloned() {
                 Some(odometry) => {
                     let over = run_over(driver.missions.clone());
                     tokio::select! {
+                        biased;
                         () = driver.tick(odometry) => {}
                         () = over => {}
                         () = shutdown.requested() => break,
@@ -102,7 +110,8 @@ fn serve_desk(
     changed: watch::Sender<Option<Mission>>,
 ) -> anyhow::Result<Server> {
     let published = Topic::<Mission>::new(session, key, Flow::State)?;
-    let desk = Arc::new(Mutex::new(Desk::default()));
+    let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    let desk = Arc::new(Mutex::new(Desk::new(since_epoch.as_millis() as u64)));
     let server = serve_queries(session, key, 1, 64, move |query, _| {
         let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(payload) = query.payload() else {
@@ -158,9 +167,16 @@ impl Driver {
             remember(&mut self.belief_of, belief.tick, belief.clone());
         }
         let plan_tick = tick - tick % u64::from(mission.plan_every.max(1));
-        // In lockstep every planning tick has its decision; in between, the last one stands.
-        let decision = self.decisions.of_tick(plan_tick, mission.clock).await.cloned();
-        self.obey(decision);
+        // In lockstep every planning tick has its decision; in between, the last one stands. In real time
+        // each one counts: an arbiter that was replaced but lives on must not hide its successor's.
+        if mission.clock == Clock::Realtime {
+            for decision in self.decisions.drain() {
+                self.obey(Some(decision));
+            }
+        } else {
+            let decision = self.decisions.of_tick(plan_tick, mission.clock).await.cloned();
+            self.obey(decision);
+        }
         let scan = self.scans.of_tick(tick, mission.clock).await.cloned();
         if mission.state != MissionState::Running {
             let twist = convert::robot_model(&mission.robot_model).limit(
@@ -177,7 +193,7 @@ impl Driver {
         let command = command(&Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
-            scan: scan.as_ref(),
+            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
             decision: obeyed.as_ref().and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
             robot: &robot,
             period: mission.tick_s,
@@ -187,14 +203,16 @@ impl Driver {
 
     /// A new run: nothing of it can be on its way before all roles are ready, so all there is belongs to the
     /// one before.
-    fn begin(&mut self) {
-        self.run = self.mission().map_or(0, |m| m.run);
+    async fn begin(&mut self) {
+        let Some(mission) = self.mission() else { return };
+        self.run = mission.run;
         self.odometry.clear();
         self.beliefs.clear();
         self.scans.clear();
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
+        report_ready(&self.session, &self.mission_key, "driver", &self.instance, mission.revision).await;
     }
 
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.

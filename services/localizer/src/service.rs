@@ -11,16 +11,20 @@ use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::membership::announce;
-use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::query::fetch;
+use curionav_runtime::ready::{report_ready, tell_driver};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    Belief, Clock, Health, Mission, MissionRequest, MissionState, Odometry, Reject, Scan, keys,
+    Belief, Clock, Health, Mission, MissionRequest, MissionState, Odometry, Reject, RejectCode, Scan, keys,
 };
 use zenoh::Session;
 
 /// Missions and readiness are small and local.
 const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Scans remembered in real time, to be paired with the odometry of their tick.
+const SCANS_KEPT: usize = 4;
 
 struct Localization {
     config: ServiceConfig,
@@ -28,6 +32,7 @@ struct Localization {
     fields: Arc<Fields>,
     scans: Latest<Scan>,
     odometry: Latest<Odometry>,
+    recent_scans: Vec<Scan>,
     beliefs: Topic<Belief>,
     mission_key: String,
     mission: Option<Mission>,
@@ -49,6 +54,7 @@ pub async fn run(
         fields: Arc::new(Fields::new(session)),
         scans: Latest::new(Inbox::new(session, &key("scan")?)?),
         odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
+        recent_scans: Vec::new(),
         beliefs: Topic::new(session, &key("belief")?, Flow::Sensor)?,
         mission_key: key("mission")?,
         mission: None,
@@ -80,33 +86,41 @@ impl Localization {
     /// A mission, or a change of the one at hand. Only a new run starts the filter over: a robot that is
     /// sent to another goal still knows where it is.
     async fn take(&mut self, mission: Mission) {
-        let known = self.mission.replace(mission.clone());
-        let same = |k: &Mission| k.revision == mission.revision;
-        if known.as_ref().is_some_and(same)
-            || matches!(mission.state, MissionState::Cancelled | MissionState::Finished)
-        {
+        let known = self.mission.replace(mission.clone()).map(|k| (k.run, k.revision));
+        let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
+        if known == Some((mission.run, mission.revision)) || over {
             return;
         }
-        let keeps = self.filter.is_some() && known.as_ref().is_some_and(|k| k.run == mission.run);
-        if known.is_none_or(|k| k.run != mission.run) {
+        let same_run = known.is_some_and(|(run, _)| run == mission.run);
+        if !same_run {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.scans.clear();
             self.odometry.clear();
+            self.recent_scans.clear();
+            self.filter = None;
         }
-        let request = match if keeps { Ok(()) } else { self.start(&mission).await } {
+        let started = if self.filter.is_some() {
+            Ok(())
+        } else if mission.has_run {
+            // This localizer was restarted on the way: the start is long left, and nobody knows the pose.
+            Err(Reject::new(
+                RejectCode::Cold,
+                "it was restarted in mid-run, so the pose is lost; begin a new mission",
+            ))
+        } else {
+            self.start(&mission).await
+        };
+        match started {
             Ok(()) => {
-                let (role, instance) = ("localizer".to_owned(), self.config.instance.clone());
-                MissionRequest::Ready { role, instance, revision: mission.revision }
+                let (role, instance) = ("localizer", &self.config.instance);
+                report_ready(&self.session, &self.mission_key, role, instance, mission.revision).await;
             }
             Err(reject) => {
                 tracing::error!(%reject, "the mission cannot be localised");
-                MissionRequest::Finish { revision: mission.revision, reason: format!("localizer: {reject}") }
+                let reason = format!("localizer: {reject}");
+                let request = MissionRequest::Finish { revision: mission.revision, reason };
+                tell_driver(&self.session, &self.mission_key, &request).await;
             }
-        };
-        let answer =
-            ask::<_, Mission>(&self.session, &self.mission_key, &request, MISSION_TIMEOUT, Urgency::Normal);
-        if let Err(error) = answer.await {
-            tracing::warn!(%error, "the driver did not take the mission request");
         }
     }
 
@@ -134,15 +148,22 @@ impl Localization {
     /// One tick of odometry, answered with a belief.
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission.clone() else { return };
-        if mission.clock == Clock::Realtime
-            && let Some(newest) = self.odometry.newest()
-        {
-            odometry = newest.clone();
+        if mission.clock == Clock::Realtime {
+            // The newest odometry whose scan is here as well, if any: a scan of another tick is no
+            // observation of this pose.
+            self.recent_scans.extend(self.scans.drain());
+            let excess = self.recent_scans.len().saturating_sub(SCANS_KEPT);
+            self.recent_scans.drain(..excess);
+            let seen = |o: &Odometry| self.recent_scans.iter().any(|s| s.tick == o.tick);
+            let mut waiting = vec![odometry];
+            waiting.extend(self.odometry.drain());
+            let chosen = waiting.iter().rposition(seen).unwrap_or(waiting.len() - 1);
+            odometry = waiting.swap_remove(chosen);
+        } else if let Some(scan) = self.scans.of_tick(odometry.tick, mission.clock).await {
+            self.recent_scans = vec![scan.clone()];
         }
         let announced = convert::laser(&mission.laser);
-        let scan = self.scans.of_tick(odometry.tick, mission.clock).await;
-        // A scan of another tick is no observation of this pose.
-        let scan = scan.filter(|s| s.tick == odometry.tick);
+        let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
         let Some(filter) = &mut self.filter else { return };
         let (ranges, laser) = match scan {
             Some(scan) => (scan.ranges.as_ref(), laser_of(scan, announced)),

@@ -8,8 +8,8 @@ use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, Mission, MissionState, Reject, Value};
 
-/// Roles that must report ready before a run starts; the driver is where they report to.
-const REQUIRED: [&str; 2] = ["arbiter", "localizer"];
+/// Roles that must report ready before a run starts.
+const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
 
 /// What is wrong with an injected scenario: field, problem and mend.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -156,6 +156,7 @@ fn mission(
         require: REQUIRED.map(String::from).to_vec(),
         ready: Vec::new(),
         state: MissionState::Preparing,
+        has_run: false,
         note: String::new(),
     })
 }

@@ -1,7 +1,8 @@
 //! Playing one scenario, tick by tick.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use curionav_crowdsim::metrics::MetricsParams;
@@ -40,6 +41,25 @@ pub(crate) struct Streams {
     scans: Topic<Scan>,
     odometry: Topic<Odometry>,
     people: Topic<wire::People>,
+    heard: Heard,
+}
+
+/// When each service was last heard of, in real time.
+#[derive(Debug, Default)]
+struct Heard(BTreeMap<&'static str, Instant>);
+
+impl Heard {
+    fn note(&mut self, what: &'static str, now: bool) {
+        let last = self.0.entry(what).or_insert_with(Instant::now);
+        if now {
+            *last = Instant::now();
+        }
+    }
+
+    /// What has not come for so long that its sender must be lost.
+    fn silent(&self) -> Option<&'static str> {
+        self.0.iter().find(|(_, last)| last.elapsed() > LOCKSTEP_PATIENCE).map(|(what, _)| *what)
+    }
 }
 
 /// How far a run is: tick, seconds, metres to the goal.
@@ -65,6 +85,7 @@ impl Streams {
             scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
             odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
             people: Topic::new(session, &key("people")?, Flow::Sensor)?,
+            heard: Heard::default(),
         })
     }
 
@@ -75,7 +96,16 @@ impl Streams {
         progress: &watch::Sender<Progress>,
     ) -> anyhow::Result<RunResult> {
         let Prepared { mut world, mission, profile, seed, .. } = prepared;
-        let mission = self.begin(mission).await?;
+        let mission = match self.begin(mission).await {
+            Ok(mission) => mission,
+            Err(error) => {
+                // What never began must not begin later, with nobody to watch it.
+                if let Err(error) = self.request(&MissionRequest::Cancel).await {
+                    tracing::debug!(%error, "nothing to cancel");
+                }
+                return Err(error);
+            }
+        };
         let params =
             MetricsParams { converged_trace: profile.uncertainty.threshold, ..MetricsParams::default() };
         let mut record = Record::new(params);
@@ -115,7 +145,7 @@ impl Streams {
         let wait = async {
             while current.state == MissionState::Preparing {
                 let Some(next) = self.missions.next().await else { bail!("the session is closed") };
-                if next.revision == accepted.revision {
+                if next.run == accepted.run {
                     current = next;
                 }
             }
@@ -137,6 +167,7 @@ impl Streams {
         self.beliefs.clear();
         self.decisions.clear();
         self.commands.clear();
+        self.heard = Heard::default();
         match current.state {
             MissionState::Running => Ok(current),
             state => bail!("the mission was refused ({state}): {}", current.note),
@@ -240,8 +271,17 @@ impl Streams {
             let decisions = self.decisions.drain();
             let belief = self.beliefs.newest().cloned();
             let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
-            let command = self.commands.newest().filter(fresh);
-            return Ok((belief, decisions, command.map_or(Twist::default(), twist)));
+            let command = self.commands.newest().filter(fresh).map(twist);
+            self.heard.note("command from the driver", command.is_some());
+            self.heard.note("decision from the arbiter", !decisions.is_empty());
+            self.heard.note(
+                "belief from the localizer",
+                belief.as_ref().is_some_and(|b| world.time() - b.stamp < 1.0),
+            );
+            if let Some(silent) = self.heard.silent() {
+                bail!("no {silent} for {} s", LOCKSTEP_PATIENCE.as_secs());
+            }
+            return Ok((belief, decisions, command.unwrap_or_default()));
         }
         let silent = |who: &str| format!("no {who} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
         let belief = self.beliefs.of_tick(tick, mission.clock).await.cloned();

@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use super::program::{Deployment, curionav, is_alive, run, signal};
+use super::program::{Deployment, curionav, is_alive, run, signal, turn};
 
 const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
 const QUICK: &str = "scenarios/quickstart.toml";
 
 #[test]
 fn processes_and_replicas_change_no_decision() {
+    let _turn = turn();
     let expected = run(SCENARIO, &[]).0;
     for replicas in [1, 3] {
         let deployment = Deployment::start(replicas);
@@ -21,6 +22,7 @@ fn processes_and_replicas_change_no_decision() {
 
 #[test]
 fn killing_replicas_on_the_way_changes_no_decision() {
+    let _turn = turn();
     let expected = run(SCENARIO, &[]).0;
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();
@@ -37,6 +39,7 @@ fn killing_replicas_on_the_way_changes_no_decision() {
 
 #[test]
 fn in_real_time_the_goal_is_reached_whoever_is_killed() {
+    let _turn = turn();
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();
     let running = std::thread::spawn(move || run(QUICK, &["--connect", &endpoint, "--speed", "realtime"]));
@@ -53,6 +56,7 @@ fn in_real_time_the_goal_is_reached_whoever_is_killed() {
 
 #[test]
 fn nothing_is_left_running_however_it_ends() {
+    let _turn = turn();
     let deployment = Deployment::start(1);
     let pids = deployment.pids();
     assert!(pids.iter().all(|p| is_alive(*p)) && pids.len() == 8);
@@ -69,6 +73,7 @@ fn nothing_is_left_running_however_it_ends() {
 
 #[test]
 fn one_who_dies_is_started_again_and_serves() {
+    let _turn = turn();
     let deployment = Deployment::start(1);
     deployment.kill("hccdm-0");
     let alive = || status(&deployment).contains("\"hccdm-0\"");
@@ -79,6 +84,7 @@ fn one_who_dies_is_started_again_and_serves() {
 
 #[test]
 fn missions_are_paused_redirected_and_cancelled() {
+    let _turn = turn();
     let deployment = Deployment::start(1);
     let endpoint = deployment.endpoint().to_owned();
     let say = |arguments: &[&str]| curionav(&[arguments, &["--connect", &endpoint]].concat());

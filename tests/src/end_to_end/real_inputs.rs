@@ -1,11 +1,12 @@
 //! Real maps and real people.
 
-use super::program::{reference_data, run};
+use super::program::{reference_data, run, turn};
 
 fn assert_reached(scenario: &str) {
     if reference_data(scenario).is_none() {
         return;
     }
+    let _turn = turn();
     let (json, status) = run(&format!("scenarios/real/{scenario}.toml"), &[]);
     assert_eq!(
         (json.outcome.as_str(), json.metrics.collisions, status),

@@ -50,6 +50,7 @@ class Mission(Message):
     require: list[Name]
     ready: list[Name]
     state: Literal["preparing", "running", "paused", "cancelled", "finished"]
+    has_run: bool = False
     note: str = ""
 
     def check(self) -> None:
