@@ -87,10 +87,8 @@ pub struct Mission {
     /// Where it stands.
     pub state: MissionState,
     /// Whether it has been under way in this run: the robot may have left its start.
-    #[serde(default)]
     pub has_run: bool,
     /// Why it was finished or refused, for people; empty while there is nothing to say.
-    #[serde(default)]
     pub note: String,
 }
 

@@ -50,8 +50,8 @@ class Mission(Message):
     require: list[Name]
     ready: list[Name]
     state: Literal["preparing", "running", "paused", "cancelled", "finished"]
-    has_run: bool = False
-    note: str = ""
+    has_run: bool
+    note: str
 
     def check(self) -> None:
         """No variance is negative."""
