@@ -10,6 +10,7 @@ use curionav_planning::candidates::{CandidateError, CandidateSet};
 use curionav_planning::evaluation::Evaluator;
 use curionav_planning::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
 use curionav_planning::evaluation::distance::DistanceEvaluator;
+use curionav_planning::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::{OdometryNoise, step};
 use curionav_planning::occupancy::{GeodesicField, GridError, OccupancyGrid, StaticMap};
@@ -38,7 +39,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("geodesic field      {:8.1} ms to build", 1e3 * started.elapsed().as_secs_f64());
 
     // One line a metric.
-    let evaluators: [Box<dyn Evaluator>; 2] = [
+    let evaluators: [Box<dyn Evaluator>; 3] = [
+        Box::new(HccdmEvaluator::new(HccdmParams::default())?),
         Box::new(CpcEvaluator::new(field, OdometryNoise::default(), CpcParams::default())),
         Box::new(DistanceEvaluator::new(map.grid.clone(), geodesic)),
     ];
