@@ -8,7 +8,8 @@ use curionav_planning::scene::Belief;
 /// How far the estimate can be trusted, beyond its covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Health {
-    /// Share of the weight outside the cluster that the estimate describes, 0 to 1.
+    /// Share of the weight outside the cluster that the estimate describes, 0 to 1: that of other clusters,
+    /// and 1 while the estimate is carried on by odometry because all others would be a jump.
     pub outside_weight: f64,
     /// Of the beams that people cannot explain (those that end near a mapped obstacle or would have to
     /// pass through one), the share that agrees with the estimate: of the latest scan with such beams,
@@ -25,9 +26,9 @@ pub struct Health {
 pub struct Estimate {
     /// Robot's clock, seconds.
     pub stamp: f64,
-    /// Mean of the heaviest cluster, map frame.
+    /// Mean of the heaviest cluster that does not need a jump to be reached, map frame.
     pub pose: Pose2,
-    /// Covariance of (x, y, heading) of the heaviest cluster: m2, m rad, rad2.
+    /// Covariance of (x, y, heading) of the same cluster: m2, m rad, rad2.
     pub covariance: Matrix3<f64>,
     /// Speed and turn rate as odometry measured them.
     pub twist: Twist,

@@ -21,7 +21,9 @@ pub(crate) struct LikelihoodField {
     last_row: i32,
     stride: usize,
     scores: Vec<f32>,
-    agreement: f32,
+    /// Distance to the nearest occupied cell's centre, cells.
+    clear: Vec<f32>,
+    perfect: f32,
     origin: Pose2,
     cells_per_metre: f64,
 }
@@ -55,20 +57,30 @@ impl LikelihoodField {
                 *slot = score(f64::from(d));
             }
         }
+        // Beyond the map nothing is known to be met.
+        let mut clear = vec![BEYOND; stride * (height + 2)];
+        let cells_per_metre = 1.0 / map.grid.resolution();
+        for (row, distances) in map.to_occupied.metres().chunks_exact(width).enumerate() {
+            let start = (row + 1) * stride + 1;
+            for (slot, &d) in clear[start..start + width].iter_mut().zip(distances) {
+                *slot = (f64::from(d) * cells_per_metre) as f32;
+            }
+        }
         Self {
+            clear,
             last_column: width as i32 + 1,
             last_row: height as i32 + 1,
             stride,
             scores,
-            agreement: score(params.agreement_distance),
+            perfect: score(0.0),
             origin: map.grid.origin(),
-            cells_per_metre: 1.0 / map.grid.resolution(),
+            cells_per_metre,
         }
     }
 
-    /// Scores from here on mean that beam and map agree.
-    pub(crate) fn agreement(&self) -> f32 {
-        self.agreement
+    /// Score of a beam that ends right on a surface, the greatest there is.
+    pub(crate) fn perfect(&self) -> f32 {
+        self.perfect
     }
 
     /// A robot pose, ready for [`Self::score`].
@@ -93,7 +105,35 @@ impl LikelihoodField {
         let row = (row as i32).clamp(0, self.last_row) as usize;
         self.scores[row * self.stride + column]
     }
+
+    /// Whether an obstacle lies between two points of the robot frame, metres, or the first is in one: steps
+    /// as long as the distance field says nothing can be met.
+    pub(crate) fn blocked(&self, pose: FieldPose, from: (f32, f32), to: (f32, f32)) -> bool {
+        let place = |(x, y): (f32, f32)| {
+            (pose.column + (pose.cos * x - pose.sin * y), pose.row + (pose.sin * x + pose.cos * y))
+        };
+        let ((x, y), (to_x, to_y)) = (place(from), place(to));
+        let (dx, dy) = (to_x - x, to_y - y);
+        let length = (dx * dx + dy * dy).sqrt();
+        let mut travelled = 0.0;
+        loop {
+            let share = if length > 0.0 { travelled / length } else { 0.0 };
+            let column = ((x + share * dx) as i32).clamp(0, self.last_column) as usize;
+            let row = ((y + share * dy) as i32).clamp(0, self.last_row) as usize;
+            let clear = self.clear[row * self.stride + column];
+            if clear < 0.5 {
+                return true;
+            }
+            travelled += (clear - 1.0).max(0.5);
+            if travelled >= length {
+                return false;
+            }
+        }
+    }
 }
+
+/// Clearance outside the map, cells.
+const BEYOND: f32 = 2.0;
 
 /// Distance from each cell's centre to the nearest surface, metres: the side between an occupied cell and
 /// one that is not lies half a cell before either's centre.
@@ -158,5 +198,33 @@ mod tests {
             assert!((surface[5 - k] - (0.05 + 0.1 * k as f32)).abs() < 1e-6);
             assert_eq!(surface[5 - k], surface[6 + k]);
         }
+    }
+
+    #[test]
+    fn a_way_is_blocked_where_fine_steps_along_it_meet_an_obstacle() {
+        let cells = (0..50 * 40).map(|i| if i % 37 == 0 { 100 } else { 0 }).collect();
+        let map = StaticMap::new(OccupancyGrid::new(50, 40, 0.1, Pose2::new(-1.0, 2.0, 0.4), cells).unwrap());
+        let field = LikelihoodField::new(&map, 5.0, &LocalizerParams::default());
+        let occupied = |p: Point2| {
+            map.grid.locate(p).is_some_and(|(c, r)| map.grid.cell(map.grid.index(c, r)) == Cell::Occupied)
+        };
+        let mut r = rng(4, 0);
+        let (mut same, mut blocked) = (0, 0);
+        for _ in 0..2000 {
+            let mut draw = |a: f64, b: f64| a + (b - a) * uniform(&mut r);
+            let pose = Pose2::new(draw(-2.0, 4.0), draw(1.0, 7.0), draw(-3.0, 3.0));
+            let to = Point2::new(draw(-1.0, 1.0), draw(-1.0, 1.0));
+            let reference = (0..=1000).any(|k| {
+                let s = f64::from(k) / 1000.0;
+                occupied(pose.transform(Point2::new(s * to.x, s * to.y)))
+            });
+            let at = field.pose(pose.x, pose.y, pose.heading);
+            let found = field.blocked(at, (0.0, 0.0), (to.x as f32, to.y as f32));
+            assert!(!found || reference, "{pose:?} {to:?}");
+            same += i32::from(found == reference);
+            blocked += i32::from(reference);
+        }
+        // Only a corner that is cut by less than half a cell may be stepped over.
+        assert!(same > 1950 && blocked > 200, "{same} {blocked}");
     }
 }

@@ -2,22 +2,22 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
+use curionav_planning::geometry::{Pose2, Twist, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
+use crate::clusters::Clusters;
 use crate::estimate::{Estimate, Health};
-use crate::histogram::Histogram;
 use crate::likelihood_field::LikelihoodField;
-use crate::moments::{moments, propagate};
+use crate::moments::propagate;
 use crate::params::{LocalizerParams, ParamsError};
-use crate::particles::{Motion, Particles};
-use crate::recovery::{FreeSpace, Recovery};
+use crate::particles::{Motion, Particles, normal};
+use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
 use crate::resampling::{needed, systematic};
-use crate::scan::{BeamDirections, Scan};
+use crate::scan::{BeamDirections, Scan, Selection};
 use crate::scan_fit::ScanFit;
 use crate::weighting::Weighting;
 
@@ -45,10 +45,9 @@ pub struct Localizer {
     updates_since_resampling: u32,
 
     weighting: Weighting,
-    histogram: Histogram,
-    bin: Vec<u32>,
+    clusters: Clusters,
     spare: Particles,
-    ends: Vec<Point2>,
+    seen: Selection,
 }
 
 /// The last filter update: where odometry was, and what was known then. There is none before the first
@@ -60,6 +59,16 @@ struct Anchor {
     pose: Pose2,
     covariance: Matrix3<f64>,
 }
+
+/// What a filter update follows on.
+#[derive(Debug, Clone, Copy)]
+struct Due {
+    motion: Motion,
+    seconds: f64,
+}
+
+/// Most poses drawn anew in one update: each is the best of many.
+const SEARCH_LIMIT: f64 = 300.0;
 
 /// Ticks a nanosecond early still count as a full interval.
 const CLOCK_ROUNDING: f64 = 1e-9;
@@ -90,10 +99,9 @@ impl Localizer {
             streams: 0,
             updates_since_resampling: 0,
             weighting: Weighting::with_capacity(most, params.beams),
-            histogram: Histogram::new(most, params.bin_position, params.bin_heading),
-            bin: Vec::with_capacity(most),
+            clusters: Clusters::new(&params),
             spare: Particles::with_capacity(most),
-            ends: Vec::with_capacity(params.beams),
+            seen: Selection::default(),
             map,
             noise,
             params,
@@ -104,7 +112,7 @@ impl Localizer {
             let pose = localizer.free.draw(&localizer.map.grid, &mut random);
             localizer.particles.push(pose, 1.0 / most as f64);
         }
-        localizer.describe();
+        localizer.describe(None);
         Ok(localizer)
     }
 
@@ -113,11 +121,12 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles.draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
+        self.clusters.settle();
         self.anchor = None;
         self.credit = 1.0;
         self.updates_since_resampling = 0;
         self.health.scan_fit = 1.0;
-        self.describe();
+        self.describe(None);
         self.pose = pose;
         self.covariance = *covariance;
     }
@@ -134,8 +143,8 @@ impl Localizer {
     /// enough since the last one, or `update_max_interval` has passed (D7).
     pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
         let due = self.dead_reckon(odometry, stamp);
-        let observed = due.is_some_and(|motion| {
-            let observed = self.filter(&motion, scan);
+        let observed = due.is_some_and(|due| {
+            let observed = self.filter(&due, scan);
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
@@ -143,8 +152,8 @@ impl Localizer {
     }
 
     /// Moves the estimate of the last filter update along with odometry, its covariance by `A Sigma A' +
-    /// M'`. When a filter update is due, returns the motion since the last one.
-    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Motion> {
+    /// M'`. When a filter update is due, returns what happened since the last one.
+    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Due> {
         let fresh = self.anchor.is_none();
         let anchor = *self.anchor.get_or_insert(Anchor {
             odometry,
@@ -171,31 +180,31 @@ impl Localizer {
             return None;
         }
         self.credit = (self.credit + moved).min(1.0);
-        Some(motion)
+        Some(Due { motion, seconds: waited.max(0.0) })
     }
 
     /// One filter update; whether a scan was taken in.
-    fn filter(&mut self, motion: &Motion, scan: &Scan) -> bool {
+    fn filter(&mut self, due: &Due, scan: &Scan) -> bool {
         let mut random = self.next_stream();
-        self.particles.advance(motion, &self.noise, &mut random);
+        self.particles.advance(&due.motion, &self.noise, &mut random);
         self.beams.adopt(&scan.laser);
-        let looked_at = self.beams.select(scan.ranges, self.params.beams, self.streams, &mut self.ends);
-        let observed = !self.ends.is_empty();
+        self.beams.select(scan.ranges, self.streams, &self.params, &mut self.seen);
+        let observed = !self.seen.ends.is_empty();
         if observed {
-            let lost = self.recovery.share(&self.params) > 0.0;
+            let ambiguous = self.is_ambiguous();
             let used = self.weighting.apply(
                 &mut self.particles,
                 &self.field,
-                &self.ends,
+                &self.seen,
                 self.params.temper * self.credit.max(self.params.rest_temper),
-                self.health.converged && !lost,
+                ambiguous,
                 &self.params,
             );
             self.credit = (self.credit - used / self.params.temper).max(0.0);
         }
-        self.describe();
+        self.describe(observed.then_some(&due.motion));
         if observed {
-            self.check_fit(scan.laser.robot_from_laser, looked_at);
+            self.check_fit(scan.laser.robot_from_laser, due);
         }
         self.updates_since_resampling += 1;
         if self.updates_since_resampling >= self.params.resample_interval {
@@ -204,37 +213,37 @@ impl Localizer {
         observed
     }
 
+    /// Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
+    fn is_ambiguous(&self) -> bool {
+        let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
+        self.health.outside_weight > 0.0 || belief.position_sigma() > self.params.converged_sigma
+    }
+
     /// Holds the scan against the new estimate.
-    fn check_fit(&mut self, laser: Pose2, looked_at: usize) {
-        let fit = ScanFit::of(&self.map, self.pose, laser, &self.ends, self.params.agreement_distance);
+    fn check_fit(&mut self, laser: Pose2, due: &Due) {
+        let fit = ScanFit::of(&self.map, self.pose, laser, &self.seen.ends, self.params.agreement_distance);
         if let Some(share) = fit.share() {
             self.health.scan_fit = share;
-            let evidence = (fit.agree + fit.through) as f64 / looked_at as f64;
-            self.recovery.observe(share, evidence, &self.params);
+            let evidence = (fit.agree + fit.through) as f64 / self.seen.looked_at as f64;
+            self.recovery.observe(share, evidence, due.motion.travel, due.seconds, &self.params);
         }
     }
 
-    /// Estimate and health from the heaviest cluster.
-    fn describe(&mut self) {
-        self.histogram.clear();
-        self.bin.clear();
-        let p = &self.particles;
-        for i in 0..p.len() {
-            let pose = Pose2::new(p.x[i], p.y[i], p.heading[i]);
-            self.bin.push(self.histogram.add(pose, p.weight[i]));
-        }
-        self.histogram.connect();
-        let Some(heaviest) = self.histogram.heaviest() else { return };
-        for bin in &mut self.bin {
-            *bin = self.histogram.root(*bin);
-        }
-        let bin = &self.bin;
-        if let Some((pose, covariance)) = moments(&self.particles, |i| bin[i] == heaviest) {
+    /// Estimate and health from the heaviest cluster. After a scan, given the motion since the last, a cluster
+    /// beyond the reach of the estimate has to hold its own before it is believed; if there is no other,
+    /// odometry carries the estimate on.
+    fn describe(&mut self, scanned: Option<&Motion>) {
+        let Some(heaviest) = self.clusters.find(&self.particles) else { return };
+        let estimate = (self.pose, &self.covariance);
+        let chosen = match scanned {
+            Some(motion) => self.clusters.choose(&self.particles, heaviest, estimate, motion, &self.params),
+            None => Some(heaviest),
+        };
+        if let Some((pose, covariance)) = chosen.and_then(|c| self.clusters.moments(&self.particles, c)) {
             self.pose = pose;
             self.covariance = covariance;
         }
-        let inside: f64 =
-            self.particles.weight.iter().zip(bin).filter(|(_, b)| **b == heaviest).map(|(w, _)| w).sum();
+        let inside = chosen.map_or(0.0, |c| self.clusters.weight(&self.particles, c));
         let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
         self.health.outside_weight = (1.0 - inside).clamp(0.0, 1.0);
         self.health.particles = self.particles.len();
@@ -247,8 +256,9 @@ impl Localizer {
     fn resample(&mut self, observed: bool, random: &mut Rng) {
         let n = self.particles.len();
         let start = uniform(random);
-        let lost = if observed { self.recovery.share(&self.params) } else { 0.0 };
-        let mut wanted = needed(&self.particles, start, &self.params, &mut self.histogram);
+        let search = if observed { self.recovery.search(&self.params) } else { Search::Nowhere };
+        let lost = if search == Search::Nowhere { 0.0 } else { self.recovery.share(&self.params) };
+        let mut wanted = needed(&self.particles, start, &self.params, &mut self.clusters.histogram);
         if lost > 0.0 {
             wanted = wanted.max(self.params.recovery_particles.min(self.params.particles_max));
         }
@@ -259,7 +269,7 @@ impl Localizer {
         }
         self.updates_since_resampling = 0;
         let (position, heading) = (self.params.roughening_position, self.params.roughening_heading);
-        let searching = (lost * wanted as f64) as usize;
+        let searching = (lost * wanted as f64).min(SEARCH_LIMIT) as usize;
         let weight = 1.0 / wanted as f64;
         let (old, new) = (&self.particles, &mut self.spare);
         new.clear();
@@ -271,10 +281,21 @@ impl Localizer {
             );
             new.push(pose, weight);
         });
+        let around = match search {
+            Search::Around(width) => {
+                let mut covariance = self.start_covariance();
+                covariance[(0, 0)] *= width * width;
+                covariance[(1, 1)] *= width * width;
+                Some(covariance)
+            }
+            _ => None,
+        };
         for _ in 0..searching {
-            let tournament = self.params.recovery_tournament;
-            let pose = self.free.draw_fitting(&self.map.grid, &self.field, &self.ends, tournament, random);
-            new.push(pose, weight);
+            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match &around {
+                Some(covariance) => normal(self.pose, covariance, random),
+                None => self.free.draw(&self.map.grid, random),
+            });
+            self.spare.push(pose, weight);
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
         self.health.particles = self.particles.len();

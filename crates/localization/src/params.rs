@@ -63,11 +63,15 @@ pub struct LocalizerParams {
     /// A pose agrees with a beam whose end lies within this distance of a mapped obstacle, metres. Used
     /// for skipping beams and for the scan's fit.
     pub agreement_distance: f64,
-    /// A beam with which less than this share of the belief agrees is taken to have met a person, and
-    /// skipped (prob model, converged beliefs only).
-    pub beam_skip_threshold: f64,
-    /// When more than this share of the beams would be skipped, none is: the belief is wrong, not the beams.
-    pub beam_skip_error_threshold: f64,
+    /// What is seen at most this wide may be a person, metres: the width of one with arms and bags.
+    pub person_width: f64,
+    /// How likely a narrow thing is a person, against one that the map shows where it should be: the odds
+    /// of meeting people (1 in a crowd) by the density of ranges to them (1 / `range_max`) over that of
+    /// ranges to mapped surfaces (1 / (sigma_hit sqrt(2 pi))), which is 0.1 (prob model).
+    pub person_likelihood: f64,
+    /// Likelihood of a beam that gets through what the map shows as an obstacle, against one that need not:
+    /// the map or the pose is a little wrong, or glass. Used while the belief is ambiguous (prob model).
+    pub through_likelihood: f64,
     /// Exponent of a scan's likelihood. Beams and successive scans share the errors of map and model,
     /// so their plain product is not what a scan is worth. Chosen so that the mean normalised
     /// estimation error squared (3 for an honest filter) of simulated drives on a real map is near 2
@@ -90,6 +94,23 @@ pub struct LocalizerParams {
     pub recovery_gain: f64,
     /// Greatest share of random poses.
     pub recovery_share_max: f64,
+    /// Scans of which less than this share of the beams tells people from walls neither raise nor settle a
+    /// doubt.
+    pub recovery_evidence_min: f64,
+    /// The estimate must have been in doubt for this many seconds ...
+    pub recovery_local_seconds: f64,
+    /// ... and this many metres travelled before poses around it are drawn,
+    pub recovery_local_metres: f64,
+    /// and this many seconds ...
+    pub recovery_global_seconds: f64,
+    /// ... and metres before poses all over the map are. People stand in the way far more often than
+    /// somebody carries the robot.
+    pub recovery_global_metres: f64,
+    /// A cluster that is not within reach of the estimate becomes the estimate after it has been the
+    /// heaviest for this many scans ...
+    pub takeover_scans: u32,
+    /// ... and this many metres travelled.
+    pub takeover_metres: f64,
     /// Least number of particles while random poses are drawn.
     pub recovery_particles: usize,
     /// Each random pose is the best of this many by its fit to the scan (sensor resetting).
@@ -130,8 +151,9 @@ impl Default for LocalizerParams {
             z_rand: 0.05,
             max_distance: 2.0,
             agreement_distance: 0.3,
-            beam_skip_threshold: 0.3,
-            beam_skip_error_threshold: 0.9,
+            person_width: 0.8,
+            person_likelihood: 0.1,
+            through_likelihood: 0.05,
             temper: 0.6,
             rest_temper: 0.02,
             temper_ess: 0.1,
@@ -139,6 +161,13 @@ impl Default for LocalizerParams {
             recovery_alpha_fast: 0.1,
             recovery_gain: 1.1,
             recovery_share_max: 0.3,
+            recovery_evidence_min: 0.1,
+            recovery_local_seconds: 2.0,
+            recovery_local_metres: 1.0,
+            recovery_global_seconds: 10.0,
+            recovery_global_metres: 5.0,
+            takeover_scans: 4,
+            takeover_metres: 1.0,
             recovery_particles: 1000,
             recovery_tournament: 32,
             recovery_expected_fit: 0.8,
@@ -196,19 +225,26 @@ impl LocalizerParams {
         positive("update_min_d", self.update_min_d)?;
         positive("update_min_a", self.update_min_a)?;
         positive("temper", self.temper)?;
+        within("person_likelihood", "above 0, at most 1", self.person_likelihood, 1e-9, 1.0)?;
+        within("through_likelihood", "above 0, at most 1", self.through_likelihood, 1e-9, 1.0)?;
+        at_least_zero("person_width", self.person_width)?;
         at_least_zero("kld_z", self.kld_z)?;
         at_least_zero("agreement_distance", self.agreement_distance)?;
         at_least_zero("roughening_position", self.roughening_position)?;
         at_least_zero("roughening_heading", self.roughening_heading)?;
         at_least_zero("recovery_gain", self.recovery_gain)?;
+        at_least_zero("recovery_local_seconds", self.recovery_local_seconds)?;
+        at_least_zero("recovery_local_metres", self.recovery_local_metres)?;
+        at_least_zero("recovery_global_seconds", self.recovery_global_seconds)?;
+        at_least_zero("recovery_global_metres", self.recovery_global_metres)?;
+        at_least_zero("takeover_metres", self.takeover_metres)?;
         at_least_zero("start_sigma_position", self.start_sigma_position)?;
         at_least_zero("start_sigma_heading", self.start_sigma_heading)?;
         at_least_zero("converged_sigma", self.converged_sigma)?;
         share("resample_ess", self.resample_ess)?;
-        share("beam_skip_threshold", self.beam_skip_threshold)?;
-        share("beam_skip_error_threshold", self.beam_skip_error_threshold)?;
         share("rest_temper", self.rest_temper)?;
         share("temper_ess", self.temper_ess)?;
+        share("recovery_evidence_min", self.recovery_evidence_min)?;
         share("recovery_alpha_slow", self.recovery_alpha_slow)?;
         share("recovery_alpha_fast", self.recovery_alpha_fast)?;
         share("recovery_share_max", self.recovery_share_max)?;

@@ -84,11 +84,8 @@ impl Particles {
         random: &mut Rng,
     ) {
         self.clear();
-        let root = lower_root(covariance);
         for _ in 0..n {
-            let z = Vector3::new(standard_normal(random), standard_normal(random), standard_normal(random));
-            let d = root * z;
-            self.push(Pose2::new(mean.x + d.x, mean.y + d.y, mean.heading + d.z), 1.0 / n as f64);
+            self.push(normal(mean, covariance, random), 1.0 / n as f64);
         }
     }
 
@@ -115,6 +112,13 @@ impl Particles {
     pub(crate) fn effective_size(&self) -> f64 {
         1.0 / self.weight.iter().map(|w| w * w).sum::<f64>()
     }
+}
+
+/// A draw from the normal distribution around `mean`.
+pub(crate) fn normal(mean: Pose2, covariance: &Matrix3<f64>, random: &mut Rng) -> Pose2 {
+    let z = Vector3::new(standard_normal(random), standard_normal(random), standard_normal(random));
+    let d = lower_root(covariance) * z;
+    Pose2::new(mean.x + d.x, mean.y + d.y, wrap_angle(mean.heading + d.z))
 }
 
 /// L with L L' = the covariance, a positive semi-definite matrix. Directions without variance (or with

@@ -1,5 +1,5 @@
 //! When and where to look for a lost robot: augmented MCL (Gutmann and Fox, 2002; Probabilistic
-//! Robotics, table 8.3) on the scan's fit.
+//! Robotics, table 8.3) on the scan's fit, near the estimate first.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
@@ -7,27 +7,63 @@ use curionav_planning::random::{Rng, uniform};
 
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
+use crate::scan::Selection;
+use crate::weighting::log_likelihood;
 
-/// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]). (The textbook averages
-/// raw likelihoods, which for a product of beams differ by orders of magnitude from place to place and
-/// fall in every crowd, so that random poses would be drawn just where they are most likely to win.)
+/// Short- and long-term means of the scan's fit ([`crate::Health::scan_fit`]), and how long the former
+/// has been too low. (The textbook averages raw likelihoods, which for a product of beams differ by orders
+/// of magnitude from place to place and fall in every crowd, so that random poses would be drawn just
+/// where they are most likely to win.)
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Recovery {
     means: Option<(f64, f64)>,
+    doubted_seconds: f64,
+    doubted_metres: f64,
+}
+
+/// Where to draw new poses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Search {
+    /// Nowhere: the estimate stands, or has not been in doubt for long.
+    Nowhere,
+    /// Around the estimate, this many start deviations of position wide, one of heading: odometry goes on
+    /// being right while an estimate goes wrong, so the robot is not far.
+    Around(f64),
+    /// All over the map: somebody has carried the robot.
+    Everywhere,
 }
 
 impl Recovery {
-    /// Takes in the fit of one scan; `evidence` in 0..1 is the share of its beams that count.
-    pub(crate) fn observe(&mut self, fit: f64, evidence: f64, params: &LocalizerParams) {
+    /// Takes in the fit of one scan. `evidence` in 0..1 is the share of its beams that count; `metres` and
+    /// `seconds` have passed since the last.
+    pub(crate) fn observe(
+        &mut self,
+        fit: f64,
+        evidence: f64,
+        metres: f64,
+        seconds: f64,
+        params: &LocalizerParams,
+    ) {
+        if evidence < params.recovery_evidence_min {
+            return;
+        }
         let first = fit.max(params.recovery_expected_fit);
         let (fast, slow) = self.means.unwrap_or((first, first));
         self.means = Some((
             fast + params.recovery_alpha_fast * evidence * (fit - fast),
             slow + params.recovery_alpha_slow * evidence * (fit - slow),
         ));
+        if self.share(params) > 0.0 {
+            // A pause between scans is one doubt, not a long one.
+            self.doubted_seconds += seconds.clamp(0.0, params.update_max_interval);
+            self.doubted_metres += metres;
+        } else {
+            self.doubted_seconds = 0.0;
+            self.doubted_metres = 0.0;
+        }
     }
 
-    /// Share of particles to draw at random.
+    /// Share of particles to draw anew while searching.
     pub(crate) fn share(&self, params: &LocalizerParams) -> f64 {
         match self.means {
             Some((fast, slow)) if slow > 0.0 => {
@@ -36,7 +72,22 @@ impl Recovery {
             _ => 0.0,
         }
     }
+
+    /// Where to draw them.
+    pub(crate) fn search(&self, params: &LocalizerParams) -> Search {
+        let doubted = |seconds, metres| self.doubted_seconds >= seconds && self.doubted_metres >= metres;
+        if doubted(params.recovery_global_seconds, params.recovery_global_metres) {
+            Search::Everywhere
+        } else if doubted(params.recovery_local_seconds, params.recovery_local_metres) {
+            Search::Around(1.0 + WIDENING * self.doubted_metres)
+        } else {
+            Search::Nowhere
+        }
+    }
 }
+
+/// Start deviations that each metre in doubt adds to the search around the estimate.
+const WIDENING: f64 = 0.5;
 
 /// The free cells of a map, to draw poses from.
 pub(crate) struct FreeSpace {
@@ -62,58 +113,63 @@ impl FreeSpace {
         let p = grid.origin().transform(p);
         Pose2::new(p.x, p.y, heading)
     }
+}
 
-    /// The best by likelihood of `tournament` uniform poses (sensor resetting, Lenser and Veloso, 2000): a
-    /// blind draw on a large map almost never lands near enough to be found by the next scan.
-    pub(crate) fn draw_fitting(
-        &self,
-        grid: &OccupancyGrid,
-        field: &LikelihoodField,
-        ends: &[Point2],
-        tournament: u32,
-        random: &mut Rng,
-    ) -> Pose2 {
-        let mut best = (f32::NEG_INFINITY, Pose2::default());
-        for _ in 0..tournament {
-            let pose = self.draw(grid, random);
-            let at = field.pose(pose.x, pose.y, pose.heading);
-            let score = ends.iter().map(|e| field.score(at, e.x as f32, e.y as f32)).sum::<f32>();
-            if score > best.0 {
-                best = (score, pose);
-            }
+/// The likeliest of `tournament` poses by the scan (sensor resetting, Lenser and Veloso, 2000): a blind draw on
+/// a large map almost never lands near enough to be found by the next scan.
+pub(crate) fn draw_fitting(
+    field: &LikelihoodField,
+    seen: &Selection,
+    params: &LocalizerParams,
+    mut draw: impl FnMut() -> Pose2,
+) -> Pose2 {
+    let mut best = (f32::NEG_INFINITY, Pose2::default());
+    for _ in 0..params.recovery_tournament {
+        let pose = draw();
+        let at = field.pose(pose.x, pose.y, pose.heading);
+        if let Some(score) = log_likelihood(field, seen, at, best.0, params) {
+            best = (score, pose);
         }
-        best.1
     }
+    best.1
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_lasting_loss_of_fit_calls_for_random_poses_and_one_odd_scan_does_not() {
+    fn doubt(fit: f64, scans: usize, recovery: &mut Recovery) -> Search {
         let params = LocalizerParams::default();
+        (0..scans).for_each(|_| recovery.observe(fit, 1.0, 0.2, 0.2, &params));
+        recovery.search(&params)
+    }
+
+    #[test]
+    fn one_odd_scan_is_nothing_a_lasting_doubt_looks_near_and_only_a_long_one_everywhere() {
         let mut r = Recovery::default();
-        for _ in 0..100 {
-            r.observe(0.97, 1.0, &params);
-        }
-        r.observe(0.3, 1.0, &params);
-        assert_eq!(r.share(&params), 0.0);
-        for _ in 0..40 {
-            r.observe(0.5, 1.0, &params);
-        }
-        assert!(r.share(&params) > 0.2);
+        assert_eq!(doubt(0.97, 100, &mut r), Search::Nowhere);
+        assert_eq!(doubt(0.3, 1, &mut r), Search::Nowhere);
+        assert!(matches!(doubt(0.5, 20, &mut r), Search::Around(_)));
+        assert_eq!(doubt(0.5, 60, &mut r), Search::Everywhere);
+        assert_eq!(doubt(0.97, 40, &mut r), Search::Nowhere);
     }
 
     #[test]
     fn a_start_at_the_wrong_place_does_not_pass_for_normal() {
-        let params = LocalizerParams::default();
         let mut r = Recovery::default();
-        r.observe(0.3, 1.0, &params);
-        assert_eq!(r.share(&params), 0.0);
-        for _ in 0..5 {
-            r.observe(0.3, 1.0, &params);
+        assert_eq!(doubt(0.3, 1, &mut r), Search::Nowhere);
+        assert!(matches!(doubt(0.3, 15, &mut r), Search::Around(_)));
+    }
+
+    #[test]
+    fn scans_of_which_people_explain_nearly_all_and_standing_still_raise_no_doubt() {
+        let params = LocalizerParams::default();
+        let (mut crowded, mut standing) = (Recovery::default(), Recovery::default());
+        for _ in 0..500 {
+            crowded.observe(0.0, 0.05, 0.2, 0.2, &params);
+            standing.observe(0.0, 1.0, 0.0, 1.0, &params);
         }
-        assert!(r.share(&params) > 0.0);
+        assert_eq!(crowded.search(&params), Search::Nowhere);
+        assert_eq!(standing.search(&params), Search::Nowhere);
     }
 }

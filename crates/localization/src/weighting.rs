@@ -6,6 +6,7 @@ use curionav_planning::numerics::{exp, ln};
 use crate::likelihood_field::{FieldPose, LikelihoodField};
 use crate::params::{LaserLikelihood, LocalizerParams};
 use crate::particles::Particles;
+use crate::scan::{Piece, Selection};
 
 /// Scores of every (beam, particle) and what is derived from them; storage lives as long as the filter.
 #[derive(Default)]
@@ -16,7 +17,7 @@ pub(crate) struct Weighting {
     total: Vec<f32>,
     log: Vec<f64>,
     prior: Vec<f64>,
-    kept: Vec<bool>,
+    piece: Vec<f32>,
 }
 
 impl Weighting {
@@ -27,25 +28,27 @@ impl Weighting {
             total: Vec::with_capacity(particles),
             log: Vec::with_capacity(particles),
             prior: Vec::with_capacity(particles),
-            kept: Vec::with_capacity(beams),
+            piece: Vec::with_capacity(particles),
         }
     }
 
-    /// Multiplies the weights by the likelihood of beams that end at `ends` (robot frame, at least one),
-    /// to the power `exponent` or less, and normalises. `skip` lets beams that most of the belief
-    /// disagrees with be left out. Returns the exponent used.
+    /// Multiplies the weights by the likelihood of the beams (at least one), to the power `exponent` or
+    /// less, and normalises. An ambiguous belief is also held against what the beams passed. Returns the exponent used.
     pub(crate) fn apply(
         &mut self,
         particles: &mut Particles,
         field: &LikelihoodField,
-        ends: &[Point2],
+        seen: &Selection,
         exponent: f64,
-        skip: bool,
+        ambiguous: bool,
         params: &LocalizerParams,
     ) -> f64 {
-        self.look_up(particles, field, ends);
-        self.choose_beams(particles, field.agreement(), skip, params);
-        self.sum_logs(particles.len(), params.model);
+        self.look_up(particles, field, &seen.ends);
+        self.sum_logs(particles.len(), &seen.pieces, field.perfect(), params);
+        if ambiguous && params.model == LaserLikelihood::Prob {
+            self.refute(field, seen, params);
+        }
+        self.take_logs(params.model);
         self.prior.clear();
         self.prior.extend_from_slice(&particles.weight);
         let floor = params.temper_ess * particles.len() as f64;
@@ -75,27 +78,43 @@ impl Weighting {
         }
     }
 
-    /// A beam that most of a converged belief disagrees with has met something that is not on the map.
-    fn choose_beams(&mut self, particles: &Particles, agreement: f32, skip: bool, params: &LocalizerParams) {
-        self.kept.clear();
-        for row in self.scores.chunks_exact(particles.len()) {
-            let keep = !skip || agreeing(row, &particles.weight, agreement) >= params.beam_skip_threshold;
-            self.kept.push(keep);
-        }
-        let skipped = self.kept.iter().filter(|k| !**k).count();
-        if skipped as f64 > params.beam_skip_error_threshold * self.kept.len() as f64 {
-            self.kept.fill(true);
+    /// Adds up the beams of each particle. What is narrow may be a person, whom the map does not know: it
+    /// is explained by whichever is likelier, and so speaks against no pose by more than the odds of
+    /// a person, however many beams met it.
+    fn sum_logs(&mut self, n: usize, pieces: &[Piece], perfect: f32, params: &LocalizerParams) {
+        self.total.clear();
+        self.total.resize(n, 0.0);
+        let person = ln(params.person_likelihood) as f32;
+        let mut rows = self.scores.chunks_exact(n);
+        for piece in pieces {
+            if piece.narrow && params.model == LaserLikelihood::Prob {
+                self.piece.clear();
+                self.piece.resize(n, 0.0);
+                for row in rows.by_ref().take(piece.beams) {
+                    self.piece.iter_mut().zip(row).for_each(|(sum, score)| *sum += score);
+                }
+                let floor = person + piece.beams as f32 * perfect;
+                for (sum, score) in self.total.iter_mut().zip(&self.piece) {
+                    *sum += score.max(floor);
+                }
+            } else {
+                for row in rows.by_ref().take(piece.beams) {
+                    self.total.iter_mut().zip(row).for_each(|(sum, score)| *sum += score);
+                }
+            }
         }
     }
 
-    fn sum_logs(&mut self, n: usize, model: LaserLikelihood) {
-        self.total.clear();
-        self.total.resize(n, 0.0);
-        for (row, _) in self.scores.chunks_exact(n).zip(&self.kept).filter(|(_, kept)| **kept) {
-            for (sum, score) in self.total.iter_mut().zip(row) {
-                *sum += score;
-            }
+    /// Takes from every particle for each beam that would have had to pass through an obstacle to get where
+    /// it got: the one thing about a pose that no person can explain.
+    fn refute(&mut self, field: &LikelihoodField, seen: &Selection, params: &LocalizerParams) {
+        let penalty = ln(params.through_likelihood) as f32;
+        for (sum, &pose) in self.total.iter_mut().zip(&self.poses) {
+            *sum += penalty * through(field, seen, pose) as f32;
         }
+    }
+
+    fn take_logs(&mut self, model: LaserLikelihood) {
         self.log.clear();
         self.log.extend(self.total.iter().map(|&sum| match model {
             LaserLikelihood::Prob => f64::from(sum),
@@ -122,9 +141,34 @@ impl Weighting {
     }
 }
 
-/// Share of the weight whose score reaches the threshold.
-fn agreeing(row: &[f32], weight: &[f64], threshold: f32) -> f64 {
-    row.iter().zip(weight).map(|(&score, &w)| if score >= threshold { w } else { 0.0 }).sum()
+/// Log-likelihood of the beams at one pose, as [`Weighting::apply`] finds it for an ambiguous belief (prob
+/// model) before tempering. None if it is not above `least`, which is often known before the slow part.
+pub(crate) fn log_likelihood(
+    field: &LikelihoodField,
+    seen: &Selection,
+    pose: FieldPose,
+    least: f32,
+    params: &LocalizerParams,
+) -> Option<f32> {
+    let mut ends = seen.ends.iter();
+    let mut sum = 0.0;
+    for piece in &seen.pieces {
+        let score: f32 =
+            ends.by_ref().take(piece.beams).map(|e| field.score(pose, e.x as f32, e.y as f32)).sum();
+        let floor = ln(params.person_likelihood) as f32 + piece.beams as f32 * field.perfect();
+        sum += if piece.narrow { score.max(floor) } else { score };
+    }
+    let penalty = ln(params.through_likelihood) as f32;
+    if sum > least {
+        sum += penalty * through(field, seen, pose) as f32;
+    }
+    (sum > least).then_some(sum)
+}
+
+/// Number of beams that would have had to pass through an obstacle.
+fn through(field: &LikelihoodField, seen: &Selection, pose: FieldPose) -> usize {
+    let from = (seen.laser.x as f32, seen.laser.y as f32);
+    seen.free.iter().filter(|to| field.blocked(pose, from, (to.x as f32, to.y as f32))).count()
 }
 
 /// Halvings of the exponent's interval: a thousandth of it is fine enough.
@@ -143,6 +187,17 @@ mod tests {
         StaticMap::new(OccupancyGrid::new(60, 60, 0.1, Pose2::default(), cells).unwrap())
     }
 
+    /// Beams of one wide piece.
+    fn wall(ends: Vec<Point2>) -> Selection {
+        let pieces = vec![Piece { beams: ends.len(), narrow: false }];
+        Selection { ends, pieces, ..Selection::default() }
+    }
+
+    fn alone(field: &LikelihoodField, seen: &Selection, pose: Pose2) -> f64 {
+        let at = field.pose(pose.x, pose.y, pose.heading);
+        log_likelihood(field, seen, at, f32::NEG_INFINITY, &LocalizerParams::default()).unwrap().into()
+    }
+
     fn cloud(n: usize) -> Particles {
         let mut p = Particles::default();
         let spread = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.25, 0.25, 0.01));
@@ -157,7 +212,7 @@ mod tests {
         let ends: Vec<_> = (-4..=4).map(|k| Point2::new(2.0, 0.2 * f64::from(k))).collect();
         let mut p = cloud(50);
         let before = p.clone();
-        Weighting::default().apply(&mut p, &field, &ends, 0.5, false, &params);
+        Weighting::default().apply(&mut p, &field, &wall(ends.clone()), 0.5, false, &params);
         let reference: Vec<f64> = (0..50)
             .map(|i| {
                 let pose = Pose2::new(before.x[i], before.y[i], before.heading[i]);
@@ -187,9 +242,50 @@ mod tests {
         let field = LikelihoodField::new(&map, 5.0, &params);
         let ends: Vec<_> = (0..200).map(|k| Point2::new(2.0, 0.013 * f64::from(k) - 1.3)).collect();
         let mut p = cloud(500);
-        Weighting::default().apply(&mut p, &field, &ends, 1.0, false, &params);
+        Weighting::default().apply(&mut p, &field, &wall(ends), 1.0, false, &params);
         let effective = p.effective_size();
         assert!((50.0..60.0).contains(&effective), "{effective}");
         assert!((p.weight.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn many_particles_at_once_weigh_what_each_does_alone() {
+        let (map, params) = (wall_map(), LocalizerParams { temper_ess: 0.0, ..Default::default() });
+        let field = LikelihoodField::new(&map, 5.0, &params);
+        let at = |x: f64, y: f64| Point2::new(x, y);
+        let seen = Selection {
+            ends: vec![at(2.0, -0.3), at(2.0, 0.0), at(1.0, 0.9), at(1.1, 1.0), at(0.5, 2.0)],
+            pieces: vec![
+                Piece { beams: 2, narrow: false },
+                Piece { beams: 2, narrow: true },
+                Piece { beams: 1, narrow: true },
+            ],
+            free: vec![at(1.7, 0.0), at(4.7, 0.5)],
+            ..Selection::default()
+        };
+        let mut p = cloud(80);
+        let logs: Vec<f64> =
+            (0..p.len()).map(|i| alone(&field, &seen, Pose2::new(p.x[i], p.y[i], p.heading[i]))).collect();
+        Weighting::default().apply(&mut p, &field, &seen, 0.5, true, &params);
+        let sum: f64 = logs.iter().map(|l| (0.5 * l).exp()).sum();
+        for (w, l) in p.weight.iter().zip(&logs) {
+            assert!((w - (0.5 * l).exp() / sum).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn a_person_speaks_against_no_pose_by_more_than_the_odds_of_one() {
+        let (map, params) = (wall_map(), LocalizerParams { temper_ess: 0.0, ..Default::default() });
+        let field = LikelihoodField::new(&map, 5.0, &params);
+        let (right, drawn_to_the_wall) = (Pose2::new(2.0, 3.0, 0.0), Pose2::new(3.5, 3.0, 0.0));
+        let log = |narrow: bool, pose: Pose2| {
+            let ends = vec![Point2::new(1.5, 0.0); 8];
+            let seen = Selection { pieces: vec![Piece { beams: 8, narrow }], ends, ..Selection::default() };
+            alone(&field, &seen, pose)
+        };
+        let gain = |narrow| log(narrow, drawn_to_the_wall) - log(narrow, right);
+        // ln 10 however many beams; a wall's eight beams tell e^36
+        assert!((gain(true) - 10.0_f64.ln()).abs() < 1e-3 + 8.0 * 0.04, "{}", gain(true));
+        assert!(gain(false) > 30.0, "{}", gain(false));
     }
 }

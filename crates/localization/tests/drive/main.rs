@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use course::*;
 use curionav_localization::{LaserLikelihood, LocalizerParams, Scan};
-use curionav_planning::geometry::{Pose2, Twist, wrap_angle};
+use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
 use curionav_planning::sensor::LaserModel;
 use nalgebra::Matrix3;
 use simulation::*;
@@ -206,6 +206,77 @@ fn a_kidnapped_robot_reports_poor_health_and_finds_itself_again() {
         recovered += usize::from(last.0 < 0.5);
     }
     assert!(recovered >= 7, "{recovered} of 10");
+}
+
+#[test]
+fn a_crowd_never_makes_the_estimate_leave_odometry() {
+    let Some(map) = real_map() else { return };
+    let path = long_path(&map, 60.0);
+    let params = LocalizerParams::default();
+    for seed in 1..=10 {
+        let start = start_of(&path);
+        let mut robot = Robot::new(&map, start, seed);
+        let mut localizer = started(&map, start, &params, seed);
+        let mut last: Option<(Pose2, Pose2)> = None;
+        let (mut greatest, mut error) = (0.0_f64, 0.0_f64);
+        follow(&mut robot, &path[..180], |robot| {
+            // for more than 10 s of the drive
+            robot.blocked = if (5.0..17.0).contains(&robot.stamp) { 0.8 } else { 0.0 };
+            let estimate = robot.tick(&mut localizer);
+            if robot.stamp < 5.0 {
+                return;
+            }
+            if let Some((pose, odometry)) = last {
+                let carried = pose.compose(odometry.relative(robot.odometry));
+                greatest = greatest.max(carried.position().distance(estimate.pose.position()));
+            }
+            last = Some((estimate.pose, robot.odometry));
+            error = error.max(estimate.pose.position().distance(robot.truth.position()));
+        });
+        println!("seed {seed}: greatest step off odometry {greatest:.2} m, greatest error {error:.2} m");
+        assert!(greatest < 0.3, "seed {seed}: {greatest}");
+        assert!(error < 0.5, "seed {seed}: {error}");
+    }
+}
+
+#[test]
+fn a_cloud_grown_wide_in_a_bare_hall_ends_at_the_truth_among_people() {
+    // 13 m with nothing in sight and 15 degrees of doubt about the heading, then along shop fronts.
+    let fronts = [
+        (21.0, 14.0, 24.0, 15.0),
+        (21.5, 17.5, 24.0, 20.0),
+        (21.0, 22.0, 24.0, 22.6),
+        (21.0, 25.0, 24.0, 27.0),
+        (21.5, 30.0, 24.0, 31.5),
+        (21.0, 34.0, 24.0, 34.5),
+    ];
+    let map = hall(50.0, 50.0, &fronts);
+    let across = (0..120).map(|k| Point2::new(6.0 + 0.1 * f64::from(k), 20.0));
+    let along = (0..120).map(|k| Point2::new(18.0, 20.0 + 0.1 * f64::from(k)));
+    let path: Vec<Point2> = across.chain(along).collect();
+    let mut right = 0;
+    for seed in 1..=10 {
+        let params = LocalizerParams::default();
+        let start = start_of(&path);
+        let mut robot = Robot::new(&map, start, seed);
+        robot.blocked = 0.5;
+        let mut localizer = started(&map, start, &params, seed);
+        let mut record = Record::default();
+        follow(&mut robot, &path, |robot| {
+            let estimate = robot.tick(&mut localizer);
+            record.push(robot.truth, estimate);
+        });
+        let widest = record.estimates.iter().map(|e| e.covariance.trace()).fold(0.0, f64::max);
+        let last = *record.position_error.last().unwrap();
+        let overconfident = record.nees.iter().filter(|n| **n > 25.0).count();
+        println!(
+            "seed {seed}: trace up to {widest:.1}, final error {last:.2} m, {overconfident} of {} ticks overconfident",
+            record.nees.len()
+        );
+        assert!(widest > 4.0, "seed {seed}: the hall is not bare");
+        right += usize::from(last < 0.3 && overconfident * 20 < record.nees.len());
+    }
+    assert!(right >= 9, "{right} of 10");
 }
 
 #[test]

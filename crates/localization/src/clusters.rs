@@ -1,0 +1,204 @@
+//! Which cluster of the belief the estimate describes: the heaviest (D9), unless that would be a jump.
+
+use nalgebra::{Matrix3, Vector3};
+
+use curionav_planning::geometry::{Pose2, wrap_angle};
+use curionav_planning::numerics::{atan2, sin_cos};
+
+use crate::histogram::Histogram;
+use crate::moments::moments;
+use crate::params::LocalizerParams;
+use crate::particles::{Motion, Particles};
+
+/// Connected sets of the belief's bins, and the estimate's hold on one of them. While odometry is good an
+/// estimate does not jump: a cluster that it does not reach must be the heaviest over several scans on the
+/// move to take it over.
+pub(crate) struct Clusters {
+    /// The belief's bins.
+    pub(crate) histogram: Histogram,
+    /// Cluster of every particle, named by one of its bins.
+    of: Vec<u32>,
+    rival: Option<Rival>,
+}
+
+/// A cluster beyond the reach of the estimate that has been the heaviest for a while.
+#[derive(Debug, Clone, Copy)]
+struct Rival {
+    pose: Pose2,
+    covariance: Matrix3<f64>,
+    scans: u32,
+    metres: f64,
+}
+
+impl Clusters {
+    pub(crate) fn new(params: &LocalizerParams) -> Self {
+        let most = params.particles_max;
+        Self {
+            histogram: Histogram::new(most, params.bin_position, params.bin_heading),
+            of: Vec::with_capacity(most),
+            rival: None,
+        }
+    }
+
+    /// Finds the clusters; returns the heaviest.
+    pub(crate) fn find(&mut self, p: &Particles) -> Option<u32> {
+        self.histogram.clear();
+        self.of.clear();
+        for i in 0..p.len() {
+            let pose = Pose2::new(p.x[i], p.y[i], p.heading[i]);
+            self.of.push(self.histogram.add(pose, p.weight[i]));
+        }
+        self.histogram.connect();
+        let heaviest = self.histogram.heaviest()?;
+        for cluster in &mut self.of {
+            *cluster = self.histogram.root(*cluster);
+        }
+        Some(heaviest)
+    }
+
+    /// The estimate is known anew.
+    pub(crate) fn settle(&mut self) {
+        self.rival = None;
+    }
+
+    /// The cluster to report when a scan has been taken in after this motion, given the estimate as odometry
+    /// carried it here. None when none is within its reach.
+    pub(crate) fn choose(
+        &mut self,
+        particles: &Particles,
+        heaviest: u32,
+        estimate: (Pose2, &Matrix3<f64>),
+        motion: &Motion,
+        params: &LocalizerParams,
+    ) -> Option<u32> {
+        let (pose, covariance) = self.moments(particles, heaviest)?;
+        if reaches(estimate.0, estimate.1, pose) {
+            self.settle();
+            return Some(heaviest);
+        }
+        if self.challenge(pose, &covariance, motion, params) {
+            return Some(heaviest);
+        }
+        self.heaviest_within(particles, estimate.0, estimate.1)
+    }
+
+    /// Mean and covariance of a cluster.
+    pub(crate) fn moments(&self, particles: &Particles, cluster: u32) -> Option<(Pose2, Matrix3<f64>)> {
+        moments(particles, |i| self.of[i] == cluster)
+    }
+
+    /// Weight of a cluster.
+    pub(crate) fn weight(&self, particles: &Particles, cluster: u32) -> f64 {
+        particles.weight.iter().zip(&self.of).filter(|(_, c)| **c == cluster).map(|(w, _)| w).sum()
+    }
+
+    /// The heaviest cluster is out of reach. Whether it now takes over.
+    fn challenge(
+        &mut self,
+        pose: Pose2,
+        covariance: &Matrix3<f64>,
+        motion: &Motion,
+        params: &LocalizerParams,
+    ) -> bool {
+        let (scans, metres) = match self.rival {
+            Some(r) if reaches(r.pose.compose(motion.displacement), &r.covariance, pose) => {
+                (r.scans + 1, r.metres + motion.travel)
+            }
+            _ => (1, 0.0),
+        };
+        let wins = scans >= params.takeover_scans && metres >= params.takeover_metres;
+        self.rival = (!wins).then_some(Rival { pose, covariance: *covariance, scans, metres });
+        wins
+    }
+
+    /// The heaviest of the clusters within reach of a belief.
+    fn heaviest_within(&self, particles: &Particles, mean: Pose2, covariance: &Matrix3<f64>) -> Option<u32> {
+        let mut sums = vec![[0.0; 5]; self.histogram.len()];
+        for (i, &c) in self.of.iter().enumerate() {
+            let w = particles.weight[i];
+            let (s, cos) = sin_cos(particles.heading[i]);
+            let terms = [w, w * particles.x[i], w * particles.y[i], w * cos, w * s];
+            sums[c as usize].iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+        }
+        let mut best: Option<usize> = None;
+        for (c, [w, x, y, cos, sin]) in sums.iter().copied().enumerate() {
+            if w > best.map_or(0.0, |b| sums[b][0])
+                && reaches(mean, covariance, Pose2::new(x / w, y / w, atan2(sin, cos)))
+            {
+                best = Some(c);
+            }
+        }
+        best.map(|b| b as u32)
+    }
+}
+
+/// Deviations within which a belief reaches.
+const REACH: f64 = 4.0;
+/// Added to a belief's variance, so that one that is very sure of itself still reaches its neighbours: that
+/// of half a histogram bin, m2 and rad2.
+const SLACK: [f64; 3] = [0.0625, 0.0625, 0.01];
+
+/// Whether `to` is within the belief of this mean and covariance.
+fn reaches(mean: Pose2, covariance: &Matrix3<f64>, to: Pose2) -> bool {
+    let off = Vector3::new(to.x - mean.x, to.y - mean.y, wrap_angle(to.heading - mean.heading));
+    let spread = covariance + Matrix3::from_diagonal(&Vector3::from(SLACK));
+    spread.try_inverse().is_some_and(|inverse| (off.transpose() * inverse * off)[0] <= REACH * REACH)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tight() -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.001))
+    }
+
+    fn drive(metres: f64) -> Motion {
+        Motion { displacement: Pose2::new(metres, 0.0, 0.0), travel: metres, turn: 0.0 }
+    }
+
+    #[test]
+    fn a_belief_reaches_as_far_as_it_is_wide() {
+        let (mean, wide) = (Pose2::new(5.0, 5.0, 3.1), Matrix3::from_diagonal(&Vector3::new(4.0, 4.0, 0.1)));
+        // sqrt(0.01 + 0.0625) = 0.269; four of them are 1.08 m
+        assert!(reaches(mean, &tight(), Pose2::new(6.0, 5.0, 3.1)));
+        assert!(!reaches(mean, &tight(), Pose2::new(6.2, 5.0, 3.1)));
+        assert!(reaches(mean, &wide, Pose2::new(11.0, 5.0, -3.1)));
+        assert!(!reaches(mean, &wide, Pose2::new(5.0, 5.0, 0.0)));
+    }
+
+    #[test]
+    fn only_a_rival_that_moves_with_the_robot_over_several_scans_takes_over() {
+        let params = LocalizerParams::default();
+        let mut steady = Clusters::new(&params);
+        let answers: Vec<bool> = (0..6)
+            .map(|k| {
+                steady.challenge(Pose2::new(0.4 * f64::from(k), 9.0, 0.0), &tight(), &drive(0.4), &params)
+            })
+            .collect();
+        // after four scans, of which the last three are 1.2 m of way
+        assert_eq!(answers, [false, false, false, true, false, false]);
+        let mut restless = Clusters::new(&params);
+        let mut standing = Clusters::new(&params);
+        for k in 0..50 {
+            let here_and_there = Pose2::new(f64::from(k % 3) * 7.0, 9.0, 0.0);
+            assert!(!restless.challenge(here_and_there, &tight(), &drive(0.4), &params));
+            assert!(!standing.challenge(Pose2::new(0.0, 9.0, 0.0), &tight(), &drive(0.0), &params));
+        }
+    }
+
+    #[test]
+    fn the_heaviest_within_reach_is_not_the_heaviest_of_all() {
+        let mut p = Particles::default();
+        for (x, w) in [(0.1, 0.1), (0.2, 0.1), (2.1, 0.15), (20.0, 0.65)] {
+            p.push(Pose2::new(x, 0.0, 0.0), w);
+        }
+        let mut clusters = Clusters::new(&LocalizerParams::default());
+        assert_eq!(clusters.find(&p), Some(2));
+        assert!((clusters.weight(&p, 2) - 0.65).abs() < 1e-12);
+        let found = |mean| clusters.heaviest_within(&p, mean, &tight());
+        assert_eq!(found(Pose2::default()), Some(0));
+        assert_eq!(found(Pose2::new(1.5, 0.0, 0.0)), Some(1));
+        assert_eq!(found(Pose2::new(10.0, 0.0, 0.0)), None);
+    }
+}
