@@ -42,7 +42,7 @@ fn in_real_time_the_goal_is_reached_whoever_is_killed() {
     let _turn = turn();
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();
-    let running = std::thread::spawn(move || run(QUICK, &["--connect", &endpoint, "--speed", "realtime"]));
+    let running = std::thread::spawn(move || run(SCENARIO, &["--connect", &endpoint, "--speed", "realtime"]));
     wait_until_running(&deployment);
     for name in ["generator-0", "cpc-1", "hccdm-0"] {
         deployment.kill(name);

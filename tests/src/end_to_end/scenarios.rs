@@ -67,7 +67,7 @@ fn a_table_for_people_and_json_for_programs() {
 #[test]
 fn real_time_keeps_the_pace() {
     let _turn = turn();
-    let (json, status) = run(QUICK, &["--speed", "4"]);
+    let (json, status) = run(PAPER, &["--speed", "4"]);
     assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
     assert!((json.real_time_factor / 4.0 - 1.0).abs() < 0.1, "{json:?}");
 }
