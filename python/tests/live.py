@@ -94,5 +94,7 @@ def hall(directory: Path) -> dict[str, Any]:
         "map": {"file": "maps/hall.yaml"},
         "robot": {"start": [2, 3, 0], "goal": [6, 3]},
         "clock": {"time_limit_s": 30},
+        # Far enough to see the end wall: without it nothing tells how far along the hall the robot is.
+        "laser": {"range_max": 12},
         "walkers": [{"route": [[8, 1], [8, 5]], "speed": 1}],
     }
