@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use curionav_crowdsim::paper::{self, PaperScene};
+use curionav_crowdsim::paper;
 use curionav_schemas::Clock;
 
 use crate::arguments::ScenarioCommand;
@@ -45,21 +45,19 @@ fn check(file: &Path) -> anyhow::Result<()> {
 
 /// The scenes are drawn from a fixed seed, so that what is written is what is committed.
 fn generate(out: &Path) -> anyhow::Result<()> {
-    write(&out.join("paper"), &paper::environment(4, "s2", paper::SEED)?)?;
-    write(out, &paper::quickstart(paper::SEED)?)
-}
-
-fn write(folder: &Path, scene: &PaperScene) -> anyhow::Result<()> {
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
-    {
-        println!("{}\n{}", scene.scenario.name, paper::check(scene));
-    }
-    for (name, bytes) in paper::files(scene)? {
-        let path = folder.join(name);
+    for (name, bytes) in paper::committed()? {
+        let path = out.join(name);
         if let Some(parent) = path.parent() {
             std::fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
         }
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    // What the drawn scenes turned out to be like, for whoever changes the drawing.
+    for scene in [paper::environment(4, "s2", paper::SEED)?, paper::quickstart(paper::SEED)?] {
+        #[expect(clippy::print_stdout, reason = "what the command is for")]
+        {
+            println!("{}\n{}", scene.scenario.name, paper::check(&scene));
+        }
     }
     Ok(())
 }

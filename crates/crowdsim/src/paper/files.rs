@@ -69,7 +69,7 @@ mod tests {
         let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
         for (path, bytes) in committed().unwrap() {
             let found = std::fs::read(format!("{folder}/{path}")).unwrap();
-            assert!(found == bytes, "{path} differs; run the example generate_scenes");
+            assert!(found == bytes, "{path} differs; run `curionav scenario generate scenarios`");
         }
     }
 
