@@ -10,7 +10,7 @@ use curionav_runtime::membership::announce;
 use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Clock, InjectRequest, Reject, RejectCode, RunState, RunStatus, keys};
+use curionav_schemas::{InjectRequest, Reject, RejectCode, RunState, RunStatus, keys};
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 
@@ -116,8 +116,7 @@ async fn play(
             change(&mut status);
             status.clone()
         };
-        // What people watch must not slow the run down.
-        published.publish(&shown, if shown.result.is_some() { Clock::Lockstep } else { clock });
+        published.publish(&shown, clock);
     };
     show(&|_| {});
     let watching = async {
