@@ -7,6 +7,7 @@
 pub mod branches;
 pub mod candidates;
 pub mod dubins;
+mod neighbours;
 pub mod path;
 pub mod rollout;
 pub mod rrt_star;

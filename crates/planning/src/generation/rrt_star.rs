@@ -1,14 +1,14 @@
 //! RRT* (Karaman and Frazzoli, 2011) over poses joined by Dubins paths: Alg. 1 with its slips repaired
 //! (A22, A23), so that Parent and Rewire mean something (D14).
 //!
-//! A tree holds at most about a thousand nodes, so nearest and near neighbours are found by scanning the
-//! arrays: that is faster here than keeping a k-d tree, lets the distance look at headings, and gives
-//! the same order on every machine.
+//! Near neighbours come from a k-d tree. The nearest node is found by scanning the arrays, because its
+//! distance looks at headings: what lies behind is far.
 
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
+use crate::generation::neighbours::Neighbours;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist};
 use crate::motion::step;
@@ -113,6 +113,7 @@ pub struct RrtStar<'a> {
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
     tree: Tree,
+    neighbours: Neighbours,
     /// Cosine and sine of every heading.
     direction: Vec<(f64, f64)>,
     children: Vec<Vec<u32>>,
@@ -123,7 +124,8 @@ impl<'a> RrtStar<'a> {
     pub fn new(params: &'a RrtStarParams, checker: &'a CollisionChecker<'a>, tree: Tree) -> Self {
         let direction = tree.heading.iter().map(|&h| turned(h)).collect();
         let children = tree.children();
-        Self { params, checker, tree, direction, children }
+        let neighbours = Neighbours::of(&tree.x, &tree.y);
+        Self { params, checker, tree, neighbours, direction, children }
     }
 
     /// The tree as a value, parents first.
@@ -141,7 +143,7 @@ impl<'a> RrtStar<'a> {
         should_stop: &dyn Fn() -> bool,
     ) {
         // The root has moved since the last cycle: what it now reaches directly hangs on it.
-        let near = self.near(self.tree.position(0), self.params.eta);
+        let near = self.neighbours.within(self.tree.position(0), self.params.eta);
         self.rewire(0, &near);
         for k in 0..iterations {
             if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && should_stop()) {
@@ -162,12 +164,13 @@ impl<'a> RrtStar<'a> {
         }
         let n = self.tree.len() as f64 + 1.0;
         let radius = (self.params.gamma * (ln(n) / n).sqrt()).min(self.params.eta);
-        let near = self.near(pose.position(), radius);
+        let near = self.neighbours.within(pose.position(), radius);
         if self.crowded(pose, &near) {
             return;
         }
         let Some((parent, cost)) = self.best_parent(pose, nearest, arc, &near) else { return };
         let new = self.tree.push(pose, cost, parent as u32);
+        self.neighbours.push(pose.position());
         self.direction.push(turned(pose.heading));
         self.children.push(Vec::new());
         self.children[parent].push(new as u32);
@@ -194,17 +197,6 @@ impl<'a> RrtStar<'a> {
             }
         }
         best.1
-    }
-
-    /// Nodes within `radius` of a point and their distance, in index order.
-    fn near(&self, p: Point2, radius: f64) -> Vec<(usize, f64)> {
-        let squared = radius * radius;
-        (0..self.tree.len())
-            .filter_map(|node| {
-                let d = self.tree.position(node).distance_squared(p);
-                (d <= squared).then(|| (node, d.sqrt()))
-            })
-            .collect()
     }
 
     /// Whether a node so near and so directed exists that this one would add nothing.
