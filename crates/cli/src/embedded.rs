@@ -28,10 +28,10 @@ impl Embedded {
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // Nobody waits any more if another service failed first.
-                let on_ready = move || {
+                let on_ready = Box::new(move || {
                     let _ = ready.send(());
-                };
-                (kind, kind.run(&config, &session, token, on_ready).await)
+                });
+                (kind, kind.service()(&config, &session, token, on_ready).await)
             });
             tokio::select! {
                 _ = is_ready => {}

@@ -1,9 +1,8 @@
 //! One service a process, and the router.
 
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::process::{Ready, ServiceOptions, end, run_service};
+use curionav_runtime::process::{Ready, Service, ServiceOptions, end, run_service};
 use curionav_runtime::session;
-use curionav_runtime::shutdown::{Shutdown, on_signals};
+use curionav_runtime::shutdown::on_signals;
 
 use crate::arguments::{RouterOptions, UpOptions};
 use crate::exit::{BAD_INPUT, Exit, SUCCESS};
@@ -45,32 +44,22 @@ impl Kind {
         }
     }
 
-    /// Runs the service over `session`; `on_ready` is called once it serves.
-    pub(crate) async fn run(
-        self,
-        config: &ServiceConfig,
-        session: &zenoh::Session,
-        shutdown: Shutdown,
-        on_ready: impl FnOnce(),
-    ) -> anyhow::Result<()> {
+    /// What runs it.
+    pub(crate) fn service(self) -> Service {
         match self {
-            Self::Generator => curionav_trajectory_generator::run(config, session, shutdown, on_ready).await,
-            Self::Cpc => curionav_cpc_evaluator::run(config, session, shutdown, on_ready).await,
-            Self::Hccdm => curionav_hccdm_evaluator::run(config, session, shutdown, on_ready).await,
-            Self::Arbiter => curionav_arbiter::run(config, session, shutdown, on_ready).await,
-            Self::Localizer => curionav_localizer::run(config, session, shutdown, on_ready).await,
-            Self::Driver => curionav_driver::run(config, session, shutdown, on_ready).await,
-            Self::Simulator => curionav_simulator::run(config, session, shutdown, on_ready).await,
+            Self::Generator => curionav_trajectory_generator::run,
+            Self::Cpc => curionav_cpc_evaluator::run,
+            Self::Hccdm => curionav_hccdm_evaluator::run,
+            Self::Arbiter => curionav_arbiter::run,
+            Self::Localizer => curionav_localizer::run,
+            Self::Driver => curionav_driver::run,
+            Self::Simulator => curionav_simulator::run,
         }
     }
 }
 
 pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit> {
-    let service =
-        async |config: &ServiceConfig, session: &zenoh::Session, shutdown, on_ready: Box<dyn FnOnce()>| {
-            kind.run(config, session, shutdown, on_ready).await
-        };
-    match run_service(kind.name(), &options, service).await {
+    match run_service(kind.name(), &options, kind.service()).await {
         Ok(()) => Ok(SUCCESS),
         Err(error) if error.exit_code() == BAD_INPUT => Err(Exit::bad_input(error.into())),
         Err(error) => Err(Exit::network(error.into())),

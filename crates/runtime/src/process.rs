@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::pin::Pin;
 
 use anyhow::Context;
 use clap::Args;
@@ -165,11 +166,18 @@ impl ProcessError {
     }
 }
 
+/// Called by a service once it answers.
+pub type OnReady = Box<dyn FnOnce() + Send>;
+
+/// A service at work. Boxed, so that its code is compiled once, with its own crate, and not again in every
+/// program that runs it.
+pub type Running<'a> = Pin<Box<dyn Future<Output = anyhow::Result<()>> + Send + 'a>>;
+
+/// The `run` of a service: serves until the end is asked for.
+pub type Service = for<'a> fn(&'a ServiceConfig, &'a Session, Shutdown, OnReady) -> Running<'a>;
+
 /// Connects, runs `service` until it is asked to end, and closes the session.
-pub async fn run_service<S>(role: &str, options: &ServiceOptions, service: S) -> Result<(), ProcessError>
-where
-    S: AsyncFnOnce(&ServiceConfig, &Session, Shutdown, Box<dyn FnOnce()>) -> anyhow::Result<()>,
-{
+pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), ProcessError> {
     let config = options.configuration().map_err(ProcessError::Input)?;
     let shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
     let session = session::client(&config).await?;
@@ -190,10 +198,7 @@ struct ServiceArguments {
 }
 
 /// `main` of a service's own binary.
-pub fn service_main<S>(role: &'static str, service: S) -> std::process::ExitCode
-where
-    S: AsyncFnOnce(&ServiceConfig, &Session, Shutdown, Box<dyn FnOnce()>) -> anyhow::Result<()>,
-{
+pub fn service_main(role: &'static str, service: Service) -> std::process::ExitCode {
     let arguments = <ServiceArguments as clap::Parser>::parse();
     crate::telemetry::init(&arguments.log);
     let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {

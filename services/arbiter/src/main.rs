@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("arbiter", async |config, session, shutdown, on_ready| {
-        curionav_arbiter::run(config, session, shutdown, on_ready).await
-    })
+    service_main("arbiter", curionav_arbiter::run)
 }

@@ -51,7 +51,7 @@ struct Arbiter {
 }
 
 /// Serves one robot until `shutdown`. `on_ready` is called once missions are followed.
-pub async fn run(
+pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,

@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("cpc", async |config, session, shutdown, on_ready| {
-        curionav_cpc_evaluator::run(config, session, shutdown, on_ready).await
-    })
+    service_main("cpc", curionav_cpc_evaluator::run)
 }

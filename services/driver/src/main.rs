@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("driver", async |config, session, shutdown, on_ready| {
-        curionav_driver::run(config, session, shutdown, on_ready).await
-    })
+    service_main("driver", curionav_driver::run)
 }

@@ -44,7 +44,7 @@ struct Driver {
 }
 
 /// Drives one robot until `shutdown`. `on_ready` is called once missions are taken.
-pub async fn run(
+pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,

@@ -3,6 +3,7 @@
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::evaluation_service;
+use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::shutdown::Shutdown;
 use zenoh::Session;
 
@@ -10,11 +11,11 @@ use zenoh::Session;
 pub const METRIC: &str = "cnc";
 
 /// Serves until `shutdown`; `on_ready` is called once requests are answered.
-pub async fn run(
-    config: &ServiceConfig,
-    session: &Session,
+pub fn run<'a>(
+    config: &'a ServiceConfig,
+    session: &'a Session,
     shutdown: Shutdown,
-    on_ready: impl FnOnce(),
-) -> anyhow::Result<()> {
-    evaluation_service::run(METRIC, config, session, shutdown, on_ready).await
+    on_ready: OnReady,
+) -> Running<'a> {
+    Box::pin(evaluation_service::run(METRIC, config, session, shutdown, on_ready))
 }

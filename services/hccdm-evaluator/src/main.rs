@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("hccdm", async |config, session, shutdown, on_ready| {
-        curionav_hccdm_evaluator::run(config, session, shutdown, on_ready).await
-    })
+    service_main("hccdm", curionav_hccdm_evaluator::run)
 }

@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("localizer", async |config, session, shutdown, on_ready| {
-        curionav_localizer::run(config, session, shutdown, on_ready).await
-    })
+    service_main("localizer", curionav_localizer::run)
 }

@@ -40,7 +40,7 @@ struct Localization {
 }
 
 /// Localizes one robot until `shutdown`. `on_ready` is called once missions are followed.
-pub async fn run(
+pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,

@@ -118,6 +118,19 @@ fn recording(request: &InjectRequest, index: usize, recorded: &Recorded) -> Resu
         .map_err(|e| fault(field, format!("{}: {e}", recorded.file)))
 }
 
+/// Ticks between plans. In real time the arbiter plans ten times a second of the wall's clock, if ticks come that
+/// often: a robot that thinks every 0.3 s meets people who turn round a moment too late.
+fn plan_every(scenario: &Scenario, request: &InjectRequest) -> u32 {
+    let wished = scenario.clock.plan_every;
+    match request.clock {
+        Clock::Lockstep => wished,
+        Clock::Realtime => {
+            let ticks = (0.1 * request.time_scale / scenario.clock.tick_s).ceil();
+            wished.min(ticks as u32).max(1)
+        }
+    }
+}
+
 fn mission(
     request: &InjectRequest,
     scenario: &Scenario,
@@ -152,7 +165,7 @@ fn mission(
         clock: request.clock,
         time_scale: if request.clock == Clock::Lockstep { 1.0 } else { request.time_scale },
         tick_s: scenario.clock.tick_s,
-        plan_every: scenario.clock.plan_every,
+        plan_every: plan_every(scenario, request),
         require: REQUIRED.map(String::from).to_vec(),
         ready: Vec::new(),
         state: MissionState::Preparing,

@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("simulator", async |config, session, shutdown, on_ready| {
-        curionav_simulator::run(config, session, shutdown, on_ready).await
-    })
+    service_main("simulator", curionav_simulator::run)
 }

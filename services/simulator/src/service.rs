@@ -27,7 +27,7 @@ fn locked(status: &SharedStatus) -> std::sync::MutexGuard<'_, RunStatus> {
 }
 
 /// Simulates one world until `shutdown`, one run at a time.
-pub async fn run(
+pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,

@@ -8,6 +8,7 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator::{self, generate};
 use curionav_runtime::membership::announce;
+use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::serve::{Arrival, serve};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::status::serve_status;
@@ -15,11 +16,20 @@ use curionav_schemas::{GenerateReply, GenerateRequest, Reject, keys};
 use zenoh::Session;
 
 /// Serves until `shutdown`; `on_ready` is called once requests are answered.
-pub async fn run(
+pub fn run<'a>(
+    config: &'a ServiceConfig,
+    session: &'a Session,
+    shutdown: Shutdown,
+    on_ready: OnReady,
+) -> Running<'a> {
+    Box::pin(serve_generation(config, session, shutdown, on_ready))
+}
+
+async fn serve_generation(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let fields = Arc::new(Fields::new(session));
     let instance = config.instance.clone();

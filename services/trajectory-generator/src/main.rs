@@ -3,7 +3,5 @@
 use curionav_runtime::process::service_main;
 
 fn main() -> std::process::ExitCode {
-    service_main("generator", async |config, session, shutdown, on_ready| {
-        curionav_trajectory_generator::run(config, session, shutdown, on_ready).await
-    })
+    service_main("generator", curionav_trajectory_generator::run)
 }

@@ -42,16 +42,25 @@ fn in_real_time_the_goal_is_reached_whoever_is_killed() {
     let _turn = turn();
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();
-    let running = std::thread::spawn(move || run(SCENARIO, &["--connect", &endpoint, "--speed", "realtime"]));
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap().to_owned();
+    let running = std::thread::spawn(move || {
+        run(SCENARIO, &["--connect", &endpoint, "--speed", "realtime", "--out", &folder])
+    });
     wait_until_running(&deployment);
     for name in ["generator-0", "cpc-1", "hccdm-0"] {
         deployment.kill(name);
     }
     let (json, status) = running.join().unwrap();
     assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
-    // A decision every 0.3 s, each within its 0.3 s: none was skipped, none was late.
-    let due = (json.metrics.time_s / 0.3) as u64;
-    assert!(json.cycles.count >= due && json.cycles.max_ms < 300.0, "{due} cycles were due: {json:?}");
+    // Planned at 10 Hz: a cycle may be skipped on a busy machine, but never was the robot without a new
+    // decision for longer than 0.3 s, and none was late.
+    let cycles = std::fs::read_to_string(out.path().join("cycles.csv")).unwrap();
+    let stamps: Vec<f64> =
+        cycles.lines().skip(1).map(|line| line.split(',').nth(1).unwrap().parse().unwrap()).collect();
+    let longest = stamps.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+    let covered = stamps.last().unwrap() - stamps[0] > json.metrics.time_s - 0.5;
+    assert!(covered && longest < 0.35 && json.cycles.max_ms < 300.0, "{longest} s between plans: {json:?}");
 }
 
 #[test]

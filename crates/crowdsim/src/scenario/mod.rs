@@ -117,7 +117,8 @@ fn default_start_noise() -> f64 {
 pub struct Clock {
     /// Length of a simulation tick, seconds. Default 0.1, as in Stage.
     pub tick_s: f64,
-    /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz.
+    /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz. In real time this is
+    /// the most; planning is then at 10 Hz if ticks are that frequent.
     pub plan_every: u32,
     /// Simulated seconds after which the run ends as a timeout (A37).
     pub time_limit_s: f64,
