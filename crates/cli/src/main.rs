@@ -1,6 +1,7 @@
 //! `curionav`: run scenarios, start and supervise deployments, talk to robots.
 
 mod arguments;
+mod bench;
 mod embedded;
 mod exit;
 mod mission;
@@ -45,6 +46,8 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
         Command::Run(options) => run::run(options).await,
+        Command::Bench(options) => bench::bench(options).await,
+        Command::Worker(options) => bench::worker(options).await,
         Command::Up(options) => service::up(options, &log).await,
         Command::Router(options) => service::router(options).await,
         Command::Generator(options) => service::one(service::Kind::Generator, options).await,

@@ -66,8 +66,8 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
 }
 
 /// What is left of a run.
-struct Finished {
-    result: RunResult,
+pub(crate) struct Finished {
+    pub(crate) result: RunResult,
     reports: Vec<CycleReport>,
     map: Option<OccupancyGrid>,
 }
@@ -109,7 +109,7 @@ async fn follow_or_cancel(
     let mission_key = keys::robot(&config.robot, "mission").map_err(|e| Exit::bad_input(e.into()))?;
     let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
     tokio::select! {
-        finished = follow(session, config, package, options) => finished,
+        finished = follow(session, config, package, options.out.is_some()) => finished,
         () = signals.requested() => {
             cancel(session, &mission_key).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))
@@ -130,24 +130,25 @@ async fn cancel(session: &Session, mission_key: &str) {
     }
 }
 
-async fn follow(
+/// Injects the scenario and waits for its end; `keep_reports` also gathers what a picture needs.
+pub(crate) async fn follow(
     session: &Session,
     config: &ServiceConfig,
     package: &Package,
-    options: &RunOptions,
+    keep_reports: bool,
 ) -> Result<Finished, Exit> {
     let key = |channel| keys::world(&config.world, channel).map_err(|e| Exit::bad_input(e.into()));
     let (run_key, scenario_key) = (key("run")?, key("scenario")?);
     let topic = |e: curionav_runtime::topic::TopicError| Exit::network(e.into());
     let news = Inbox::<RunStatus>::new(session, &run_key).map_err(topic)?;
     let report_key = keys::robot(&config.robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
-    let reports = match options.out {
-        Some(_) => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
-        None => None,
+    let reports = match keep_reports {
+        true => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
+        false => None,
     };
     let injected: Result<RunStatus, AskError> =
         ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
-    let injected = injected.map_err(|error| injection_error(error, package, options))?;
+    let injected = injected.map_err(|error| injection_error(error, package, &config.world))?;
     let bar = progress_bar(package.scenario.clock.time_limit_s);
     let mut kept = Vec::new();
     let status = loop {
@@ -172,27 +173,26 @@ async fn follow(
         let reason = status.error.unwrap_or_else(|| "the run ended without a result".into());
         return Err(Exit::network(anyhow::anyhow!("the run failed: {reason}")));
     };
-    let map = match (kept.first(), &options.out) {
+    let map = match (kept.first(), keep_reports) {
         (Some(report), _) => fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
             .await
             .map_err(|error| tracing::error!(%error, "no map for the picture: nothing is written"))
             .ok(),
-        (None, Some(_)) => {
+        (None, true) => {
             tracing::error!("no cycle report came: nothing is written");
             None
         }
-        (None, None) => None,
+        (None, false) => None,
     };
     Ok(Finished { result, reports: kept, map })
 }
 
-fn injection_error(error: AskError, package: &Package, options: &RunOptions) -> Exit {
+fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {
     match error {
         AskError::Rejected(reject) if reject.code == RejectCode::Overloaded => Exit::network(reject.into()),
         AskError::Rejected(reject) => Exit::bad_input(package.fault(reject.field.as_deref(), &reject.reason)),
         error => Exit::network(
-            anyhow::Error::from(error)
-                .context(format!("no simulator of world `{}` takes the scenario", options.world)),
+            anyhow::Error::from(error).context(format!("no simulator of world `{world}` takes the scenario")),
         ),
     }
 }

@@ -78,7 +78,8 @@ fn metric_us(timings: &Timings, metric: &str) -> String {
     time.map_or_else(String::new, |time| time.us.to_string())
 }
 
-fn row(fields: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+/// One record: its fields, quoted where they must be.
+pub(crate) fn row(fields: impl IntoIterator<Item = impl AsRef<str>>) -> String {
     let quoted: Vec<String> = fields.into_iter().map(|text| field(text.as_ref())).collect();
     quoted.join(",") + "\n"
 }

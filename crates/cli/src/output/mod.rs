@@ -4,6 +4,7 @@ mod csv;
 mod summary;
 mod table;
 
+pub(crate) use csv::row as csv_row;
 pub(crate) use summary::{json, summary};
 pub(crate) use table::table;
 
