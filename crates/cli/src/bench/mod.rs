@@ -3,29 +3,41 @@
 //! Read in this order: [`plan`] (what has to be run), [`pool`] and [`worker`] (how), [`journal`] (what is kept),
 //! `comparison` (what it means), `acceptance` (whether that is what was hoped for), `report`.
 
+mod acceptance;
+mod comparison;
 mod journal;
 mod metric;
 mod plan;
 mod pool;
 mod progress;
 mod published;
+mod report;
 mod results;
 mod row;
 mod statistics;
+mod summary;
+mod tally;
 mod worker;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context;
 use curionav_runtime::shutdown::{Shutdown, on_signals};
 
+use curionav_schemas::{Message, RunResult};
+
 use crate::arguments::BenchOptions;
 use crate::exit::{Exit, FAILED, SUCCESS};
+use acceptance::Criterion;
+use comparison::Comparison;
 use journal::Journal;
-use plan::{Job, Plan};
+use plan::{Job, Plan, Scene};
 use pool::{Done, Interrupted, Pool};
 use progress::Progress;
 use row::Row;
+use tally::Tally;
 
 pub(crate) use worker::worker;
 
@@ -57,15 +69,99 @@ pub(crate) async fn bench(options: BenchOptions) -> Result<u8, Exit> {
         }
     })?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| journal.row(&job.key)).collect();
-    write(
-        &options.out,
-        &[("results.csv", results::results(&rows)), ("timings.csv", results::timings(&rows))],
-    )
-    .map_err(Exit::failed)?;
-    for Missing { job, reason } in &missing {
-        tracing::error!("{}, {}, seed {}: {reason}", job.scenario, job.planner, job.seed);
-    }
+    let bench = Bench::new(&plan, &options, &jobs, &rows, &missing, pool.jobs);
+    let summary =
+        serde_json::to_string_pretty(&summary::summary(&bench)).map_err(|e| Exit::failed(e.into()))?;
+    let files = [
+        ("results.csv", results::results(&rows)),
+        ("timings.csv", results::timings(&rows)),
+        ("summary.json", summary + "\n"),
+        ("report.html", report::report(&bench)),
+    ];
+    write(&options.out, &files).map_err(Exit::failed)?;
+    show(&bench, &options.out);
     Ok(if missing.is_empty() { SUCCESS } else { FAILED })
+}
+
+/// A finished bench, to be told about.
+pub(crate) struct Bench<'a> {
+    pub(crate) comparison: Comparison<'a>,
+    pub(crate) criteria: Vec<Criterion>,
+    pub(crate) scenes: &'a [Scene],
+    /// Files of the kept traces, by scenario and planner.
+    traces: BTreeMap<(&'a str, &'a str), &'a Path>,
+    pub(crate) missing: &'a [Missing],
+    /// Digests of the programs that made the rows.
+    pub(crate) programs: Vec<String>,
+    pub(crate) first_seed: u64,
+    pub(crate) repeats: u32,
+    pub(crate) workers: usize,
+    /// What the runs took on the clock with all workers busy.
+    pub(crate) clock: Duration,
+}
+
+impl<'a> Bench<'a> {
+    fn new(
+        plan: &'a Plan,
+        options: &BenchOptions,
+        jobs: &'a [Job],
+        rows: &[&'a Row],
+        missing: &'a [Missing],
+        workers: usize,
+    ) -> Self {
+        let planners = plan.planners.iter().map(|p| p.name.clone()).collect();
+        let scenarios = plan.scenes.iter().map(|s| s.name.clone()).collect();
+        let comparison = Comparison::new(planners, scenarios, rows);
+        let worked: f64 = rows.iter().map(|row| row.wall_s).sum();
+        let clock = Duration::from_secs_f64(worked / workers as f64);
+        let programs: BTreeSet<String> = rows.iter().map(|row| row.program.clone()).collect();
+        Self {
+            criteria: acceptance::criteria(&comparison, clock),
+            comparison,
+            scenes: &plan.scenes,
+            traces: plan::traced(jobs),
+            missing,
+            programs: programs.into_iter().collect(),
+            first_seed: options.first_seed,
+            repeats: options.repeats,
+            workers,
+            clock,
+        }
+    }
+
+    pub(crate) fn runs(&self) -> usize {
+        (0..self.comparison.planners.len()).map(|p| self.comparison.all_runs(p).count()).sum()
+    }
+
+    /// Mean over a planner's runs.
+    pub(crate) fn real_time_factor(&self, planner: usize) -> Option<f64> {
+        let factors: Vec<f64> = self.comparison.all_runs(planner).map(|row| row.real_time_factor).collect();
+        statistics::mean(&factors)
+    }
+
+    /// The kept trace of a planner's run with the first seed; none if that run did not take place.
+    pub(crate) fn trace(&self, scenario: &str, planner: &str) -> Option<RunResult> {
+        let bytes = std::fs::read(self.traces.get(&(scenario, planner))?).ok()?;
+        RunResult::decode(&bytes, None).ok()
+    }
+}
+
+fn show(bench: &Bench<'_>, folder: &Path) {
+    for Missing { job, reason } in bench.missing {
+        eprintln!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed);
+    }
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    {
+        for (p, name) in bench.comparison.planners.iter().enumerate() {
+            let Tally { runs, success, timeouts, lost, collided, .. } =
+                Tally::of(bench.comparison.all_runs(p));
+            println!(
+                "{name:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
+                 {timeouts} timeouts, {lost} lost"
+            );
+        }
+        println!("Report and data: {}", folder.join("report.html").display());
+    }
 }
 
 fn workers(wanted: Option<u16>) -> usize {

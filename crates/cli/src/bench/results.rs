@@ -29,7 +29,7 @@ pub(super) fn timings(rows: &[&Row]) -> String {
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string()];
         let times =
             [row.real_time_factor, row.wall_s, row.cycles.p50_ms, row.cycles.p99_ms, row.cycles.max_ms];
-        text += &csv_row(labels.into_iter().chain(times.map(|t| t.to_string())));
+        text += &csv_row(labels.into_iter().chain(times.map(decimal)));
     }
     text
 }
@@ -38,10 +38,15 @@ pub(super) fn timings(rows: &[&Row]) -> String {
 fn number(metric: Metric, row: &Row) -> String {
     let m = &row.metrics;
     match metric {
-        Metric::Length => m.length_m.to_string(),
-        Metric::Time => m.time_s.to_string(),
-        _ => metric.of(row).map_or_else(String::new, |v| v.to_string()),
+        Metric::Length => decimal(m.length_m),
+        Metric::Time => decimal(m.time_s),
+        _ => metric.of(row).map_or_else(String::new, decimal),
     }
+}
+
+/// To nine decimals: farther ones are no more than the rounding of sums.
+fn decimal(value: f64) -> String {
+    ((value * 1e9).round() / 1e9).to_string()
 }
 
 pub(super) fn outcome(outcome: Outcome) -> &'static str {

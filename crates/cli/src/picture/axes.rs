@@ -30,6 +30,46 @@ pub(super) fn label(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').replace('-', "\u{2212}")
 }
 
+/// What the heights of a plot stand for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Scale {
+    low: f64,
+    high: f64,
+    is_logarithmic: bool,
+}
+
+impl Scale {
+    pub(super) fn linear(low: f64, high: f64) -> Self {
+        Self { low, high, is_logarithmic: false }
+    }
+
+    /// `low` must be above zero.
+    pub(super) fn logarithmic(low: f64, high: f64) -> Self {
+        Self { low, high, is_logarithmic: true }
+    }
+
+    /// Where a value is between the lower edge (0) and the upper one (1).
+    pub(super) fn share(&self, value: f64) -> f64 {
+        if self.is_logarithmic {
+            (value / self.low).ln() / (self.high / self.low).ln()
+        } else {
+            (value - self.low) / (self.high - self.low)
+        }
+    }
+
+    /// A few round values.
+    pub(super) fn ticks(&self) -> Vec<f64> {
+        if !self.is_logarithmic {
+            return ticks(self.low, self.high, 5);
+        }
+        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
+        let wide = self.high / self.low > 50.0;
+        let steps = if wide { &[1.0][..] } else { &[1.0, 2.0, 5.0] };
+        let all = decades.flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)));
+        all.filter(|value| (self.low..=self.high).contains(value)).collect()
+    }
+}
+
 /// A grid of squares at least `apart` pixels wide, with metres along the left and lower edge of the window, outside
 /// of it, and a frame around it.
 pub(super) fn axes(window: &Window, apart: f64) -> Group {

@@ -9,9 +9,6 @@ use svg::node::element::{Group, Path, Use};
 const MAX_RECTANGLES: usize = 40_000;
 /// From this share on a cell is drawn as occupied, per cent.
 const OCCUPIED: i8 = 50;
-/// Identifier of the definition.
-const ID: &str = "floor";
-
 /// Rows and columns from and to (exclusive).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Block {
@@ -21,8 +18,8 @@ struct Block {
     top: usize,
 }
 
-/// The map in units of cells, to be shown any number of times by [`floor`].
-pub(super) fn definition(map: &OccupancyGrid) -> Group {
+/// The map in units of cells, to be shown any number of times by [`floor`]; `id` is its name in the document.
+pub(super) fn definition(map: &OccupancyGrid, id: &str) -> Group {
     let mut size = 1;
     let (mut walls, mut unknown) = blocks(map, size);
     while walls.len() + unknown.len() > MAX_RECTANGLES {
@@ -30,20 +27,20 @@ pub(super) fn definition(map: &OccupancyGrid) -> Group {
         (walls, unknown) = blocks(map, size);
     }
     Group::new()
-        .set("id", ID)
+        .set("id", id)
         .set("shape-rendering", "crispEdges")
         .add(Path::new().set("fill", "#e9e9e9").set("d", outline(&unknown, size)))
         .add(Path::new().set("fill", "#3c3c3c").set("d", outline(&walls, size)))
 }
 
-/// The defined map where `window` puts it.
-pub(super) fn floor(map: &OccupancyGrid, window: &Window) -> Use {
+/// The map defined as `id` where `window` puts it.
+pub(super) fn floor(map: &OccupancyGrid, id: &str, window: &Window) -> Use {
     let (sin, cos) = map.origin.heading.sin_cos();
     let side = window.scale * map.resolution;
     let (left, top) = window.at((map.origin.x, map.origin.y));
     let matrix = [side * cos, -side * sin, -side * sin, -side * cos, left, top];
     let numbers: Vec<String> = matrix.iter().map(|number| format!("{:.5}", number + 0.0)).collect();
-    Use::new().set("href", format!("#{ID}")).set("transform", format!("matrix({})", numbers.join(" ")))
+    Use::new().set("href", format!("#{id}")).set("transform", format!("matrix({})", numbers.join(" ")))
 }
 
 /// The bounds of the cells that are known; of all cells if none is.
@@ -159,7 +156,7 @@ mod tests {
     fn a_noisy_map_is_coarsened_until_it_is_small() {
         let side = 700;
         let cells = (0..side * side).map(|i| if (i % side + i / side) % 2 == 0 { 100 } else { 0 }).collect();
-        let text = definition(&grid(side, side, cells)).to_string();
+        let text = definition(&grid(side, side, cells), "floor").to_string();
         assert!(text.len() < 16 * MAX_RECTANGLES, "{} bytes", text.len());
         assert!(text.contains("h700v700"), "in larger cells all of it is wall");
     }

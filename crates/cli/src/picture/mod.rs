@@ -2,6 +2,8 @@
 //! time, as one SVG file that needs nothing else and prints sharply.
 
 mod axes;
+mod comparison;
+mod curves;
 mod floor;
 mod heading;
 mod journey;
@@ -13,6 +15,9 @@ mod palette;
 mod plots;
 mod symbols;
 mod window;
+
+pub(crate) use comparison::{Course, Site, comparison_svg};
+pub(crate) use palette::{planner_colour, style_sheet};
 
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 use journey::Journey;
@@ -29,6 +34,8 @@ const MAP_HEIGHT: f64 = 780.0;
 const GAP: f64 = 22.0;
 /// Moments beside each other.
 const COLUMNS: usize = 3;
+/// The map's name in the document.
+const FLOOR: &str = "floor";
 /// A person's radius when no report tells it, m.
 const PERSON_RADIUS_M: f64 = 0.3;
 
@@ -104,7 +111,7 @@ fn finished(run: &Run<'_>, column: Column) -> String {
         .set("viewBox", format!("0 0 {WIDTH} {height}"))
         .add(Title::new(title))
         .add(Style::new(palette::style_sheet()))
-        .add(Definitions::new().add(floor::definition(run.map)))
+        .add(Definitions::new().add(floor::definition(run.map, FLOOR)))
         .add(Rectangle::new().set("width", WIDTH).set("height", height).set("fill", "#fff"));
     let document = column.parts.into_iter().fold(document, SVG::add);
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", printable(&document.to_string()))

@@ -31,7 +31,7 @@ pub(super) fn moment(run: &Run<'_>, moment: &Moment<'_>, width: f64) -> Panel {
         .set("width", px(side))
         .set("height", px(side))
         .add(Rectangle::new().set("width", px(side)).set("height", px(side)).set("fill", "#fff"))
-        .add(floor(run.map, &window))
+        .add(floor(run.map, super::FLOOR, &window))
         .add(crowds(&window, &report.crowds))
         .add(goal(&window, run.goal, run.goal_tolerance))
         .add(candidates(report, &window))

@@ -25,7 +25,7 @@ pub(super) fn overview(run: &Run<'_>, moments: &[Moment<'_>], width: f64, height
     let inside = SVG::new()
         .set("width", px(window.width))
         .set("height", px(window.height))
-        .add(floor(run.map, &window))
+        .add(floor(run.map, super::FLOOR, &window))
         .add(people(run, &window))
         .add(goal(&window, run.goal, run.goal_tolerance))
         .add(ways(run, &window))

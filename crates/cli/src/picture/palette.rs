@@ -41,8 +41,22 @@ pub(super) fn cost_colour(share: f64) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
+/// The planners' colours: known ones always have the same, others take what is left in their order.
+pub(crate) fn planner_colour(name: &str, index: usize) -> &'static str {
+    const REST: [&str; 4] = ["#56B4E9", "#8c564b", "#7f7fd5", "#b8a200"];
+    match name {
+        "curiosity" => "#D55E00",
+        "cpc-only" => "#009E73",
+        "cnc-only" => "#0072B2",
+        "distance-only" => "#444444",
+        "risk-rrt" => "#E69F00",
+        "bi-risk-rrt" => "#CC79A7",
+        _ => REST[index % REST.len()],
+    }
+}
+
 /// The style of everything that is not set on the element itself.
-pub(super) fn style_sheet() -> String {
+pub(crate) fn style_sheet() -> String {
     [
         "text{font-family:Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif;font-size:11px;fill:#1a1a1a}",
         ".h1{font-size:21px;font-weight:bold}.h2{font-size:14px;font-weight:bold}.b{font-weight:bold}",

@@ -1,6 +1,6 @@
 //! What changed over time: uncertainty, error, distance to people, speed.
 
-use super::axes::{frame, label, ticks};
+use super::axes::{Scale, frame, label, ticks};
 use super::moments::Moment;
 use super::palette::{BELIEF, INK, PERSON, QUIET, TRUTH, UNCERTAIN};
 use super::symbols::{line, text};
@@ -28,9 +28,7 @@ struct Plot<'a> {
     /// `[row]`; those that are not finite are gaps.
     values: Vec<f64>,
     colour: &'a str,
-    low: f64,
-    high: f64,
-    logarithmic: bool,
+    scale: Scale,
     /// Levels to compare with, and what they are.
     levels: Vec<(f64, String)>,
 }
@@ -62,38 +60,30 @@ fn quantities<'a>(run: &Run<'_>) -> Vec<Plot<'a>> {
     vec![
         Plot {
             title: "Uncertainty: trace of the pose covariance, m\u{b2} + rad\u{b2} (shaded: counts as uncertain)",
-            high: most(&uncertainty).max(2.0 * least) * 2.0,
-            low: least / 1.2,
+            scale: Scale::logarithmic(least / 1.2, most(&uncertainty).max(2.0 * least) * 2.0),
             values: uncertainty,
             colour: BELIEF,
-            logarithmic: true,
             levels: thresholds(run.reports),
         },
         Plot {
             title: "Distance to the nearest person, centre to centre, m",
-            high: (most(&near) * HEADROOM).clamp(2.0 * COMFORT_M, FAR_M),
-            low: 0.0,
+            scale: Scale::linear(0.0, (most(&near) * HEADROOM).clamp(2.0 * COMFORT_M, FAR_M)),
             values: near,
             colour: PERSON,
-            logarithmic: false,
             levels: vec![(COMFORT_M, format!("{COMFORT_M} m"))],
         },
         Plot {
             title: "Localisation error: distance of the estimate from the truth, m",
-            high: (most(&journey.error) * HEADROOM).max(0.1),
-            low: 0.0,
+            scale: Scale::linear(0.0, (most(&journey.error) * HEADROOM).max(0.1)),
             values: journey.error.clone(),
             colour: BELIEF,
-            logarithmic: false,
             levels: Vec::new(),
         },
         Plot {
             title: "Speed, m/s",
-            high: (most(&journey.speed) * HEADROOM).max(0.1),
-            low: slowest * 1.08,
+            scale: Scale::linear(slowest * 1.08, (most(&journey.speed) * HEADROOM).max(0.1)),
             values: journey.speed.clone(),
             colour: TRUTH,
-            logarithmic: false,
             levels: Vec::new(),
         },
     ]
@@ -118,7 +108,7 @@ fn drawn(plot: &Plot<'_>, run: &Run<'_>, moments: &[Moment<'_>], width: f64, hei
     let time = &run.journey.time;
     let (from, to) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(1.0));
     let x = |t: f64| wide * (t - from) / (to - from).max(1e-6);
-    let y = |value: f64| height * (1.0 - plot.share(value));
+    let y = |value: f64| height * (1.0 - plot.scale.share(value));
     let mut inside = SVG::new().set("width", px(wide)).set("height", px(height));
     for (start, end) in uncertain(run.reports, to) {
         inside = inside.add(
@@ -131,7 +121,7 @@ fn drawn(plot: &Plot<'_>, run: &Run<'_>, moments: &[Moment<'_>], width: f64, hei
         );
     }
     let mut outside = Group::new().add(text((0.0, -7.0), "b", plot.title));
-    for value in plot.ticks() {
+    for value in plot.scale.ticks() {
         inside = inside.add(line((0.0, y(value)), (wide, y(value)), "grid"));
         outside = outside.add(text((-6.0, y(value) + 3.5), "s", label(value)).set("text-anchor", "end"));
     }
@@ -164,28 +154,6 @@ fn drawn(plot: &Plot<'_>, run: &Run<'_>, moments: &[Moment<'_>], width: f64, hei
     }
     let plot = Group::new().set("transform", format!("translate({AXIS} {TOP})"));
     Group::new().add(plot.add(inside).add(outside).add(frame(wide, height)))
-}
-
-impl Plot<'_> {
-    /// Where a value is between the lower edge (0) and the upper one (1).
-    fn share(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            (value / self.low).ln() / (self.high / self.low).ln()
-        } else {
-            (value - self.low) / (self.high - self.low)
-        }
-    }
-
-    fn ticks(&self) -> Vec<f64> {
-        if !self.logarithmic {
-            return ticks(self.low, self.high, 5);
-        }
-        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
-        let wide = self.high / self.low > 50.0;
-        let steps = if wide { &[1.0][..] } else { &[1.0, 2.0, 5.0] };
-        let all = decades.flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)));
-        all.filter(|value| (self.low..=self.high).contains(value)).collect()
-    }
 }
 
 /// From when to when localisation counted as uncertain.
