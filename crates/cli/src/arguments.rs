@@ -25,6 +25,8 @@ pub(crate) enum Command {
     Run(RunOptions),
     /// Run planners over scenarios many times and compare them with each other and with the paper.
     Bench(BenchOptions),
+    /// Search for better planner settings, on seeds that no report uses.
+    Tune(TuneOptions),
     /// Take runs from standard input and answer each with a row (started by `bench` and `tune`).
     #[command(hide = true)]
     Worker(WorkerOptions),
@@ -138,6 +140,51 @@ pub(crate) struct BenchOptions {
     /// Keep finished runs of another build of this program, e.g. to render the report anew.
     #[arg(long)]
     pub(crate) any_build: bool,
+}
+
+/// Searches the settings of a planner that cost least, and prints the best one as a profile.
+///
+/// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s, about 1 each for the paper's
+/// planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over all
+/// scenarios and seeds, the same ones for every setting. [objective] in SPACE.toml changes the weights.
+///
+/// First the base and a quasi-random sample of settings run with one seed, the best third of them with three
+/// times as many, and so on up to --repeats. Then the best one's parameters are moved one by one, ever less far.
+///
+/// SPACE.toml: `base = "curiosity"` (a profile, or a profile file), and for each parameter a table
+/// [[parameters]] with `path = "terms.cnc.weight"` and either `low`, `high` and perhaps `scale = "log"`, or
+/// `values = [...]`.
+///
+/// Exit status: 0 done; 1 a run could not take place, or interrupted (the same command goes on); 2 bad input.
+#[derive(Debug, Args)]
+pub(crate) struct TuneOptions {
+    /// What to search.
+    #[arg(value_name = "SPACE.toml")]
+    pub(crate) space: PathBuf,
+    /// Scenario files, as a pattern with * and ?, or several files.
+    #[arg(long, value_name = "GLOB", num_args = 1.., default_value = "scenarios/paper/*.toml")]
+    pub(crate) scenarios: Vec<String>,
+    /// Settings to sample.
+    #[arg(long, value_name = "N", default_value_t = 26, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(crate) settings: u32,
+    /// Seeds a setting is run with in each scenario before it can win.
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) repeats: u32,
+    /// Times every parameter is moved up and down.
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(crate) rounds: u32,
+    /// First seed of the runs, at least 1000: the ones below are for reports.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1000..))]
+    pub(crate) first_seed: u64,
+    /// Seed of the sample.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) search_seed: u64,
+    /// Runs at the same time. Default: one a core.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    pub(crate) jobs: Option<u16>,
+    /// Directory of best.toml, tune.csv, the settings and the journal.
+    #[arg(long, value_name = "DIR", default_value = "out/tune")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -34,3 +34,11 @@ impl Exit {
         format!("{:#}", self.error).replace('\n', " ")
     }
 }
+
+impl std::fmt::Display for Exit {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.line())
+    }
+}
+
+impl std::error::Error for Exit {}

@@ -13,6 +13,7 @@ mod scenario;
 mod service;
 mod status;
 mod supervise;
+mod tune;
 
 use clap::Parser;
 
@@ -47,6 +48,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     match arguments.command {
         Command::Run(options) => run::run(options).await,
         Command::Bench(options) => bench::bench(options).await,
+        Command::Tune(options) => tune::tune(options).await,
         Command::Worker(options) => bench::worker(options).await,
         Command::Up(options) => service::up(options, &log).await,
         Command::Router(options) => service::router(options).await,

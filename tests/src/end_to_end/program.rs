@@ -49,6 +49,19 @@ pub(super) fn reference_data(test: &str) -> Option<PathBuf> {
     None
 }
 
+/// Starts `curionav` without reading what it says.
+pub(super) fn spawn(arguments: &[&str]) -> Child {
+    Command::new(program())
+        .args(arguments)
+        .current_dir(root())
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
 /// Runs `curionav` to its end.
 pub(super) fn curionav(arguments: &[&str]) -> Output {
     let mut child = Command::new(program())

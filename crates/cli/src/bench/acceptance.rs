@@ -16,6 +16,8 @@ const BLIND: [&str; 4] = ["cnc-only", "distance-only", "risk-rrt", "bi-risk-rrt"
 const SCENARIOS: usize = 13;
 /// A difference counts below this p.
 const SIGNIFICANT: f64 = 0.01;
+/// Fewer pairs cannot have such a p, whatever they say: 2 / 2^8 is the first below it.
+const PAIRS_LEAST: usize = 8;
 const TD_MOST: f64 = 0.041;
 const TCM_MOST: f64 = 0.15;
 const VEL_LEAST: f64 = 0.87;
@@ -195,7 +197,7 @@ impl Judge<'_> {
         match worst {
             None => not_judged(promise, "no runs".into()),
             Some((value, name)) => {
-                let value = if is_ratio { format!("{value:.2} times") } else { metric.show(value) };
+                let value = if is_ratio { format!("{value:.2} times") } else { metric.show_with_unit(value) };
                 criterion(promise, is_kept, format!("worst {value} in {name}"))
             }
         }
@@ -212,10 +214,13 @@ impl Judge<'_> {
         let sign = if paired.difference > 0.0 { "+" } else { "" };
         let found = format!(
             "{sign}{} on average, p = {}, {} pairs",
-            metric.show(paired.difference),
+            metric.show_with_unit(paired.difference),
             shown_p(paired.p),
             paired.pairs
         );
+        if paired.pairs < PAIRS_LEAST {
+            return not_judged(&promise, format!("{found}: too few to tell"));
+        }
         let is_better = metric.prefers(paired.difference, 0.0) && paired.p < SIGNIFICANT;
         criterion(&promise, is_better, found)
     }
@@ -234,6 +239,9 @@ impl Judge<'_> {
                 };
                 for (s, scenario) in self.comparison.scenarios.iter().enumerate() {
                     let Some(paired) = self.comparison.paired(metric, a, b, Some(s)) else { continue };
+                    if paired.pairs < PAIRS_LEAST {
+                        continue;
+                    }
                     tests += 1;
                     if metric.prefers(0.0, paired.difference) && paired.p < SIGNIFICANT {
                         worse.push(format!("{planner} than {other} in {scenario}"));
@@ -242,7 +250,7 @@ impl Judge<'_> {
             }
         }
         match (tests, worse.is_empty()) {
-            (0, _) => not_judged(&promise, "no runs to compare with".into()),
+            (0, _) => not_judged(&promise, "too few runs to compare with".into()),
             (_, true) => criterion(&promise, true, format!("none of {tests}")),
             (_, false) => {
                 criterion(&promise, false, format!("{} of {tests}: {}", worse.len(), worse.join("; ")))
@@ -324,7 +332,7 @@ mod tests {
             (Verdict::Miss, "reached 10 of 10, 2 collisions".into())
         );
         assert_eq!(verdict(&bad, "TD is the lowest"), (Verdict::Miss, "0 of 1; not in env1-s1".into()));
-        assert_eq!(verdict(&bad, "TD at most 4.1 %"), (Verdict::Miss, "worst 30.00 in env1-s1".into()));
+        assert_eq!(verdict(&bad, "TD at most 4.1 %"), (Verdict::Miss, "worst 30.00 % in env1-s1".into()));
         assert_eq!(
             verdict(&bad, "Length at most 1.2"),
             (Verdict::Pass, "worst 1.00 times in env1-s1".into())

@@ -67,6 +67,12 @@ impl Metric {
         }
     }
 
+    /// A stored value as it is shown, with its unit.
+    pub(crate) fn show_with_unit(self, value: f64) -> String {
+        let unit = self.label().split_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')'));
+        format!("{} {unit}", self.show(value)).trim_end().to_owned()
+    }
+
     pub(crate) fn better(self) -> Better {
         match self {
             Md | Vel | Clearance => Better::Higher,
@@ -128,6 +134,7 @@ mod tests {
     fn fractions_are_shown_in_per_cent_and_zero_has_no_sign() {
         assert_eq!(Td.show(0.0412), "4.12");
         assert_eq!(Length.show(40.0), "40.00");
+        assert_eq!([Td.show_with_unit(0.05), Nt.show_with_unit(1.0)], ["5.00 %", "1.0"]);
         assert_eq!([Td.show(-1e-9), Clearance.show(-0.25)], ["0.00", "\u{2212}0.25"]);
     }
 

@@ -5,16 +5,16 @@
 
 mod acceptance;
 mod comparison;
-mod journal;
-mod metric;
-mod plan;
-mod pool;
+pub(crate) mod journal;
+pub(crate) mod metric;
+pub(crate) mod plan;
+pub(crate) mod pool;
 mod progress;
 mod published;
 mod report;
 mod results;
-mod row;
-mod statistics;
+pub(crate) mod row;
+pub(crate) mod statistics;
 mod summary;
 mod tally;
 mod worker;
@@ -59,15 +59,9 @@ pub(crate) async fn bench(options: BenchOptions) -> Result<u8, Exit> {
     let pool = Pool { jobs: workers(options.jobs), program };
     let jobs = plan.jobs(options.first_seed, options.repeats, Some(&traces));
     let mut shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
-    let missing = finish(&pool, &mut journal, &jobs, &mut shutdown).await.map_err(|error| {
-        if error.is::<Interrupted>() {
-            let kept = jobs.iter().filter(|job| journal.row(&job.key).is_some()).count();
-            let kept = format!("{kept} of {} runs are kept in {}", jobs.len(), options.out.display());
-            Exit::failed(anyhow::anyhow!("interrupted; {kept}: the same command goes on"))
-        } else {
-            Exit::failed(error)
-        }
-    })?;
+    let missing = finish(&pool, &mut journal, &jobs, &mut shutdown)
+        .await
+        .map_err(|error| stopped(error, &journal, &jobs, &options.out))?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| journal.row(&job.key)).collect();
     let bench = Bench::new(&plan, &options, &jobs, &rows, &missing, pool.jobs);
     let summary =
@@ -164,7 +158,18 @@ fn show(bench: &Bench<'_>, folder: &Path) {
     }
 }
 
-fn workers(wanted: Option<u16>) -> usize {
+/// Why the work ended before it was done.
+pub(crate) fn stopped(error: anyhow::Error, journal: &Journal, jobs: &[Job], out: &Path) -> Exit {
+    if !error.is::<Interrupted>() {
+        return Exit::failed(error);
+    }
+    let kept = jobs.iter().filter(|job| journal.row(&job.key).is_some()).count();
+    let kept = format!("{kept} of {} runs are kept in {}", jobs.len(), out.display());
+    Exit::failed(anyhow::anyhow!("interrupted; {kept}: the same command goes on"))
+}
+
+/// Processes to work with: as wanted, or one a core.
+pub(crate) fn workers(wanted: Option<u16>) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     wanted.map_or_else(cores, usize::from)
 }

@@ -69,7 +69,7 @@ pub(crate) fn comparison_svg(site: &Site<'_>, courses: &[Course<'_>]) -> String 
         .set("transform", format!("translate({} 0)", px(left)));
     let (width, height) = (WIDTH - 2.0 * RIM, height + AXIS.1 + 6.0);
     let document = SVG::new()
-        .set("viewBox", format!("0 -4 {} {}", px(width), px(height)))
+        .set("viewBox", format!("-1 -4 {} {}", px(width + 2.0), px(height)))
         .set("class", "comparison")
         .add(Definitions::new().add(definition(site.map, site.id)))
         .add(map)

@@ -13,10 +13,10 @@ pub(super) fn figures(bench: &Bench<'_>) -> String {
     for (s, scene) in bench.scenes.iter().enumerate() {
         let class = if s == 0 { "" } else { "page" };
         text += &format!(
-            "<figure class=\"{class}\">\n<figcaption><b>{}</b>. {} {} people.</figcaption>\n{}\n</figure>\n",
+            "<figure class=\"{class}\">\n<figcaption><b>{}</b>, {} people. {}</figcaption>\n{}\n</figure>\n",
             escaped(&scene.name),
-            escaped(&scene.description),
             scene.people,
+            escaped(&scene.description),
             figure(bench, s)
         );
     }

@@ -1,0 +1,167 @@
+//! `curionav tune`: a search for settings that cost less, on seeds that no report uses.
+
+mod objective;
+mod search;
+mod space;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_runtime::shutdown::{Shutdown, on_signals};
+use sha2::{Digest, Sha256};
+
+use crate::arguments::TuneOptions;
+use crate::bench::journal::Journal;
+use crate::bench::metric::Metric;
+use crate::bench::plan::{self, Plan};
+use crate::bench::pool::Pool;
+use crate::bench::row::Row;
+use crate::bench::statistics::mean;
+use crate::bench::{finish, stopped, workers};
+use crate::exit::{Exit, SUCCESS};
+use crate::output::csv_row;
+use search::Trial;
+use space::{Setting, Space};
+
+pub(crate) async fn tune(options: TuneOptions) -> Result<u8, Exit> {
+    let space = Space::read(&options.space).map_err(Exit::bad_input)?;
+    // Checked before the first run, not after an hour.
+    Plan::read(&["curiosity".into()], &options.scenarios).map_err(Exit::bad_input)?;
+    let folder = options.out.join("settings");
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("--out: cannot create {}", folder.display()))
+        .map_err(Exit::bad_input)?;
+    let program = plan::program_digest().map_err(Exit::failed)?;
+    let journal =
+        Journal::open(&options.out.join("journal.jsonl"), &program, false).map_err(Exit::bad_input)?;
+    let pool = Pool { jobs: workers(options.jobs), program };
+    let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mut runs =
+        Runs { space: &space, options: &options, folder, pool, journal, shutdown, tried: Vec::new() };
+    let (best, cost) = search(&mut runs).await.map_err(|error| match error.downcast::<Exit>() {
+        Ok(exit) => exit,
+        Err(error) => Exit::failed(error),
+    })?;
+    let profile = profile_text(&space, &best, cost, &options).map_err(Exit::failed)?;
+    for (name, content) in [("best.toml", &profile), ("tune.csv", &runs.table().map_err(Exit::failed)?)] {
+        let path = options.out.join(name);
+        std::fs::write(&path, content)
+            .with_context(|| format!("cannot write {}", path.display()))
+            .map_err(Exit::failed)?;
+    }
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    {
+        println!("{profile}");
+    }
+    Ok(SUCCESS)
+}
+
+async fn search(runs: &mut Runs<'_>) -> anyhow::Result<(Setting, f64)> {
+    let (space, options) = (runs.space, runs.options);
+    let mut settings = vec![space.base()?];
+    settings.extend(space.sample(options.settings, options.search_seed)?);
+    let best = search::halving(runs, settings, options.repeats).await?;
+    search::descent(runs, space, best, options.repeats, options.rounds).await
+}
+
+/// Runs settings, as planners that differ in their profile files.
+struct Runs<'a> {
+    space: &'a Space,
+    options: &'a TuneOptions,
+    folder: PathBuf,
+    pool: Pool,
+    journal: Journal,
+    shutdown: Shutdown,
+    tried: Vec<Tried>,
+}
+
+/// A setting and what came out of it.
+struct Tried {
+    setting: Setting,
+    repeats: u32,
+    cost: f64,
+    rows: Vec<Row>,
+}
+
+impl Trial for Runs<'_> {
+    async fn costs(&mut self, settings: &[Setting], repeats: u32) -> anyhow::Result<Vec<f64>> {
+        let files: Vec<PathBuf> =
+            settings.iter().map(|s| written(&self.folder, s)).collect::<Result<_, _>>()?;
+        let mut sources: Vec<String> = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+        let wanted = sources.clone();
+        // Two places of the cube can be the same profile.
+        sources.sort();
+        sources.dedup();
+        let plan = Plan::read(&sources, &self.options.scenarios)?;
+        let jobs = plan.jobs(self.options.first_seed, repeats, None);
+        let missing = finish(&self.pool, &mut self.journal, &jobs, &mut self.shutdown)
+            .await
+            .map_err(|error| stopped(error, &self.journal, &jobs, &self.options.out))
+            .map_err(anyhow::Error::new)?;
+        if let Some(first) = missing.first() {
+            bail!(
+                "{} of {} runs did not take place, the first because: {}",
+                missing.len(),
+                jobs.len(),
+                first.reason
+            );
+        }
+        let mut costs = Vec::new();
+        for (setting, source) in settings.iter().zip(&wanted) {
+            let own = jobs.iter().filter(|job| job.planner_source == *source);
+            let rows: Vec<Row> = own.filter_map(|job| self.journal.row(&job.key)).cloned().collect();
+            let each: Vec<f64> = rows.iter().map(|row| self.space.objective.cost(row)).collect();
+            let cost = mean(&each).context("a setting without runs")?;
+            costs.push(cost);
+            self.tried.push(Tried { setting: setting.clone(), repeats, cost, rows });
+        }
+        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        eprintln!("{} settings with {repeats} seeds: least cost {least:.4}", settings.len());
+        Ok(costs)
+    }
+}
+
+impl Runs<'_> {
+    /// Every setting that was tried, in the order of the search.
+    fn table(&self) -> anyhow::Result<String> {
+        let paths = self.space.parameters.iter().map(|p| p.path.as_str());
+        let metrics = Metric::ALL.map(Metric::key);
+        let mut text =
+            csv_row(["origin", "seeds", "cost", "success"].into_iter().chain(paths).chain(metrics));
+        for Tried { setting, repeats, cost, rows } in &self.tried {
+            let success = rows.iter().filter(|row| row.is_success()).count() as f64 / rows.len() as f64;
+            let labels =
+                [setting.origin.clone(), repeats.to_string(), format!("{cost:.6}"), format!("{success:.4}")];
+            let means = Metric::ALL.map(|metric| {
+                let values: Vec<f64> = rows.iter().filter_map(|row| metric.of(row)).collect();
+                mean(&values).map_or_else(String::new, |m| format!("{m:.6}"))
+            });
+            text += &csv_row(labels.into_iter().chain(self.space.values(setting)?).chain(means));
+        }
+        Ok(text)
+    }
+}
+
+/// The setting's profile as a file, named by what is in it.
+fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
+    let text = toml::to_string(&setting.profile)?;
+    let digest: String = Sha256::digest(&text).iter().take(8).map(|b| format!("{b:02x}")).collect();
+    let path = folder.join(format!("{digest}.toml"));
+    if !path.is_file() {
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(path)
+}
+
+fn profile_text(space: &Space, best: &Setting, cost: f64, options: &TuneOptions) -> anyhow::Result<String> {
+    let last = options.first_seed + u64::from(options.repeats) - 1;
+    let mut text = format!(
+        "# Found by `curionav tune`: cost {cost:.4} over {} with seeds {} to {last}.\n",
+        options.scenarios.join(" "),
+        options.first_seed
+    );
+    for (parameter, value) in space.parameters.iter().zip(space.values(best)?) {
+        text += &format!("# {} = {value}\n", parameter.path);
+    }
+    Ok(text + &toml::to_string(&best.profile)?)
+}

@@ -1,0 +1,97 @@
+//! `curionav bench` and `curionav tune` on the small scenario.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use super::program::{curionav, spawn, turn};
+
+const QUICK: &str = "scenarios/quickstart.toml";
+
+fn arguments<'a>(out: &'a Path, jobs: &'a str) -> Vec<&'a str> {
+    let out = out.to_str().unwrap();
+    let what = ["bench", "--scenarios", QUICK, "--planners", "curiosity,cnc-only", "--jobs", jobs];
+    [&what[..], &["--first-seed", "1001", "--repeats", "2", "--out", out]].concat()
+}
+
+fn bench(out: &Path, jobs: &str) -> String {
+    let output = curionav(&arguments(out, jobs));
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::read_to_string(out.join("results.csv")).unwrap()
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_workers() {
+    let _turn = turn();
+    let (one, two) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let results = bench(one.path(), "1");
+    assert_eq!(results, bench(two.path(), "2"));
+    assert_eq!(results.lines().count(), 1 + 4);
+    let single = super::program::run(QUICK, &["--seed", "1002", "--planner", "cnc-only"]).0;
+    assert!(results.lines().nth(4).unwrap().ends_with(&single.decisions_sha256), "{results}");
+    let summary = std::fs::read_to_string(one.path().join("summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["cells"].as_array().unwrap().len(), 2);
+    let report = std::fs::read_to_string(one.path().join("report.html")).unwrap();
+    assert!(report.ends_with("</html>\n") && report.contains("class=\"comparison\""));
+}
+
+#[test]
+fn a_kill_costs_no_finished_run_and_changes_no_result() {
+    let _turn = turn();
+    let (whole, killed) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let journal = killed.path().join("journal.jsonl");
+    let rows = || std::fs::read(&journal).map_or(0, |b| b.iter().filter(|b| **b == b'\n').count());
+    let mut child = spawn(&arguments(killed.path(), "1"));
+    let begin = Instant::now();
+    while rows() == 0 {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no run was finished");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let kept = std::fs::read_to_string(&journal).unwrap();
+    std::fs::write(&journal, format!("{kept}{}", r#"{"key":"cut o"#)).unwrap();
+    assert_eq!(bench(killed.path(), "2"), bench(whole.path(), "2"));
+    // What was finished before the kill was not run again, and what was cut off is gone.
+    let after = std::fs::read_to_string(&journal).unwrap();
+    assert!(after.starts_with(&kept) && after.lines().count() == 4, "{after}");
+}
+
+#[test]
+fn bad_input_is_told_before_anything_runs() {
+    let _turn = turn();
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().to_str().unwrap();
+    for (more, said) in [
+        (["--planners", "curiosity,nobody"], "`nobody` is not built in"),
+        (["--scenarios", "scenarios/nothing-*.toml"], "no file is called"),
+        (["--repeats", "0"], "--repeats"),
+    ] {
+        let output = curionav(&[&["bench", "--out", out], &more[..]].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{more:?}: {text}");
+        assert!(text.contains(said), "{more:?}: {text}");
+    }
+}
+
+#[test]
+fn tuning_prints_a_profile_that_runs_and_keeps_off_the_reported_seeds() {
+    let _turn = turn();
+    let out = tempfile::tempdir().unwrap();
+    let space = out.path().join("space.toml");
+    let text = "base = \"curiosity\"\n[[parameters]]\npath = \"terms.cnc.weight\"\nlow = 0.3\nhigh = 3.0\nscale = \"log\"\n";
+    std::fs::write(&space, text).unwrap();
+    let folder = out.path().join("tune");
+    let what = ["tune", space.to_str().unwrap(), "--scenarios", QUICK, "--out", folder.to_str().unwrap()];
+    let tune = |more: &[&str]| curionav(&[&what[..], more].concat());
+    let refused = tune(&["--first-seed", "7"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let small = ["--settings", "3", "--repeats", "1", "--rounds", "1"];
+    let found = tune(&small);
+    assert_eq!(found.status.code(), Some(0), "{}", String::from_utf8_lossy(&found.stderr));
+    // All runs are kept, so the same search ends at once, and the same.
+    assert_eq!(tune(&small).stdout, found.stdout);
+    let best = folder.join("best.toml");
+    let (json, _) = super::program::run(QUICK, &["--seed", "1000", "--planner", best.to_str().unwrap()]);
+    assert_eq!(json.outcome, "reached");
+}
