@@ -24,8 +24,30 @@ pub(crate) enum Command {
     /// Run a scenario and show its metrics.
     Run(RunOptions),
     /// Run planners over scenarios many times and compare them with each other and with the paper.
+    ///
+    /// Every planner runs in every scenario with every seed, in lockstep, on several processes. A finished run is kept in DIR/journal.jsonl at once: after an interruption the same command goes on where
+    /// it was. A run counts as finished while its scenario, map, planner and this program are what they were.
+    /// results.csv is the same, byte for byte, whatever --jobs; what depends on the clock is in timings.csv.
+    ///
+    /// Exit status: 0 every run took place, however it ended; 1 a run could not take place, or interrupted;
+    /// 2 bad input; 3 the worker processes cannot be started.
     Bench(BenchOptions),
     /// Search for better planner settings, on seeds that no report uses.
+    ///
+    /// Searches the settings of a planner that cost least, and prints the best one as a profile.
+    ///
+    /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s, about 1 each for the paper's
+    /// planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over all
+    /// scenarios and seeds, the same ones for every setting. [objective] in SPACE.toml changes the weights.
+    ///
+    /// First the base and a quasi-random sample of settings run with one seed, the best third of them with three
+    /// times as many, and so on up to --repeats. Then the best one's parameters are moved one by one, ever less far.
+    ///
+    /// SPACE.toml: `base = "curiosity"` (a profile, or a profile file), and for each parameter a table
+    /// [[parameters]] with `path = "terms.cnc.weight"` and either `low`, `high` and perhaps `scale = "log"`, or
+    /// `values = [...]`.
+    ///
+    /// Exit status: 0 done; 1 a run could not take place, or interrupted (the same command goes on); 2 bad input.
     Tune(TuneOptions),
     /// Take runs from standard input and answer each with a row (started by `bench` and `tune`).
     #[command(hide = true)]
@@ -109,14 +131,6 @@ pub(crate) struct RunOptions {
     pub(crate) robot: String,
 }
 
-/// Every planner in every scenario with every seed, in lockstep, on several processes.
-///
-/// A finished run is kept in DIR/journal.jsonl at once: after an interruption the same command goes on where
-/// it was. A run counts as finished while its scenario, map, planner and this program are what they were.
-/// results.csv is the same, byte for byte, whatever --jobs; what depends on the clock is in timings.csv.
-///
-/// Exit status: 0 every run took place, however it ended; 1 a run could not take place, or interrupted;
-/// 2 bad input; 3 the worker processes cannot be started.
 #[derive(Debug, Args)]
 pub(crate) struct BenchOptions {
     /// Planners: built-in profiles or profile files (.toml), separated by commas. Default: all built-in ones.
@@ -142,20 +156,6 @@ pub(crate) struct BenchOptions {
     pub(crate) any_build: bool,
 }
 
-/// Searches the settings of a planner that cost least, and prints the best one as a profile.
-///
-/// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s, about 1 each for the paper's
-/// planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over all
-/// scenarios and seeds, the same ones for every setting. [objective] in SPACE.toml changes the weights.
-///
-/// First the base and a quasi-random sample of settings run with one seed, the best third of them with three
-/// times as many, and so on up to --repeats. Then the best one's parameters are moved one by one, ever less far.
-///
-/// SPACE.toml: `base = "curiosity"` (a profile, or a profile file), and for each parameter a table
-/// [[parameters]] with `path = "terms.cnc.weight"` and either `low`, `high` and perhaps `scale = "log"`, or
-/// `values = [...]`.
-///
-/// Exit status: 0 done; 1 a run could not take place, or interrupted (the same command goes on); 2 bad input.
 #[derive(Debug, Args)]
 pub(crate) struct TuneOptions {
     /// What to search.

@@ -168,6 +168,11 @@ pub(crate) fn stopped(error: anyhow::Error, journal: &Journal, jobs: &[Job], out
     Exit::failed(anyhow::anyhow!("interrupted; {kept}: the same command goes on"))
 }
 
+/// `1 run`, `2 runs`.
+pub(crate) fn count(number: usize, what: &str) -> String {
+    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
+}
+
 /// Processes to work with: as wanted, or one a core.
 pub(crate) fn workers(wanted: Option<u16>) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, std::num::NonZero::get);

@@ -38,11 +38,11 @@ pub(crate) async fn tune(options: TuneOptions) -> Result<u8, Exit> {
     let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
     let mut runs =
         Runs { space: &space, options: &options, folder, pool, journal, shutdown, tried: Vec::new() };
-    let (best, cost) = search(&mut runs).await.map_err(|error| match error.downcast::<Exit>() {
+    let found = search(&mut runs).await.map_err(|error| match error.downcast::<Exit>() {
         Ok(exit) => exit,
         Err(error) => Exit::failed(error),
     })?;
-    let profile = profile_text(&space, &best, cost, &options).map_err(Exit::failed)?;
+    let profile = profile_text(&space, &found, &options).map_err(Exit::failed)?;
     for (name, content) in [("best.toml", &profile), ("tune.csv", &runs.table().map_err(Exit::failed)?)] {
         let path = options.out.join(name);
         std::fs::write(&path, content)
@@ -56,12 +56,27 @@ pub(crate) async fn tune(options: TuneOptions) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-async fn search(runs: &mut Runs<'_>) -> anyhow::Result<(Setting, f64)> {
+/// What came of the search.
+struct Found {
+    best: Setting,
+    cost: f64,
+    /// Of the base, with the same seeds.
+    base_cost: f64,
+}
+
+async fn search(runs: &mut Runs<'_>) -> anyhow::Result<Found> {
     let (space, options) = (runs.space, runs.options);
     let mut settings = vec![space.base()?];
     settings.extend(space.sample(options.settings, options.search_seed)?);
-    let best = search::halving(runs, settings, options.repeats).await?;
-    search::descent(runs, space, best, options.repeats, options.rounds).await
+    let mut best = search::halving(runs, settings, options.repeats).await?;
+    // The base may have been unlucky with few seeds; and who reads the result wants to know what was gained.
+    let base = space.base()?;
+    let cost = runs.costs(std::slice::from_ref(&base), options.repeats).await?[0];
+    if cost <= best.1 {
+        best = (base, cost);
+    }
+    let (best, least) = search::descent(runs, space, best, options.repeats, options.rounds).await?;
+    Ok(Found { best, cost: least, base_cost: cost })
 }
 
 /// Runs settings, as planners that differ in their profile files.
@@ -113,10 +128,14 @@ impl Trial for Runs<'_> {
             let each: Vec<f64> = rows.iter().map(|row| self.space.objective.cost(row)).collect();
             let cost = mean(&each).context("a setting without runs")?;
             costs.push(cost);
+            if self.tried.iter().any(|t| t.repeats == repeats && t.setting.profile == setting.profile) {
+                continue;
+            }
             self.tried.push(Tried { setting: setting.clone(), repeats, cost, rows });
         }
         let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-        eprintln!("{} settings with {repeats} seeds: least cost {least:.4}", settings.len());
+        let what = crate::bench::count(settings.len(), "setting");
+        eprintln!("{what} with {}: least cost {least:.4}", crate::bench::count(repeats as usize, "seed"));
         Ok(costs)
     }
 }
@@ -153,15 +172,17 @@ fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
     Ok(path)
 }
 
-fn profile_text(space: &Space, best: &Setting, cost: f64, options: &TuneOptions) -> anyhow::Result<String> {
+fn profile_text(space: &Space, found: &Found, options: &TuneOptions) -> anyhow::Result<String> {
     let last = options.first_seed + u64::from(options.repeats) - 1;
     let mut text = format!(
-        "# Found by `curionav tune`: cost {cost:.4} over {} with seeds {} to {last}.\n",
+        "# Found by `curionav tune`: cost {:.4}, of the base {:.4}, over {} with seeds {} to {last}.\n",
+        found.cost,
+        found.base_cost,
         options.scenarios.join(" "),
         options.first_seed
     );
-    for (parameter, value) in space.parameters.iter().zip(space.values(best)?) {
+    for (parameter, value) in space.parameters.iter().zip(space.values(&found.best)?) {
         text += &format!("# {} = {value}\n", parameter.path);
     }
-    Ok(text + &toml::to_string(&best.profile)?)
+    Ok(text + &toml::to_string(&found.best.profile)?)
 }

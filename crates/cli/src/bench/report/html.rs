@@ -23,11 +23,6 @@ pub(super) fn prose(text: &str) -> String {
         .collect()
 }
 
-/// `1 run`, `2 runs`.
-pub(super) fn count(number: usize, what: &str) -> String {
-    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
-}
-
 /// A cell; `class` may be empty.
 pub(super) fn td(class: &str, content: &str) -> String {
     if class.is_empty() {

@@ -8,15 +8,15 @@ mod published_tables;
 mod spreads;
 mod tests_table;
 
-use super::Bench;
+use super::{Bench, count};
 use crate::picture;
 
 /// The page.
 pub(super) fn report(bench: &Bench<'_>) -> String {
     let title = format!(
         "{} in {}: {} runs",
-        html::count(bench.comparison.planners.len(), "planner"),
-        html::count(bench.comparison.scenarios.len(), "scenario"),
+        count(bench.comparison.planners.len(), "planner"),
+        count(bench.comparison.scenarios.len(), "scenario"),
         bench.runs()
     );
     let body = [

@@ -1,7 +1,7 @@
 //! What was run, what of it was promised, how the runs ended.
 
 use super::super::acceptance::Verdict;
-use super::super::{Bench, Tally};
+use super::super::{Bench, Tally, count};
 use super::html::{escaped, planner, prose, table, td, th};
 
 pub(super) fn heading(bench: &Bench<'_>, title: &str) -> String {
@@ -46,13 +46,12 @@ pub(super) fn acceptance(bench: &Bench<'_>) -> String {
     let counts = |verdict| bench.criteria.iter().filter(|c| c.verdict == verdict).count();
     let head = "<th class=\"words\">promise</th><th>verdict</th><th class=\"words\">found</th>".to_owned();
     format!(
-        "<h2>What was promised</h2>\n<p>{} kept, {} missed, {} not judged. A promise about `13` scenarios is held to the same share of fewer.</p>\n{}",
+        "<h2>What was promised</h2>\n<p>{} kept, {} missed, {} not judged. A promise about 13 scenarios is held to the same share of fewer.</p>\n{}",
         counts(Verdict::Pass),
         counts(Verdict::Miss),
         counts(Verdict::NotJudged),
         table("", &[head], &rows)
     )
-    .replace("`13`", "13")
 }
 
 pub(super) fn outcomes(bench: &Bench<'_>) -> String {
@@ -92,9 +91,9 @@ pub(super) fn outcomes(bench: &Bench<'_>) -> String {
         .collect();
     format!(
         "<h2>How the runs ended</h2>\n{}<p class=\"notes\">Real-time factor: simulated over clock seconds of a run, mean, \
-         with {} at a time. All runs: {:.1} minutes on the clock.</p>\n",
+         {} at a time. All runs: {:.1} minutes on the clock.</p>\n",
         table("", &[head], &rows),
-        super::html::count(bench.workers, "worker process").replace("processs", "processes"),
+        count(bench.workers, "run"),
         bench.clock.as_secs_f64() / 60.0
     )
 }
