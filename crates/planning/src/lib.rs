@@ -11,6 +11,7 @@
 pub mod arbitration;
 pub mod candidates;
 pub mod collision;
+pub mod collision_risk;
 pub mod evaluation;
 pub mod footprint;
 pub mod forecast;

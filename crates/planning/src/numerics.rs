@@ -47,6 +47,16 @@ pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
+/// Angle whose sine is `x`, radians; `x` in [-1, 1].
+pub fn asin(x: f64) -> f64 {
+    libm::asin(x)
+}
+
+/// Error function.
+pub fn erf(x: f64) -> f64 {
+    libm::erf(x)
+}
+
 /// Length of the vector (x, y).
 pub fn hypot(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()

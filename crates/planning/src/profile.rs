@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionParams;
+use crate::collision_risk::RiskParams;
 use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
@@ -64,6 +65,8 @@ pub struct Profile {
     pub forecast: ForecastParams,
     /// How much room is kept around the robot.
     pub collision: CollisionParams,
+    /// How the Risk-RRT baselines and the metric `risk` see and weigh risk.
+    pub risk: RiskParams,
     /// How the human comfort and crowd density map is built (eqs. 16 to 18).
     pub hccdm: HccdmParams,
     /// When predicted observations are credited (D5).
@@ -102,6 +105,7 @@ impl Default for Profile {
             persistence: Persistence::default(),
             forecast: ForecastParams::default(),
             collision: CollisionParams::default(),
+            risk: RiskParams::default(),
             hccdm: HccdmParams::default(),
             cpc: CpcParams::default(),
             information: InformationParams::default(),
@@ -127,10 +131,19 @@ impl Profile {
     pub fn generation_params(&self) -> GenerationParams {
         let mut params = self.generation.clone();
         params.collision = self.collision;
+        params.risk = self.risk;
         params.candidates.steps = self.steps as u32;
         params.candidates.dt = self.dt;
         params.candidates.slow = self.min_speed;
         params
+    }
+
+    /// What a cycle's growth is limited by: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT.
+    pub fn iterations(&self) -> u32 {
+        match self.generator.as_str() {
+            "rrt-star" => self.generation.tree.iterations,
+            _ => self.generation.risk_rrt.nodes,
+        }
     }
 
     /// The terms that count in a scene, in order of their metric: those whose condition holds and whose

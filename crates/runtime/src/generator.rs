@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use curionav_planning::collision::CollisionParams;
+use curionav_planning::collision_risk::RiskParams;
 use curionav_planning::forecast::ForecastParams;
-use curionav_planning::generation::{GenerationInput, GenerationParams, Generator, RrtStarGenerator};
+use curionav_planning::generation::{self, GenerationInput, GenerationParams};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_schemas::{GenerateReply, GenerateRequest, Reject, RejectCode};
@@ -18,11 +19,13 @@ use crate::fields::Fields;
 pub const ROLE: &str = "generator";
 
 /// Names of the generators there are, for messages.
-pub const KNOWN: &str = "rrt-star";
+pub fn known() -> String {
+    generation::NAMES.join(", ")
+}
 
 /// Whether a generator of that name exists.
 pub fn is_known(name: &str) -> bool {
-    name == "rrt-star"
+    generation::NAMES.contains(&name)
 }
 
 /// Parameters of one generation, all from the profile, so that any replica computes the same.
@@ -39,6 +42,8 @@ pub struct GeneratorParams {
     pub generation: GenerationParams,
     /// How much room is kept.
     pub collision: CollisionParams,
+    /// How the baselines weigh risk.
+    pub risk: RiskParams,
     /// How people move on.
     pub forecast: ForecastParams,
     /// Where the last decision leads from here, (x, y, heading) a state; empty if nowhere.
@@ -60,30 +65,34 @@ pub fn generate(
     should_stop: &dyn Fn() -> bool,
 ) -> Result<GenerateReply, Reject> {
     let started = Instant::now();
-    if !is_known(&request.generator) {
-        let reason = format!("`{}` is not a trajectory generator; known: {KNOWN}", request.generator);
-        return Err(Reject::new(RejectCode::Unknown, reason));
-    }
     let mut params: GeneratorParams = convert::from_value("params", &request.params)?;
     let generation = &mut params.generation;
     generation.tree.iterations = request.iterations;
+    generation.risk_rrt.nodes = request.iterations;
     generation.collision = params.collision;
+    generation.risk = params.risk;
     generation.candidates.steps = params.steps as u32;
     generation.candidates.dt = params.dt;
     generation.candidates.slow = params.min_speed;
+    let checked = generation.risk_rrt.check().and_then(|()| generation.bi_risk_rrt.check());
+    checked.map_err(|(field, message)| Reject::invalid(format!("params.{field}"), message))?;
+    let Some(generator) = generation::by_name(&request.generator, params.generation) else {
+        let reason = format!("`{}` is not a trajectory generator; known: {}", request.generator, known());
+        return Err(Reject::new(RejectCode::Unknown, reason));
+    };
     let robot = convert::robot_model(&request.robot_model);
     let scene = convert::scene(&request.scene)?;
     let previous: Vec<Pose2> =
         params.previous.iter().map(|[x, y, heading]| Pose2::new(*x, *y, *heading)).collect();
     let input = GenerationInput {
         map,
+        goal: Point2::new(request.goal_x, request.goal_y),
         geodesic,
         robot: &robot,
         scene: &scene,
         forecast: params.forecast,
         previous: (!previous.is_empty()).then_some(&previous),
     };
-    let generator = RrtStarGenerator { params: params.generation };
     let generated =
         generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, should_stop);
     Ok(GenerateReply {

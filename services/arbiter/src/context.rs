@@ -12,13 +12,10 @@ use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_runtime::evaluators::{evaluator, parameters};
+use curionav_runtime::evaluators::{AT_HOME, evaluator, parameters};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator::{self, GeneratorParams};
 use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Reject, RejectCode, Scene, Tree, Value};
-
-/// The metric every arbiter evaluates itself.
-pub const DISTANCE: &str = "distance";
 
 /// A mission made ready: profile parsed, fields derived, evaluators built.
 pub struct PlanContext {
@@ -44,8 +41,11 @@ impl PlanContext {
         let profile: Profile = convert::from_value("profile", &mission.profile)?;
         profile.check().map_err(|e| Reject::invalid("profile", e.to_string()))?;
         if !generator::is_known(&profile.generator) {
-            let reason =
-                format!("`{}` is not a trajectory generator; known: {}", profile.generator, generator::KNOWN);
+            let reason = format!(
+                "`{}` is not a trajectory generator; known: {}",
+                profile.generator,
+                generator::known()
+            );
             return Err(Reject::invalid("profile.generator", reason));
         }
         let robot = convert::robot_model(&mission.robot_model);
@@ -86,7 +86,8 @@ impl PlanContext {
 
     /// Metrics asked of pools, in order.
     pub fn pool_metrics(&self) -> impl Iterator<Item = &str> {
-        self.profile.terms.iter().filter(|(m, t)| *m != DISTANCE && t.weight > 0.0).map(|(m, _)| m.as_str())
+        let terms = self.profile.terms.iter().filter(|(_, t)| t.weight > 0.0);
+        terms.map(|(m, _)| m.as_str()).filter(|m| !AT_HOME.contains(m))
     }
 
     /// The in-process evaluator of a metric, for falling back.
@@ -133,6 +134,7 @@ impl PlanContext {
         let params = GeneratorParams {
             generation: self.profile.generation.clone(),
             collision: self.profile.collision,
+            risk: self.profile.risk,
             steps: self.profile.steps,
             dt: self.profile.dt,
             min_speed: self.profile.min_speed,
@@ -150,7 +152,7 @@ impl PlanContext {
             scene: scene.clone(),
             tree,
             seed: self.mission.seed,
-            iterations: self.profile.generation.tree.iterations,
+            iterations: self.profile.iterations(),
             generator: self.profile.generator.clone(),
             robot_model: self.mission.robot_model.clone(),
             laser: self.mission.laser.clone(),

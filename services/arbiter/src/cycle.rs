@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 use curionav_planning::arbitration::{self, Observer, Previous, Scores, arbitrate};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
+use curionav_runtime::evaluators::AT_HOME;
 use curionav_runtime::{convert, generator};
 use curionav_schemas::{self as wire, Clock, Evaluated, MetricTime, Reject, Timings};
 
-use crate::context::{DISTANCE, PlanContext};
+use crate::context::PlanContext;
 use crate::dispatch::{self, Budget, Shard};
 use crate::peers::Peers;
 use crate::report;
@@ -111,7 +112,9 @@ pub async fn plan<P: Peers>(
         evaluate(peers, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
     degraded.extend(evaluated.iter().filter(|(_, how)| **how != Evaluated::Pool).filter_map(
         |(metric, how)| match how {
-            Evaluated::Local if metric != DISTANCE => Some(format!("evaluated: local ({metric})")),
+            Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => {
+                Some(format!("evaluated: local ({metric})"))
+            }
             Evaluated::None => Some(format!("not evaluated ({metric})")),
             _ => None,
         },
@@ -161,7 +164,7 @@ async fn evaluate<P: Peers>(
 ) -> Evaluation {
     let active: Vec<String> =
         context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
-    let remote: Vec<String> = active.iter().filter(|m| *m != DISTANCE).cloned().collect();
+    let remote: Vec<String> = active.iter().filter(|m| !AT_HOME.contains(&m.as_str())).cloned().collect();
     let budget = Budget::new(budget);
     let request =
         |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
@@ -169,7 +172,7 @@ async fn evaluate<P: Peers>(
     tokio::task::block_in_place(|| gather(context, scene, candidates, &active, shards, budget))
 }
 
-/// Puts the shards together and computes in process what is missing, `distance` always.
+/// Puts the shards together and computes in process what is missing, and what is at home here always.
 fn gather(
     context: &PlanContext,
     scene: &Scene,
@@ -220,8 +223,8 @@ fn score_locally(
     budget: Budget,
 ) -> Evaluated {
     let Some(evaluator) = context.local(metric) else { return Evaluated::None };
-    // Scoring in process must not be cut short where it is all there is: `distance` is always here.
-    let is_over = || metric != DISTANCE && budget.remaining().is_zero();
+    // Scoring in process must not be cut short where it is all there is.
+    let is_over = || !AT_HOME.contains(&metric) && budget.remaining().is_zero();
     for run in missing.chunks(LOCAL_CHUNK).flat_map(runs) {
         match evaluator.evaluate(scene, &candidates.slice(run.clone()), &is_over) {
             Ok(cost) => {

@@ -10,6 +10,7 @@ pub mod distance;
 pub mod enclosing_circle;
 pub mod hccdm;
 mod hccdm_lanes;
+pub mod risk;
 
 use crate::candidates::CandidateSet;
 use crate::scene::Scene;

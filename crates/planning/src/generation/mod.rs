@@ -2,13 +2,16 @@
 //! branches, timed and checked, become the candidates (D14).
 //!
 //! Read in this order: [`rrt_star`] (how the tree grows), [`update`] (how it follows the robot),
-//! [`candidates`] (what is offered), [`rollout`] (how a path becomes a trajectory).
+//! [`candidates`] (what is offered), [`rollout`] (how a path becomes a trajectory). The baselines are
+//! [`risk_rrt`] and [`bi_risk_rrt`].
 
+pub mod bi_risk_rrt;
 pub mod branches;
 pub mod candidates;
 pub mod dubins;
 mod neighbours;
 pub mod path;
+pub mod risk_rrt;
 pub mod rollout;
 pub mod rrt_star;
 pub mod tree;
@@ -18,19 +21,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, CollisionParams};
+use crate::collision_risk::RiskParams;
 use crate::forecast::ForecastParams;
-use crate::geometry::Pose2;
+use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
 use crate::occupancy::{GeodesicField, StaticMap};
 use crate::random::rng;
 use crate::scene::Scene;
 
+pub use bi_risk_rrt::{BiRiskRrtGenerator, BiRiskRrtParams};
 pub use candidates::{CandidateParams, find_candidates};
+pub use risk_rrt::{RiskRrtGenerator, RiskRrtParams};
 pub use rollout::RolloutParams;
 pub use rrt_star::{RrtStar, RrtStarParams, SampleSpace};
 pub use tree::{Tree, TreeError};
 
-/// Parameters of the paper's generator.
+/// Parameters of the generators.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GenerationParams {
@@ -40,9 +46,16 @@ pub struct GenerationParams {
     pub rollout: RolloutParams,
     /// What is offered.
     pub candidates: CandidateParams,
+    /// The tree of the Risk-RRT baselines.
+    pub risk_rrt: RiskRrtParams,
+    /// What Bi-Risk-RRT does besides.
+    pub bi_risk_rrt: BiRiskRrtParams,
     /// How much room is kept. Skipped: a profile says it once for everybody.
     #[serde(skip)]
     pub collision: CollisionParams,
+    /// How the baselines weigh risk. Skipped likewise.
+    #[serde(skip)]
+    pub risk: RiskParams,
 }
 
 /// What a generator knows.
@@ -50,6 +63,8 @@ pub struct GenerationParams {
 pub struct GenerationInput<'a> {
     /// The static world.
     pub map: &'a StaticMap,
+    /// Where to go.
+    pub goal: Point2,
     /// Distance to the goal. Best made for a radius a little above the robot's, so that the shortest way keeps the
     /// margins of [`CollisionParams`].
     pub geodesic: &'a GeodesicField,
@@ -89,6 +104,19 @@ pub trait Generator: Send + Sync {
     ) -> Generated;
 }
 
+/// Names of the generators there are.
+pub const NAMES: [&str; 3] = ["rrt-star", "risk-rrt", "bi-risk-rrt"];
+
+/// The generator of that name.
+pub fn by_name(name: &str, params: GenerationParams) -> Option<Box<dyn Generator>> {
+    match name {
+        "rrt-star" => Some(Box::new(RrtStarGenerator { params })),
+        "risk-rrt" => Some(Box::new(RiskRrtGenerator { params })),
+        "bi-risk-rrt" => Some(Box::new(BiRiskRrtGenerator { params })),
+        _ => None,
+    }
+}
+
 /// The paper's generator: RRT* with Dubins edges.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RrtStarGenerator {
@@ -119,7 +147,7 @@ impl Generator for RrtStarGenerator {
         let radius = input.robot.v_max * horizon + params.tree.disc_margin;
         let way = input.geodesic.descend_for(grid, pose.position(), 0.2, radius);
 
-        let old = tree.filter(|t| t.check().is_ok()).unwrap_or_default();
+        let old = tree.filter(|t| t.check().is_ok() && t.has_columns(&[])).unwrap_or_default();
         let room = params.tree.max_nodes.saturating_sub(params.tree.iterations) as usize;
         let tree = update::reroot(&old, pose, radius, &params.tree, &checker);
         let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(grid, t.position(n)));

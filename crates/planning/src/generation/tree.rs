@@ -25,8 +25,8 @@ pub enum TreeError {
         /// Where.
         node: usize,
     },
-    /// Node 0 has a parent, or another node's parent does not come before it.
-    #[error("node {node} has parent {parent}; node 0 must have none and every parent must come first")]
+    /// A node's parent does not come before it.
+    #[error("node {node} has parent {parent}; every parent must come first")]
     Parent {
         /// Which node.
         node: usize,
@@ -36,10 +36,14 @@ pub enum TreeError {
 }
 
 /// A tree of poses, structure of arrays, one entry a node, map frame. Node 0 is the root, and every
-/// parent comes before its children; an empty tree has no root.
+/// parent comes before its children; an empty tree has no root. A generator that searches from both ends
+/// has a second root.
 ///
-/// Edges are not stored: a generator rebuilds each from the two poses it joins (RRT*: the shortest
-/// Dubins path), which is deterministic and keeps the value small.
+/// Edges are not stored: a generator rebuilds each from the two nodes it joins (RRT*: the shortest
+/// Dubins path; Risk-RRT: the arc of the node's twist), which is deterministic and keeps the value small.
+///
+/// [`Self::extra`] tells the kinds of trees apart: a generator goes on with a tree that has exactly the
+/// columns it writes itself, and starts afresh from any other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tree {
     /// Metres.
@@ -50,14 +54,14 @@ pub struct Tree {
     pub heading: Vec<f64>,
     /// Length of the way from the root, metres; what else it means is the generator's.
     pub cost: Vec<f64>,
-    /// Index of each node's parent, [`Tree::NO_PARENT`] for the root.
+    /// Index of each node's parent, [`Tree::NO_PARENT`] for a root.
     pub parent: Vec<u32>,
     /// Further arrays of one number a node that some generator needs, by name.
     pub extra: BTreeMap<String, Vec<f64>>,
 }
 
 impl Tree {
-    /// The root's entry in [`Self::parent`].
+    /// A root's entry in [`Self::parent`].
     pub const NO_PARENT: u32 = u32::MAX;
 
     /// The tree that is only a root.
@@ -92,7 +96,7 @@ impl Tree {
         Point2::new(self.x[node], self.y[node])
     }
 
-    /// Parent of a node, `None` for the root.
+    /// Parent of a node, `None` for a root.
     pub fn parent(&self, node: usize) -> Option<usize> {
         let p = self.parent[node];
         (p != Self::NO_PARENT).then_some(p as usize)
@@ -119,6 +123,11 @@ impl Tree {
         children
     }
 
+    /// Whether the columns of [`Self::extra`] are exactly these, given in alphabetical order.
+    pub fn has_columns(&self, names: &[&str]) -> bool {
+        self.extra.keys().eq(names)
+    }
+
     /// Checks what a tree that came from elsewhere must satisfy.
     pub fn check(&self) -> Result<(), TreeError> {
         let expected = self.len();
@@ -137,15 +146,14 @@ impl Tree {
             return Err(TreeError::Length { array: "parent".to_owned(), found, expected });
         }
         for (node, &parent) in self.parent.iter().enumerate() {
-            let good = if node == 0 { parent == Self::NO_PARENT } else { (parent as usize) < node };
-            if !good {
+            if parent != Self::NO_PARENT && parent as usize >= node {
                 return Err(TreeError::Parent { node, parent });
             }
         }
         Ok(())
     }
 
-    /// The nodes that hang on the root and satisfy `keep` (as must all their ancestors), breadth first,
+    /// The nodes that hang on the first root and satisfy `keep` (as must all their ancestors), breadth first,
     /// so that every parent comes before its children.
     pub fn compact(&self, keep: impl Fn(usize) -> bool) -> Self {
         let mut kept = Self::default();

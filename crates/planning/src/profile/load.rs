@@ -5,11 +5,13 @@ use toml::de::{DeTable, DeValue};
 
 use super::{MAX_STEPS, MAX_TERMS, Profile};
 
-const BUILTIN: [(&str, &str); 4] = [
+const BUILTIN: [(&str, &str); 6] = [
     ("curiosity", include_str!("../../profiles/curiosity.toml")),
     ("cpc-only", include_str!("../../profiles/cpc-only.toml")),
     ("cnc-only", include_str!("../../profiles/cnc-only.toml")),
     ("distance-only", include_str!("../../profiles/distance-only.toml")),
+    ("risk-rrt", include_str!("../../profiles/risk-rrt.toml")),
+    ("bi-risk-rrt", include_str!("../../profiles/bi-risk-rrt.toml")),
 ];
 
 /// What is wrong with a profile, in one line: where, which field, and why.
@@ -120,6 +122,9 @@ impl Profile {
         not_negative(self.collision.max_inflation, "collision.max_inflation")?;
         not_negative(self.collision.wall_margin, "collision.wall_margin")?;
         not_negative(self.collision.person_margin, "collision.person_margin")?;
+        not_negative(self.risk.block, "risk.block")?;
+        not_negative(self.risk.social_weight, "risk.social_weight")?;
+        not_negative(self.risk.rotation_weight, "risk.rotation_weight")?;
         self.hccdm.check().or_else(|e| ok(false, "hccdm", &e.to_string()))?;
         not_negative(self.cpc.update_min_d, "cpc.update_min_d")?;
         not_negative(self.cpc.update_min_a, "cpc.update_min_a")?;
@@ -127,7 +132,9 @@ impl Profile {
         positive(self.information.sigma, "information.sigma")?;
         ok(self.information.beams > 0, "information.beams", "must be at least one")?;
         let correlation = self.information.correlation;
-        ok(correlation >= 1.0 && correlation.is_finite(), "information.correlation", "must be at least one")
+        ok(correlation >= 1.0 && correlation.is_finite(), "information.correlation", "must be at least one")?;
+        self.generation.risk_rrt.check().or_else(|(field, message)| ok(false, field, message))?;
+        self.generation.bi_risk_rrt.check().or_else(|(field, message)| ok(false, field, message))
     }
 }
 

@@ -1,6 +1,8 @@
 //! Claims about whole planning cycles, and the worlds they are made in.
 
+mod bi_risk_rrt;
 mod drive;
+mod risk_rrt;
 mod rrt_star;
 mod update;
 
@@ -58,6 +60,7 @@ fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
 
 struct World {
     map: StaticMap,
+    goal: Point2,
     geodesic: GeodesicField,
     robot: RobotModel,
 }
@@ -65,12 +68,13 @@ struct World {
 impl World {
     fn new(map: StaticMap, goal: Point2) -> Self {
         let geodesic = GeodesicField::new(&map.grid, &map.to_obstacle, goal, 0.45);
-        Self { map, geodesic, robot: RobotModel::default() }
+        Self { map, goal, geodesic, robot: RobotModel::default() }
     }
 
     fn input<'a>(&'a self, scene: &'a Scene, previous: Option<&'a [Pose2]>) -> GenerationInput<'a> {
         GenerationInput {
             map: &self.map,
+            goal: self.goal,
             geodesic: &self.geodesic,
             robot: &self.robot,
             scene,

@@ -1,0 +1,162 @@
+//! The choice of Risk-RRT as a metric: the best node on a candidate, by the weight of the authors' code.
+
+use std::sync::Arc;
+
+use crate::candidates::CandidateSet;
+use crate::collision_risk::{CollisionRisk, RiskParams};
+use crate::evaluation::{Evaluator, Stopped};
+use crate::forecast::ForecastParams;
+use crate::geometry::{Point2, Pose2};
+use crate::occupancy::StaticMap;
+use crate::scene::Scene;
+
+/// Metric `risk`: the least `social_weight * risk + d` among a candidate's states, the reciprocal of
+/// Risk-RRT's node weight, without unit.
+///
+/// Risk-RRT takes the path to the node of greatest weight, whether or not the tree goes on behind it. A
+/// candidate passes through its nodes, so it is worth as much as the best of them, and the candidate of
+/// least cost is the path that Risk-RRT takes. A state's risk is `P_s + (1 - P_s) P_d`, P_s being one
+/// where the robot touches a wall, and never below that of the states before it.
+#[derive(Debug, Clone)]
+pub struct RiskEvaluator {
+    map: Arc<StaticMap>,
+    goal: Point2,
+    radius: f64,
+    forecast: ForecastParams,
+    params: RiskParams,
+}
+
+impl RiskEvaluator {
+    /// For a robot of `radius` metres on its way to `goal`.
+    pub fn new(
+        map: Arc<StaticMap>,
+        goal: Point2,
+        radius: f64,
+        forecast: ForecastParams,
+        params: RiskParams,
+    ) -> Self {
+        Self { map, goal, radius, forecast, params }
+    }
+
+    fn cost(&self, risk: &CollisionRisk, root_distance: f64, poses: impl Iterator<Item = Pose2>) -> f64 {
+        let (mut worst, mut best): (f64, f64) = (0.0, f64::INFINITY);
+        for (moment, pose) in poses.enumerate() {
+            let clearance = self.map.to_obstacle.clearance(&self.map.grid, pose.position());
+            let here = if clearance < self.radius { 1.0 } else { risk.at(moment, pose.position()) };
+            worst = worst.max(here);
+            best = best.min(self.params.node_cost(pose, worst, root_distance, self.goal));
+        }
+        best
+    }
+}
+
+impl Evaluator for RiskEvaluator {
+    fn metric(&self) -> &'static str {
+        "risk"
+    }
+
+    fn evaluate(
+        &self,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Result<Vec<f64>, Stopped> {
+        let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
+        let risk = CollisionRisk::new(&scene.people, self.forecast, self.radius, &self.params, moments);
+        let root_distance = scene.belief.pose.position().distance(self.goal);
+        (0..candidates.len())
+            .map(|i| {
+                if should_stop() {
+                    return Err(Stopped);
+                }
+                let pose =
+                    |k: usize| Pose2::new(candidates.x()[k], candidates.y()[k], candidates.heading()[k]);
+                Ok(self.cost(&risk, root_distance, candidates.range(i).map(pose)))
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Twist;
+    use crate::occupancy::OccupancyGrid;
+    use crate::scene::{Belief, People};
+
+    fn scene(people: People) -> Scene {
+        let belief = Belief {
+            pose: Pose2::new(2.0, 5.0, 0.0),
+            covariance: nalgebra::Matrix3::zeros(),
+            twist: Twist::default(),
+        };
+        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
+    }
+
+    fn person(x: f64, y: f64) -> People {
+        People { id: vec![0], x: vec![x], y: vec![y], vx: vec![0.0], vy: vec![0.0], radius: 0.25 }
+    }
+
+    /// 10 m x 10 m, walled at x >= 8; goal at (7, 5).
+    fn evaluator() -> RiskEvaluator {
+        let cells = (0..10_000).map(|i| if i % 100 >= 80 { 100 } else { 0 }).collect();
+        let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap());
+        let (forecast, params) = (ForecastParams::default(), RiskParams::default());
+        RiskEvaluator::new(Arc::new(map), Point2::new(7.0, 5.0), 0.3, forecast, params)
+    }
+
+    /// Straight ways of `steps` states, 0.3 m each, headed along x from (2, y).
+    fn ways(steps: usize, ys: &[f64]) -> CandidateSet {
+        let all: Vec<(f64, f64)> =
+            ys.iter().flat_map(|&y| (1..=steps).map(move |k| (2.0 + 0.3 * k as f64, y))).collect();
+        let zero = vec![0.0; all.len()];
+        let (x, y) = (all.iter().map(|p| p.0).collect(), all.iter().map(|p| p.1).collect());
+        let id = (0..ys.len() as u32).collect();
+        CandidateSet::new(steps, 0.3, id, x, y, zero.clone(), zero.clone(), zero).unwrap()
+    }
+
+    fn costs(people: People, set: &CandidateSet) -> Vec<f64> {
+        evaluator().evaluate(&scene(people), set, &|| false).unwrap()
+    }
+
+    #[test]
+    fn the_way_that_gets_nearer_costs_less_until_it_leads_into_somebody() {
+        let ahead = costs(People::default(), &ways(10, &[5.0, 7.0]));
+        assert!(ahead[0] < ahead[1], "{ahead:?}");
+        let blocked = costs(person(2.4, 5.0), &ways(10, &[5.0, 7.0]));
+        assert!(blocked[0] > blocked[1] && blocked[1] >= ahead[1], "{blocked:?}");
+    }
+
+    #[test]
+    fn a_way_is_worth_its_best_node_however_it_goes_on() {
+        // 20 states lead through the goal at 5 m and into the wall at 8 m.
+        let (short, long) =
+            (costs(People::default(), &ways(16, &[5.0])), costs(People::default(), &ways(25, &[5.0])));
+        assert_eq!(short, long);
+    }
+
+    #[test]
+    fn a_farther_pedestrian_never_costs_more() {
+        let set = ways(10, &[5.0]);
+        let at = |d: f64| costs(person(3.5, 5.0 + d), &set)[0];
+        for k in 0..30 {
+            let d = 0.1 * f64::from(k);
+            assert!(at(d + 0.1) <= at(d) + 1e-12);
+        }
+    }
+
+    #[test]
+    fn sharding_changes_no_cost() {
+        let set = ways(10, &[5.0, 5.5, 7.0]);
+        let whole = costs(person(3.5, 5.0), &set);
+        for (i, cost) in whole.iter().enumerate() {
+            assert_eq!(costs(person(3.5, 5.0), &set.slice(i..i + 1))[0].to_bits(), cost.to_bits());
+        }
+    }
+
+    #[test]
+    fn a_spent_budget_stops_it() {
+        let set = ways(10, &[5.0]);
+        assert_eq!(evaluator().evaluate(&scene(People::default()), &set, &|| true), Err(Stopped));
+    }
+}

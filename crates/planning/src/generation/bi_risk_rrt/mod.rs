@@ -1,0 +1,226 @@
+//! The baseline Bi-Risk-RRT (Ma et al., 2022): Risk-RRT helped by a second tree that grows from the goal.
+//!
+//! The two trees are never joined, so no boundary-value problem has to be solved. Once they come near each
+//! other, the reverse tree's way becomes a heuristic: the tree in time draws part of its samples around
+//! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, 6).
+
+pub mod heuristic;
+
+use serde::{Deserialize, Serialize};
+
+use crate::generation::risk_rrt::growth::{Growth, sample_map};
+use crate::generation::risk_rrt::{Ground, TimeTree};
+use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, SAMPLES, Tree};
+use crate::geometry::Point2;
+use crate::random::{Rng, rng, standard_normal, uniform};
+use heuristic::{Heuristic, meeting};
+
+/// What Bi-Risk-RRT does besides Risk-RRT, whose parameters hold for both its trees.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct BiRiskRrtParams {
+    /// Nodes of the two trees this near to each other make the reverse tree's way the heuristic, metres.
+    pub connect_distance: f64,
+    /// Greedy extensions of one tree towards each new node of the other.
+    pub connect_steps: u32,
+    /// Once there is a heuristic, the share of samples that are still drawn from the whole map.
+    pub uniform_share: f64,
+    /// Standard deviation of the others around the nodes of the heuristic on each axis, metres.
+    pub spread: f64,
+    /// Deepest node of the reverse tree.
+    pub reverse_depth: u32,
+}
+
+impl Default for BiRiskRrtParams {
+    fn default() -> Self {
+        Self { connect_distance: 1.0, connect_steps: 5, uniform_share: 0.5, spread: 3.0, reverse_depth: 300 }
+    }
+}
+
+impl BiRiskRrtParams {
+    /// Whether every number makes sense; if not, which field of a profile does not and why.
+    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
+        let positive = |n: f64| n > 0.0 && n.is_finite();
+        let fields = [
+            (
+                positive(self.connect_distance),
+                "generation.bi_risk_rrt.connect_distance",
+                "must be greater than zero",
+            ),
+            (
+                (0.0..=1.0).contains(&self.uniform_share),
+                "generation.bi_risk_rrt.uniform_share",
+                "must be 0 to 1",
+            ),
+            (positive(self.spread), "generation.bi_risk_rrt.spread", "must be greater than zero"),
+            (self.reverse_depth > 0, "generation.bi_risk_rrt.reverse_depth", "must be at least one"),
+        ];
+        match fields.iter().find(|(good, ..)| !good) {
+            Some((_, field, message)) => Err((field, message)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The generator of Bi-Risk-RRT.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BiRiskRrtGenerator {
+    /// Its parameters.
+    pub params: GenerationParams,
+}
+
+impl Generator for BiRiskRrtGenerator {
+    fn name(&self) -> &'static str {
+        "bi-risk-rrt"
+    }
+
+    fn generate(
+        &self,
+        input: &GenerationInput<'_>,
+        tree: Option<Tree>,
+        seed: u64,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Generated {
+        let params = &self.params;
+        let ground = Ground::new(input, params);
+        let robot = input.scene.belief.pose.position();
+        let old = tree.and_then(|value| {
+            Heuristic::split(&value, &ground.lattice, ground.max_depth, &params.bi_risk_rrt)
+        });
+        let (old, heuristic) = old.map_or((None, None), |(tree, heuristic)| (Some(tree), Some(heuristic)));
+        let mut heuristic = heuristic
+            .filter(|h| h.goal() == input.goal)
+            .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, params.candidates.dt));
+        heuristic.pass(robot);
+        let tree = ground.take_over(old);
+        let people = ground.people(&tree);
+        let mut growth = ground.growth(tree, &people);
+        growth.assess();
+        let mut search = Search {
+            params: &params.bi_risk_rrt,
+            input,
+            goal_bias: params.risk_rrt.goal_bias,
+            rng: rng(seed, SAMPLES + input.scene.tick),
+        };
+        let mut left = params.risk_rrt.nodes as usize;
+        if let Heuristic::Searching(reverse) = &heuristic {
+            let mut reverse = ground.reverse(reverse.clone(), params.bi_risk_rrt.reverse_depth);
+            let met = search.from_both_ends(&mut growth, &mut reverse, &mut left, should_stop);
+            heuristic = match met {
+                Some(node) => Heuristic::found(&reverse.tree, node),
+                None => Heuristic::Searching(reverse.tree),
+            };
+        }
+        search.towards(&heuristic, &mut growth, left, should_stop);
+        let candidates = ground.candidates(&growth);
+        let mut tree = growth.tree.to_value();
+        heuristic.append_to(&mut tree);
+        Generated { candidates, tree }
+    }
+}
+
+struct Search<'a> {
+    params: &'a BiRiskRrtParams,
+    input: &'a GenerationInput<'a>,
+    goal_bias: f64,
+    rng: Rng,
+}
+
+impl Search<'_> {
+    /// Grows both trees in turns until they meet or `left` nodes are spent; the reverse tree's node where
+    /// they met.
+    fn from_both_ends<'g>(
+        &mut self,
+        forward: &mut Growth<'g>,
+        reverse: &mut Growth<'g>,
+        left: &mut usize,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Option<usize> {
+        let (mut turn, mut stuck) = (0, 0);
+        while *left > 0 && stuck < 2 {
+            if turn % 8 == 7 && should_stop() {
+                return None;
+            }
+            let forwards = turn % 2 == 0;
+            let (one, other) =
+                if forwards { (&mut *forward, &mut *reverse) } else { (&mut *reverse, &mut *forward) };
+            let before = *left;
+            if let Some((own, others)) = self.connect(one, other, left) {
+                return Some(if forwards { others } else { own });
+            }
+            // A tree that is full or closed cannot go on; the other may.
+            stuck = if *left == before { stuck + 1 } else { 0 };
+            turn += 1;
+        }
+        None
+    }
+
+    /// Extends `one` to a sample and the `other` towards the new node; the nodes of each where they met.
+    fn connect(
+        &mut self,
+        one: &mut Growth<'_>,
+        other: &mut Growth<'_>,
+        left: &mut usize,
+    ) -> Option<(usize, usize)> {
+        let root = other.tree.nodes[0].pose.position();
+        let target = self.sample(root);
+        let new = one.extend(target)?;
+        *left = left.saturating_sub(1);
+        if !one.is_free(new) {
+            return None;
+        }
+        let p = one.tree.nodes[new].pose.position();
+        if let Some(met) = meeting(other, p, self.params.connect_distance) {
+            return Some((new, met));
+        }
+        for _ in 0..self.params.connect_steps {
+            let greedy = (*left > 0).then(|| other.extend(p)).flatten()?;
+            *left -= 1;
+            let near = other.tree.nodes[greedy].pose.position().distance(p) < self.params.connect_distance;
+            if near && other.is_free(greedy) {
+                return Some((new, greedy));
+            }
+        }
+        None
+    }
+
+    /// Grows the tree in time by `left` nodes, around the heuristic if there is one.
+    fn towards(
+        &mut self,
+        heuristic: &Heuristic,
+        forward: &mut Growth<'_>,
+        left: usize,
+        should_stop: &dyn Fn() -> bool,
+    ) {
+        for k in 0..left {
+            let target = match heuristic {
+                Heuristic::Found(path) => self.sample_around(path),
+                Heuristic::Searching(_) => self.sample(self.input.goal),
+            };
+            if (k % 32 == 31 && should_stop()) || forward.extend(target).is_none() {
+                return;
+            }
+        }
+    }
+
+    /// The whole map, or with the goal bias `favourite`.
+    fn sample(&mut self, favourite: Point2) -> Point2 {
+        if uniform(&mut self.rng) < self.goal_bias {
+            return favourite;
+        }
+        sample_map(&self.input.map.grid, favourite, &mut self.rng)
+    }
+
+    /// The goal, the whole map, or around a node of the heuristic.
+    fn sample_around(&mut self, path: &TimeTree) -> Point2 {
+        if uniform(&mut self.rng) < self.goal_bias {
+            return self.input.goal;
+        }
+        if uniform(&mut self.rng) < self.params.uniform_share {
+            return sample_map(&self.input.map.grid, self.input.goal, &mut self.rng);
+        }
+        let node = &path.nodes[(uniform(&mut self.rng) * path.nodes.len() as f64) as usize];
+        let x = node.pose.x + self.params.spread * standard_normal(&mut self.rng);
+        Point2::new(x, node.pose.y + self.params.spread * standard_normal(&mut self.rng))
+    }
+}

@@ -1,0 +1,119 @@
+//! The controls a node may be left by: a lattice over what acceleration allows.
+
+use crate::geometry::Twist;
+use crate::motion::RobotModel;
+
+/// `v_count * omega_count` twists a step, from the slowest and rightmost on.
+///
+/// Both ranges are cut evenly into as many parts as there are values, each represented by its lower end,
+/// as in the authors' code: the upper end is left out, so a robot cruises half an acceleration step below
+/// its top speed.
+#[derive(Debug, Clone)]
+pub struct ControlLattice<'a> {
+    /// Limits on speed, turn rate and their changes.
+    pub robot: &'a RobotModel,
+    /// Seconds a control lasts.
+    pub dt: f64,
+    /// Speeds.
+    pub v_count: u32,
+    /// Turn rates.
+    pub omega_count: u32,
+}
+
+impl ControlLattice<'_> {
+    /// Most controls a lattice may have: one bit each in [`super::TimeTree`].
+    pub const MOST: u32 = 128;
+
+    /// Number of controls.
+    pub fn len(&self) -> u32 {
+        self.v_count * self.omega_count
+    }
+
+    /// Whether there is no control at all.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Control number `control` of a node that was reached with `current`.
+    pub fn twist(&self, current: Twist, control: u32) -> Twist {
+        let robot = self.robot;
+        let v = span(current.v, robot.a_max * self.dt, 0.0, robot.v_max);
+        let omega = span(current.omega, robot.alpha_max * self.dt, -robot.omega_max, robot.omega_max);
+        let part = |(low, high): (f64, f64), k: u32, count: u32| {
+            low + f64::from(k) / f64::from(count) * (high - low)
+        };
+        Twist {
+            v: part(v, control / self.omega_count, self.v_count),
+            omega: part(omega, control % self.omega_count, self.omega_count),
+        }
+    }
+
+    /// The number of the control that is `wanted`, if there is one.
+    pub fn control(&self, current: Twist, wanted: Twist) -> Option<u32> {
+        (0..self.len()).find(|&k| self.twist(current, k) == wanted)
+    }
+
+    /// The twist one step of hardest braking later, on the same curve as far as turning can be slowed.
+    pub fn braked(&self, current: Twist) -> Twist {
+        let v = (current.v - self.robot.a_max * self.dt).max(0.0);
+        let wanted = if current.v > 0.0 { current.omega * v / current.v } else { 0.0 };
+        let change = self.robot.alpha_max * self.dt;
+        Twist { v, omega: wanted.clamp(current.omega - change, current.omega + change) }
+    }
+}
+
+/// What can be reached from `current` by a change of `change`, within the limits.
+fn span(current: f64, change: f64, low: f64, high: f64) -> (f64, f64) {
+    ((current - change).clamp(low, high), (current + change).clamp(low, high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
+        ControlLattice { robot, dt: 0.3, v_count: 3, omega_count: 5 }
+    }
+
+    #[test]
+    fn controls_are_distinct_and_within_reach() {
+        let robot = RobotModel::default();
+        let lattice = lattice(&robot);
+        for current in [(0.0, 0.0), (0.5, 0.9), (1.0, -1.0), (0.97, 0.2)] {
+            let current = Twist { v: current.0, omega: current.1 };
+            for k in 0..lattice.len() {
+                let t = lattice.twist(current, k);
+                assert!((0.0..=1.0).contains(&t.v) && t.omega.abs() <= 1.0);
+                assert!(
+                    (t.v - current.v).abs() <= 0.15 + 1e-12 && (t.omega - current.omega).abs() <= 0.3 + 1e-12
+                );
+                assert_eq!(lattice.control(current, t), Some(k));
+            }
+        }
+    }
+
+    #[test]
+    fn the_cruising_speed_is_half_an_acceleration_step_below_the_top() {
+        let robot = RobotModel::default();
+        let lattice = lattice(&robot);
+        let mut twist = Twist::default();
+        for _ in 0..100 {
+            twist = lattice.twist(twist, lattice.len() - 1);
+        }
+        // v* = v* - a dt + 2/3 (v_max - v* + a dt), so v* = v_max - a dt / 2
+        assert!((twist.v - 0.925).abs() < 1e-9, "{}", twist.v);
+    }
+
+    #[test]
+    fn braking_ends_in_standing_still() {
+        let robot = RobotModel::default();
+        let lattice = lattice(&robot);
+        let mut twist = Twist { v: 1.0, omega: 0.8 };
+        for _ in 0..7 {
+            let next = lattice.braked(twist);
+            assert!(twist.v - next.v <= 0.15 + 1e-12 && (twist.omega - next.omega).abs() <= 0.3 + 1e-12);
+            twist = next;
+        }
+        assert_eq!(twist, Twist::default());
+    }
+}

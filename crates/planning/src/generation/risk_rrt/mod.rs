@@ -1,0 +1,264 @@
+//! The baseline Risk-RRT (Fulgenzi, Spalanzani, Laugier and Tay, 2010): a tree in time whose nodes know how
+//! likely a collision on the way to them is.
+//!
+//! Structure and parameters follow the authors' ROS package (`docs/methods.md`, 5.2), risk the paper: a
+//! person's Gaussian forecast under the robot's disc. Instead of growing for a fixed time the tree grows by
+//! a fixed number of nodes, so that a run can be repeated.
+//!
+//! A cycle: the tree of the last one is followed along the path that is driven ([`update`]), every risk is
+//! read anew, the tree grows ([`growth`]), and the paths to its best nodes are offered ([`paths`]); the
+//! metric `risk` then takes the one that Risk-RRT would.
+
+pub mod control_lattice;
+pub mod growth;
+pub mod paths;
+pub mod time_tree;
+pub mod update;
+
+use serde::{Deserialize, Serialize};
+
+use crate::candidates::CandidateSet;
+use crate::collision::CollisionChecker;
+use crate::collision_risk::CollisionRisk;
+use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, SAMPLES, Tree};
+use crate::geometry::Point2;
+use crate::random::{Rng, rng, uniform};
+use control_lattice::ControlLattice;
+use growth::Growth;
+pub use time_tree::TimeTree;
+
+/// Parameters of the tree of Risk-RRT. K, dt and the weights of risk are said elsewhere in the profile.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RiskRrtParams {
+    /// Nodes added in a cycle.
+    pub nodes: u32,
+    /// Most nodes a tree may have.
+    pub max_nodes: u32,
+    /// Deepest node, steps from the root; less if K leaves no room to brake after it.
+    pub max_depth: u32,
+    /// Speeds a node may be left with.
+    pub v_controls: u32,
+    /// Turn rates a node may be left with.
+    pub omega_controls: u32,
+    /// A node with a greater probability of collision is not gone on from, (0, 1].
+    pub threshold: f64,
+    /// Share of samples that are the goal itself.
+    pub goal_bias: f64,
+    /// Samples lie within this many metres of the best node to every side.
+    pub window: f64,
+    /// Farther from its path than this the robot starts a new tree, metres.
+    pub off_path: f64,
+    /// Most paths offered.
+    pub max_candidates: u32,
+}
+
+impl Default for RiskRrtParams {
+    fn default() -> Self {
+        Self {
+            nodes: 200,
+            max_nodes: 3000,
+            max_depth: 20,
+            v_controls: 3,
+            omega_controls: 5,
+            threshold: 0.9,
+            goal_bias: 0.01,
+            window: 5.0,
+            off_path: 0.3,
+            max_candidates: 50,
+        }
+    }
+}
+
+impl RiskRrtParams {
+    /// Whether every number makes sense; if not, which field of a profile does not and why.
+    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
+        let controls = u64::from(self.v_controls) * u64::from(self.omega_controls);
+        let fields = [
+            (self.max_nodes > 0, "generation.risk_rrt.max_nodes", "must be at least one"),
+            (
+                self.max_nodes <= MOST_NODES,
+                "generation.risk_rrt.max_nodes",
+                "must be at most 8000: trees travel",
+            ),
+            (self.max_depth > 0, "generation.risk_rrt.max_depth", "must be at least one"),
+            (controls > 0, "generation.risk_rrt.v_controls", "there must be at least one control"),
+            (
+                controls <= u64::from(ControlLattice::MOST),
+                "generation.risk_rrt.omega_controls",
+                "more than 128 controls",
+            ),
+            (
+                self.threshold > 0.0 && self.threshold <= 1.0,
+                "generation.risk_rrt.threshold",
+                "must be above 0 and at most 1",
+            ),
+            ((0.0..=1.0).contains(&self.goal_bias), "generation.risk_rrt.goal_bias", "must be 0 to 1"),
+            (
+                self.window > 0.0 && self.window.is_finite(),
+                "generation.risk_rrt.window",
+                "must be greater than zero",
+            ),
+            (
+                self.off_path >= 0.0 && self.off_path.is_finite(),
+                "generation.risk_rrt.off_path",
+                "must not be negative",
+            ),
+        ];
+        match fields.iter().find(|(good, ..)| !good) {
+            Some((_, field, message)) => Err((field, message)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Most nodes of one tree: two of them fit into a message.
+const MOST_NODES: u32 = 8000;
+
+/// The generator of Risk-RRT.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RiskRrtGenerator {
+    /// Its parameters.
+    pub params: GenerationParams,
+}
+
+impl Generator for RiskRrtGenerator {
+    fn name(&self) -> &'static str {
+        "risk-rrt"
+    }
+
+    fn generate(
+        &self,
+        input: &GenerationInput<'_>,
+        tree: Option<Tree>,
+        seed: u64,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Generated {
+        let params = &self.params.risk_rrt;
+        let ground = Ground::new(input, &self.params);
+        let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
+        let tree = ground.take_over(old);
+        let people = ground.people(&tree);
+        let mut growth = ground.growth(tree, &people);
+        growth.assess();
+        let mut rng = rng(seed, SAMPLES + input.scene.tick);
+        let mut focus = Focus::new(&growth, input);
+        for k in 0..params.nodes {
+            if k % 32 == 31 && should_stop() {
+                break;
+            }
+            let target = focus.sample(input, params, &mut rng);
+            let Some(new) = growth.extend(target) else { break };
+            focus.notice(&growth, input, new);
+        }
+        let candidates = ground.candidates(&growth);
+        Generated { candidates, tree: growth.tree.to_value() }
+    }
+}
+
+/// What a cycle stands on.
+pub(super) struct Ground<'a> {
+    pub(super) lattice: ControlLattice<'a>,
+    pub(super) checker: CollisionChecker<'a>,
+    input: &'a GenerationInput<'a>,
+    params: &'a GenerationParams,
+    pub(super) max_depth: u32,
+}
+
+impl<'a> Ground<'a> {
+    pub(super) fn new(input: &'a GenerationInput<'a>, params: &'a GenerationParams) -> Self {
+        let tree = &params.risk_rrt;
+        let lattice = ControlLattice {
+            robot: input.robot,
+            dt: params.candidates.dt,
+            v_count: tree.v_controls,
+            omega_count: tree.omega_controls,
+        };
+        let checker =
+            CollisionChecker::new(input.map, input.robot, input.scene, input.forecast, &params.collision);
+        let room = params.candidates.steps.saturating_sub(paths::braking_steps(&lattice));
+        Self { lattice, checker, input, params, max_depth: tree.max_depth.min(room) }
+    }
+
+    /// Last cycle's tree as far as it is still ahead, or a new one.
+    pub(super) fn take_over(&self, old: Option<TimeTree>) -> TimeTree {
+        let scene = self.input.scene;
+        let (pose, twist) = (scene.belief.pose, scene.belief.twist);
+        let off_path = self.params.risk_rrt.off_path;
+        old.and_then(|tree| update::follow(&tree, scene.stamp, pose, self.input.previous, off_path))
+            .unwrap_or_else(|| update::afresh(scene.stamp, self.params.candidates.dt, pose, twist))
+    }
+
+    /// The risk from people at every depth of a tree.
+    pub(super) fn people(&self, tree: &TimeTree) -> CollisionRisk {
+        let scene = self.input.scene;
+        let moments =
+            (0..=self.max_depth + 1).map(|depth| tree.stamp + f64::from(depth) * tree.dt - scene.stamp);
+        let radius = self.input.robot.radius();
+        CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.params.risk, moments)
+    }
+
+    pub(super) fn growth(&'a self, tree: TimeTree, people: &'a CollisionRisk) -> Growth<'a> {
+        let params = &self.params.risk_rrt;
+        Growth {
+            tree,
+            lattice: &self.lattice,
+            checker: &self.checker,
+            people: Some(people),
+            weighing: &self.params.risk,
+            threshold: params.threshold,
+            max_depth: self.max_depth,
+            max_nodes: params.max_nodes as usize,
+        }
+    }
+
+    /// A tree without meaning in time: nobody is in its way.
+    pub(super) fn reverse(&'a self, tree: TimeTree, max_depth: u32) -> Growth<'a> {
+        let params = &self.params.risk_rrt;
+        Growth {
+            tree,
+            lattice: &self.lattice,
+            checker: &self.checker,
+            people: None,
+            weighing: &self.params.risk,
+            threshold: params.threshold,
+            max_depth,
+            max_nodes: params.max_nodes as usize,
+        }
+    }
+
+    pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
+        let steps = self.params.candidates.steps as usize;
+        let most = self.params.risk_rrt.max_candidates as usize;
+        paths::candidates(growth, self.input.goal, self.input.scene.stamp, steps, most)
+    }
+}
+
+/// The node that is best for the goal so far: samples are drawn around it.
+struct Focus {
+    cost: f64,
+    position: Point2,
+}
+
+impl Focus {
+    fn new(growth: &Growth<'_>, input: &GenerationInput<'_>) -> Self {
+        let (node, cost) =
+            growth.best(input.goal, |growth, node| growth.is_free(node)).unwrap_or((0, f64::INFINITY));
+        Self { cost, position: growth.tree.nodes[node].pose.position() }
+    }
+
+    fn notice(&mut self, growth: &Growth<'_>, input: &GenerationInput<'_>, node: usize) {
+        let n = &growth.tree.nodes[node];
+        let cost = growth.weighing.node_cost(n.pose, n.risk, growth.root_distance(input.goal), input.goal);
+        if growth.is_free(node) && cost < self.cost {
+            *self = Self { cost, position: n.pose.position() };
+        }
+    }
+
+    fn sample(&self, input: &GenerationInput<'_>, params: &RiskRrtParams, rng: &mut Rng) -> Point2 {
+        if uniform(rng) < params.goal_bias {
+            return input.goal;
+        }
+        growth::sample_window(&input.map.grid, self.position, params.window, rng)
+    }
+}

@@ -1,0 +1,157 @@
+//! Claims about Bi-Risk-RRT.
+
+use super::*;
+use crate::generation::bi_risk_rrt::heuristic::Heuristic;
+use crate::generation::risk_rrt::control_lattice::ControlLattice;
+use crate::profile::Profile;
+
+fn params(nodes: u32) -> GenerationParams {
+    let mut params = Profile::builtin("bi-risk-rrt").unwrap().generation_params();
+    params.risk_rrt.nodes = nodes;
+    params
+}
+
+/// Both trees deep enough to cross the hall, in one cycle.
+fn deep(nodes: u32) -> GenerationParams {
+    let mut params = params(nodes);
+    params.candidates.steps = 400;
+    (params.risk_rrt.max_depth, params.risk_rrt.max_nodes) = (300, 8000);
+    params
+}
+
+fn sides(tree: &Tree) -> Vec<f64> {
+    tree.extra[Heuristic::COLUMN].clone()
+}
+
+/// A wall across the hall, open at one end, between start and goal.
+fn walled() -> (World, Scene) {
+    let goal = Point2::new(15.0, 21.0);
+    let world = World::new(hall(&[(12.5, 14.0, 30.0, 14.6)]), goal);
+    let nobody = People { radius: 0.3, ..People::default() };
+    (world, scene(0, Pose2::new(15.0, 8.0, 1.57), Twist::default(), &nobody))
+}
+
+#[test]
+fn two_trees_meet_behind_a_wall_before_one_comes_around_it() {
+    let (world, scene) = walled();
+    let input = world.input(&scene, None);
+    let budgets = [250, 500, 1000, 2000, 4000, 7900];
+    let needed = |done: &dyn Fn(u32) -> bool| budgets.into_iter().find(|&n| done(n)).unwrap_or(u32::MAX);
+    let (mut sooner, mut later) = (0, 0);
+    for seed in 1..=5 {
+        let bi = needed(&|nodes| {
+            let tree =
+                BiRiskRrtGenerator { params: deep(nodes) }.generate(&input, None, seed, &|| false).tree;
+            sides(&tree).contains(&2.0)
+        });
+        let uni = needed(&|nodes| {
+            let tree = RiskRrtGenerator { params: deep(nodes) }.generate(&input, None, seed, &|| false).tree;
+            (0..tree.len()).any(|n| tree.position(n).distance(world.goal) < 1.0)
+        });
+        println!("seed {seed}: {bi} nodes from both ends, {uni} from one");
+        sooner += u32::from(bi < uni);
+        later += u32::from(bi > uni);
+    }
+    assert!(sooner >= 4 && later == 0, "{sooner} sooner, {later} later");
+}
+
+#[test]
+fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
+    let (world, scene) = walled();
+    let input = world.input(&scene, None);
+    let tree = BiRiskRrtGenerator { params: deep(7900) }.generate(&input, None, 1, &|| false).tree;
+    let path: Vec<usize> = (0..tree.len()).filter(|&n| sides(&tree)[n] == 2.0).collect();
+    assert_eq!(tree.position(path[0]), world.goal);
+    assert!(path.windows(2).all(|w| tree.parent(w[1]) == Some(w[0])));
+    for &n in &path[1..] {
+        assert!(world.map.to_obstacle.clearance(&world.map.grid, tree.position(n)) >= world.robot.radius());
+    }
+    let end = tree.position(path[path.len() - 1]);
+    let nearest = (0..path[0]).map(|n| tree.position(n).distance(end)).fold(f64::INFINITY, f64::min);
+    assert!(nearest < 1.0, "{nearest}");
+}
+
+#[test]
+fn people_are_in_nobodys_way_but_the_robots() {
+    let (world, mut scene) = walled();
+    // A wall of people before the goal, standing.
+    scene.people = People { radius: 0.3, ..People::default() };
+    for k in 0..20 {
+        scene.people.id.push(k);
+        scene.people.x.push(10.0 + 0.5 * f64::from(k));
+        scene.people.y.push(17.0);
+        scene.people.vx.push(0.0);
+        scene.people.vy.push(0.0);
+    }
+    let tree = BiRiskRrtGenerator { params: deep(500) }
+        .generate(&world.input(&scene, None), None, 1, &|| false)
+        .tree;
+    let walls_alone = (0..tree.len()).filter(|&n| sides(&tree)[n] > 0.0).all(|n| {
+        let risk = tree.extra["risk"][n];
+        risk == 0.0 || risk == 1.0
+    });
+    assert!(walls_alone);
+}
+
+#[test]
+fn no_candidate_holds_a_part_of_the_reverse_tree() {
+    // Start and goal so near that the trees meet at once.
+    let world = World::new(hall(&[]), Point2::new(15.0, 14.0));
+    let nobody = People { radius: 0.3, ..People::default() };
+    let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &nobody);
+    let answer =
+        BiRiskRrtGenerator { params: params(200) }.generate(&world.input(&scene, None), None, 1, &|| false);
+    let (tree, set) = (&answer.tree, &answer.candidates);
+    let side = sides(tree);
+    assert!(side.contains(&2.0) && !set.is_empty());
+    for i in 0..set.len() {
+        let states = set.range(i);
+        let at = |k: usize| Pose2::new(set.x()[k], set.y()[k], set.heading()[k]);
+        let first = (0..tree.len()).find(|&n| tree.pose(n) == at(states.start)).unwrap();
+        assert_eq!((side[first], tree.parent(first)), (0.0, Some(0)));
+        for k in states {
+            assert!((0..tree.len()).all(|n| side[n] == 0.0 || tree.pose(n) != at(k)));
+        }
+    }
+}
+
+#[test]
+fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
+    let (world, scene) = walled();
+    let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 3, omega_count: 5 };
+    let params = deep(7900);
+    let tree = BiRiskRrtGenerator { params: params.clone() }
+        .generate(&world.input(&scene, None), None, 1, &|| false)
+        .tree;
+    let (forward, mut heuristic) = Heuristic::split(&tree, &lattice, 300, &params.bi_risk_rrt).unwrap();
+    let whole = heuristic.tree().clone();
+    let mut back = forward.to_value();
+    heuristic.append_to(&mut back);
+    assert!(back == tree);
+    let middle = whole.nodes.len() / 2;
+    // The robot walks along it from where the trees met.
+    for node in whole.nodes[middle..].iter().rev() {
+        heuristic.pass(node.pose.position());
+    }
+    assert!(heuristic.tree().nodes[..] == whole.nodes[..=middle]);
+    // Once more at the same place, and at the goal.
+    heuristic.pass(whole.nodes[middle].pose.position());
+    assert_eq!(heuristic.tree().nodes.len(), middle + 1);
+    assert_eq!(heuristic.goal(), world.goal);
+}
+
+#[test]
+fn same_seed_same_trees_over_cycles() {
+    let run = |seed: u64| {
+        let (world, scene) = walled();
+        let generator = BiRiskRrtGenerator { params: params(200) };
+        let first = generator.generate(&world.input(&scene, None), None, seed, &|| false);
+        generator.generate(&world.input(&scene, None), Some(first.tree), seed + 1, &|| false)
+    };
+    let answer = run(3);
+    assert_eq!(answer, run(3));
+    assert_eq!(answer.tree.check(), Ok(()));
+    // The reverse tree goes on growing although the robot starts anew.
+    assert!(sides(&answer.tree).iter().filter(|s| **s == 1.0).count() > 110);
+    assert_ne!(answer.tree, run(4).tree);
+}

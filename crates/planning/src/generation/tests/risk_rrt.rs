@@ -1,0 +1,277 @@
+//! Claims about Risk-RRT.
+
+use super::*;
+use crate::collision_risk::CollisionRisk;
+use crate::generation::risk_rrt::TimeTree;
+use crate::generation::risk_rrt::control_lattice::ControlLattice;
+use crate::profile::Profile;
+
+const DEPTH: u32 = 20;
+
+fn generator(nodes: u32) -> RiskRrtGenerator {
+    let mut params = Profile::builtin("risk-rrt").unwrap().generation_params();
+    params.risk_rrt.nodes = nodes;
+    RiskRrtGenerator { params }
+}
+
+fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
+    ControlLattice { robot, dt: 0.3, v_count: 3, omega_count: 5 }
+}
+
+fn read(value: &Tree, robot: &RobotModel) -> TimeTree {
+    TimeTree::from_value(value, &lattice(robot), DEPTH).unwrap()
+}
+
+/// The poses of a candidate, from state `from` on.
+fn poses(set: &CandidateSet, candidate: usize, from: usize) -> Vec<Pose2> {
+    let states = set.range(candidate).skip(from);
+    states.map(|k| Pose2::new(set.x()[k], set.y()[k], set.heading()[k])).collect()
+}
+
+/// Walks `cycles` cycles down the best path of `generator`, `ticks` ticks each, among furniture.
+fn walk(generator: &dyn Generator, cycles: u64, ticks: u64, each: impl FnMut(&World, &Scene, &Generated)) {
+    walk_in(&World::new(furnished(), Point2::new(14.0, 26.0)), generator, cycles, ticks, each);
+}
+
+fn walk_in(
+    world: &World,
+    generator: &dyn Generator,
+    cycles: u64,
+    ticks: u64,
+    mut each: impl FnMut(&World, &Scene, &Generated),
+) {
+    let mut belief = (Pose2::new(12.0, 8.0, 1.2), Twist { v: 0.6, omega: 0.0 });
+    let (mut tree, mut driven): (Option<Tree>, Option<Vec<Pose2>>) = (None, None);
+    for cycle in 0..cycles {
+        let scene = scene(ticks * cycle, belief.0, belief.1, &crowd(cycle));
+        let answer = generator.generate(&world.input(&scene, driven.as_deref()), tree, 7, &|| false);
+        each(world, &scene, &answer);
+        let set = &answer.candidates;
+        if set.is_empty() {
+            (belief.1, driven) = (Twist::default(), None);
+        } else {
+            let trajectory = crate::arbitration::Trajectory::of(set, 0);
+            let elapsed = 0.1 * ticks as f64;
+            belief = trajectory.at(elapsed).unwrap();
+            let tail = trajectory.tail(elapsed);
+            driven = Some((0..tail.len()).map(|k| tail.state(k).unwrap().0).collect());
+        }
+        tree = Some(answer.tree);
+    }
+}
+
+#[test]
+fn risk_never_falls_along_a_branch_and_nothing_grows_beyond_the_threshold() {
+    let mut risky = 0;
+    walk(&generator(200), 12, 3, |world, _, answer| {
+        let tree = read(&answer.tree, &world.robot);
+        for (index, node) in tree.nodes.iter().enumerate().skip(1) {
+            let parent = &tree.nodes[node.parent as usize];
+            assert!(node.risk >= parent.risk && node.depth == parent.depth + 1 && node.depth <= DEPTH);
+            risky += usize::from(node.risk > 0.9);
+            // Those that were free when they were grown from may have become risky since.
+            if answer.tree.len() == 201 {
+                assert!(parent.risk <= 0.9, "node {index} grew from a risk of {}", parent.risk);
+            }
+        }
+    });
+    assert!(risky > 0, "nothing was ever in the way");
+}
+
+#[test]
+fn no_offered_path_runs_a_greater_risk_than_the_threshold() {
+    walk(&generator(200), 12, 3, |world, scene, answer| {
+        let tree = read(&answer.tree, &world.robot);
+        let moments = (0..=DEPTH).map(|d| 0.3 * f64::from(d));
+        let risk = CollisionRisk::new(
+            &scene.people,
+            ForecastParams::default(),
+            world.robot.radius(),
+            &crate::collision_risk::RiskParams::default(),
+            moments,
+        );
+        for i in 0..answer.candidates.len() {
+            for (k, pose) in poses(&answer.candidates, i, 0).into_iter().enumerate() {
+                // Braking after the branch is not the tree's.
+                let Some(node) = tree.nodes.iter().find(|n| n.pose == pose && n.depth as usize == k + 1)
+                else {
+                    break;
+                };
+                assert!(node.risk <= 0.9 && risk.at(k + 1, pose.position()) <= node.risk + 1e-9);
+            }
+        }
+    });
+}
+
+#[test]
+fn following_the_path_keeps_what_is_ahead_and_nothing_else() {
+    let mut before: Option<TimeTree> = None;
+    let mut followed = 0;
+    // No growth but in the first cycle, so that what is left can be compared.
+    struct Once(RiskRrtGenerator, RiskRrtGenerator);
+    impl Generator for Once {
+        fn name(&self) -> &'static str {
+            "once"
+        }
+        fn generate(
+            &self,
+            i: &GenerationInput<'_>,
+            t: Option<Tree>,
+            s: u64,
+            stop: &dyn Fn() -> bool,
+        ) -> Generated {
+            if t.is_none() { &self.0 } else { &self.1 }.generate(i, t, s, stop)
+        }
+    }
+    walk(&Once(generator(400), generator(0)), 5, 3, |world, scene, answer| {
+        let tree = read(&answer.tree, &world.robot);
+        assert!((tree.stamp - scene.stamp).abs() < 1e-9);
+        if let Some(old) = &before {
+            let same = |a: &crate::generation::risk_rrt::time_tree::Node,
+                        b: &crate::generation::risk_rrt::time_tree::Node| {
+                a.pose == b.pose && a.twist == b.twist
+            };
+            let root = (0..old.nodes.len())
+                .find(|&n| old.nodes[n].depth == 1 && same(&old.nodes[n], &tree.nodes[0]))
+                .unwrap();
+            // Everything that hung on the new root, and only that, each one step less deep, at its time.
+            let kept: Vec<usize> =
+                (0..old.nodes.len()).filter(|&n| n == root || old.branch(n).contains(&root)).collect();
+            assert_eq!(kept.len(), tree.nodes.len());
+            for (new, &n) in kept.iter().enumerate() {
+                assert!(same(&tree.nodes[new], &old.nodes[n]));
+                assert_eq!(tree.nodes[new].depth + 1, old.nodes[n].depth);
+                assert!((tree.time(new) - old.time(n)).abs() < 1e-9);
+            }
+            followed += 1;
+        }
+        before = Some(tree);
+    });
+    assert_eq!(followed, 4);
+}
+
+#[test]
+fn the_path_to_the_best_node_comes_first_and_costs_least() {
+    // No walls, so that no path is left out because it would brake into one.
+    let world = World::new(hall(&[]), Point2::new(14.0, 26.0));
+    walk_in(&world, &generator(200), 6, 3, |world, scene, answer| {
+        let tree = read(&answer.tree, &world.robot);
+        let weighing = crate::collision_risk::RiskParams::default();
+        let root_distance = tree.nodes[0].pose.position().distance(world.goal);
+        let cost = |n: usize| {
+            let node = &tree.nodes[n];
+            weighing.node_cost(node.pose, node.risk, root_distance, world.goal)
+        };
+        let best = (1..tree.nodes.len())
+            .filter(|&n| tree.nodes[n].risk <= 0.9)
+            .min_by(|&a, &b| cost(a).total_cmp(&cost(b)))
+            .unwrap();
+        let first: Vec<Pose2> = poses(&answer.candidates, 0, 0);
+        let branch: Vec<Pose2> = tree.branch(best).iter().map(|&n| tree.nodes[n].pose).collect();
+        assert_eq!(first[..branch.len()], branch, "at {}", scene.stamp);
+    });
+}
+
+/// Candidates start where the robot will be and obey its limits, whatever part of a step has passed.
+fn can_be_driven(generator: &dyn Generator, ticks: u64) {
+    let mut offered = 0;
+    walk(generator, 8, ticks, |world, scene, answer| {
+        let (set, robot) = (&answer.candidates, &world.robot);
+        assert_eq!((set.steps(), set.dt()), (27, 0.3));
+        for i in 0..set.len() {
+            let mut position = scene.belief.pose.position();
+            let mut twist: Option<Twist> = None;
+            for (k, pose) in set.range(i).zip(poses(set, i, 0)) {
+                let next = Twist { v: set.v()[k], omega: set.omega()[k] };
+                assert!((0.0..=robot.v_max).contains(&next.v) && next.omega.abs() <= robot.omega_max);
+                assert!(position.distance(pose.position()) <= 0.31, "a leap at state {k}");
+                if let Some(twist) = twist {
+                    assert!((next.v - twist.v).abs() <= 0.15 + 1e-9);
+                    assert!((next.omega - twist.omega).abs() <= 0.3 + 1e-9);
+                }
+                (position, twist) = (pose.position(), Some(next));
+            }
+            assert_eq!(twist, Some(Twist::default()));
+            offered += 1;
+        }
+    });
+    assert!(offered > 50, "only {offered}");
+}
+
+#[test]
+fn candidates_can_be_driven_and_end_standing() {
+    can_be_driven(&generator(200), 3);
+}
+
+#[test]
+fn cycles_shorter_than_a_step_follow_the_same_tree() {
+    can_be_driven(&generator(200), 1);
+    let mut sizes = Vec::new();
+    walk(&generator(50), 6, 1, |_, _, answer| sizes.push(answer.tree.len()));
+    // Within the first step nothing is left behind: 50 more nodes a cycle.
+    assert_eq!(sizes[..3], [51, 101, 151]);
+}
+
+#[test]
+fn same_seed_same_tree() {
+    let run = |seed: u64| {
+        let world = World::new(furnished(), Point2::new(14.0, 26.0));
+        let scene = scene(0, Pose2::new(12.0, 8.0, 1.2), Twist::default(), &crowd(1));
+        generator(200).generate(&world.input(&scene, None), None, seed, &|| false)
+    };
+    assert_eq!(run(5), run(5));
+    assert_ne!(run(5).tree, run(6).tree);
+}
+
+#[test]
+fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    let (pose, twist) = (Pose2::new(12.0, 8.0, 1.2), Twist { v: 0.3, omega: 0.1 });
+    let scene = scene(0, pose, twist, &crowd(1));
+    let input = world.input(&scene, None);
+    let fresh = generator(200).generate(&input, None, 1, &|| false);
+    let tree = read(&fresh.tree, &world.robot);
+    assert_eq!(tree.to_value(), fresh.tree);
+    assert_eq!(fresh.tree.check(), Ok(()));
+
+    let others = [
+        RrtStarGenerator::default().generate(&input, None, 1, &|| false).tree,
+        BiRiskRrtGenerator { params: generator(200).params }.generate(&input, None, 1, &|| false).tree,
+        Tree::default(),
+    ];
+    let driven = poses(&fresh.candidates, 0, 0);
+    let input = world.input(&scene, Some(&driven));
+    for other in others {
+        assert_eq!(generator(200).generate(&input, Some(other), 1, &|| false), fresh);
+    }
+    let mut moved = fresh.tree.clone();
+    moved.x[150] += 0.1;
+    assert_eq!(TimeTree::from_value(&moved, &lattice(&world.robot), DEPTH), None);
+    let mut faster = fresh.tree.clone();
+    faster.extra.get_mut("v").unwrap()[150] = 3.0;
+    assert_eq!(TimeTree::from_value(&faster, &lattice(&world.robot), DEPTH), None);
+    assert_eq!(TimeTree::from_value(&fresh.tree, &lattice(&world.robot), 2), None);
+    // And the paper's planner does not go on with this one.
+    let star = RrtStarGenerator::default();
+    let alone = star.generate(&input, None, 1, &|| false);
+    assert_eq!(star.generate(&input, Some(fresh.tree), 1, &|| false), alone);
+}
+
+#[test]
+fn off_its_path_the_robot_starts_a_new_tree() {
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    let start = Pose2::new(12.0, 8.0, 1.2);
+    let first = scene(0, start, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
+    let answer = generator(200).generate(&world.input(&first, None), None, 1, &|| false);
+    let (driven, on_path) = (poses(&answer.candidates, 0, 1), poses(&answer.candidates, 0, 0)[0]);
+    let tree_at = |aside: f64| {
+        let pose = Pose2::new(on_path.x + aside, on_path.y, on_path.heading);
+        let second = scene(3, pose, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
+        generator(0)
+            .generate(&world.input(&second, Some(&driven)), Some(answer.tree.clone()), 1, &|| false)
+            .tree
+    };
+    assert!(tree_at(0.0).len() > 1);
+    assert_eq!(tree_at(0.29), tree_at(0.0));
+    assert_eq!(tree_at(0.31).len(), 1);
+}
