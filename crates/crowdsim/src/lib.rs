@@ -9,6 +9,7 @@
 //! [`plant`], [`walkers`], [`recorded`], [`lidar`] and [`perception`]), [`metrics`] and [`outcome`] (how it
 //! went). [`paper`] draws the scenes of the paper.
 
+pub mod hrvo;
 pub mod lidar;
 pub mod metrics;
 pub mod outcome;
