@@ -5,6 +5,7 @@ use curionav_planning::random::uniform;
 
 use super::*;
 use crate::scenario::{PerceivedPeople, RecordingFormat, WalkMode, Walker};
+use crate::walkers::WAITING_MARGIN;
 
 /// A hall of 20 m x 12 m with outer walls and pillars, its lower left corner at `origin`.
 fn hall(origin: Point2) -> StaticMap {
