@@ -11,8 +11,12 @@ use super::{HrvoParams, Velocity};
 use crate::scenario::{PeopleParams, WalkMode, Walker};
 use crate::walls::wall_distance;
 
-/// Parts of a step tried, longest first, when a wall is in the way.
+/// Times a step slides along what is in its way before it is shortened.
+const SLIDES: usize = 3;
+/// Parts of a step tried, longest first, when sliding does not help.
 const STEP_PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Nearer by less than this is rounding, metres.
+const ROUNDING_M: f64 = 1e-9;
 
 /// The people of `[[walkers]]` as they walk under `motion = "hrvo"`. All choose at once, then all move.
 #[derive(Debug, Clone)]
@@ -27,6 +31,7 @@ pub struct HrvoCrowd {
     avoidance: Avoidance,
     chosen: Vec<Velocity>,
     near_walls: Vec<NearWall>,
+    nearest_walls: Vec<Option<NearWall>>,
     wall_obstacles: Vec<VelocityObstacle>,
 }
 
@@ -60,6 +65,7 @@ impl HrvoCrowd {
             avoidance: Avoidance::default(),
             chosen: Vec::new(),
             near_walls: Vec::new(),
+            nearest_walls: Vec::new(),
             wall_obstacles: Vec::new(),
         }
     }
@@ -80,26 +86,31 @@ impl HrvoCrowd {
             }
         }
         self.chosen.clear();
+        self.nearest_walls.clear();
         for i in 0..self.walkers.len() {
             let velocity = self.choose(i, dt, map);
             self.chosen.push(velocity);
         }
-        for (body, velocity) in self.bodies.iter_mut().zip(&self.chosen) {
-            body.velocity = *velocity;
-            body.position = moved(body.position, *velocity, dt);
+        // One after the other, seeing where those before have gone, so that nobody steps into anybody.
+        for i in 0..self.walkers.len() {
+            let velocity = self.clipped(i, dt, map);
+            let body = &mut self.bodies[i];
+            (body.velocity, body.position) = (velocity, moved(body.position, velocity, dt));
         }
     }
 
-    /// The velocity of one walker for this step: chosen among what others and walls leave, as fast as it can
-    /// be taken up, and shortened where its end would be too near a wall.
+    /// The velocity of one walker for this step: chosen among what others and walls leave, as far as it can
+    /// be taken up.
     fn choose(&mut self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
         let (person, body) = (&self.walkers[i], self.bodies[i]);
         if person.stands {
+            self.nearest_walls.push(None);
             return Velocity::zeros();
         }
         let max_speed = person.speed * self.params.max_speed_factor;
         let horizon = self.params.wall_horizon_s;
         self.rim.nearest(map, body.position, body.radius + max_speed * horizon, &mut self.near_walls);
+        self.nearest_walls.push(self.near_walls.first().copied());
         self.wall_obstacles.clear();
         let forbidden =
             |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
@@ -108,20 +119,39 @@ impl HrvoCrowd {
             self.avoidance.velocity(i, &self.bodies, &self.wall_obstacles, max_speed, dt, &self.params);
         let change = wanted - body.velocity;
         let most = self.params.max_accel * dt;
-        let reachable =
-            if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted };
-        self.clipped(map, body.position, reachable, dt)
+        if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted }
     }
 
-    /// The velocity, or what is left of it when it would end too near a wall: without its part towards the
-    /// nearest wall, then shorter, then none. Who is too near already may go wherever that gets no worse.
-    fn clipped(&self, map: &StaticMap, at: Point2, velocity: Velocity, dt: f64) -> Velocity {
-        let Some(wall) = self.near_walls.first() else { return velocity };
-        let keep = self.wall_gap.min(wall.distance);
-        let free = |v: &Velocity| wall_distance(map, moved(at, *v, dt)) >= keep;
-        let along = velocity - wall.towards * velocity.dot(&wall.towards).max(0.0);
-        let attempts = std::iter::once(velocity).chain(STEP_PARTS.map(|part| along * part));
-        attempts.into_iter().find(free).unwrap_or_default()
+    /// What is left of a walker's velocity when its step must end clear of walls and of everybody: without
+    /// its parts towards what is in the way, then shorter, then none.
+    fn clipped(&self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
+        let mut velocity = self.chosen[i];
+        for _ in 0..SLIDES {
+            let Some(towards) = self.in_the_way(i, velocity, dt, map) else { return velocity };
+            velocity -= towards * velocity.dot(&towards).max(0.0);
+        }
+        let shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
+        shorter.into_iter().find(|v| self.in_the_way(i, *v, dt, map).is_none()).unwrap_or_default()
+    }
+
+    /// The direction of a wall or person too near to where this step would end, if there is one. Who is too
+    /// near already may go wherever that gets no worse.
+    fn in_the_way(&self, i: usize, velocity: Velocity, dt: f64, map: &StaticMap) -> Option<Velocity> {
+        let body = &self.bodies[i];
+        let end = moved(body.position, velocity, dt);
+        let wall = self.nearest_walls[i].filter(|wall| {
+            let keep = self.wall_gap.min(wall.distance);
+            wall_distance(map, end) < keep - ROUNDING_M
+        });
+        let bump = |(j, other): (usize, &Body)| {
+            let (before, after) = (body.position.distance(other.position), end.distance(other.position));
+            let keep = before.min(body.radius + other.radius);
+            (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
+                let (dx, dy) = (other.position.x - body.position.x, other.position.y - body.position.y);
+                Velocity::new(dx / before, dy / before)
+            })
+        };
+        wall.map(|wall| wall.towards).or_else(|| self.bodies.iter().enumerate().find_map(bump))
     }
 }
 

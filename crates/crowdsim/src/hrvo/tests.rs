@@ -11,8 +11,8 @@ use crate::scenario::{PeopleParams, WalkMode, Walker};
 use crate::walls::wall_distance;
 
 const DT: f64 = 0.1;
-/// Overlap tolerated between people, metres: half of what one changes its step by in a tick at 2 m/s2.
-const SLACK: f64 = 0.01;
+/// Overlap tolerated between people, metres: rounding.
+const SLACK: f64 = 1e-6;
 
 /// 20 m x 20 m at 0.05 m, walled in, with `wall` given in metres.
 fn map(wall: impl Fn(f64, f64) -> bool) -> StaticMap {
@@ -85,7 +85,6 @@ fn nobody_overlaps_head_on_crossing_or_on_a_circle() {
         ("wide circle", &around(25, 8.0, 0.8)[..], 16.0),
     ] {
         let (gap, time) = walk(walkers, &map, 120);
-        println!("{name}: least gap {gap:.4} m, {time:.1} s");
         assert!(gap > -SLACK, "{name}: {gap} m");
         assert!(time < 3.0 * way / 0.8, "{name}: {time} s");
     }
@@ -99,7 +98,7 @@ fn unlimited_acceleration_leaves_no_overlap_at_all() {
     for _ in 0..300 {
         crowd.step(DT, &map, []);
         let gap = least_gap(crowd.people());
-        assert!(gap > -1e-3, "{gap}");
+        assert!(gap > -SLACK, "{gap}");
     }
 }
 
@@ -137,10 +136,9 @@ fn nobody_walks_into_walls_and_all_go_round() {
             seen[usize::from(body.position.x > 10.0) + 2 * usize::from(body.position.y > 9.0)] = true;
         }
     }
-    println!("least distance to a wall {nearest_wall:.3} m, between people {gap:.3} m");
     // the radius less the diagonal of a cell
     assert!(nearest_wall >= 0.25 - 0.0708, "{nearest_wall}");
-    assert!(gap > -0.05, "{gap}");
+    assert!(gap > -SLACK, "{gap}");
     assert!(quadrants[..14].iter().all(|seen| *seen == [true; 4]), "{quadrants:?}");
 }
 
@@ -148,7 +146,12 @@ fn nobody_walks_into_walls_and_all_go_round() {
 fn robot_among(count: u32, speed: f64, robot_speed: f64, seed: u64) -> f64 {
     let map = map(|_, _| false);
     let mut r = rng(seed, 0);
-    let mut any = || (3.0 + 14.0 * uniform(&mut r), 3.0 + 14.0 * uniform(&mut r));
+    // nobody starts within 3 m of the middle, where the standing robot is
+    let mut any = || {
+        let (angle, far) = (std::f64::consts::TAU * uniform(&mut r), 3.0 + 4.0 * uniform(&mut r));
+        let (s, c) = sin_cos(angle);
+        (10.0 + far * c, 10.0 + far * s)
+    };
     let walkers: Vec<Walker> =
         (0..count).map(|_| walker(&[any(), any()], speed, WalkMode::BackAndForth)).collect();
     let mut crowd = crowd(&walkers, &map);
@@ -169,12 +172,12 @@ fn robot_among(count: u32, speed: f64, robot_speed: f64, seed: u64) -> f64 {
 #[test]
 fn the_robot_is_walked_around() {
     for seed in 0..20 {
-        let (standing, driving) = (robot_among(10, 0.8, 0.0, seed), robot_among(10, 0.8, 0.8, seed));
-        println!(
-            "seed {seed}: least gap to a standing robot {standing:.3} m, to a driving one {driving:.3} m"
-        );
-        assert!(standing > -SLACK, "seed {seed}: {standing}");
-        assert!(driving > -SLACK, "seed {seed}: {driving}");
+        for robot_speed in [0.0, 0.8] {
+            let gap = robot_among(10, 0.8, robot_speed, seed);
+            // blind and at its own speed it may graze one who is hemmed in
+            let slack = if robot_speed > 0.0 { 0.01 } else { SLACK };
+            assert!(gap > -slack, "seed {seed}, {robot_speed} m/s: {gap}");
+        }
     }
 }
 
