@@ -84,6 +84,7 @@ def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: 
     data = hall(tmp_path) | {
         "clock": {"plan_every": 3, "time_limit_s": 30},
         "laser": {"beams": 181, "range_max": 5},
+        "people": {"motion": "hrvo", "hrvo": {"max_neighbors": 8, "max_accel": 2}},
         "localizer": {"particles_max": 2000},
         "profile": {"generator": {"iterations": 5}},
     }
@@ -92,6 +93,8 @@ def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: 
     assert [type(value) for value in tables["robot"]["start"]] == [float] * 3
     assert type(tables["walkers"][0]["route"][0][0]) is float
     assert type(tables["laser"]["beams"]) is int
+    hrvo = tables["people"]["hrvo"]
+    assert (type(hrvo["max_neighbors"]), type(hrvo["max_accel"])) == (int, float)
     assert type(tables["localizer"]["particles_max"]) is int
     assert type(tables["profile"]["generator"]["iterations"]) is int
 

@@ -6,11 +6,13 @@
 //! tests import it.
 //!
 //! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with
-//! [`plant`], [`walkers`], [`recorded`], [`lidar`] and [`perception`]), [`metrics`] and [`outcome`] (how it
+//! [`plant`], [`motion`] ([`walkers`] or [`hrvo`]), [`recorded`], [`lidar`] and [`perception`]), [`metrics`] and [`outcome`] (how it
 //! went). [`paper`] draws the scenes of the paper.
 
+pub mod hrvo;
 pub mod lidar;
 pub mod metrics;
+pub mod motion;
 pub mod outcome;
 pub mod paper;
 pub mod perception;

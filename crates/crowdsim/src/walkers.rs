@@ -130,8 +130,13 @@ impl WalkerState {
         self.reached_at.last().copied().unwrap_or(0.0)
     }
 
+    /// Corners of a full cycle; the first again at the end when it repeats.
+    pub(crate) fn corners(&self) -> &[Point2] {
+        &self.corners
+    }
+
     /// The leg being walked: the last whose first corner is reached.
-    fn leg(&self) -> usize {
+    pub(crate) fn leg(&self) -> usize {
         let reached = self.reached_at.partition_point(|&at| at <= self.walked);
         reached.saturating_sub(1).min(self.corners.len().saturating_sub(2))
     }

@@ -1,16 +1,19 @@
 //! The world: robot, people and sensors, one tick after the other.
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
+use crate::hrvo::Velocity;
+use crate::hrvo::velocity_obstacle::Body;
 use crate::lidar::Lidar;
+use crate::motion::Walkers;
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
 use crate::scenario::{Scenario, ScenarioError};
-use crate::walkers::{WAITING_MARGIN, WalkerState};
 use crate::walls::wall_distance;
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
@@ -75,7 +78,7 @@ pub struct World {
     tick: u64,
     plant: Plant,
     lidar: Lidar,
-    walkers: Vec<WalkerState>,
+    walkers: Walkers,
     recordings: Vec<Recording>,
     live: People,
     people: People,
@@ -97,7 +100,7 @@ impl World {
         let mut world = Self {
             plant: Plant::new(robot.model.clone(), scenario.odometry_noise, start),
             lidar: Lidar::new(scenario.laser),
-            walkers: scenario.walkers.iter().map(WalkerState::new).collect(),
+            walkers: Walkers::new(scenario, &map),
             recordings: chosen(scenario, recordings)?,
             live: People::default(),
             people: People::default(),
@@ -180,8 +183,9 @@ impl World {
         let dt = self.scenario.clock.tick_s;
         let mut noise = rng(self.seed, ODOMETRY_STREAM + self.tick);
         self.plant.step(command, dt, &self.map, &mut noise);
-        let (robot, keep_off) = (self.plant.pose().position(), self.contact_distance() + WAITING_MARGIN);
-        self.walkers.iter_mut().for_each(|w| w.step(dt, robot, keep_off));
+        let (robot, people) = (self.robot_body(), &self.people);
+        let others = (self.walkers.len()..people.len()).map(|i| seen(people, i));
+        self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
         self.people = self.everybody();
     }
@@ -191,6 +195,15 @@ impl World {
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
         self.people = self.everybody();
+    }
+
+    /// The robot as people see it: they expect it to go on as it goes and to do its half of the avoiding.
+    fn robot_body(&self) -> Body {
+        let (pose, v) = (self.plant.pose(), self.plant.twist().v);
+        let (sine, cosine) = sin_cos(pose.heading);
+        let velocity = Velocity::new(v * cosine, v * sine);
+        let (position, radius) = (pose.position(), self.plant.radius());
+        Body { position, velocity, preferred: velocity, radius, yields: true }
     }
 
     /// Distance between centres at which the robot touches a person, metres.
@@ -207,8 +220,9 @@ impl World {
             all.vx.push(v.0);
             all.vy.push(v.1);
         };
-        for (id, walker) in (0_u32..).zip(&self.walkers) {
-            add(id, walker.position(), walker.velocity());
+        for i in 0..self.walkers.len() {
+            let (position, velocity) = self.walkers.state(i);
+            add(i as u32, position, velocity);
         }
         let mut first = self.walkers.len() as u32;
         for (setup, recording) in self.scenario.recorded.iter().zip(&self.recordings) {
@@ -250,6 +264,13 @@ impl World {
         }
         robot.start
     }
+}
+
+/// A recorded or live person as others see it: it goes its way and yields to nobody.
+fn seen(people: &People, i: usize) -> Body {
+    let velocity = Velocity::new(people.vx[i], people.vy[i]);
+    let (position, radius) = (people.position(i), people.radius);
+    Body { position, velocity, preferred: velocity, radius, yields: false }
 }
 
 /// The recordings with only the people the scenario asks for.

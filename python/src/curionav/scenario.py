@@ -10,7 +10,7 @@ from typing import Any
 from .errors import ScenarioError
 from .kinds import Fault, plain
 
-_WHOLE = frozenset({"plan_every", "beams", "ids"})
+_WHOLE = frozenset({"plan_every", "beams", "ids", "max_neighbors"})
 """Integer fields of a scenario; every other number in it is a float, as the CBOR reader of the services demands."""
 
 _FREE = frozenset({"localizer", "profile"})

@@ -15,7 +15,9 @@ use curionav_planning::sensor::LaserModel;
 use serde::{Deserialize, Serialize};
 
 pub use error::{ScenarioError, field_line};
-pub use people::{PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode, Walker};
+pub use people::{
+    Motion, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode, Walker,
+};
 
 /// One scenario. Positions are in the map frame, metres; headings in radians.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,7 +47,7 @@ pub struct Scenario {
     /// What all people have in common.
     #[serde(default)]
     pub people: PeopleParams,
-    /// Scripted walkers.
+    /// People with routes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walkers: Vec<Walker>,
     /// Recorded pedestrians.
@@ -198,6 +200,10 @@ people = "working-zone"
 plan_every = 1
 [people]
 radius = 0.3
+motion = "hrvo"
+[people.hrvo]
+max_neighbors = 8
+max_accel = 1.5
 [[walkers]]
 route = [[1.0, 1.0], [4.0, 1.0]]
 speed = 0.6
@@ -230,6 +236,8 @@ weights = { cpc = 2.0 }
         assert_eq!(scenario.robot.model.a_max, RobotModel::default().a_max);
         assert_eq!(scenario.walkers[1].mode, WalkMode::Stand);
         assert!(scenario.recorded[0].repeat);
+        assert_eq!((scenario.people.motion, scenario.people.hrvo.max_neighbors), (Motion::Hrvo, 8));
+        assert_eq!(scenario.people.hrvo.max_speed_factor, 1.3);
         let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
         assert_eq!(back, scenario);
         let mut bytes = Vec::new();
@@ -246,7 +254,7 @@ weights = { cpc = 2.0 }
         let s = Scenario::from_toml(text).unwrap();
         assert_eq!((s.robot.goal_tolerance, s.robot.start_noise), (0.5, 0.5));
         assert_eq!((s.clock.tick_s, s.clock.plan_every, s.clock.time_limit_s), (0.1, 3, 120.0));
-        assert_eq!((s.people.radius, s.perception.people), (0.25, PerceivedPeople::All));
+        assert_eq!((s.people, s.perception.people), (PeopleParams::default(), PerceivedPeople::All));
         assert_eq!(s.planner.profile, "curiosity");
         let trace: f64 = s.robot.initial_sigma.iter().map(|sigma| sigma * sigma).sum();
         assert!((trace - 0.5685).abs() < 1e-4); // 0.25 + 0.25 + (pi/12)^2
@@ -266,6 +274,8 @@ weights = { cpc = 2.0 }
         assert_refused("start_offset", "strat_offset", "walkers[0].strat_offset");
         assert_refused("range_max = 6.0", "range_max = \"far\"", "laser.range_max");
         assert_refused("start = [1.0, 2, 0.5]", "start = [1.0, 2]", "robot.start");
+        assert_refused("max_accel", "max_acel", "people.hrvo.max_acel");
+        assert_refused("motion = \"hrvo\"", "motion = \"orca\"", "people.motion");
     }
 
     #[test]
@@ -291,5 +301,7 @@ weights = { cpc = 2.0 }
         assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");
         assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint");
         assert_refused("name = \"full\"", "name = \"a/b\"", "name");
+        assert_refused("max_neighbors = 8", "max_neighbors = 0", "people.hrvo.max_neighbors");
+        assert_refused("max_accel = 1.5", "max_accel = -1", "people.hrvo.max_accel");
     }
 }

@@ -4,6 +4,7 @@ use curionav_planning::geometry::{Point2, Pose2};
 use serde::{Deserialize, Serialize};
 
 use super::arrays;
+use crate::hrvo::HrvoParams;
 
 /// Which people the planner is told about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -38,11 +39,36 @@ impl PerceivedPeople {
 pub struct PeopleParams {
     /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
     pub radius: f64,
+    /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
+    #[serde(skip_serializing_if = "Motion::is_scripted")]
+    pub motion: Motion,
+    /// Parameters of `motion = "hrvo"`; without effect on scripted people.
+    #[serde(skip_serializing_if = "HrvoParams::is_default")]
+    pub hrvo: HrvoParams,
 }
 
 impl Default for PeopleParams {
     fn default() -> Self {
-        Self { radius: 0.25 }
+        Self { radius: 0.25, motion: Motion::Scripted, hrvo: HrvoParams::default() }
+    }
+}
+
+/// How the people of `[[walkers]]` move along their routes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// In straight lines at constant speed, through each other; only the robot in the way stops them
+    /// (D11).
+    #[default]
+    Scripted,
+    /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
+    /// velocity obstacles (`docs/methods.md` 10).
+    Hrvo,
+}
+
+impl Motion {
+    fn is_scripted(&self) -> bool {
+        *self == Self::Scripted
     }
 }
 
@@ -61,7 +87,8 @@ pub enum WalkMode {
     Stand,
 }
 
-/// A scripted person. Does not react, except that it waits while the robot stands in its way (D11).
+/// A person with a route. Scripted, it does not react, except that it waits while the robot stands in its
+/// way (D11); see [`Motion`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Walker {

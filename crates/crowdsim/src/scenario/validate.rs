@@ -4,12 +4,14 @@ use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{Footprint, OdometryNoise, RobotModel};
 use curionav_planning::sensor::LaserModel;
 
-use super::{Clock, Recorded, RobotSetup, Scenario, ScenarioError, WalkMode, Walker};
+use super::{Clock, PeopleParams, Recorded, RobotSetup, Scenario, ScenarioError, WalkMode, Walker};
 
 /// Most walkers: twenty times the densest published scenario.
 const MAX_WALKERS: usize = 1000;
 /// Most corners of one route.
 const MAX_ROUTE_POINTS: usize = 1000;
+/// Most others an HRVO person minds: the work grows with the third power.
+const MAX_NEIGHBORS: f64 = 64.0;
 /// Most recordings played at once.
 const MAX_RECORDED: usize = 16;
 /// Most laser beams: a quarter of a degree all around is 1440.
@@ -36,7 +38,7 @@ impl Scenario {
         laser(&self.laser)?;
         noise(&self.odometry_noise)?;
         clock(&self.clock)?;
-        within("people.radius", self.people.radius, 0.05, 2.0, "metres")?;
+        people(&self.people)?;
         require(
             self.walkers.len() <= MAX_WALKERS,
             "walkers",
@@ -112,6 +114,18 @@ fn clock(c: &Clock) -> Check {
     within("clock.tick_s", c.tick_s, 0.001, 1.0, "seconds")?;
     within("clock.plan_every", f64::from(c.plan_every), 1.0, 1000.0, "ticks")?;
     within("clock.time_limit_s", c.time_limit_s, c.tick_s, MAX_TICKS * c.tick_s, "seconds")
+}
+
+fn people(p: &PeopleParams) -> Check {
+    within("people.radius", p.radius, 0.05, 2.0, "metres")?;
+    let h = &p.hrvo;
+    within("people.hrvo.neighbor_distance", h.neighbor_distance, 0.1, 100.0, "metres")?;
+    within("people.hrvo.max_neighbors", f64::from(h.max_neighbors), 1.0, MAX_NEIGHBORS, "people")?;
+    within("people.hrvo.goal_radius", h.goal_radius, 0.01, 10.0, "metres")?;
+    within("people.hrvo.max_speed_factor", h.max_speed_factor, 1.0, 10.0, "times the preferred speed")?;
+    within("people.hrvo.max_accel", h.max_accel, 0.01, 1000.0, "m/s2")?;
+    within("people.hrvo.uncertainty_offset", h.uncertainty_offset, 0.0, 10.0, "m/s")?;
+    within("people.hrvo.wall_horizon_s", h.wall_horizon_s, 0.01, 10.0, "seconds")
 }
 
 fn walker(field: &str, w: &Walker) -> Check {

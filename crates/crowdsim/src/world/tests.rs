@@ -4,7 +4,9 @@ use curionav_planning::occupancy::OccupancyGrid;
 use curionav_planning::random::uniform;
 
 use super::*;
-use crate::scenario::{PerceivedPeople, RecordingFormat, WalkMode, Walker};
+use crate::paper::{SEED, environment};
+use crate::scenario::{Motion, PerceivedPeople, RecordingFormat, WalkMode, Walker};
+use crate::walkers::WAITING_MARGIN;
 
 /// A hall of 20 m x 12 m with outer walls and pillars, its lower left corner at `origin`.
 fn hall(origin: Point2) -> StaticMap {
@@ -197,4 +199,54 @@ fn recordings_must_fit_the_scenario() {
     s.recorded[0].ids = Some(vec![1, 9]);
     let error = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap_err();
     assert_eq!(error.field, "recorded[0].ids");
+}
+
+#[test]
+fn people_who_avoid_see_the_robot_and_those_who_do_not() {
+    let mut s = scenario(0.0, 0.0);
+    (s.people.motion, s.robot.start_noise) = (Motion::Hrvo, 0.0);
+    let play = || {
+        let mut world = World::new(&s, hall(Point2::default()), vec![recording()], 5).unwrap();
+        let mut least = f64::INFINITY;
+        for _ in 0..300 {
+            world.step(Twist::default());
+            let (truth, people) = (world.truth(), world.people().clone());
+            least = least.min(truth.person_clearance);
+            for i in 0..2 {
+                assert!(wall_distance(&world.map, people.position(i)) > 0.15);
+                // the recorded walk through each other, not the walkers through them
+                let near = |j: &usize| people.position(i).distance(people.position(*j)) < 0.45;
+                assert!(!(0..people.len()).filter(|j| *j != i).any(|j| near(&j)), "{people:?}");
+            }
+        }
+        assert!(least > -1e-6, "{least}");
+        world.people().clone()
+    };
+    assert_eq!(play(), play());
+}
+
+#[test]
+fn all_people_of_the_published_scene_keep_walking_when_they_avoid() {
+    let scene = environment(4, "s2", SEED).unwrap();
+    let mut s = scene.scenario;
+    s.people.motion = Motion::Hrvo;
+    let map = StaticMap::new(scene.grid);
+    let mut world = World::new(&s, map, Vec::new(), 1000).unwrap();
+    let start = world.people().clone();
+    let mut walked = vec![0.0; start.len()];
+    let mut least = f64::INFINITY;
+    for _ in 0..1200 {
+        let before = world.people().clone();
+        world.step(Twist::default());
+        for (i, walked) in walked.iter_mut().enumerate() {
+            *walked += before.position(i).distance(world.people().position(i));
+            for j in 0..i {
+                least = least.min(world.people().position(i).distance(world.people().position(j)));
+            }
+        }
+    }
+    let shares: Vec<f64> = walked.iter().zip(&s.walkers).map(|(way, w)| way / (120.0 * w.speed)).collect();
+    // rests and detours cost some of the way
+    assert!(shares.iter().all(|share| *share > 0.3), "{shares:?}");
+    assert!(least > 0.499, "{least}");
 }

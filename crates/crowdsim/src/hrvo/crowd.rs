@@ -1,0 +1,170 @@
+//! All HRVO people of a scenario, step by step.
+
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::StaticMap;
+
+use super::avoidance::Avoidance;
+use super::route::Route;
+use super::velocity_obstacle::{Body, VelocityObstacle};
+use super::wall_rim::{NearWall, WallRim};
+use super::{HrvoParams, Velocity};
+use crate::scenario::{PeopleParams, WalkMode, Walker};
+use crate::walls::wall_distance;
+
+/// Times a step slides along what is in its way before it is shortened.
+const SLIDES: usize = 3;
+/// Parts of a step tried, longest first, when sliding does not help.
+const STEP_PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Nearer by less than this is rounding, metres.
+const ROUNDING_M: f64 = 1e-9;
+
+/// The people of `[[walkers]]` as they walk under `motion = "hrvo"`. All choose at once, then all move.
+#[derive(Debug, Clone)]
+pub struct HrvoCrowd {
+    params: HrvoParams,
+    walkers: Vec<Person>,
+    /// The walkers in their order, then whoever else was seen at the last step.
+    bodies: Vec<Body>,
+    /// Distance from a wall that a walker's centre keeps, metres.
+    wall_gap: f64,
+    rim: WallRim,
+    avoidance: Avoidance,
+    chosen: Vec<Velocity>,
+    near_walls: Vec<NearWall>,
+    nearest_walls: Vec<Option<NearWall>>,
+    wall_obstacles: Vec<VelocityObstacle>,
+}
+
+#[derive(Debug, Clone)]
+struct Person {
+    route: Route,
+    speed: f64,
+    stands: bool,
+}
+
+impl HrvoCrowd {
+    /// Everybody at the start of the route, standing.
+    pub fn new(walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
+        let mut bodies = Vec::with_capacity(walkers.len() + 1);
+        let mut persons = Vec::with_capacity(walkers.len());
+        for walker in walkers {
+            let (route, position) = Route::new(walker);
+            let stands = walker.mode == WalkMode::Stand;
+            persons.push(Person { route, speed: walker.speed, stands });
+            let (velocity, radius) = (Velocity::zeros(), people.radius);
+            bodies.push(Body { position, velocity, preferred: velocity, radius, yields: !stands });
+        }
+        // Routes keep their distance from centres of cells; measured exactly that can be a diagonal less.
+        let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
+        Self {
+            params: people.hrvo,
+            walkers: persons,
+            bodies,
+            wall_gap: (people.radius - diagonal).max(0.01),
+            rim: WallRim::new(map),
+            avoidance: Avoidance::default(),
+            chosen: Vec::new(),
+            near_walls: Vec::new(),
+            nearest_walls: Vec::new(),
+            wall_obstacles: Vec::new(),
+        }
+    }
+
+    /// The walkers, in the scenario's order.
+    pub fn people(&self) -> &[Body] {
+        &self.bodies[..self.walkers.len()]
+    }
+
+    /// Everybody walks for `dt` seconds, seeing each other and `others`, who move by their own law.
+    pub fn step(&mut self, dt: f64, map: &StaticMap, others: impl IntoIterator<Item = Body>) {
+        self.bodies.truncate(self.walkers.len());
+        self.bodies.extend(others);
+        for (person, body) in self.walkers.iter_mut().zip(&mut self.bodies) {
+            if !person.stands {
+                person.route.advance(body.position, self.params.goal_radius, dt);
+                body.preferred = person.preferred(body, map, dt);
+            }
+        }
+        self.chosen.clear();
+        self.nearest_walls.clear();
+        for i in 0..self.walkers.len() {
+            let velocity = self.choose(i, dt, map);
+            self.chosen.push(velocity);
+        }
+        // One after the other, seeing where those before have gone, so that nobody steps into anybody.
+        for i in 0..self.walkers.len() {
+            let velocity = self.clipped(i, dt, map);
+            let body = &mut self.bodies[i];
+            (body.velocity, body.position) = (velocity, moved(body.position, velocity, dt));
+        }
+    }
+
+    /// The velocity of one walker for this step: chosen among what others and walls leave, as far as it can
+    /// be taken up.
+    fn choose(&mut self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
+        let (person, body) = (&self.walkers[i], self.bodies[i]);
+        if person.stands {
+            self.nearest_walls.push(None);
+            return Velocity::zeros();
+        }
+        let max_speed = person.speed * self.params.max_speed_factor;
+        let horizon = self.params.wall_horizon_s;
+        self.rim.nearest(map, body.position, body.radius + max_speed * horizon, &mut self.near_walls);
+        self.nearest_walls.push(self.near_walls.first().copied());
+        self.wall_obstacles.clear();
+        let forbidden =
+            |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
+        self.wall_obstacles.extend(self.near_walls.iter().map(forbidden));
+        let wanted =
+            self.avoidance.velocity(i, &self.bodies, &self.wall_obstacles, max_speed, dt, &self.params);
+        let change = wanted - body.velocity;
+        let most = self.params.max_accel * dt;
+        if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted }
+    }
+
+    /// What is left of a walker's velocity when its step must end clear of walls and of everybody: without
+    /// its parts towards what is in the way, then shorter, then none.
+    fn clipped(&self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
+        let mut velocity = self.chosen[i];
+        for _ in 0..SLIDES {
+            let Some(towards) = self.in_the_way(i, velocity, dt, map) else { return velocity };
+            velocity -= towards * velocity.dot(&towards).max(0.0);
+        }
+        let shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
+        shorter.into_iter().find(|v| self.in_the_way(i, *v, dt, map).is_none()).unwrap_or_default()
+    }
+
+    /// The direction of a wall or person too near to where this step would end, if there is one. Who is too
+    /// near already may go wherever that gets no worse.
+    fn in_the_way(&self, i: usize, velocity: Velocity, dt: f64, map: &StaticMap) -> Option<Velocity> {
+        let body = &self.bodies[i];
+        let end = moved(body.position, velocity, dt);
+        let wall = self.nearest_walls[i].filter(|wall| {
+            let keep = self.wall_gap.min(wall.distance);
+            wall_distance(map, end) < keep - ROUNDING_M
+        });
+        let bump = |(j, other): (usize, &Body)| {
+            let (before, after) = (body.position.distance(other.position), end.distance(other.position));
+            let keep = before.min(body.radius + other.radius);
+            (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
+                let (dx, dy) = (other.position.x - body.position.x, other.position.y - body.position.y);
+                Velocity::new(dx / before, dy / before)
+            })
+        };
+        wall.map(|wall| wall.towards).or_else(|| self.bodies.iter().enumerate().find_map(bump))
+    }
+}
+
+impl Person {
+    /// Towards the route's next point in sight, at the preferred speed or just as fast as to land on it.
+    fn preferred(&self, body: &Body, map: &StaticMap, dt: f64) -> Velocity {
+        let Some(aim) = self.route.aim(body.position, map, body.radius) else { return Velocity::zeros() };
+        let way = Velocity::new(aim.x - body.position.x, aim.y - body.position.y);
+        let length = way.norm();
+        if length < self.speed * dt { way / dt } else { way * (self.speed / length) }
+    }
+}
+
+fn moved(p: Point2, velocity: Velocity, dt: f64) -> Point2 {
+    Point2::new(p.x + velocity.x * dt, p.y + velocity.y * dt)
+}

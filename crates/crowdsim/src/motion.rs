@@ -1,0 +1,73 @@
+//! The people of `[[walkers]]` under whichever motion the scenario asks for.
+
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::StaticMap;
+
+use crate::hrvo::HrvoCrowd;
+use crate::hrvo::velocity_obstacle::Body;
+use crate::scenario::{Motion, Scenario};
+use crate::walkers::{WAITING_MARGIN, WalkerState};
+
+/// Everybody with a route.
+#[derive(Debug, Clone)]
+pub enum Walkers {
+    /// They follow their script.
+    Scripted(Vec<WalkerState>),
+    /// They avoid each other.
+    Hrvo(Box<HrvoCrowd>),
+}
+
+impl Walkers {
+    /// The walkers of `scenario` at t = 0.
+    pub fn new(scenario: &Scenario, map: &StaticMap) -> Self {
+        let (walkers, people) = (&scenario.walkers, &scenario.people);
+        match people.motion {
+            Motion::Scripted => Self::Scripted(walkers.iter().map(WalkerState::new).collect()),
+            Motion::Hrvo => Self::Hrvo(Box::new(HrvoCrowd::new(walkers, people, map))),
+        }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Scripted(walkers) => walkers.len(),
+            Self::Hrvo(crowd) => crowd.people().len(),
+        }
+    }
+
+    /// Whether there is nobody with a route.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Position, metres, and velocity, m/s, of the i-th.
+    pub fn state(&self, i: usize) -> (Point2, (f64, f64)) {
+        match self {
+            Self::Scripted(walkers) => (walkers[i].position(), walkers[i].velocity()),
+            Self::Hrvo(crowd) => {
+                let body = crowd.people()[i];
+                (body.position, (body.velocity.x, body.velocity.y))
+            }
+        }
+    }
+
+    /// Everybody walks for `dt` seconds, seeing the robot where it is now. The scripted wait for it; the
+    /// others walk around it and around `others`, whom no route moves. `radius` is a
+    /// walker's, metres.
+    pub fn step(
+        &mut self,
+        dt: f64,
+        map: &StaticMap,
+        radius: f64,
+        robot: Body,
+        others: impl Iterator<Item = Body>,
+    ) {
+        match self {
+            Self::Scripted(walkers) => {
+                let keep_off = robot.radius + radius + WAITING_MARGIN;
+                walkers.iter_mut().for_each(|w| w.step(dt, robot.position, keep_off));
+            }
+            Self::Hrvo(crowd) => crowd.step(dt, map, std::iter::once(robot).chain(others)),
+        }
+    }
+}
