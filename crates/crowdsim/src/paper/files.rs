@@ -2,12 +2,14 @@
 
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 
-use super::{PaperScene, SEED, SceneError, environment, quickstart, zara01};
+use super::{PaperScene, SEED, SceneError, drawn, quickstart, zara01};
 
 /// Everything the generator writes below `scenarios/`: (path, content), in a fixed order.
 pub fn committed() -> Result<Vec<(String, Vec<u8>)>, SceneError> {
-    let paper = files(&environment(4, "s2", SEED)?)?;
-    let mut all: Vec<_> = paper.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)).collect();
+    let mut all = Vec::new();
+    for scene in drawn(SEED)? {
+        all.extend(files(&scene)?.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)));
+    }
     all.extend(files(&quickstart(SEED)?)?);
     let real = files(&zara01()?)?;
     all.extend(real.into_iter().map(|(path, bytes)| (format!("real/{path}"), bytes)));
@@ -85,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_written_scenario_reads_back_and_fits_its_map() {
-        for scene in [environment(4, "s2", 5).unwrap(), quickstart(5).unwrap(), zara01().unwrap()] {
+        for scene in drawn(5).unwrap().into_iter().chain([quickstart(5).unwrap(), zara01().unwrap()]) {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
             let scenario = Scenario::from_toml(&toml).unwrap();
             assert_eq!(scenario, scene.scenario);

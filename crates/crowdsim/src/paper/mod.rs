@@ -9,6 +9,7 @@
 
 mod beats;
 mod check;
+mod env2;
 mod env4;
 mod files;
 mod layout;
@@ -86,7 +87,7 @@ pub enum SceneError {
         scenario: String,
     },
     /// No floor plan has been drawn for these numbers.
-    #[error("Env{environment} {scenario} has no floor plan; drawn is Env4 s2")]
+    #[error("Env{environment} {scenario} has no floor plan")]
     NotDrawn {
         /// Environment asked for.
         environment: u8,
@@ -133,6 +134,7 @@ pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperSc
     let published = Published::find(environment, scenario)
         .ok_or_else(|| SceneError::Unpublished { environment, scenario: scenario.to_owned() })?;
     let plan = match (environment, scenario) {
+        (2, _) => env2::plan(scenario),
         (4, "s2") => env4::plan(),
         _ => return Err(SceneError::NotDrawn { environment, scenario: scenario.to_owned() }),
     };
@@ -142,6 +144,15 @@ pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperSc
     let grid = plan.layout.grid(CELL_M, Some(counts))?;
     let scene = furnish(name, plan, grid, laser, published.people, BeatParams::default(), seed)?;
     Ok(PaperScene { published: Some(published), ..scene })
+}
+
+/// The paper's scenes that have a floor plan, in the order of Table II.
+pub fn drawn(seed: u64) -> Result<Vec<PaperScene>, SceneError> {
+    PUBLISHED
+        .iter()
+        .map(|p| environment(p.environment, p.scenario, seed))
+        .filter(|scene| !matches!(scene, Err(SceneError::NotDrawn { .. })))
+        .collect()
 }
 
 /// Puts the people on a finished grid and writes the scenario.
