@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::field_line;
 use curionav_planning::occupancy::MapYaml;
-use curionav_planning::profile::Profile;
+use curionav_planning::profile::{Profile, Term};
 use curionav_runtime::convert;
 use curionav_schemas::{Clock, InjectRequest};
 
@@ -83,10 +83,14 @@ fn choose_profile(scenario: &mut Scenario, wanted: Option<&str>) -> anyhow::Resu
     }
     let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
     let profile = Profile::from_toml(&text).with_context(|| path.display().to_string())?;
-    let profile = match &scenario.profile {
+    let mut profile = match &scenario.profile {
         Some(overrides) => profile.with_overrides(overrides).context("the scenario's [profile]")?,
         None => profile,
     };
+    // Overrides are merged: a term that the file leaves out would come back from the default profile.
+    for (metric, term) in Profile::default().terms {
+        profile.terms.entry(metric).or_insert(Term { weight: 0.0, ..term });
+    }
     scenario.profile = Some(toml::Table::try_from(&profile).context("profile")?);
     Ok(Profile::default().name)
 }

@@ -41,6 +41,14 @@ fn the_same_seed_decides_the_same_and_another_seed_otherwise() {
 }
 
 #[test]
+fn a_profile_file_decides_as_the_built_in_profile_of_the_same_text() {
+    let _turn = turn();
+    // It has fewer terms than the default profile.
+    let sha = |planner| run(QUICK, &["--seed", "1003", "--planner", planner]).0.decisions_sha256;
+    assert_eq!(sha("distance-only"), sha("crates/planning/profiles/distance-only.toml"));
+}
+
+#[test]
 fn a_run_leaves_its_picture_and_data() {
     let _turn = turn();
     let directory = tempfile::tempdir().unwrap();

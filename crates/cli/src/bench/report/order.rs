@@ -25,8 +25,8 @@ pub(super) fn order(bench: &Bench<'_>) -> String {
     };
     rows.push(td("", "<b>all</b>") + &Metric::PAPER.iter().map(total).collect::<String>());
     format!(
-        "<h2>The paper's order</h2>\n<p>Of the pairs of planners whose means differ in the paper's tables, how many \
-         are in the same order here. Half of them would be by chance.</p>\n{}",
+        "<section class=\"keep\">\n<h2>The paper's order</h2>\n<p>Of the pairs of planners whose means differ in the paper's tables, how many \
+         are in the same order here; a tie here is not. Half of them would be by chance.</p>\n{}</section>\n",
         table("", &[th("scenario") + &head], &rows)
     )
 }

@@ -5,9 +5,9 @@ use super::super::{Bench, Tally, count};
 use super::html::{escaped, planner, prose, table, td, th};
 
 pub(super) fn heading(bench: &Bench<'_>, title: &str) -> String {
-    let last = bench.first_seed + u64::from(bench.repeats) - 1;
-    let mut text =
-        format!("<h1>curionav bench</h1>\n<p>{}, seeds {} to {last}. ", escaped(title), bench.first_seed);
+    let (first, last) = (bench.first_seed, bench.first_seed + u64::from(bench.repeats) - 1);
+    let seeds = if first == last { format!("seed {first}") } else { format!("seeds {first} to {last}") };
+    let mut text = format!("<h1>curionav bench</h1>\n<p>{}, {seeds}. ", escaped(title));
     text += &format!(
         "Program {} (version {}). Planners: {}.</p>\n",
         escaped(&bench.programs.join(", ")),

@@ -16,7 +16,7 @@ pub(super) fn tables(bench: &Bench<'_>) -> String {
         values hardly do.</p>\n"
         .to_owned();
     for (title, metrics) in TITLES.iter().zip(Metric::PAPER.chunks(3)) {
-        text += &format!("<h3>{title}</h3>\n{}", one(bench, metrics));
+        text += &format!("<section class=\"keep\">\n<h3>{title}</h3>\n{}</section>\n", one(bench, metrics));
     }
     text
 }
@@ -70,7 +70,8 @@ fn cell(bench: &Bench<'_>, metric: Metric, scenario: usize, planner: usize, is_f
         || "\u{2013}".to_owned(),
         |spread| {
             let (mean, sd) = (metric.show(spread.mean), metric.show(spread.sd));
-            format!("<span class=\"own\">{mean}</span><span class=\"sd\">\u{b1}{sd}</span>")
+            let sd = if spread.runs > 1 { format!("\u{b1}{sd}") } else { String::new() };
+            format!("<span class=\"own\">{mean}</span><span class=\"sd\">{sd}</span>")
         },
     );
     let names = (&comparison.planners[planner], &comparison.scenarios[scenario]);
