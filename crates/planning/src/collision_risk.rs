@@ -39,7 +39,7 @@ pub struct RiskParams {
 
 impl Default for RiskParams {
     fn default() -> Self {
-        Self { model: RiskModel::Gaussian, block: 0.27, social_weight: 1.0, rotation_weight: 0.5 }
+        Self { model: RiskModel::Gaussian, block: 0.27, social_weight: 0.3, rotation_weight: 0.5 }
     }
 }
 
@@ -266,7 +266,7 @@ mod tests {
         assert!((at(0.0, 0.0, 0.0) - 1.0).abs() < 1e-12);
         assert!(at(1.0, 0.0, 0.0) < at(0.0, 0.0, 0.0));
         assert!(at(1.0, 0.3, 0.0) > at(1.0, 0.0, 0.0));
-        assert!(at(1.0, 0.0, 0.2) > at(0.0, 0.0, 0.0));
+        assert!(at(1.0, 0.0, 0.5) > at(0.0, 0.0, 0.0));
         assert!(params.node_cost(Pose2::new(10.0, 0.0, 0.0), 0.0, 0.0, goal).is_finite());
     }
 }

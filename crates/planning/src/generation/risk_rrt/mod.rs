@@ -56,7 +56,7 @@ pub struct RiskRrtParams {
 impl Default for RiskRrtParams {
     fn default() -> Self {
         Self {
-            nodes: 200,
+            nodes: 300,
             max_nodes: 3000,
             max_depth: 20,
             v_controls: 3,
@@ -230,7 +230,8 @@ impl<'a> Ground<'a> {
     pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
         let steps = self.params.candidates.steps as usize;
         let most = self.params.risk_rrt.max_candidates as usize;
-        paths::candidates(growth, self.input.goal, self.input.scene.stamp, steps, most)
+        let robot = self.input.scene.belief.pose.position();
+        paths::candidates(growth, robot, self.input.goal, self.input.scene.stamp, steps, most)
     }
 }
 

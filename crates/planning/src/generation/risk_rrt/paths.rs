@@ -11,14 +11,22 @@ use crate::motion::step;
 /// drives), at most `most`, none a part of one before it. Each has `steps` states, the first one step
 /// after `now`, and ends in braking to a standstill; those that would brake into a wall are left out.
 ///
-/// A path is worth as much as the best pose on it, braking included, as in the metric `risk`. The others
+/// Distances count as shares of that from where the `robot` is believed to be, not from the root, which it
+/// may miss by a little: that is what the metric `risk` can know. A path is worth as much as the best pose on it, braking included. The others
 /// are what is left if the first cannot be driven; the root's children take turns, so that not all of
 /// them begin alike.
-pub fn candidates(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize, most: usize) -> CandidateSet {
+pub fn candidates(
+    growth: &Growth<'_>,
+    robot: Point2,
+    goal: Point2,
+    now: f64,
+    steps: usize,
+    most: usize,
+) -> CandidateSet {
     let tree = &growth.tree;
     let mut states = States::default();
     let mut covered = vec![false; tree.nodes.len()];
-    for node in in_turns(growth, ranked(growth, goal, now, steps)) {
+    for node in in_turns(growth, ranked(growth, robot.distance(goal), goal, now, steps)) {
         if states.count as usize >= most {
             break;
         }
@@ -43,9 +51,8 @@ pub fn candidates(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize, mos
 }
 
 /// Free nodes ahead from which the robot can brake in time and clear of walls, the best path first.
-fn ranked(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize) -> Vec<usize> {
+fn ranked(growth: &Growth<'_>, root_distance: f64, goal: Point2, now: f64, steps: usize) -> Vec<usize> {
     let tree = &growth.tree;
-    let root_distance = growth.root_distance(goal);
     // The best pose on the way to each node; parents come first.
     let mut best = vec![f64::INFINITY; tree.nodes.len()];
     let mut ranked = Vec::new();
