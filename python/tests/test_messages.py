@@ -99,6 +99,9 @@ def test_only_a_stop_comes_without_a_trajectory() -> None:
 def test_a_tree_leads_to_a_root() -> None:
     tree = Tree.decode((SCHEMAS / "golden" / "tree.cbor").read_bytes())
     root = 2**32 - 1
+    two = Tree.decode((SCHEMAS / "golden" / "tree.two_roots.cbor").read_bytes())
+    assert two.parent.tolist() == [root, 0, root]
+    assert two.extra["side"].ravel().tolist() == [0, 0, 1]
 
     def with_parents(*parents: int) -> Tree:
         n, none = len(parents), np.zeros(len(parents))

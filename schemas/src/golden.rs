@@ -8,7 +8,7 @@ mod world;
 
 pub use planning::{
     candidate_set, cycle_report, decision, evaluate_request, generate_reply, generate_request, scores, stop,
-    tree, twist,
+    tree, tree_of_two_roots, twist,
 };
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
@@ -56,6 +56,7 @@ pub fn all() -> Vec<Golden> {
         golden("twist", &twist()),
         golden("candidate_set", &candidate_set()),
         golden("tree", &tree()),
+        golden("tree.two_roots", &tree_of_two_roots()),
         golden("generate_request", &generate_request()),
         golden("generate_reply", &generate_reply()),
         golden("evaluate_request", &evaluate_request()),

@@ -36,6 +36,27 @@ pub fn tree() -> Tree {
     }
 }
 
+/// What a generator that searches from both ends sends: two roots, told apart by a column.
+pub fn tree_of_two_roots() -> Tree {
+    let column = |name: &str, numbers: Vec<f64>| (name.to_owned(), numbers.into());
+    Tree {
+        x: vec![1.3, 1.54, 8.0].into(),
+        y: vec![-0.45, -0.37, 6.5].into(),
+        heading: vec![0.31, 0.31, -2.34].into(),
+        cost: vec![0.0, 0.25, 0.0].into(),
+        parent: vec![NO_PARENT, 0, NO_PARENT].into(),
+        edge_width: 0,
+        edge: F64Array::default(),
+        extra: BTreeMap::from([
+            column("omega", vec![-0.1, 0.0, 0.0]),
+            column("risk", vec![0.0, 0.02, 0.0]),
+            column("side", vec![0.0, 0.0, 1.0]),
+            column("time", vec![4.2, 4.5, 0.0]),
+            column("v", vec![0.8, 0.85, 0.0]),
+        ]),
+    }
+}
+
 /// A request that hands back a tree.
 pub fn generate_request() -> GenerateRequest {
     GenerateRequest {

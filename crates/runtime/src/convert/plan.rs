@@ -50,3 +50,26 @@ pub fn tree_to_wire(t: Tree) -> wire::Tree {
         extra: t.extra.into_iter().map(|(name, values)| (name, values.into())).collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::Message;
+
+    #[test]
+    fn every_kind_of_tree_crosses_the_wire_unchanged() {
+        let mut one = Tree::rooted(curionav_planning::geometry::Pose2::new(1.0, 2.0, 0.1));
+        one.push(curionav_planning::geometry::Pose2::new(1.5, 2.0, -0.3), 0.5, 0);
+        let mut two = one.clone();
+        two.push(curionav_planning::geometry::Pose2::new(9.0, 7.0, 3.0), 0.0, Tree::NO_PARENT);
+        for (k, name) in ["omega", "risk", "side", "time", "v"].into_iter().enumerate() {
+            two.extra.insert(name.to_owned(), vec![0.1 * k as f64, 1.0 / 3.0, 1.0]);
+        }
+        for sent in [Tree::default(), one, two] {
+            let bytes = tree_to_wire(sent.clone()).encode();
+            let arrived = tree(wire::Tree::decode(&bytes, None).expect("a valid tree"));
+            assert_eq!(arrived, sent);
+            assert_eq!(arrived.check(), Ok(()));
+        }
+    }
+}

@@ -56,7 +56,7 @@ pub struct RiskRrtParams {
 impl Default for RiskRrtParams {
     fn default() -> Self {
         Self {
-            nodes: 200,
+            nodes: 300,
             max_nodes: 3000,
             max_depth: 20,
             v_controls: 3,
@@ -65,7 +65,7 @@ impl Default for RiskRrtParams {
             goal_bias: 0.01,
             window: 5.0,
             off_path: 0.3,
-            max_candidates: 50,
+            max_candidates: 100,
         }
     }
 }
@@ -189,11 +189,11 @@ impl<'a> Ground<'a> {
             .unwrap_or_else(|| update::afresh(scene.stamp, self.params.candidates.dt, pose, twist))
     }
 
-    /// The risk from people at every depth of a tree.
+    /// The risk from people at every depth of a tree, and while braking after it.
     pub(super) fn people(&self, tree: &TimeTree) -> CollisionRisk {
         let scene = self.input.scene;
-        let moments =
-            (0..=self.max_depth + 1).map(|depth| tree.stamp + f64::from(depth) * tree.dt - scene.stamp);
+        let moments = (0..=self.params.candidates.steps + 1)
+            .map(|depth| tree.stamp + f64::from(depth) * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();
         CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.params.risk, moments)
     }
@@ -230,7 +230,8 @@ impl<'a> Ground<'a> {
     pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
         let steps = self.params.candidates.steps as usize;
         let most = self.params.risk_rrt.max_candidates as usize;
-        paths::candidates(growth, self.input.goal, self.input.scene.stamp, steps, most)
+        let robot = self.input.scene.belief.pose.position();
+        paths::candidates(growth, robot, self.input.goal, self.input.scene.stamp, steps, most)
     }
 }
 

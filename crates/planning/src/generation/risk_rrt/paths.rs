@@ -7,23 +7,26 @@ use crate::candidates::CandidateSet;
 use crate::geometry::{Point2, Pose2, Twist};
 use crate::motion::step;
 
-/// Paths to nodes of `growth`, the node of greatest weight for `goal` first (the one Risk-RRT drives),
-/// at most `most`, none a part of one before it. Each has `steps` states, the first one step after
-/// `now`, and ends in braking to a standstill; those that would brake into a wall are left out.
-pub fn candidates(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize, most: usize) -> CandidateSet {
+/// Paths to nodes of `growth`, the one of greatest weight for `goal` first (that is the one Risk-RRT
+/// drives), at most `most`, none a part of one before it. Each has `steps` states, the first one step
+/// after `now`, and ends in braking to a standstill; those that would brake into a wall are left out.
+///
+/// Distances count as shares of that from where the `robot` is believed to be, not from the root, which it
+/// may miss by a little: that is what the metric `risk` can know. A path is worth as much as the best pose on it, braking included. The others
+/// are what is left if the first cannot be driven; the root's children take turns, so that not all of
+/// them begin alike.
+pub fn candidates(
+    growth: &Growth<'_>,
+    robot: Point2,
+    goal: Point2,
+    now: f64,
+    steps: usize,
+    most: usize,
+) -> CandidateSet {
     let tree = &growth.tree;
-    let root_distance = growth.root_distance(goal);
-    let mut ranked: Vec<(f64, usize)> = (1..tree.nodes.len())
-        .filter(|&node| growth.is_free(node) && tree.time(node) > now + 1e-6)
-        .map(|node| {
-            let n = &tree.nodes[node];
-            (growth.weighing.node_cost(n.pose, n.risk, root_distance, goal), node)
-        })
-        .collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut states = States::default();
     let mut covered = vec![false; tree.nodes.len()];
-    for (_, node) in ranked {
+    for node in in_turns(growth, ranked(growth, robot.distance(goal), goal, now, steps)) {
         if states.count as usize >= most {
             break;
         }
@@ -31,8 +34,13 @@ pub fn candidates(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize, mos
             continue;
         }
         let branch = tree.branch(node);
-        let Some(arcs) = arcs(growth, &branch, now, steps) else { continue };
         branch.iter().for_each(|&n| covered[n] = true);
+        let mut arcs: Vec<Twist> = branch.iter().map(|&n| tree.nodes[n].twist).collect();
+        let mut twist = tree.nodes[node].twist;
+        while twist != Twist::default() {
+            twist = growth.lattice.braked(twist);
+            arcs.push(twist);
+        }
         states.append(tree, &arcs, now, steps);
     }
     let id = (0..states.count).collect();
@@ -42,24 +50,69 @@ pub fn candidates(growth: &Growth<'_>, goal: Point2, now: f64, steps: usize, mos
         .unwrap_or_else(|_| CandidateSet::empty(steps, tree.dt))
 }
 
-/// The twists of a branch and of braking after it, one a step from the root; `None` if braking takes
-/// too long or leads into a wall.
-fn arcs(growth: &Growth<'_>, branch: &[usize], now: f64, steps: usize) -> Option<Vec<Twist>> {
+/// Free nodes ahead from which the robot can brake in time and clear of walls, the best path first.
+fn ranked(growth: &Growth<'_>, root_distance: f64, goal: Point2, now: f64, steps: usize) -> Vec<usize> {
     let tree = &growth.tree;
-    let mut arcs: Vec<Twist> = branch.iter().map(|&n| tree.nodes[n].twist).collect();
-    let end = &tree.nodes[*branch.last()?];
-    let (mut pose, mut twist) = (end.pose, end.twist);
+    // The best pose on the way to each node; parents come first.
+    let mut best = vec![f64::INFINITY; tree.nodes.len()];
+    let mut ranked = Vec::new();
+    for (index, n) in tree.nodes.iter().enumerate().skip(1) {
+        let own = growth.weighing.node_cost(n.pose, n.risk, root_distance, goal);
+        best[index] = own.min(best[n.parent as usize]);
+        if !growth.is_free(index) || tree.time(index) <= now + 1e-6 {
+            continue;
+        }
+        let latest = ((now - tree.stamp) / tree.dt + 1e-6).floor() as u32 + steps as u32;
+        if let Some(braking) = braking_cost(growth, index, root_distance, goal, latest) {
+            ranked.push((best[index].min(braking), index));
+        }
+    }
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    ranked.into_iter().map(|(_, node)| node).collect()
+}
+
+/// The least node cost while braking from `node`; `None` if braking takes longer than until depth `latest`
+/// or leads into a wall.
+fn braking_cost(
+    growth: &Growth<'_>,
+    node: usize,
+    root_distance: f64,
+    goal: Point2,
+    latest: u32,
+) -> Option<f64> {
+    let n = &growth.tree.nodes[node];
+    let (mut pose, mut twist, mut depth, mut risk) = (n.pose, n.twist, n.depth, n.risk);
+    let mut best = f64::INFINITY;
     while twist != Twist::default() {
         twist = growth.lattice.braked(twist);
-        let next = step(pose, twist, tree.dt);
-        if !growth.checker.segment_wall_clear(pose, next) {
+        depth += 1;
+        let next = step(pose, twist, growth.tree.dt);
+        if depth > latest || !growth.checker.segment_wall_clear(pose, next) {
             return None;
         }
+        risk = risk.max(growth.people.map_or(0.0, |people| people.at(depth as usize, next.position())));
+        best = best.min(growth.weighing.node_cost(next, risk, root_distance, goal));
         pose = next;
-        arcs.push(twist);
     }
-    let ends = tree.stamp + arcs.len() as f64 * tree.dt;
-    (ends <= now + steps as f64 * tree.dt + 1e-6).then_some(arcs)
+    Some(best)
+}
+
+/// The same nodes, but the root's children take turns: first the best of each, then the second of each.
+fn in_turns(growth: &Growth<'_>, ranked: Vec<usize>) -> Vec<usize> {
+    let tree = &growth.tree;
+    let mut child = vec![0; tree.nodes.len()];
+    for (index, n) in tree.nodes.iter().enumerate().skip(1) {
+        child[index] = if n.depth == 1 { index } else { child[n.parent as usize] };
+    }
+    let mut seen = vec![0_u32; tree.nodes.len()];
+    let mut turns: Vec<(u32, usize, usize)> = Vec::with_capacity(ranked.len());
+    for (rank, &node) in ranked.iter().enumerate() {
+        let turn = &mut seen[child[node]];
+        turns.push((*turn, rank, node));
+        *turn += 1;
+    }
+    turns.sort_unstable();
+    turns.into_iter().map(|(.., node)| node).collect()
 }
 
 /// States of candidates one after the other.
