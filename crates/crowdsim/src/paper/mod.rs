@@ -10,6 +10,7 @@
 mod beats;
 mod check;
 mod env2;
+mod env3;
 mod env4;
 mod files;
 mod layout;
@@ -25,7 +26,7 @@ use curionav_planning::occupancy::{GridError, OccupancyGrid, StaticMap};
 use curionav_planning::random::rng;
 use curionav_planning::sensor::LaserModel;
 
-use crate::scenario::{Clock, MapFile, RobotSetup, Scenario};
+use crate::scenario::{Clock, MapFile, Motion, RobotSetup, Scenario};
 use beats::{BeatParams, points, rounded};
 use layout::{Counts, Layout};
 
@@ -135,14 +136,20 @@ pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperSc
         .ok_or_else(|| SceneError::Unpublished { environment, scenario: scenario.to_owned() })?;
     let plan = match (environment, scenario) {
         (2, _) => env2::plan(scenario),
-        (4, "s2") => env4::plan(),
+        (3, _) => env3::plan(scenario),
+        (4, _) => env4::plan(scenario),
         _ => return Err(SceneError::NotDrawn { environment, scenario: scenario.to_owned() }),
     };
     let counts = Counts { known: published.known_cells, occupied: published.landmark_cells };
     let laser = LaserModel { range_max: rounded(published.laser_range()), ..LaserModel::default() };
     let name = format!("env{environment}-{scenario}");
     let grid = plan.layout.grid(CELL_M, Some(counts))?;
-    let scene = furnish(name, plan, grid, laser, published.people, BeatParams::default(), seed)?;
+    // S* has the numbers of s1, but is to have other people.
+    let seed = if published.hrvo { seed ^ (1 << 32) } else { seed };
+    let mut scene = furnish(name, plan, grid, laser, published.people, BeatParams::default(), seed)?;
+    if published.hrvo {
+        scene.scenario.people.motion = Motion::Hrvo;
+    }
     Ok(PaperScene { published: Some(published), ..scene })
 }
 
