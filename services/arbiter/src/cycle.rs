@@ -64,13 +64,6 @@ impl Memory {
 
 /// People older than this are no longer acted on, seconds of the robot's clock.
 const PEOPLE_AGE_MAX: f64 = 1.0;
-/// Why the robot stops without anybody's word on where people are.
-pub const NO_PEOPLE: &str = "nobody says where people are";
-
-/// Whether people are recent enough to plan from `belief` among them.
-pub fn is_fresh(people: &wire::People, belief: &wire::Belief) -> bool {
-    belief.stamp - people.stamp <= PEOPLE_AGE_MAX
-}
 
 /// What a cycle starts from.
 #[derive(Debug, Clone)]
@@ -101,6 +94,41 @@ impl CycleBudget {
                 let stage = Duration::from_secs_f64(0.4 * period);
                 Self { generate: stage, evaluate: stage }
             }
+        }
+    }
+}
+
+/// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and
+/// `people` are recent; else what [`plan`] makes of it, with its report.
+pub async fn decide<P: Peers>(
+    pool: &Pool<P>,
+    context: Option<&PlanContext>,
+    memory: &mut Memory,
+    mission: &wire::Mission,
+    belief: wire::Belief,
+    people: Option<wire::People>,
+) -> (wire::Decision, Option<wire::CycleReport>) {
+    let seen_from = belief.clone();
+    let stop = |memory: &mut Memory, reason: &str, degraded| {
+        memory.seq += 1;
+        let id = (memory.epoch, memory.seq);
+        (report::stop(id, &seen_from, mission.tick_s, reason, degraded), None)
+    };
+    if mission.state != wire::MissionState::Running {
+        return stop(memory, &format!("the mission is {}", mission.state), false);
+    }
+    let of = |c: &&PlanContext| (c.mission.run, c.mission.revision) == (mission.run, mission.revision);
+    let Some(context) = context.filter(of) else {
+        return stop(memory, "the mission is not prepared", true);
+    };
+    let Some(people) = people.filter(|people| belief.stamp - people.stamp <= PEOPLE_AGE_MAX) else {
+        return stop(memory, "nobody says where people are", true);
+    };
+    match plan(pool, context, memory, Observation { belief, people }).await {
+        Ok((decision, report)) => (decision, Some(report)),
+        Err(reject) => {
+            tracing::error!(%reject, "the cycle failed");
+            stop(memory, "the cycle failed", true)
         }
     }
 }

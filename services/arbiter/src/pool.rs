@@ -16,11 +16,9 @@ use crate::context::PlanContext;
 use crate::peers::{GENERATOR, Peers};
 use crate::replicas::{Failure, Probe, Replicas};
 
-/// A replica that is asked for the first time may have to fetch a large map and derive its fields on a
-/// slow machine.
-const WARM_UP_TIMEOUT: Duration = Duration::from_secs(30);
-/// One that was prepared before answers a question without candidates at once, or is not there.
-const PROBE_TIMEOUT: Duration = Duration::from_millis(400);
+/// How long a question without candidates is waited for. A replica that takes longer to fetch a map and derive
+/// its fields goes on doing so, and answers a later one at once.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(800);
 
 /// The replicas behind an arbiter, and what is known of them.
 pub struct Pool<P> {
@@ -191,15 +189,15 @@ impl<P: Peers> Pool<P> {
     }
 
     async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Option<u32>) {
-        let timeout = if probe.known { PROBE_TIMEOUT } else { WARM_UP_TIMEOUT };
-        let slots = self.slots(context, &probe, timeout).await;
+        let slots = self.slots(context, &probe).await;
         if let Err(error) = &slots {
             tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
         }
         (probe, slots.ok())
     }
 
-    async fn slots(&self, context: &PlanContext, probe: &Probe, timeout: Duration) -> Result<u32, AskError> {
+    async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {
+        let timeout = PROBE_TIMEOUT;
         if probe.role == GENERATOR {
             let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
             request.budget_ms = Budget::ms(timeout);

@@ -50,8 +50,6 @@ struct Replica {
     speed: f64,
     in_flight: u32,
     failures: u32,
-    /// Whether it has ever answered: deriving fields for the first time takes longer than a probe.
-    known: bool,
 }
 
 /// One slot that is free, and how fast it is, in any unit.
@@ -70,8 +68,6 @@ pub struct Probe {
     pub role: String,
     /// Which.
     pub instance: String,
-    /// Whether it has answered before.
-    pub known: bool,
 }
 
 /// The replicas of every role.
@@ -92,7 +88,6 @@ impl Replicas {
                 speed: 0.0,
                 in_flight: 0,
                 failures: 0,
-                known: false,
             });
         }
     }
@@ -104,7 +99,7 @@ impl Replicas {
             for (instance, replica) in replicas {
                 if matches!(replica.standing, Standing::Due(at) if at <= now) {
                     replica.standing = Standing::Probed;
-                    due.push(Probe { role: role.clone(), instance: instance.clone(), known: replica.known });
+                    due.push(Probe { role: role.clone(), instance: instance.clone() });
                 }
             }
         }
@@ -122,7 +117,7 @@ impl Replicas {
         let Some(replica) = self.find(role, instance) else { return };
         match slots {
             Some(slots) => {
-                (replica.standing, replica.known, replica.failures) = (Standing::Ready, true, 0);
+                (replica.standing, replica.failures) = (Standing::Ready, 0);
                 replica.slots = slots.clamp(1, SLOTS_MAX);
             }
             None => replica.standing = Standing::Due(now + PROBE_PAUSE),
@@ -202,8 +197,6 @@ impl Replicas {
         }
         if replica.failures >= FAILURES_MAX && replica.standing == Standing::Ready {
             replica.standing = Standing::Due(now);
-            // Deriving fields anew may take as long as the first time.
-            replica.known = failure != Failure::Cold;
         }
     }
 
@@ -248,7 +241,7 @@ mod tests {
         let mut replicas = Replicas::default();
         replicas.update("cpc", &["a".into()], NOW);
         assert!(lanes(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
-        let probe = Probe { role: "cpc".into(), instance: "a".into(), known: false };
+        let probe = Probe { role: "cpc".into(), instance: "a".into() };
         assert_eq!(replicas.take_due(NOW), [probe]);
         assert!(replicas.take_due(NOW).is_empty() && lanes(&replicas).is_empty());
         replicas.probed("cpc", "a", None, NOW);
@@ -291,10 +284,10 @@ mod tests {
         assert_eq!(replicas.ready("cpc"), ["a"]);
         replicas.failed("cpc", "a", Failure::Broken, NOW);
         assert!(replicas.ready("cpc").is_empty());
-        assert!(replicas.take_due(NOW)[0].known);
+        assert_eq!(replicas.take_due(NOW).len(), 1);
         replicas.probed("cpc", "a", Some(1), NOW);
         replicas.failed("cpc", "a", Failure::Cold, NOW);
-        assert!(replicas.ready("cpc").is_empty() && !replicas.take_due(NOW)[0].known);
+        assert!(replicas.ready("cpc").is_empty() && replicas.take_due(NOW).len() == 1);
     }
 
     #[test]

@@ -15,10 +15,9 @@ use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::context::PlanContext;
-use crate::cycle::{self, Memory, Observation};
+use crate::cycle::{self, Memory};
 use crate::peers::{GENERATOR, Peers, ZenohPeers};
 use crate::pool::Pool;
-use crate::report;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
@@ -196,41 +195,15 @@ impl Arbiter {
         if !self.succeeded {
             self.succeed(Duration::from_millis(50)).await?;
         }
-        let (decision, report) = self.decide(&mission, belief).await;
+        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
+        let context = self.context.as_deref();
+        let (decision, report) =
+            cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
         if let Some(report) = report {
             self.reports.publish(&report, mission.clock);
         }
         self.service.counts.record(started.elapsed());
         Ok(())
-    }
-
-    async fn decide(&mut self, mission: &Mission, belief: Belief) -> (Decision, Option<CycleReport>) {
-        let context = self
-            .context
-            .clone()
-            .filter(|c| (c.mission.run, c.mission.revision) == (mission.run, mission.revision));
-        let stop = |memory: &mut Memory, reason: &str, degraded| {
-            memory.seq += 1;
-            (report::stop((memory.epoch, memory.seq), &belief, mission.tick_s, reason, degraded), None)
-        };
-        if mission.state != MissionState::Running {
-            return stop(&mut self.memory, &format!("the mission is {}", mission.state), false);
-        }
-        let Some(context) = context else {
-            return stop(&mut self.memory, "the mission is not prepared", true);
-        };
-        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
-        let Some(people) = people.filter(|people| cycle::is_fresh(people, &belief)) else {
-            return stop(&mut self.memory, cycle::NO_PEOPLE, true);
-        };
-        let observation = Observation { belief: belief.clone(), people };
-        match cycle::plan(&self.pool, &context, &mut self.memory, observation).await {
-            Ok((decision, report)) => (decision, Some(report)),
-            Err(reject) => {
-                tracing::error!(%reject, "the cycle failed");
-                stop(&mut self.memory, "the cycle failed", true)
-            }
-        }
     }
 }
