@@ -55,6 +55,19 @@ impl Memory {
         }
     }
 
+    /// Whether this arbiter is the one that is obeyed, `last` being the last decision the driver has obeyed and
+    /// `now` the robot's clock. It gives way to one that outranks it, until that one has fallen silent.
+    pub fn is_obeyed(&mut self, last: Option<&wire::Decision>, now: f64) -> bool {
+        let Some(last) = last else { return true };
+        let id = (last.epoch, last.seq);
+        let lives = (0.0..=SILENCE).contains(&(now - last.stamp));
+        if id > (self.epoch, self.seq) && lives {
+            return false;
+        }
+        self.succeed(id);
+        true
+    }
+
     /// Planning ticks of `period` ticks each between the last report and that of `tick`.
     fn gap(&mut self, tick: u64, period: u64) -> u64 {
         let last = self.reported.replace(tick);
@@ -62,6 +75,8 @@ impl Memory {
     }
 }
 
+/// An arbiter whose newest decision is older than this is taken to be gone, seconds of the robot's clock.
+const SILENCE: f64 = 0.6;
 /// People older than this are no longer acted on, seconds of the robot's clock.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
@@ -183,6 +198,7 @@ pub async fn plan<P: Peers>(
     degraded.extend(evaluated.iter().filter_map(|(metric, how)| match how {
         Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => Some(format!("evaluated: local ({metric})")),
         Evaluated::None => Some(format!("not evaluated ({metric})")),
+        Evaluated::Pool if !scores.missing(metric).is_empty() => Some(format!("partly evaluated ({metric})")),
         _ => None,
     }));
 
@@ -247,16 +263,20 @@ async fn evaluate<P: Peers>(
     let local =
         pool.peers.compute(|| in_process::score(context, scene, candidates, &missing, &mut scores, &is_over));
     let all = (pool.peers.now() - started).as_micros() as u64;
-    let evaluated = active.iter().map(|metric| {
-        let how = match missing.contains(&metric.as_str()) {
-            false => Evaluated::Pool,
-            true if local.contains(metric.as_str()) => Evaluated::Local,
-            true => Evaluated::None,
-        };
-        (metric.clone(), how)
-    });
+    let evaluated: BTreeMap<String, Evaluated> = active
+        .iter()
+        .map(|metric| {
+            let how = if local.contains(metric.as_str()) {
+                Evaluated::Local
+            } else if missing.contains(&metric.as_str()) && scores.missing(metric).len() == candidates.len() {
+                Evaluated::None
+            } else {
+                Evaluated::Pool
+            };
+            (metric.clone(), how)
+        })
+        .collect();
     times.extend(local.iter().map(|metric| ((*metric).to_owned(), all)));
-    let evaluated = evaluated.collect();
     let times = times.into_iter().map(|(metric, us)| MetricTime { metric, us }).collect();
     (scores, evaluated, times)
 }
@@ -298,6 +318,15 @@ mod tests {
         let epoch = second.epoch;
         second.succeed((epoch, 9));
         assert_eq!(second.epoch, epoch);
+    }
+
+    #[test]
+    fn an_arbiter_gives_way_to_its_successor_while_that_one_lives() {
+        let mut old = Memory::new(1);
+        let last = wire::Decision { epoch: old.epoch + 9, seq: 3, stamp: 10.0, ..wire::golden::decision() };
+        assert!(old.is_obeyed(None, 10.0));
+        assert!(!old.is_obeyed(Some(&last), 10.5));
+        assert!(old.is_obeyed(Some(&last), 10.7) && old.epoch > last.epoch);
     }
 
     #[test]

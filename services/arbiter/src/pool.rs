@@ -10,6 +10,7 @@ use curionav_runtime::query::AskError;
 use curionav_schemas::RejectCode;
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
+use tokio::sync::Notify;
 
 use crate::budget::Budget;
 use crate::context::PlanContext;
@@ -25,6 +26,8 @@ pub struct Pool<P> {
     /// How to reach them.
     pub peers: Arc<P>,
     replicas: Mutex<Replicas>,
+    /// Wakes whoever probes: a replica has lost its standing.
+    failed: Notify,
 }
 
 /// A usable answer: what was asked for, and how much work it was.
@@ -57,7 +60,7 @@ fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
 impl<P: Peers> Pool<P> {
     /// Nobody is known yet.
     pub fn new(peers: Arc<P>) -> Self {
-        Self { peers, replicas: Mutex::new(Replicas::default()) }
+        Self { peers, replicas: Mutex::default(), failed: Notify::new() }
     }
 
     /// What is known of the replicas.
@@ -103,7 +106,7 @@ impl<P: Peers> Pool<P> {
                     Some((instance, Err(error))) => {
                         tracing::warn!(role, instance, %error, "no usable answer");
                         if waited_for.iter().any(|w| w.0 == instance && !w.1) {
-                            self.replicas().failed(role, &instance, failure(&error), self.peers.now());
+                            self.hold_against(role, &instance, failure(&error));
                         }
                         waited_for.retain(|w| w.0 != instance);
                         next = self.replicas().spare(role, &asked);
@@ -126,9 +129,14 @@ impl<P: Peers> Pool<P> {
     fn are_late(&self, role: &str, waited_for: &mut [(String, bool)]) {
         for (instance, counted) in waited_for.iter_mut().filter(|w| !w.1) {
             tracing::warn!(role, instance, "no answer in time");
-            self.replicas().failed(role, instance, Failure::Broken, self.peers.now());
+            self.hold_against(role, instance, Failure::Broken);
             *counted = true;
         }
+    }
+
+    fn hold_against(&self, role: &str, instance: &str, failure: Failure) {
+        self.replicas().failed(role, instance, failure, self.peers.now());
+        self.failed.notify_one();
     }
 
     /// One question to one replica.
@@ -183,6 +191,7 @@ impl<P: Peers> Pool<P> {
                     self.replicas().probed(role, instance, slots, self.peers.now());
                 }
                 () = self.peers.membership_changed() => {}
+                () = self.failed.notified() => {}
                 () = self.peers.sleep(wait) => {}
             }
         }

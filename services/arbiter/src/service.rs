@@ -21,8 +21,10 @@ use crate::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// The driver is on the same robot.
-const DRIVER_TIMEOUT: Duration = Duration::from_secs(2);
+/// Cycles between two looks at whom the driver obeys.
+const LOOK_EVERY: u64 = 8;
+/// The driver is on the same robot; if it does not answer it is asked again with every cycle.
+const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
 struct Arbiter {
     service: RobotService,
@@ -37,8 +39,8 @@ struct Arbiter {
     context: Option<Arc<PlanContext>>,
     keeping_ready: Option<JoinHandle<()>>,
     memory: Memory,
-    /// Whether the driver has said which decision it obeyed last.
-    succeeded: bool,
+    /// Whether the driver obeys this arbiter, as far as is known.
+    obeyed: bool,
     /// Tick of the last decision.
     planned: Option<u64>,
 }
@@ -65,11 +67,11 @@ pub(crate) async fn run(
         context: None,
         keeping_ready: None,
         memory: Memory::new(nonce()),
-        succeeded: false,
+        obeyed: false,
         planned: None,
     };
     let _announced = arbiter.service.announce()?;
-    arbiter.succeed(DRIVER_TIMEOUT).await?;
+    arbiter.succeed().await?;
     on_ready();
     if let Some(mission) = arbiter.service.mission().await? {
         arbiter.take(mission).await?;
@@ -101,21 +103,25 @@ fn nonce() -> u64 {
 }
 
 impl Arbiter {
-    /// Outranks the arbiter whose decision the driver has obeyed last. Until the driver has answered, what is
-    /// decided here may be refused; it is asked again with every cycle.
-    async fn succeed(&mut self, timeout: Duration) -> anyhow::Result<()> {
-        let key = self.service.key("decision")?;
-        match fetch::<Decision>(self.service.session_of("decision"), &key, timeout).await {
-            Ok(last) => self.memory.succeed((last.epoch, last.seq)),
-            // It has obeyed nobody yet.
-            Err(AskError::Rejected(_)) => {}
-            Err(_) => {
-                self.succeeded = false;
-                return Ok(());
-            }
+    /// Outranks the arbiter whose decision the driver has obeyed last. If the driver does not answer, what is
+    /// decided here may be refused, and it is asked again with every cycle.
+    async fn succeed(&mut self) -> anyhow::Result<()> {
+        let last = self.last_obeyed(DRIVER_TIMEOUT).await?;
+        if let Some(Some(last)) = &last {
+            self.memory.succeed((last.epoch, last.seq));
         }
-        self.succeeded = true;
+        self.obeyed = last.is_some();
         Ok(())
+    }
+
+    /// The last decision the driver has obeyed, if any; nothing if it does not answer.
+    async fn last_obeyed(&self, timeout: Duration) -> anyhow::Result<Option<Option<Decision>>> {
+        let key = self.service.key("decision")?;
+        Ok(match fetch::<Decision>(self.service.session_of("decision"), &key, timeout).await {
+            Ok(last) => Some(Some(last)),
+            Err(AskError::Rejected(_)) => Some(None),
+            Err(_) => None,
+        })
     }
 
     /// A mission, or a change of the one at hand.
@@ -143,7 +149,7 @@ impl Arbiter {
             let _ = keeping_ready.await;
         }
         self.pool.clear();
-        self.succeed(DRIVER_TIMEOUT).await?;
+        self.succeed().await?;
         self.context = None;
         self.memory = self.memory.fresh();
         let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
@@ -192,11 +198,9 @@ impl Arbiter {
         }
         let started = std::time::Instant::now();
         self.planned = Some(belief.tick);
-        if !self.succeeded {
-            self.succeed(Duration::from_millis(50)).await?;
-        }
         let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
         let context = self.context.as_deref();
+        let now = belief.stamp;
         let (decision, report) =
             cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
@@ -204,6 +208,10 @@ impl Arbiter {
             self.reports.publish(&report, mission.clock);
         }
         self.service.counts.record(started.elapsed());
+        if !self.obeyed || self.memory.seq % LOOK_EVERY == 0 {
+            let last = self.last_obeyed(Duration::from_millis(50)).await?;
+            self.obeyed = last.is_some_and(|last| self.memory.is_obeyed(last.as_ref(), now));
+        }
         Ok(())
     }
 }
