@@ -16,12 +16,7 @@ use super::world::{ArbiterSeat, SimulatedPeers, World};
 
 /// Starts another arbiter.
 pub(super) fn start(world: &Arc<World>) {
-    let seat = Arc::new(ArbiterSeat {
-        desk: Default::default(),
-        heard: Default::default(),
-        members: Default::default(),
-        task: Default::default(),
-    });
+    let seat = Arc::new(ArbiterSeat::default());
     let number = {
         let mut state = world.state();
         state.arbiters.push(Arc::clone(&seat));

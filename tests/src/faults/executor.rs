@@ -18,6 +18,7 @@ struct State {
     timers: BTreeMap<(Duration, u64), Waker>,
     tasks: BTreeMap<u64, Option<Task>>,
     ready: VecDeque<u64>,
+    stopped: bool,
 }
 
 /// The clock, its tasks and its timers.
@@ -88,8 +89,8 @@ impl Executor {
             self.run_ready();
             let mut state = self.state();
             let Some((&(at, _), _)) = state.timers.first_key_value() else { return };
-            if at > until {
-                state.now = until;
+            if at > until || state.stopped {
+                state.now = state.now.max(at.min(until));
                 return;
             }
             state.now = state.now.max(at);
@@ -118,6 +119,11 @@ impl Executor {
             drop(state);
             drop(task);
         }
+    }
+
+    /// Lets no more time pass.
+    pub(super) fn stop(&self) {
+        self.state().stopped = true;
     }
 
     /// Ends everything: tasks hold the world, which holds the clock.

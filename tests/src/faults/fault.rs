@@ -65,6 +65,23 @@ pub(super) enum Fault {
     DriverCrash,
 }
 
+impl Fault {
+    /// Whether it concerns those who generate and evaluate, and the way to them, alone.
+    pub(super) fn is_of_the_pool(&self) -> bool {
+        matches!(
+            self,
+            Self::Weather { .. }
+                | Self::Crash(_)
+                | Self::Hang(_)
+                | Self::Slow(..)
+                | Self::Garbage(..)
+                | Self::MassLeave
+                | Self::Overload(_)
+                | Self::NoPool
+        )
+    }
+}
+
 /// A fault and its time.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Episode {

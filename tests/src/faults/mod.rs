@@ -4,10 +4,12 @@
 //! are the real ones. Simulated are the network, processes that come, hang and go, the localiser and the base.
 
 mod arbiter;
+mod degraded_modes;
 mod executor;
 mod fault;
 mod hall;
 mod invariants;
+mod lockstep;
 mod replica;
 mod robot;
 mod ten_thousand_cycles;

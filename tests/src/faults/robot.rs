@@ -193,6 +193,12 @@ impl Robot {
         command.reason
     }
 
+    /// A tick of driver and base.
+    pub(super) fn turn(&mut self, belief: Belief) {
+        let reason = self.drive(Some(belief), TICK);
+        self.roll(Some(reason));
+    }
+
     /// The base's tick: the command while it is recent, else to a stand.
     fn roll(&mut self, reason: Option<&'static str>) {
         let fresh = self.command.filter(|(at, _)| self.now() - at <= COMMAND_AGE_MAX + 1e-9);

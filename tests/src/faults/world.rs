@@ -34,6 +34,7 @@ pub(super) struct Desk {
     pub(super) people: Option<People>,
 }
 
+#[derive(Default)]
 pub(super) struct ArbiterSeat {
     pub(super) desk: Mutex<Desk>,
     pub(super) heard: Notify,
@@ -168,6 +169,11 @@ impl World {
         };
         let task = seat.and_then(|seat| seat.task.lock().unwrap().take());
         task.into_iter().for_each(|task| self.executor.kill(task));
+    }
+
+    /// Ends everything that would go on by itself.
+    pub(super) fn stop(&self) {
+        self.executor.stop();
     }
 
     pub(super) fn has(&self, fault: impl Fn(&Fault) -> bool) -> bool {
