@@ -74,8 +74,11 @@ pub struct Scores {
     pub instance: String,
     /// `[candidates of the shard]`, in the metric's own unit.
     pub cost: F64Array,
-    /// Time spent, microseconds.
+    /// Microseconds from the request's arrival to the answer, waiting for a slot included.
     pub elapsed_us: u64,
+    /// Shards it computes at once; absent means one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slots: Option<u32>,
 }
 
 impl Validate for Scores {

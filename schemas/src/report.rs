@@ -119,7 +119,8 @@ pub struct CycleReport {
     pub timings: Timings,
     /// The crowd density model's mixture.
     pub crowds: Vec<Crowd>,
-    /// Reports lost since the previous one that was sent.
+    /// Planning ticks since the previous report that have none: ticks skipped because a cycle took too long or
+    /// their belief never came, and decisions that no cycle led to.
     pub gap: u64,
 }
 

@@ -27,7 +27,7 @@ pub struct ServiceStatus {
     pub p50_ms: f64,
     /// 99th percentile of it, ms.
     pub p99_ms: f64,
-    /// Maps it is prepared for, by hash, 64 hexadecimal digits each.
+    /// What it is prepared for: `map HASH`, `goal X Y on HASH`, `sensor BEAMS over FOV rad to RANGE m on HASH`.
     pub warmed: Vec<String>,
 }
 

@@ -5,4 +5,6 @@ mod deploy_files;
 #[cfg(test)]
 mod end_to_end;
 #[cfg(test)]
+mod faults;
+#[cfg(test)]
 mod tidiness;

@@ -139,6 +139,23 @@ impl CandidateSet {
         i * self.steps..(i + 1) * self.steps
     }
 
+    /// The candidates with these indices, in this order.
+    pub fn pick(&self, indices: &[usize]) -> Self {
+        let states = |array: &[f64]| -> Vec<f64> {
+            indices.iter().flat_map(|&i| array[self.range(i)].iter().copied()).collect()
+        };
+        Self {
+            steps: self.steps,
+            dt: self.dt,
+            id: indices.iter().map(|&i| self.id[i]).collect(),
+            x: states(&self.x),
+            y: states(&self.y),
+            heading: states(&self.heading),
+            v: states(&self.v),
+            omega: states(&self.omega),
+        }
+    }
+
     /// Candidates `range` alone: one shard.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let cells = range.start * self.steps..range.end * self.steps;
@@ -158,6 +175,15 @@ impl CandidateSet {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn picking_neighbours_is_slicing() {
+        let n = |k: u32| (0..6).map(|i| f64::from(i * 10 + k)).collect::<Vec<f64>>();
+        let set = CandidateSet::new(2, 0.3, vec![7, 8, 9], n(0), n(1), n(2), n(3), n(4)).unwrap();
+        assert_eq!(set.pick(&[1, 2]), set.slice(1..3));
+        assert_eq!(set.pick(&[2, 0]).id(), [9, 7]);
+        assert_eq!(set.pick(&[2, 0]).x(), [40.0, 50.0, 0.0, 10.0]);
+    }
 
     #[test]
     fn shapes_and_numbers_are_checked() {

@@ -28,6 +28,9 @@ pub struct ServiceConfig {
     pub slots: usize,
     /// Requests that may wait for a slot; further ones are refused as overloaded.
     pub queue: usize,
+    /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
+    /// drives the rest of its last trajectory and stops (arbiter).
+    pub in_process: bool,
     /// How long to keep trying to reach a router before giving up, seconds.
     pub connect_timeout_s: f64,
 }
@@ -43,6 +46,7 @@ impl Default for ServiceConfig {
             world: "world".into(),
             slots: 1,
             queue: 16,
+            in_process: true,
             connect_timeout_s: 10.0,
         }
     }

@@ -1,6 +1,5 @@
 //! One evaluator as a service: what the CPC and the HCCDM evaluator have in common.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use curionav_schemas::{EvaluateRequest, Reject, RejectCode, Scores, keys};
@@ -24,14 +23,19 @@ pub async fn run(
     mut shutdown: Shutdown,
     on_ready: impl FnOnce(),
 ) -> anyhow::Result<()> {
-    let fields = Arc::new(Fields::new(session));
-    let instance = config.instance.clone();
+    let fields = Fields::new(session);
+    let (instance, slots) = (config.instance.clone(), config.slots);
     let key = keys::evaluate(metric, &instance)?;
+    let answering = fields.clone();
     let handler = move |request: EvaluateRequest, arrival: Arrival| {
-        answer(metric, &instance, &fields, request, arrival)
+        let budget_ms = request.budget_ms;
+        let scores = answer(metric, &instance, &answering, request, &|| arrival.is_over(budget_ms))?;
+        let elapsed_us = arrival.elapsed().as_micros() as u64;
+        Ok(Scores { elapsed_us, slots: u32::try_from(slots).ok(), ..scores })
     };
     let server = serve(session, &key, config.slots, config.queue, handler)?;
-    let _status = serve_status(session, metric, &config.instance, server.counts())?;
+    let warmed = move || fields.warmed();
+    let _status = serve_status(session, metric, &config.instance, server.counts(), warmed)?;
     let token = announce(session, metric, &config.instance)?;
     on_ready();
     tracing::info!(metric, instance = %config.instance, "evaluator ready");
@@ -40,20 +44,30 @@ pub async fn run(
     Ok(())
 }
 
-fn answer(
+/// The scores of `instance`. A request without candidates derives what such requests need; one with
+/// candidates for which it has not been derived is refused as cold, at once.
+pub fn answer(
     metric: &str,
     instance: &str,
     fields: &Fields,
     request: EvaluateRequest,
-    arrival: Arrival,
+    should_stop: &dyn Fn() -> bool,
 ) -> Result<Scores, Reject> {
     let started = Instant::now();
-    let evaluator = evaluator(metric, &request, fields)?;
-    let (budget_ms, epoch, seq, shard) = (request.budget_ms, request.epoch, request.seq, request.shard);
+    let warms_up = request.candidates.count == 0;
+    if !warms_up && should_stop() {
+        return Err(Reject::new(RejectCode::Stopped, "its time was over before a slot was free"));
+    }
+    let evaluator = if warms_up {
+        evaluator(metric, &request, fields)
+    } else {
+        evaluator(metric, &request, &fields.kept())
+    }?;
+    let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
     let scene = convert::scene(&request.scene)?;
     let candidates = convert::candidates(request.candidates)?;
     let cost = evaluator
-        .evaluate(&scene, &candidates, &|| arrival.is_over(budget_ms))
+        .evaluate(&scene, &candidates, should_stop)
         .map_err(|e| Reject::new(RejectCode::Stopped, e.to_string()))?;
     Ok(Scores {
         epoch,
@@ -63,5 +77,6 @@ fn answer(
         instance: instance.to_owned(),
         cost: cost.into(),
         elapsed_us: started.elapsed().as_micros() as u64,
+        slots: None,
     })
 }

@@ -51,12 +51,30 @@ pub struct GeneratorParams {
 }
 
 /// Distance to go for the request's goal and robot.
-pub fn geodesic(fields: &Fields, request: &GenerateRequest) -> Result<Arc<GeodesicField>, Reject> {
+fn geodesic(fields: &Fields, request: &GenerateRequest) -> Result<Arc<GeodesicField>, Reject> {
     let radius = convert::robot_model(&request.robot_model).radius();
     fields.geodesic(request.map, Point2::new(request.goal_x, request.goal_y), radius)
 }
 
-/// Computes the answer of `instance`.
+/// The answer of `instance`. A request for no growth derives what such requests need; any other for which
+/// it has not been derived is refused as cold, at once.
+pub fn answer(
+    instance: &str,
+    fields: &Fields,
+    request: &GenerateRequest,
+    should_stop: &dyn Fn() -> bool,
+) -> Result<GenerateReply, Reject> {
+    let warms_up = request.iterations == 0;
+    if !warms_up && should_stop() {
+        return Err(Reject::new(RejectCode::Stopped, "its time was over before a slot was free"));
+    }
+    let fields = if warms_up { fields.clone() } else { fields.kept() };
+    let map = fields.map(request.map)?;
+    let geodesic = geodesic(&fields, request)?;
+    generate(instance, request, &map, &geodesic, should_stop)
+}
+
+/// Computes the answer of `instance` from the fields it needs.
 pub fn generate(
     instance: &str,
     request: &GenerateRequest,

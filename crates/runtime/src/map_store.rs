@@ -25,34 +25,52 @@ pub fn host(session: &Session, map: wire::OccupancyGrid) -> Result<Server, Serve
 
 /// Fetches maps on a miss and keeps them with their distance fields.
 pub struct MapStore {
-    session: Session,
-    runtime: tokio::runtime::Handle,
+    /// Where a missing map is asked for.
+    source: Option<(Session, tokio::runtime::Handle)>,
     maps: Kept<MapId, StaticMap>,
 }
 
 impl MapStore {
     /// An empty store. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
-        Self {
-            session: session.clone(),
-            runtime: tokio::runtime::Handle::current(),
-            maps: Kept::new(MAPS_KEPT),
+        let source = (session.clone(), tokio::runtime::Handle::current());
+        Self { source: Some(source), maps: Kept::new(MAPS_KEPT) }
+    }
+
+    /// A store of these maps, the first [`MAPS_KEPT`] of them, without a source of others.
+    pub fn holding(maps: impl IntoIterator<Item = StaticMap>) -> Self {
+        let store = Self { source: None, maps: Kept::new(MAPS_KEPT) };
+        for map in maps.into_iter().take(MAPS_KEPT) {
+            let id = MapId(map.grid.hash().0);
+            let kept: Result<_, std::convert::Infallible> = store.maps.get_or_try(&id, || Ok(map));
+            drop(kept);
         }
+        store
+    }
+
+    /// The maps kept.
+    pub fn ids(&self) -> Vec<MapId> {
+        self.maps.keys()
+    }
+
+    /// The map with this identity if it is kept.
+    pub fn kept(&self, id: MapId) -> Option<Arc<StaticMap>> {
+        self.maps.get(&id)
     }
 
     /// The map with this identity. Blocks while it is fetched: call from a thread that may block.
     pub fn get(&self, id: MapId) -> Result<Arc<StaticMap>, Reject> {
         self.maps.get_or_try(&id, || {
-            let grid: wire::OccupancyGrid = self
-                .runtime
-                .block_on(fetch(&self.session, &keys::map(&id), FETCH_TIMEOUT))
-                .map_err(|e| Reject::new(RejectCode::Cold, &format!("map {id} could not be fetched: {e}")))?;
+            let missing =
+                |why: String| Reject::new(RejectCode::Cold, format!("map {id} could not be fetched: {why}"));
+            let Some((session, runtime)) = &self.source else { return Err(missing("no source".into())) };
+            let grid: wire::OccupancyGrid = runtime
+                .block_on(fetch(session, &keys::map(&id), FETCH_TIMEOUT))
+                .map_err(|e| missing(e.to_string()))?;
             let grid = convert::occupancy_grid(grid)?;
             if grid.hash().0 != id.0 {
-                return Err(Reject::new(
-                    RejectCode::Invalid,
-                    &format!("what was served as map {id} is another map"),
-                ));
+                let reason = format!("what was served as map {id} is another map");
+                return Err(Reject::new(RejectCode::Invalid, reason));
             }
             Ok(StaticMap::new(grid))
         })

@@ -30,9 +30,13 @@ pub enum AskError {
 
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Urgency {
-    /// Shards of a cycle: dropped rather than stalling the link; asked again elsewhere.
-    Shard,
+pub enum Urgency<'a> {
+    /// Work of a cycle: dropped rather than stalling the link; asked again elsewhere. The robot it is for
+    /// goes with it, so that replicas can serve robots in turn.
+    Shard {
+        /// Whose cycle.
+        robot: &'a str,
+    },
     /// Everything else: missions, maps, scenarios.
     Normal,
 }
@@ -43,7 +47,7 @@ pub async fn ask<Q: Message, A: Message>(
     key: &str,
     question: &Q,
     timeout: Duration,
-    urgency: Urgency,
+    urgency: Urgency<'_>,
 ) -> Result<A, AskError> {
     ask_bytes(session, key, Some((question.encode(), Q::ENCODING)), timeout, urgency).await
 }
@@ -59,10 +63,10 @@ pub async fn ask_bytes<A: Message>(
     key: &str,
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
-    urgency: Urgency,
+    urgency: Urgency<'_>,
 ) -> Result<A, AskError> {
     let (congestion, priority) = match urgency {
-        Urgency::Shard => (CongestionControl::Drop, Priority::InteractiveLow),
+        Urgency::Shard { .. } => (CongestionControl::Drop, Priority::InteractiveLow),
         Urgency::Normal => (CongestionControl::Block, Priority::Data),
     };
     let mut get = session
@@ -74,6 +78,9 @@ pub async fn ask_bytes<A: Message>(
         .express(true);
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
+    }
+    if let Urgency::Shard { robot } = urgency {
+        get = get.attachment(robot);
     }
     let replies = get.with(FifoChannel::new(4)).wait().map_err(|e| AskError::Send(e.to_string()))?;
     let mut failure = AskError::NoReply;

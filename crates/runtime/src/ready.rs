@@ -1,4 +1,4 @@
-//! Telling the driver that a role is ready for a mission.
+//! Telling the driver about its mission: that a role is ready for it, or that it cannot be carried out.
 
 use std::time::Duration;
 
@@ -25,10 +25,4 @@ pub async fn tell_driver(session: &Session, mission_key: &str, request: &Mission
         }
         tokio::time::sleep(PAUSE).await;
     }
-}
-
-/// Reports `role` ready for `revision`.
-pub async fn report_ready(session: &Session, mission_key: &str, role: &str, instance: &str, revision: u64) {
-    let request = MissionRequest::Ready { role: role.to_owned(), instance: instance.to_owned(), revision };
-    tell_driver(session, mission_key, &request).await;
 }

@@ -1,19 +1,20 @@
 //! Typed queryables with admission control.
 //!
 //! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue
-//! (or refuses it as overloaded, at once); threads of our own compute and answer.
+//! (or refuses it as overloaded, at once); threads of our own compute and answer, one robot after the
+//! other in turn.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use curionav_schemas::{Message, Reject, RejectCode};
+use curionav_schemas::{Message, Reject, RejectCode, keys};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
+use crate::fair_queue::FairQueue;
 use crate::latency::Latency;
 
 /// When a request came in, so that its budget (relative milliseconds) can be kept.
@@ -21,6 +22,11 @@ use crate::latency::Latency;
 pub struct Arrival(Instant);
 
 impl Arrival {
+    /// How long ago.
+    pub fn elapsed(&self) -> Duration {
+        self.0.elapsed()
+    }
+
     /// Whether `budget_ms` is spent.
     pub fn is_over(&self, budget_ms: u32) -> bool {
         self.0.elapsed() > Duration::from_millis(u64::from(budget_ms))
@@ -40,16 +46,61 @@ pub struct ServeCounts {
 }
 
 impl ServeCounts {
+    /// One more answer, and how long it took.
+    pub fn record(&self, took: Duration) {
+        self.answered.fetch_add(1, Ordering::Relaxed);
+        self.latency.lock().unwrap_or_else(PoisonError::into_inner).record(took);
+    }
+
     /// Times from arrival to answer of the recent past.
     pub fn latency(&self) -> Latency {
         self.latency.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// A running server; dropping it undeclares the key and ends its threads.
+/// Queries that wait for a slot.
+struct Waiting {
+    queue: Mutex<(FairQueue<(Query, Instant)>, bool)>,
+    /// Signalled for each query, and for all when the server ends.
+    arrived: Condvar,
+}
+
+impl Waiting {
+    /// Adds a query, or gives back the one that finds no room.
+    fn push(&self, robot: &str, query: Query) -> Option<Query> {
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        if queue.1 {
+            return Some(query);
+        }
+        let refused = queue.0.push(robot, (query, Instant::now()));
+        self.arrived.notify_one();
+        refused.map(|(query, _)| query)
+    }
+
+    /// The next query, waited for; nothing once the server ends.
+    fn pop(&self) -> Option<(Query, Instant)> {
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if let Some(next) = queue.0.pop() {
+                return Some(next);
+            }
+            if queue.1 {
+                return None;
+            }
+            queue = self.arrived.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn end(&self) {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
+        self.arrived.notify_all();
+    }
+}
+
+/// A running server; dropping it undeclares the key, answers what waits and ends its threads.
 pub struct Server {
-    // Declared first so that it is dropped first: it owns the sender that keeps the threads alive.
     queryable: Option<Queryable<()>>,
+    waiting: Arc<Waiting>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<ServeCounts>,
 }
@@ -64,6 +115,7 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         drop(self.queryable.take());
+        self.waiting.end();
         for thread in self.threads.drain(..) {
             // A panic in a handler has already been reported by its thread.
             let _ = thread.join();
@@ -116,50 +168,45 @@ pub fn serve_queries<A: Message>(
 ) -> Result<Server, ServeError> {
     let error = |reason: String| ServeError { key: key.into(), reason };
     let counts = Arc::new(ServeCounts::default());
-    let (sender, receiver) = sync_channel::<(Query, Instant)>(queue.max(1));
-    let receiver = Arc::new(Mutex::new(receiver));
+    let waiting =
+        Arc::new(Waiting { queue: Mutex::new((FairQueue::new(queue), false)), arrived: Condvar::new() });
     let handler = Arc::new(handler);
     let mut threads = Vec::new();
     for slot in 0..slots.max(1) {
-        let (receiver, handler, counts) = (Arc::clone(&receiver), Arc::clone(&handler), Arc::clone(&counts));
+        let (waiting, handler, counts) = (Arc::clone(&waiting), Arc::clone(&handler), Arc::clone(&counts));
         let thread = std::thread::Builder::new()
             .name(format!("serve-{slot}"))
-            .spawn(move || work(&receiver, &*handler, &counts))
+            .spawn(move || work(&waiting, &*handler, &counts))
             .map_err(|e| error(e.to_string()))?;
         threads.push(thread);
     }
-    let admission = Arc::clone(&counts);
+    let (queue, admission) = (Arc::clone(&waiting), Arc::clone(&counts));
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
-        .callback(move |query| admit(&sender, &admission, query))
+        .callback(move |query| admit(&queue, &admission, query))
         .wait()
         .map_err(|e| error(e.to_string()))?;
-    Ok(Server { queryable: Some(queryable), threads, counts })
+    Ok(Server { queryable: Some(queryable), waiting, threads, counts })
 }
 
-fn admit(sender: &SyncSender<(Query, Instant)>, counts: &ServeCounts, query: Query) {
+fn admit(waiting: &Waiting, counts: &ServeCounts, query: Query) {
     counts.in_flight.fetch_add(1, Ordering::Relaxed);
-    let refused = match sender.try_send((query, Instant::now())) {
-        Ok(()) => return,
-        Err(TrySendError::Full((query, _)) | TrySendError::Disconnected((query, _))) => query,
-    };
+    // Who says nothing about whose work it is shares a line with all who do not.
+    let robot = query.attachment().map(|a| a.to_bytes().into_owned()).unwrap_or_default();
+    let robot = std::str::from_utf8(&robot).ok().filter(|name| keys::check_id(name).is_ok()).unwrap_or("");
+    let Some(refused) = waiting.push(robot, query) else { return };
     counts.in_flight.fetch_sub(1, Ordering::Relaxed);
     counts.refused.fetch_add(1, Ordering::Relaxed);
     reply_error(&refused, &Reject::new(RejectCode::Overloaded, "every slot is busy and the queue is full"));
 }
 
 fn work<A: Message>(
-    receiver: &Mutex<Receiver<(Query, Instant)>>,
+    waiting: &Waiting,
     handler: &impl Fn(&Query, Arrival) -> Result<A, Reject>,
     counts: &ServeCounts,
 ) {
-    loop {
-        let next = match receiver.lock() {
-            Ok(receiver) => receiver.recv(),
-            Err(_) => return,
-        };
-        let Ok((query, came)) = next else { return };
+    while let Some((query, came)) = waiting.pop() {
         // A handler that panics has answered nothing yet; the next question finds the service alive.
         let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, Arrival(came))))
             .unwrap_or_else(|_| Err(Reject::new(RejectCode::Unknown, "the service failed on this question")));

@@ -4,17 +4,19 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
+use curionav_schemas::limits::MAX_LIST;
 use curionav_schemas::{ServiceStatus, keys};
 use zenoh::Session;
 
 use crate::serve::{ServeCounts, ServeError, Server, serve_state};
 
-/// Serves the counts of one server under `status/{role}/{instance}`.
+/// Serves the counts of one server, and what it is prepared for, under `status/{role}/{instance}`.
 pub fn serve_status(
     session: &Session,
     role: &str,
     instance: &str,
     counts: Arc<ServeCounts>,
+    warmed: impl Fn() -> Vec<String> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let key = keys::status(role, instance)
         .map_err(|e| ServeError { key: format!("status of {role}"), reason: e.to_string() })?;
@@ -31,7 +33,7 @@ pub fn serve_status(
             rejected: counts.refused.load(Ordering::Relaxed),
             p50_ms: latency.percentile_ms(0.50),
             p99_ms: latency.percentile_ms(0.99),
-            warmed: Vec::new(),
+            warmed: warmed().into_iter().take(MAX_LIST).collect(),
         })
     })
 }

@@ -1,7 +1,8 @@
 //! Typed publish/subscribe.
 
 use std::marker::PhantomData;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use curionav_schemas::{Clock, Message};
 use zenoh::handlers::{RingChannel, RingChannelHandler};
@@ -10,6 +11,8 @@ use zenoh::pubsub::Subscriber;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
+
+use crate::serve::ServeCounts;
 
 /// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep at most a few are in
 /// flight; in real time only the newest matters.
@@ -86,19 +89,24 @@ impl<M: Message> Topic<M> {
 /// A typed subscriber: decodes and validates; what is not ours is counted and passed over.
 pub struct Inbox<M> {
     subscriber: Subscriber<RingChannelHandler<Sample>>,
-    refused: AtomicU64,
+    counts: Arc<ServeCounts>,
     message: PhantomData<fn() -> M>,
 }
 
 impl<M: Message> Inbox<M> {
     /// Subscribes to `key`.
     pub fn new(session: &Session, key: &str) -> Result<Self, TopicError> {
+        Self::counted(session, key, &Arc::default())
+    }
+
+    /// Subscribes to `key`; what is refused is added to `counts`.
+    pub fn counted(session: &Session, key: &str, counts: &Arc<ServeCounts>) -> Result<Self, TopicError> {
         let subscriber = session
             .declare_subscriber(key.to_owned())
             .with(RingChannel::new(INBOX))
             .wait()
             .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
-        Ok(Self { subscriber, refused: AtomicU64::new(0), message: PhantomData })
+        Ok(Self { subscriber, counts: Arc::clone(counts), message: PhantomData })
     }
 
     fn decode(&self, sample: &Sample) -> Option<M> {
@@ -106,7 +114,7 @@ impl<M: Message> Inbox<M> {
         match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
             Ok(message) => Some(message),
             Err(error) => {
-                let refused = self.refused.fetch_add(1, Ordering::Relaxed) + 1;
+                let refused = self.counts.refused.fetch_add(1, Ordering::Relaxed) + 1;
                 tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
                 None
             }
@@ -131,10 +139,5 @@ impl<M: Message> Inbox<M> {
             }
         }
         None
-    }
-
-    /// How many messages were refused so far.
-    pub fn refused(&self) -> u64 {
-        self.refused.load(Ordering::Relaxed)
     }
 }

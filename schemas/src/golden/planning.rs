@@ -120,6 +120,7 @@ pub fn scores() -> Scores {
         instance: "cpc-1".into(),
         cost: vec![0.42, 0.37].into(),
         elapsed_us: 830,
+        slots: Some(2),
     }
 }
 

@@ -31,13 +31,15 @@ pub struct PlanContext {
     pub robot: RobotModel,
     /// Where to go.
     pub goal: Point2,
+    /// Whether the arbiter computes itself what no replica answers.
+    pub in_process: bool,
     parameters: BTreeMap<String, Value>,
     local: BTreeMap<String, Arc<dyn Evaluator>>,
 }
 
 impl PlanContext {
     /// Fetches the map and derives every field; blocks for as long as that takes (a second or so).
-    pub fn new(mission: Mission, fields: &Fields) -> Result<Self, Reject> {
+    pub fn new(mission: Mission, fields: &Fields, in_process: bool) -> Result<Self, Reject> {
         let profile: Profile = convert::from_value("profile", &mission.profile)?;
         profile.check().map_err(|e| Reject::invalid("profile", e.to_string()))?;
         if !generator::is_known(&profile.generator) {
@@ -68,6 +70,7 @@ impl PlanContext {
             geodesic,
             robot,
             goal,
+            in_process,
             parameters: parameters_of,
             local: BTreeMap::new(),
         };
@@ -88,6 +91,11 @@ impl PlanContext {
     pub fn pool_metrics(&self) -> impl Iterator<Item = &str> {
         let terms = self.profile.terms.iter().filter(|(_, t)| t.weight > 0.0);
         terms.map(|(m, _)| m.as_str()).filter(|m| !AT_HOME.contains(m))
+    }
+
+    /// Whether candidates, or their costs under a metric, can be computed without the pool of `role`.
+    pub fn is_replaceable(&self, role: &str) -> bool {
+        self.in_process && (role == generator::ROLE || self.local.contains_key(role))
     }
 
     /// The in-process evaluator of a metric, for falling back.

@@ -1,8 +1,7 @@
 //! One planning cycle, from belief to decision: the function to read first.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use curionav_planning::arbitration::{self, Observer, Previous, Scores, arbitrate};
 use curionav_planning::candidates::CandidateSet;
@@ -11,29 +10,75 @@ use curionav_runtime::evaluators::AT_HOME;
 use curionav_runtime::{convert, generator};
 use curionav_schemas::{self as wire, Clock, Evaluated, MetricTime, Reject, Timings};
 
+use crate::budget::Budget;
 use crate::context::PlanContext;
-use crate::dispatch::{self, Budget, Shard};
+use crate::dispatch::{self, Shard};
+use crate::in_process;
 use crate::peers::Peers;
+use crate::pool::Pool;
 use crate::report;
+
+/// Bits of an epoch that tell arbiters apart which succeed the same one; the rest counts successions.
+const NONCE_BITS: u32 = 20;
 
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
-    /// Rises with every restart.
+    /// Rises with every restart; no two arbiters share one.
     pub epoch: u64,
     /// Rises with every cycle.
     pub seq: u64,
+    /// Tick of the last report.
+    pub reported: Option<u64>,
     observer: Observer,
     tree: Option<wire::Tree>,
     previous: Option<Previous>,
 }
 
 impl Memory {
+    /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
+    pub fn new(nonce: u64) -> Self {
+        Self { epoch: (1 << NONCE_BITS) | (nonce & ((1 << NONCE_BITS) - 1)), ..Self::default() }
+    }
+
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
     pub fn fresh(&self) -> Self {
         Self { epoch: self.epoch, seq: self.seq, ..Self::default() }
     }
+
+    /// Makes the epoch greater than that of `last`, the (epoch, seq) of the last decision the driver has
+    /// obeyed, unless this arbiter made it: the driver then obeys this one and no longer the one before.
+    pub fn succeed(&mut self, last: (u64, u64)) {
+        if last > (self.epoch, self.seq) {
+            let nonce = self.epoch & ((1 << NONCE_BITS) - 1);
+            self.epoch = (((last.0 >> NONCE_BITS) + 1) << NONCE_BITS) | nonce;
+        }
+    }
+
+    /// Whether this arbiter is the one that is obeyed, `last` being the last decision the driver has obeyed and
+    /// `now` the robot's clock. It gives way to one that outranks it, until that one has fallen silent.
+    pub fn is_obeyed(&mut self, last: Option<&wire::Decision>, now: f64) -> bool {
+        let Some(last) = last else { return true };
+        let id = (last.epoch, last.seq);
+        let lives = (0.0..=SILENCE).contains(&(now - last.stamp));
+        if id > (self.epoch, self.seq) && lives {
+            return false;
+        }
+        self.succeed(id);
+        true
+    }
+
+    /// Planning ticks of `period` ticks each between the last report and that of `tick`.
+    fn gap(&mut self, tick: u64, period: u64) -> u64 {
+        let last = self.reported.replace(tick);
+        last.map_or(0, |last| (tick.saturating_sub(last) / period.max(1)).saturating_sub(1))
+    }
 }
+
+/// An arbiter whose newest decision is older than this is taken to be gone, seconds of the robot's clock.
+const SILENCE: f64 = 0.6;
+/// People older than this are no longer acted on, seconds of the robot's clock.
+const PEOPLE_AGE_MAX: f64 = 1.0;
 
 /// What a cycle starts from.
 #[derive(Debug, Clone)]
@@ -68,14 +113,50 @@ impl CycleBudget {
     }
 }
 
+/// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and
+/// `people` are recent; else what [`plan`] makes of it, with its report.
+pub async fn decide<P: Peers>(
+    pool: &Pool<P>,
+    context: Option<&PlanContext>,
+    memory: &mut Memory,
+    mission: &wire::Mission,
+    belief: wire::Belief,
+    people: Option<wire::People>,
+) -> (wire::Decision, Option<wire::CycleReport>) {
+    let seen_from = belief.clone();
+    let stop = |memory: &mut Memory, reason: &str, degraded| {
+        memory.seq += 1;
+        let id = (memory.epoch, memory.seq);
+        (report::stop(id, &seen_from, mission.tick_s, reason, degraded), None)
+    };
+    if mission.state != wire::MissionState::Running {
+        return stop(memory, &format!("the mission is {}", mission.state), false);
+    }
+    let of = |c: &&PlanContext| (c.mission.run, c.mission.revision) == (mission.run, mission.revision);
+    let Some(context) = context.filter(of) else {
+        return stop(memory, "the mission is not prepared", true);
+    };
+    let Some(people) = people.filter(|people| belief.stamp - people.stamp <= PEOPLE_AGE_MAX) else {
+        return stop(memory, "nobody says where people are", true);
+    };
+    match plan(pool, context, memory, Observation { belief, people }).await {
+        Ok((decision, report)) => (decision, Some(report)),
+        Err(reject) => {
+            tracing::error!(%reject, "the cycle failed");
+            stop(memory, "the cycle failed", true)
+        }
+    }
+}
+
 /// Plans once. Always ends in a decision; what went wrong on the way is in it.
 pub async fn plan<P: Peers>(
-    peers: &Arc<P>,
+    pool: &Pool<P>,
     context: &PlanContext,
     memory: &mut Memory,
     observation: Observation,
 ) -> Result<(wire::Decision, wire::CycleReport), Reject> {
-    let started = Instant::now();
+    let peers = &*pool.peers;
+    let started = peers.now();
     memory.seq += 1;
     let id = (memory.epoch, memory.seq);
     let budget = CycleBudget::of(&context.mission);
@@ -91,37 +172,38 @@ pub async fn plan<P: Peers>(
     // Generate: any replica takes over the tree, which travels as a value.
     let request =
         context.generate_request(id, &scene_message, memory.tree.take(), memory.previous.as_ref())?;
-    let generating = Instant::now();
     let shape = (context.profile.steps, context.profile.dt);
-    let asked = dispatch::generate(&**peers, request.clone(), shape, Budget::new(budget.generate)).await;
-    let (candidates, tree) = match asked {
-        Some(generated) => generated,
-        None => {
+    let stage = Budget::new(peers.now(), budget.generate);
+    let (candidates, tree) = match dispatch::generate(pool, &request, shape, stage).await {
+        Some((candidates, tree)) => (candidates, Some(tree)),
+        None if context.in_process => {
             degraded.push("generated: local".to_owned());
-            let reply = tokio::task::block_in_place(|| {
-                generator::generate("arbiter", &request, &context.map, &context.geodesic, &|| false)
+            let is_over = || stage.is_over(peers.now());
+            let reply = peers.compute(|| {
+                generator::generate("arbiter", &request, &context.map, &context.geodesic, &is_over)
             })?;
-            (convert::candidates(reply.candidates)?, reply.tree)
+            (convert::candidates(reply.candidates)?, Some(reply.tree))
+        }
+        None => {
+            degraded.push("not generated".to_owned());
+            (CandidateSet::empty(shape.0, shape.1), request.tree.clone())
         }
     };
-    let generate_us = generating.elapsed().as_micros() as u64;
-    memory.tree = Some(tree);
+    memory.tree = tree;
+    let generated = peers.now();
 
     // Evaluate: shards over every replica; what nobody scored, in process.
     let (scores, evaluated, evaluate_us) =
-        evaluate(peers, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
-    degraded.extend(evaluated.iter().filter(|(_, how)| **how != Evaluated::Pool).filter_map(
-        |(metric, how)| match how {
-            Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => {
-                Some(format!("evaluated: local ({metric})"))
-            }
-            Evaluated::None => Some(format!("not evaluated ({metric})")),
-            _ => None,
-        },
-    ));
+        evaluate(pool, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
+    degraded.extend(evaluated.iter().filter_map(|(metric, how)| match how {
+        Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => Some(format!("evaluated: local ({metric})")),
+        Evaluated::None => Some(format!("not evaluated ({metric})")),
+        Evaluated::Pool if !scores.missing(metric).is_empty() => Some(format!("partly evaluated ({metric})")),
+        _ => None,
+    }));
 
     // Decide (eqs. 4 to 6).
-    let arbitrating = Instant::now();
+    let arbitrating = peers.now();
     let decision_context = arbitration::Context {
         profile: &context.profile,
         scene: &scene,
@@ -131,12 +213,14 @@ pub async fn plan<P: Peers>(
     };
     let verdict = arbitrate(&decision_context, &candidates, &scores, memory.previous.as_ref());
     memory.previous = Previous::of(&verdict.decision, stamp);
+    let us = |time: Duration| time.as_micros() as u64;
     let timings = Timings {
-        generate_us,
+        generate_us: us(generated - started),
         evaluate_us,
-        arbitrate_us: arbitrating.elapsed().as_micros() as u64,
-        total_us: started.elapsed().as_micros() as u64,
+        arbitrate_us: us(peers.now() - arbitrating),
+        total_us: us(peers.now() - started),
     };
+    let gap = memory.gap(tick, u64::from(context.mission.plan_every));
     let decision = report::decision(id, &scene, &verdict.decision, evaluated, degraded, timings.total_us);
     let report = report::cycle(
         context,
@@ -147,6 +231,7 @@ pub async fn plan<P: Peers>(
         &scores,
         decision.clone(),
         timings,
+        gap,
     );
     Ok((decision, report))
 }
@@ -154,7 +239,7 @@ pub async fn plan<P: Peers>(
 type Evaluation = (Scores, BTreeMap<String, Evaluated>, Vec<MetricTime>);
 
 async fn evaluate<P: Peers>(
-    peers: &Arc<P>,
+    pool: &Pool<P>,
     context: &PlanContext,
     id: (u64, u64),
     scene: &Scene,
@@ -165,92 +250,52 @@ async fn evaluate<P: Peers>(
     let active: Vec<String> =
         context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
     let remote: Vec<String> = active.iter().filter(|m| !AT_HOME.contains(&m.as_str())).cloned().collect();
-    let budget = Budget::new(budget);
+    let started = pool.peers.now();
+    let stage = Budget::new(started, budget);
     let request =
         |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
-    let shards = dispatch::evaluate(peers, &remote, candidates.len(), request, budget).await;
-    tokio::task::block_in_place(|| gather(context, scene, candidates, &active, shards, budget))
-}
+    let shards = dispatch::evaluate(pool, &remote, id.1, candidates.len(), request, stage).await;
+    let (mut scores, mut times) = gather(candidates.len(), &shards);
 
-/// Puts the shards together and computes in process what is missing, and what is at home here always.
-fn gather(
-    context: &PlanContext,
-    scene: &Scene,
-    candidates: &CandidateSet,
-    active: &[String],
-    shards: Vec<Shard>,
-    budget: Budget,
-) -> Evaluation {
-    let mut scores = Scores::new(candidates.len());
-    let mut times: BTreeMap<&str, u64> = BTreeMap::new();
-    for shard in &shards {
-        let Some(cost) = &shard.cost else { continue };
-        if let Err(error) = scores.insert(&shard.metric, shard.range.start, cost) {
-            tracing::warn!(%error, "shard not used");
-        }
-        let time = times.entry(&shard.metric).or_default();
-        *time = (*time).max(shard.elapsed.as_micros() as u64);
-    }
-    let mut evaluated = BTreeMap::new();
-    for metric in active {
-        let missing = scores.missing(metric);
-        let started = Instant::now();
-        let how = if missing.is_empty() {
-            Evaluated::Pool
-        } else {
-            score_locally(context, scene, candidates, metric, &missing, &mut scores, budget)
-        };
-        if how == Evaluated::Local {
-            *times.entry(metric).or_default() += started.elapsed().as_micros() as u64;
-        }
-        evaluated.insert(metric.clone(), how);
-    }
-    let times = times.into_iter().map(|(metric, us)| MetricTime { metric: metric.to_owned(), us }).collect();
+    let missing: Vec<&str> =
+        active.iter().map(String::as_str).filter(|m| !scores.missing(m).is_empty()).collect();
+    let is_over = || stage.is_over(pool.peers.now());
+    let local =
+        pool.peers.compute(|| in_process::score(context, scene, candidates, &missing, &mut scores, &is_over));
+    let all = (pool.peers.now() - started).as_micros() as u64;
+    let evaluated: BTreeMap<String, Evaluated> = active
+        .iter()
+        .map(|metric| {
+            let how = if local.contains(metric.as_str()) {
+                Evaluated::Local
+            } else if missing.contains(&metric.as_str()) && scores.missing(metric).len() == candidates.len() {
+                Evaluated::None
+            } else {
+                Evaluated::Pool
+            };
+            (metric.clone(), how)
+        })
+        .collect();
+    times.extend(local.iter().map(|metric| ((*metric).to_owned(), all)));
+    let times = times.into_iter().map(|(metric, us)| MetricTime { metric, us }).collect();
     (scores, evaluated, times)
 }
 
-/// Candidates scored in one go in process: what is done when time runs out is kept.
-const LOCAL_CHUNK: usize = 16;
-
-/// Scores the `missing` candidates in process, in order, for as long as the budget lasts.
-fn score_locally(
-    context: &PlanContext,
-    scene: &Scene,
-    candidates: &CandidateSet,
-    metric: &str,
-    missing: &[usize],
-    scores: &mut Scores,
-    budget: Budget,
-) -> Evaluated {
-    let Some(evaluator) = context.local(metric) else { return Evaluated::None };
-    // Scoring in process must not be cut short where it is all there is.
-    let is_over = || !AT_HOME.contains(&metric) && budget.remaining().is_zero();
-    for run in missing.chunks(LOCAL_CHUNK).flat_map(runs) {
-        match evaluator.evaluate(scene, &candidates.slice(run.clone()), &is_over) {
-            Ok(cost) => {
-                if let Err(error) = scores.insert(metric, run.start, &cost) {
-                    tracing::error!(%error, "own scores not used");
-                }
-            }
-            Err(stopped) => {
-                tracing::warn!(metric, %stopped, "in-process evaluation ran out of time");
-                break;
-            }
+/// Puts the shards together.
+fn gather(count: usize, shards: &[Shard]) -> (Scores, BTreeMap<String, u64>) {
+    let mut scores = Scores::new(count);
+    let mut times: BTreeMap<String, u64> = BTreeMap::new();
+    for shard in shards {
+        let Some(cost) = &shard.cost else { continue };
+        match scores.insert(&shard.metric, shard.range.start, cost) {
+            Ok(0) => {}
+            Ok(refused) => tracing::warn!(metric = shard.metric, refused, "costs that are none"),
+            Err(error) => tracing::warn!(%error, "shard not used"),
         }
+        let time = times.entry(shard.metric.clone()).or_default();
+        *time = (*time).max(shard.elapsed.as_micros() as u64);
     }
-    if scores.missing(metric).len() < missing.len() { Evaluated::Local } else { Evaluated::None }
-}
-
-/// Ascending indices as contiguous runs.
-fn runs(indices: &[usize]) -> Vec<std::ops::Range<usize>> {
-    let mut runs: Vec<std::ops::Range<usize>> = Vec::new();
-    for &i in indices {
-        match runs.last_mut() {
-            Some(run) if run.end == i => run.end += 1,
-            _ => runs.push(i..i + 1),
-        }
-    }
-    runs
+    (scores, times)
 }
 
 #[cfg(test)]
@@ -258,8 +303,36 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_are_contiguous_and_complete() {
-        assert_eq!(runs(&[]), Vec::<std::ops::Range<usize>>::new());
-        assert_eq!(runs(&[0, 1, 2, 5, 7, 8]), vec![0..3, 5..6, 7..9]);
+    fn whoever_starts_later_outranks_and_no_two_share_an_epoch() {
+        let (mut first, mut second) = (Memory::new(0xffff_ffff), Memory::new(3));
+        first.seq = 50;
+        let last = (first.epoch, first.seq);
+        second.succeed(last);
+        assert!((second.epoch, second.seq) > (first.epoch, u64::MAX));
+        // Both started at once and know the same last decision.
+        let mut third = Memory::new(4);
+        third.succeed(last);
+        assert_ne!(second.epoch, third.epoch);
+        // Its own last decision is nothing to succeed.
+        second.seq = 9;
+        let epoch = second.epoch;
+        second.succeed((epoch, 9));
+        assert_eq!(second.epoch, epoch);
+    }
+
+    #[test]
+    fn an_arbiter_gives_way_to_its_successor_while_that_one_lives() {
+        let mut old = Memory::new(1);
+        let last = wire::Decision { epoch: old.epoch + 9, seq: 3, stamp: 10.0, ..wire::golden::decision() };
+        assert!(old.is_obeyed(None, 10.0));
+        assert!(!old.is_obeyed(Some(&last), 10.5));
+        assert!(old.is_obeyed(Some(&last), 10.7) && old.epoch > last.epoch);
+    }
+
+    #[test]
+    fn a_gap_is_what_has_no_report() {
+        let mut memory = Memory::new(0);
+        let gaps: Vec<u64> = [0, 3, 6, 15, 18].into_iter().map(|tick| memory.gap(tick, 3)).collect();
+        assert_eq!(gaps, [0, 0, 0, 2, 0]);
     }
 }

@@ -1,86 +1,57 @@
-//! Work over replicas: shards, time limits, asking again elsewhere.
+//! Work over replicas: who generates, and how a batch is cut.
 //!
 //! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
 //! answers changes nothing about the result.
 
 use std::ops::Range;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use curionav_planning::candidates::CandidateSet;
 use curionav_runtime::convert;
-use curionav_schemas::{EvaluateRequest, GenerateRequest, Scores, Tree};
-use tokio::task::JoinSet;
+use curionav_runtime::query::AskError;
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, Tree};
+use futures_util::StreamExt;
+use futures_util::stream::FuturesUnordered;
 
+use crate::budget::Budget;
 use crate::peers::{GENERATOR, Peers};
+use crate::pool::{Answer, Pool};
 
 /// Candidates below which a batch is not cut further: a query costs more than scoring them.
 const SHARD_MIN: usize = 16;
 
-/// One cycle's time for a stage.
-#[derive(Debug, Clone, Copy)]
-pub struct Budget {
-    /// When the stage began.
-    pub start: Instant,
-    /// How long it may take.
-    pub total: Duration,
-}
-
-impl Budget {
-    /// A budget that begins now.
-    pub fn new(total: Duration) -> Self {
-        Self { start: Instant::now(), total }
-    }
-
-    /// What is left.
-    pub fn remaining(&self) -> Duration {
-        self.total.saturating_sub(self.start.elapsed())
-    }
-
-    /// Time for the next attempt when `others` replicas could be asked after it. All attempts together
-    /// end by half of the whole: the other half is for computing in process.
-    fn attempt(&self, others: usize) -> Option<Duration> {
-        let left = (self.total / 2).saturating_sub(self.start.elapsed());
-        let limit = if others > 0 { left / 2 } else { left };
-        (limit > Duration::from_millis(1)).then_some(limit)
-    }
-}
-
-/// What a replica may spend computing of the time it is waited for: the rest is for the way.
-fn budget_ms(timeout: Duration) -> u32 {
-    (timeout.as_millis() * 4 / 5).clamp(1, u128::from(u32::MAX)) as u32
-}
-
-/// Asks generators one after the other until one gives candidates of the right shape.
+/// Asks generators until one gives candidates of the right shape.
 pub async fn generate<P: Peers>(
-    peers: &P,
-    mut request: GenerateRequest,
+    pool: &Pool<P>,
+    request: &GenerateRequest,
     shape: (usize, f64),
     budget: Budget,
 ) -> Option<(CandidateSet, Tree)> {
-    let instances = peers.warm(GENERATOR);
-    for (asked, instance) in rotated(&instances, request.seq).enumerate() {
-        let timeout = budget.attempt(instances.len() - asked - 1)?;
-        request.budget_ms = budget_ms(timeout);
-        let reply = match peers.generate(instance, &request, timeout).await {
-            Ok(reply) => reply,
-            Err(error) => {
-                tracing::warn!(instance, %error, "generator failed, asking another");
-                continue;
-            }
-        };
-        let of_this_cycle = (reply.epoch, reply.seq) == (request.epoch, request.seq);
-        match convert::candidates(reply.candidates) {
-            Ok(candidates) if of_this_cycle && (candidates.steps(), candidates.dt()) == shape => {
-                return Some((candidates, reply.tree));
-            }
-            Ok(_) => {
-                tracing::warn!(instance, "generated for another cycle or in another shape, asking another")
-            }
-            Err(reject) => tracing::warn!(instance, %reject, "generated nonsense, asking another"),
-        }
+    let ready = pool.replicas().ready(GENERATOR);
+    // Another one each cycle: any of them takes over the tree, which travels with the request.
+    let first = ready.get((request.seq % ready.len().max(1) as u64) as usize)?.clone();
+    let ask = |instance: String, timeout: Duration| async move {
+        let request = GenerateRequest { budget_ms: Budget::ms(timeout), ..request.clone() };
+        let reply = pool.peers.generate(&instance, &request, timeout).await?;
+        usable(reply, &request, shape)
+    };
+    pool.first_answer(GENERATOR, first, budget, ask).await
+}
+
+fn usable(
+    reply: GenerateReply,
+    request: &GenerateRequest,
+    shape: (usize, f64),
+) -> Result<Answer<(CandidateSet, Tree)>, AskError> {
+    let busy = Duration::from_micros(reply.elapsed_us);
+    if (reply.epoch, reply.seq) != (request.epoch, request.seq) {
+        return Err(AskError::Malformed("candidates of another cycle".into()));
     }
-    None
+    let candidates = convert::candidates(reply.candidates).map_err(|r| AskError::Malformed(r.to_string()))?;
+    if (candidates.steps(), candidates.dt()) != shape {
+        return Err(AskError::Malformed("candidates of another shape".into()));
+    }
+    Ok(Answer { count: candidates.len(), value: (candidates, reply.tree), busy })
 }
 
 /// Scores of one shard.
@@ -92,86 +63,89 @@ pub struct Shard {
     pub range: Range<usize>,
     /// Their costs, or nothing if no replica answered in time.
     pub cost: Option<Vec<f64>>,
-    /// Microseconds from asking to having it.
+    /// From the start of the stage to having it.
     pub elapsed: Duration,
 }
 
-/// Scores `count` candidates under each of `metrics`, all shards at once. `request` makes the question for
-/// (metric, candidates).
+/// Scores `count` candidates of cycle `seq` under each of `metrics`, all shards at once. `request` makes the
+/// question for (metric, candidates).
 pub async fn evaluate<P: Peers>(
-    peers: &Arc<P>,
+    pool: &Pool<P>,
     metrics: &[String],
+    seq: u64,
     count: usize,
-    request: impl Fn(&str, Range<usize>) -> EvaluateRequest,
+    request: impl Fn(&str, Range<usize>) -> EvaluateRequest + Sync,
     budget: Budget,
 ) -> Vec<Shard> {
-    let mut tasks = JoinSet::new();
+    let started = pool.peers.now();
+    let mut open = FuturesUnordered::new();
     for metric in metrics {
-        let instances = peers.warm(metric);
-        for (index, range) in shards(count, instances.len()).into_iter().enumerate() {
+        let mut lanes = pool.replicas().lanes(metric);
+        // Where there are more lanes than shards, each has its turn.
+        let turn = (seq % lanes.len().max(1) as u64) as usize;
+        lanes.rotate_left(turn);
+        lanes.truncate((count / SHARD_MIN).max(1));
+        let speeds: Vec<f64> = lanes.iter().map(|lane| lane.speed).collect();
+        for (index, (lane, range)) in lanes.into_iter().zip(shards(count, &speeds)).enumerate() {
+            if range.is_empty() {
+                continue;
+            }
             let mut question = request(metric, range.clone());
             question.shard = index as u32;
-            let order: Vec<String> =
-                rotated(&instances, question.seq + index as u64).map(ToOwned::to_owned).collect();
-            let (peers, metric) = (Arc::clone(peers), metric.clone());
-            tasks.spawn(async move {
-                let cost = evaluate_shard(&*peers, &metric, &order, question, range.len(), budget).await;
-                Shard { metric, range, cost, elapsed: budget.start.elapsed() }
+            open.push(async move {
+                let cost = evaluate_shard(pool, metric, lane.instance, question, budget).await;
+                Shard { metric: metric.clone(), range, cost, elapsed: pool.peers.now() - started }
             });
         }
     }
-    let mut done = Vec::new();
-    while let Some(joined) = tasks.join_next().await {
-        match joined {
-            Ok(shard) => done.push(shard),
-            Err(error) => tracing::error!(%error, "a shard's task failed"),
-        }
+    let mut done: Vec<Shard> = Vec::with_capacity(open.len());
+    while let Some(shard) = open.next().await {
+        done.push(shard);
     }
     done.sort_by(|a, b| (&a.metric, a.range.start).cmp(&(&b.metric, b.range.start)));
     done
 }
 
 async fn evaluate_shard<P: Peers>(
-    peers: &P,
+    pool: &Pool<P>,
     metric: &str,
-    order: &[String],
-    mut request: EvaluateRequest,
-    count: usize,
+    first: String,
+    question: EvaluateRequest,
     budget: Budget,
 ) -> Option<Vec<f64>> {
-    for (asked, instance) in order.iter().enumerate() {
-        let timeout = budget.attempt(order.len() - asked - 1)?;
-        request.budget_ms = budget_ms(timeout);
-        match peers.evaluate(metric, instance, &request, timeout).await {
-            Ok(scores) if fits(&scores, &request, metric, count) => return Some(scores.cost.0),
-            Ok(_) => tracing::warn!(metric, instance, "scores are not for this shard"),
-            Err(error) => tracing::warn!(metric, instance, %error, "evaluator failed, asking another"),
+    let question = &question;
+    let ask = |instance: String, timeout: Duration| async move {
+        let request = EvaluateRequest { budget_ms: Budget::ms(timeout), ..question.clone() };
+        let scores = pool.peers.evaluate(metric, &instance, &request, timeout).await?;
+        if !fits(&scores, &request, metric) {
+            return Err(AskError::Malformed("scores are not for this shard".into()));
         }
-    }
-    None
+        let busy = Duration::from_micros(scores.elapsed_us);
+        Ok(Answer { count: scores.cost.len(), value: scores.cost.0, busy })
+    };
+    pool.first_answer(metric, first, budget, ask).await
 }
 
-fn fits(scores: &Scores, request: &EvaluateRequest, metric: &str, count: usize) -> bool {
+fn fits(scores: &Scores, request: &EvaluateRequest, metric: &str) -> bool {
     (scores.epoch, scores.seq, scores.shard) == (request.epoch, request.seq, request.shard)
         && scores.metric == metric
-        && scores.cost.len() == count
+        && scores.cost.len() == request.candidates.count as usize
 }
 
-/// Contiguous ranges of nearly equal size, at most one a replica, none smaller than [`SHARD_MIN`] unless it
-/// is the only one. No replicas, no shards.
-fn shards(count: usize, replicas: usize) -> Vec<Range<usize>> {
-    if count == 0 || replicas == 0 {
-        return Vec::new();
+/// Contiguous ranges that cover `count` candidates, one a lane, as long as its speed is great.
+fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
+    let total: f64 = speeds.iter().sum();
+    let mut covered = 0.0;
+    let mut start = 0;
+    let mut ranges = Vec::with_capacity(speeds.len());
+    for (index, speed) in speeds.iter().enumerate() {
+        covered += speed;
+        let last = index + 1 == speeds.len();
+        let end = if last { count } else { ((covered / total * count as f64).round() as usize).min(count) };
+        ranges.push(start..end.max(start));
+        start = end.max(start);
     }
-    let n = replicas.min((count / SHARD_MIN).max(1));
-    (0..n).map(|i| i * count / n..(i + 1) * count / n).collect()
-}
-
-/// All instances, starting at a different one each time, so that load spreads.
-fn rotated(instances: &[String], by: u64) -> impl Iterator<Item = &str> {
-    let n = instances.len();
-    let first = if n == 0 { 0 } else { (by % n as u64) as usize };
-    (0..n).map(move |i| instances[(first + i) % n].as_str())
+    ranges
 }
 
 #[cfg(test)]
@@ -179,22 +153,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shards_cover_every_candidate_once() {
-        for count in [0, 1, 15, 16, 31, 32, 100, 2000] {
-            for replicas in 0..9 {
-                let all: Vec<usize> = shards(count, replicas).into_iter().flatten().collect();
-                let expected: Vec<usize> = if replicas == 0 { Vec::new() } else { (0..count).collect() };
-                assert_eq!(all, expected, "{count} over {replicas}");
+    fn shards_cover_every_candidate_once_whatever_the_speeds() {
+        for count in [1, 15, 16, 31, 100, 2000] {
+            for lanes in 1..9 {
+                let speeds: Vec<f64> = (0..lanes).map(|i| 1.0 + f64::from(i * i) * 7.3).collect();
+                let all: Vec<usize> = shards(count, &speeds).into_iter().flatten().collect();
+                assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count} over {lanes}");
             }
         }
-        assert_eq!(shards(100, 3), vec![0..33, 33..66, 66..100]);
-        assert_eq!(shards(20, 3).len(), 1);
     }
 
     #[test]
-    fn rotation_visits_everybody() {
-        let names: Vec<String> = ["a", "b", "c"].map(String::from).to_vec();
-        assert_eq!(rotated(&names, 4).collect::<Vec<_>>(), ["b", "c", "a"]);
-        assert_eq!(rotated(&[], 4).count(), 0);
+    fn a_shard_is_as_long_as_its_lane_is_fast() {
+        assert_eq!(shards(100, &[1.0, 1.0, 1.0]), vec![0..33, 33..67, 67..100]);
+        // 3 of 4 and 1 of 4
+        assert_eq!(shards(100, &[300.0, 100.0]), vec![0..75, 75..100]);
     }
 }

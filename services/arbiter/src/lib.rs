@@ -2,12 +2,15 @@
 //!
 //! Read [`cycle::plan`] first.
 
+pub mod budget;
 pub mod context;
 pub mod cycle;
 pub mod dispatch;
+mod in_process;
 pub mod peers;
-mod pool;
-mod report;
+pub mod pool;
+pub mod replicas;
+pub mod report;
 mod service;
 
 use curionav_runtime::config::ServiceConfig;

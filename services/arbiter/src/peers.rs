@@ -1,10 +1,10 @@
-//! Whom the arbiter asks: replicas addressed one by one, each on its own key.
+//! What a cycle needs of the world: replicas addressed one by one, each on its own key, and time.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::future::Future;
-use std::sync::{Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
+use curionav_runtime::membership::Membership;
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
 use zenoh::Session;
@@ -12,10 +12,23 @@ use zenoh::Session;
 /// Role of trajectory generators; evaluators have their metric's name.
 pub use curionav_runtime::generator::ROLE as GENERATOR;
 
-/// The replicas behind the arbiter. Production asks over Zenoh; tests answer from memory.
+/// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
+/// memory and in a time of their own, so that a cycle is a function of what they answer and when.
 pub trait Peers: Send + Sync + 'static {
-    /// Instances of `role` that are alive and warm for the current mission, in order.
-    fn warm(&self, role: &str) -> Vec<String>;
+    /// Time since some fixed moment; it never runs backwards.
+    fn now(&self) -> Duration;
+
+    /// Completes after `time`.
+    fn sleep(&self, time: Duration) -> impl Future<Output = ()> + Send;
+
+    /// Does work that takes long without waiting for anything.
+    fn compute<R>(&self, work: impl FnOnce() -> R) -> R;
+
+    /// Instances of `role` that are alive, in order.
+    fn alive(&self, role: &str) -> Vec<String>;
+
+    /// Completes when somebody has come or gone since it completed last.
+    fn membership_changed(&self) -> impl Future<Output = ()> + Send;
 
     /// Asks one generator.
     fn generate(
@@ -38,36 +51,42 @@ pub trait Peers: Send + Sync + 'static {
 /// Peers over Zenoh.
 pub struct ZenohPeers {
     session: Session,
-    warm: Mutex<BTreeMap<String, BTreeSet<String>>>,
+    membership: Membership,
+    changes: tokio::sync::Mutex<tokio::sync::watch::Receiver<curionav_runtime::membership::Members>>,
+    started: Instant,
 }
 
 impl ZenohPeers {
-    /// Nobody is warm yet.
-    pub fn new(session: &Session) -> Self {
-        Self { session: session.clone(), warm: Mutex::new(BTreeMap::new()) }
-    }
-
-    /// Marks an instance as warm for the current mission, or as gone.
-    pub fn set_warm(&self, role: &str, instance: &str, warm: bool) {
-        let mut all = self.warm.lock().unwrap_or_else(PoisonError::into_inner);
-        let instances = all.entry(role.to_owned()).or_default();
-        if warm {
-            instances.insert(instance.to_owned());
-        } else {
-            instances.remove(instance);
-        }
-    }
-
-    /// Forgets who is warm: the mission has changed.
-    pub fn clear(&self) {
-        self.warm.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    /// Those behind `session`.
+    pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
+        let membership = Membership::follow(session)?;
+        let changes = tokio::sync::Mutex::new(membership.changes());
+        Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
     }
 }
 
 impl Peers for ZenohPeers {
-    fn warm(&self, role: &str) -> Vec<String> {
-        let all = self.warm.lock().unwrap_or_else(PoisonError::into_inner);
-        all.get(role).map(|s| s.iter().cloned().collect()).unwrap_or_default()
+    fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    async fn sleep(&self, time: Duration) {
+        tokio::time::sleep(time).await;
+    }
+
+    fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
+        tokio::task::block_in_place(work)
+    }
+
+    fn alive(&self, role: &str) -> Vec<String> {
+        self.membership.of(role)
+    }
+
+    async fn membership_changed(&self) {
+        if self.changes.lock().await.changed().await.is_err() {
+            // The session is closed: nothing will change any more.
+            std::future::pending::<()>().await;
+        }
     }
 
     async fn generate(
@@ -77,7 +96,7 @@ impl Peers for ZenohPeers {
         timeout: Duration,
     ) -> Result<GenerateReply, AskError> {
         let key = keys::generate(instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, Urgency::Shard).await
+        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot }).await
     }
 
     async fn evaluate(
@@ -88,6 +107,6 @@ impl Peers for ZenohPeers {
         timeout: Duration,
     ) -> Result<Scores, AskError> {
         let key = keys::evaluate(metric, instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, Urgency::Shard).await
+        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot }).await
     }
 }

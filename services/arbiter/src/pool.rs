@@ -1,97 +1,228 @@
-//! Keeping the pool warm: every replica that appears is asked to prepare for the mission before it is
-//! given work.
+//! Asking the pool: one question to one replica at a time, to another when that one fails or is late, and
+//! probes that keep every replica ready.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::future::Future;
+use std::pin::pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use curionav_runtime::membership::Membership;
-use curionav_runtime::query::{AskError, Urgency, ask};
-use curionav_schemas::{GenerateReply, Scores, keys};
-use tokio::task::JoinSet;
-use zenoh::Session;
+use curionav_runtime::query::AskError;
+use curionav_schemas::RejectCode;
+use futures_util::StreamExt;
+use futures_util::stream::FuturesUnordered;
+use tokio::sync::Notify;
 
+use crate::budget::Budget;
 use crate::context::PlanContext;
-use crate::peers::{GENERATOR, ZenohPeers};
+use crate::peers::{GENERATOR, Peers};
+use crate::replicas::{Failure, Probe, Replicas};
 
-/// A replica may have to fetch a large map and derive its fields on a slow machine.
-const WARM_UP_TIMEOUT: Duration = Duration::from_secs(30);
-/// Between attempts on a replica that refused or did not answer.
-const RETRY: Duration = Duration::from_millis(500);
+/// How long a question without candidates is waited for. A replica that takes longer to fetch a map and derive
+/// its fields goes on doing so, and answers a later one at once.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(800);
 
-/// Follows membership and warms whoever is new, until it is aborted (the mission has changed).
-pub(crate) async fn keep_warm(
-    session: Session,
-    membership: Arc<Membership>,
-    peers: Arc<ZenohPeers>,
-    context: Arc<PlanContext>,
-) {
-    let roles: Vec<String> =
-        std::iter::once(GENERATOR.to_owned()).chain(context.pool_metrics().map(ToOwned::to_owned)).collect();
-    let mut changes = membership.changes();
-    let mut known = BTreeSet::new();
-    let mut warming = JoinSet::new();
-    loop {
-        let alive: BTreeSet<(String, String)> = roles
-            .iter()
-            .flat_map(|role| membership.of(role).into_iter().map(move |instance| (role.clone(), instance)))
-            .collect();
-        for (role, instance) in known.difference(&alive) {
-            tracing::info!(role, instance, "replica gone");
-            peers.set_warm(role, instance, false);
-        }
-        for (role, instance) in alive.difference(&known).cloned() {
-            let (session, context) = (session.clone(), Arc::clone(&context));
-            warming.spawn(async move {
-                let warm = warm_up(&session, &context, &role, &instance).await;
-                if warm.is_err() {
-                    tokio::time::sleep(RETRY).await;
-                }
-                (role, instance, warm)
-            });
-        }
-        known = alive;
-        tokio::select! {
-            changed = changes.changed() => if changed.is_err() { return },
-            Some(joined) = warming.join_next(), if !warming.is_empty() => {
-                let Ok((role, instance, outcome)) = joined else { continue };
-                let key = (role, instance);
-                if !known.contains(&key) {
-                    continue;
-                }
-                match outcome {
-                    Ok(()) => {
-                        tracing::info!(role = %key.0, instance = %key.1, "replica warm");
-                        peers.set_warm(&key.0, &key.1, true);
+/// The replicas behind an arbiter, and what is known of them.
+pub struct Pool<P> {
+    /// How to reach them.
+    pub peers: Arc<P>,
+    replicas: Mutex<Replicas>,
+    /// Wakes whoever probes: a replica has lost its standing.
+    failed: Notify,
+}
+
+/// A usable answer: what was asked for, and how much work it was.
+#[derive(Debug)]
+pub(crate) struct Answer<T> {
+    pub(crate) value: T,
+    /// Candidates in it.
+    pub(crate) count: usize,
+    /// What the replica says it took; the way is not its fault.
+    pub(crate) busy: Duration,
+}
+
+/// Takes a question off the books of its replica, however it ends.
+struct InFlight<'a> {
+    replicas: &'a Mutex<Replicas>,
+    role: &'a str,
+    instance: &'a str,
+}
+
+impl Drop for InFlight<'_> {
+    fn drop(&mut self) {
+        locked(self.replicas).done(self.role, self.instance);
+    }
+}
+
+fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
+    replicas.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<P: Peers> Pool<P> {
+    /// Nobody is known yet.
+    pub fn new(peers: Arc<P>) -> Self {
+        Self { peers, replicas: Mutex::default(), failed: Notify::new() }
+    }
+
+    /// What is known of the replicas.
+    pub fn replicas(&self) -> MutexGuard<'_, Replicas> {
+        locked(&self.replicas)
+    }
+
+    /// Forgets everybody: with another mission nobody is prepared.
+    pub fn clear(&self) {
+        *self.replicas() = Replicas::default();
+    }
+
+    /// Asks `first`, and another each time one fails, and one more when half of the pool's time is over,
+    /// until somebody's answer is usable. Nothing if that time ends first or nobody is left to ask.
+    pub(crate) async fn first_answer<T, F>(
+        &self,
+        role: &str,
+        first: String,
+        budget: Budget,
+        ask: impl Fn(String, Duration) -> F + Sync,
+    ) -> Option<T>
+    where
+        T: Send,
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+    {
+        let mut half = pin!(self.peers.sleep(budget.until(0.25, self.peers.now())));
+        let mut end = pin!(self.peers.sleep(budget.until(0.5, self.peers.now())));
+        let mut asked: Vec<String> = Vec::new();
+        // Whoever has not answered yet, and whether that has been held against it.
+        let mut waited_for: Vec<(String, bool)> = Vec::new();
+        let mut open = FuturesUnordered::new();
+        let (mut next, mut half_over) = (Some(first), false);
+        loop {
+            if let Some(instance) = next.take() {
+                asked.push(instance.clone());
+                waited_for.push((instance.clone(), false));
+                open.push(self.question(role, instance, budget.until(0.5, self.peers.now()), &ask));
+            }
+            tokio::select! {
+                biased;
+                answer = open.next() => match answer {
+                    Some((_, Ok(value))) => return Some(value),
+                    Some((instance, Err(error))) => {
+                        tracing::warn!(role, instance, %error, "no usable answer");
+                        if waited_for.iter().any(|w| w.0 == instance && !w.1) {
+                            self.hold_against(role, &instance, failure(&error));
+                        }
+                        waited_for.retain(|w| w.0 != instance);
+                        next = self.replicas().spare(role, &asked);
                     }
-                    Err(error) => {
-                        tracing::warn!(role = %key.0, instance = %key.1, %error, "replica did not warm up, trying again");
-                        known.remove(&key);
-                    }
+                    None => return None,
+                },
+                () = &mut half, if !half_over => {
+                    half_over = true;
+                    self.are_late(role, &mut waited_for);
+                    next = self.replicas().spare(role, &asked);
+                }
+                () = &mut end => {
+                    self.are_late(role, &mut waited_for);
+                    return None;
                 }
             }
         }
     }
+
+    fn are_late(&self, role: &str, waited_for: &mut [(String, bool)]) {
+        for (instance, counted) in waited_for.iter_mut().filter(|w| !w.1) {
+            tracing::warn!(role, instance, "no answer in time");
+            self.hold_against(role, instance, Failure::Broken);
+            *counted = true;
+        }
+    }
+
+    fn hold_against(&self, role: &str, instance: &str, failure: Failure) {
+        self.replicas().failed(role, instance, failure, self.peers.now());
+        self.failed.notify_one();
+    }
+
+    /// One question to one replica.
+    async fn question<T, F>(
+        &self,
+        role: &str,
+        instance: String,
+        timeout: Duration,
+        ask: &(impl Fn(String, Duration) -> F + Sync),
+    ) -> (String, Result<T, AskError>)
+    where
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+    {
+        self.replicas().asked(role, &instance);
+        let in_flight = InFlight { replicas: &self.replicas, role, instance: &instance };
+        let sent = self.peers.now();
+        let outcome = ask(instance.clone(), timeout).await;
+        drop(in_flight);
+        let value = outcome.map(|answer| {
+            // Nobody can have been busy for longer than the answer took.
+            let busy = answer.busy.min(self.peers.now().saturating_sub(sent));
+            self.replicas().answered(role, &instance, answer.count, busy);
+            answer.value
+        });
+        (instance, value)
+    }
+
+    /// Follows who comes and goes, and asks everybody who is not ready for nothing until they answer: then
+    /// they are alive and prepared. Goes on until it is dropped.
+    pub async fn keep_ready(&self, context: &PlanContext) {
+        let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_metrics()).collect();
+        let mut probes = FuturesUnordered::new();
+        loop {
+            let now = self.peers.now();
+            for role in &roles {
+                let alive = self.peers.alive(role);
+                self.replicas().update(role, &alive, now);
+            }
+            let due = self.replicas().take_due(now);
+            probes.extend(due.into_iter().map(|probe| self.probe(context, probe)));
+            let wait = match self.replicas().next_due() {
+                Some(at) => at.saturating_sub(now),
+                None => Duration::from_secs(3600),
+            };
+            tokio::select! {
+                biased;
+                Some((probe, slots)) = probes.next(), if !probes.is_empty() => {
+                    let Probe { role, instance, .. } = &probe;
+                    if slots.is_some() {
+                        tracing::info!(role, instance, "replica ready");
+                    }
+                    self.replicas().probed(role, instance, slots, self.peers.now());
+                }
+                () = self.peers.membership_changed() => {}
+                () = self.failed.notified() => {}
+                () = self.peers.sleep(wait) => {}
+            }
+        }
+    }
+
+    async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Option<u32>) {
+        let slots = self.slots(context, &probe).await;
+        if let Err(error) = &slots {
+            tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
+        }
+        (probe, slots.ok())
+    }
+
+    async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {
+        let timeout = PROBE_TIMEOUT;
+        if probe.role == GENERATOR {
+            let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
+            request.budget_ms = Budget::ms(timeout);
+            return self.peers.generate(&probe.instance, &request, timeout).await.map(|_| 1);
+        }
+        let mut request = context.warm_up(&probe.role);
+        request.budget_ms = Budget::ms(timeout);
+        let scores = self.peers.evaluate(&probe.role, &probe.instance, &request, timeout).await?;
+        Ok(scores.slots.unwrap_or(1))
+    }
 }
 
-async fn warm_up(
-    session: &Session,
-    context: &PlanContext,
-    role: &str,
-    instance: &str,
-) -> Result<(), AskError> {
-    let send = |e: String| AskError::Send(e);
-    let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
-    if role == GENERATOR {
-        let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
-        request.budget_ms = budget_ms;
-        let key = keys::generate(instance).map_err(|e| send(e.to_string()))?;
-        ask::<_, GenerateReply>(session, &key, &request, WARM_UP_TIMEOUT, Urgency::Normal).await?;
-    } else {
-        let mut request = context.warm_up(role);
-        request.budget_ms = budget_ms;
-        let key = keys::evaluate(role, instance).map_err(|e| send(e.to_string()))?;
-        ask::<_, Scores>(session, &key, &request, WARM_UP_TIMEOUT, Urgency::Normal).await?;
+fn failure(error: &AskError) -> Failure {
+    match error {
+        AskError::Rejected(reject) if reject.code == RejectCode::Overloaded => Failure::Overloaded,
+        AskError::Rejected(reject) if reject.code == RejectCode::Cold => Failure::Cold,
+        _ => Failure::Broken,
     }
-    Ok(())
 }

@@ -50,7 +50,7 @@ pub(crate) fn decision(
 }
 
 /// A stop that no cycle led to: the mission is not running, or an input is missing.
-pub(crate) fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degraded: bool) -> Decision {
+pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degraded: bool) -> Decision {
     let none = wire::F64Array::default;
     Decision {
         epoch: id.0,
@@ -87,6 +87,7 @@ pub(crate) fn cycle(
     scores: &Scores,
     decision: Decision,
     timings: Timings,
+    gap: u64,
 ) -> CycleReport {
     let count = candidates.len();
     let terms = context.profile.terms.iter().map(|(metric, term)| {
@@ -131,6 +132,6 @@ pub(crate) fn cycle(
                 members: c.members.len() as u32,
             })
             .collect(),
-        gap: 0,
+        gap,
     }
 }

@@ -6,46 +6,41 @@ use std::time::Duration;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
-use curionav_runtime::membership::{Membership, announce};
-use curionav_runtime::query::fetch;
-use curionav_runtime::ready::{report_ready, tell_driver};
+use curionav_runtime::query::{AskError, fetch};
+use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{
-    Belief, Clock, CycleReport, Decision, Mission, MissionRequest, MissionState, People, keys,
-};
+use curionav_runtime::topic::{Flow, Topic};
+use curionav_schemas::{Belief, Clock, CycleReport, Decision, Mission, MissionState, People};
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use crate::context::PlanContext;
-use crate::cycle::{self, Memory, Observation};
+use crate::cycle::{self, Memory};
 use crate::peers::{GENERATOR, Peers, ZenohPeers};
-use crate::pool::keep_warm;
-use crate::report;
+use crate::pool::Pool;
 
-/// How long a mission waits for a warm replica of every role before the arbiter goes ahead on its own.
+/// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// People older than this are no longer acted on, seconds of the robot's clock.
-const PEOPLE_AGE_MAX: f64 = 1.0;
-/// Missions and readiness are small and local.
-const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
+/// Cycles between two looks at whom the driver obeys.
+const LOOK_EVERY: u64 = 8;
+/// The driver is on the same robot; if it does not answer it is asked again with every cycle.
+const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
 struct Arbiter {
-    config: ServiceConfig,
-    session: Session,
-    membership: Arc<Membership>,
-    fields: Arc<Fields>,
-    peers: Arc<ZenohPeers>,
+    service: RobotService,
+    fields: Fields,
+    in_process: bool,
+    pool: Arc<Pool<ZenohPeers>>,
     beliefs: Latest<Belief>,
     people: Latest<People>,
     decisions: Topic<Decision>,
     reports: Topic<CycleReport>,
-    mission_key: String,
-    decision_key: String,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
-    warming: Option<JoinHandle<()>>,
+    keeping_ready: Option<JoinHandle<()>>,
     memory: Memory,
+    /// Whether the driver obeys this arbiter, as far as is known.
+    obeyed: bool,
     /// Tick of the last decision.
     planned: Option<u64>,
 }
@@ -57,73 +52,85 @@ pub(crate) async fn run(
     mut shutdown: Shutdown,
     on_ready: impl FnOnce(),
 ) -> anyhow::Result<()> {
-    let key = |stream| keys::robot(&config.robot, stream);
-    let missions = Inbox::<Mission>::new(session, &key("mission")?)?;
+    let service = RobotService::with_control("arbiter", config, session).await?;
+    let missions = service.inbox::<Mission>("mission")?;
     let mut arbiter = Arbiter {
-        config: config.clone(),
-        session: session.clone(),
-        membership: Arc::new(Membership::follow(session)?),
-        fields: Arc::new(Fields::new(session)),
-        peers: Arc::new(ZenohPeers::new(session)),
-        beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
-        people: Latest::new(Inbox::new(session, &key("people")?)?),
-        decisions: Topic::new(session, &key("decision")?, Flow::Control)?,
-        reports: Topic::new(session, &key("report")?, Flow::Report)?,
-        mission_key: key("mission")?,
-        decision_key: key("decision")?,
+        fields: Fields::new(session),
+        in_process: config.in_process,
+        pool: Arc::new(Pool::new(ZenohPeers::new(session)?)),
+        beliefs: Latest::new(service.inbox("belief")?),
+        people: Latest::new(service.inbox("people")?),
+        decisions: service.topic("decision", Flow::Control)?,
+        reports: service.topic("report", Flow::Report)?,
+        service,
         mission: None,
         context: None,
-        warming: None,
-        memory: Memory::default(),
+        keeping_ready: None,
+        memory: Memory::new(nonce()),
+        obeyed: false,
         planned: None,
     };
-    let _token = announce(session, "arbiter", &config.instance)?;
-    arbiter.memory.epoch = 1;
-    arbiter.raise_epoch().await;
+    let _announced = arbiter.service.announce()?;
+    arbiter.succeed().await?;
     on_ready();
-    tracing::info!(robot = %config.robot, epoch = arbiter.memory.epoch, "arbiter ready");
-    if let Ok(mission) = fetch::<Mission>(session, &arbiter.mission_key, MISSION_TIMEOUT).await {
-        arbiter.take(mission).await;
+    if let Some(mission) = arbiter.service.mission().await? {
+        arbiter.take(mission).await?;
     }
     loop {
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
             mission = missions.next() => match mission {
-                Some(mission) => arbiter.take(mission).await,
+                Some(mission) => arbiter.take(mission).await?,
                 None => break,
             },
             belief = arbiter.beliefs.next() => match belief.cloned() {
-                Some(belief) => arbiter.tick(belief).await,
+                Some(belief) => arbiter.tick(belief).await?,
                 None => break,
             },
         }
     }
-    if let Some(warming) = arbiter.warming.take() {
-        warming.abort();
+    if let Some(keeping_ready) = arbiter.keeping_ready.take() {
+        keeping_ready.abort();
     }
     Ok(())
 }
 
+/// A number that no other arbiter has: random enough for the few there are.
+fn nonce() -> u64 {
+    use std::hash::{BuildHasher, Hasher};
+    std::collections::hash_map::RandomState::new().build_hasher().finish()
+}
+
 impl Arbiter {
-    /// Makes the epoch one more than that of the last decision the driver has seen from somebody else, so
-    /// that it obeys this arbiter and no longer the one before.
-    async fn raise_epoch(&mut self) {
-        let last = fetch::<Decision>(&self.session, &self.decision_key, MISSION_TIMEOUT).await;
-        if let Ok(last) = last
-            && (last.epoch, last.seq) > (self.memory.epoch, self.memory.seq)
-        {
-            self.memory.epoch = last.epoch + 1;
+    /// Outranks the arbiter whose decision the driver has obeyed last. If the driver does not answer, what is
+    /// decided here may be refused, and it is asked again with every cycle.
+    async fn succeed(&mut self) -> anyhow::Result<()> {
+        let last = self.last_obeyed(DRIVER_TIMEOUT).await?;
+        if let Some(Some(last)) = &last {
+            self.memory.succeed((last.epoch, last.seq));
         }
+        self.obeyed = last.is_some();
+        Ok(())
+    }
+
+    /// The last decision the driver has obeyed, if any; nothing if it does not answer.
+    async fn last_obeyed(&self, timeout: Duration) -> anyhow::Result<Option<Option<Decision>>> {
+        let key = self.service.key("decision")?;
+        Ok(match fetch::<Decision>(self.service.session_of("decision"), &key, timeout).await {
+            Ok(last) => Some(Some(last)),
+            Err(AskError::Rejected(_)) => Some(None),
+            Err(_) => None,
+        })
     }
 
     /// A mission, or a change of the one at hand.
-    async fn take(&mut self, mission: Mission) {
+    async fn take(&mut self, mission: Mission) -> anyhow::Result<()> {
         let known = self.mission.as_ref().map(|m| (m.run, m.revision));
         self.mission = Some(mission.clone());
         let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
         if known == Some((mission.run, mission.revision)) || over {
-            return;
+            return Ok(());
         }
         let prepared = self.prepare(&mission).await;
         if known.is_none_or(|(run, _)| run != mission.run) {
@@ -132,39 +139,24 @@ impl Arbiter {
             self.people.clear();
             self.planned = None;
         }
-        match prepared {
-            Ok(()) => {
-                let (role, instance) = ("arbiter", &self.config.instance);
-                report_ready(&self.session, &self.mission_key, role, instance, mission.revision).await;
-            }
-            Err(error) => {
-                tracing::error!(%error, "the mission cannot be planned");
-                let reason = format!("arbiter: {error}");
-                let request = MissionRequest::Finish { revision: mission.revision, reason };
-                tell_driver(&self.session, &self.mission_key, &request).await;
-            }
-        }
+        self.service.report(mission.revision, prepared.map_err(|error| error.to_string())).await
     }
 
     async fn prepare(&mut self, mission: &Mission) -> anyhow::Result<()> {
-        if let Some(warming) = self.warming.take() {
-            warming.abort();
-            // Until it has ended it could still call somebody warm.
-            let _ = warming.await;
+        if let Some(keeping_ready) = self.keeping_ready.take() {
+            keeping_ready.abort();
+            // Until it has ended it could still call somebody ready.
+            let _ = keeping_ready.await;
         }
-        self.peers.clear();
-        self.raise_epoch().await;
+        self.pool.clear();
+        self.succeed().await?;
         self.context = None;
         self.memory = self.memory.fresh();
-        let (fields, mission) = (Arc::clone(&self.fields), mission.clone());
-        let context =
-            Arc::new(tokio::task::spawn_blocking(move || PlanContext::new(mission, &fields)).await??);
-        self.warming = Some(tokio::spawn(keep_warm(
-            self.session.clone(),
-            Arc::clone(&self.membership),
-            Arc::clone(&self.peers),
-            Arc::clone(&context),
-        )));
+        let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
+        let preparing = move || PlanContext::new(mission, &fields, in_process);
+        let context = Arc::new(tokio::task::spawn_blocking(preparing).await??);
+        let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
+        self.keeping_ready = Some(tokio::spawn(async move { pool.keep_ready(&of).await }));
         self.wait_for_pool(&context).await;
         self.context = Some(context);
         Ok(())
@@ -173,19 +165,15 @@ impl Arbiter {
     async fn wait_for_pool(&self, context: &PlanContext) {
         let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_metrics()).collect();
         let deadline = tokio::time::Instant::now() + POOL_PATIENCE;
-        // Every replica that is alive now should be warm, and there should be one of each role.
-        let cold = |role: &&&str| {
-            let (warm, alive) = (self.peers.warm(role).len(), self.membership.of(role).len());
-            warm == 0 || warm < alive
+        // Every replica that is alive now should be ready, and there should be one of each role.
+        let missing = |role: &&&str| {
+            let (ready, alive) = (self.pool.replicas().ready(role).len(), self.pool.peers.alive(role).len());
+            ready == 0 || ready < alive
         };
-        while let Some(role) = roles.iter().find(cold) {
-            // A metric without a home here is worth any wait: without it nothing can be followed.
-            let replaceable = *role == GENERATOR || context.local(role).is_some();
-            if replaceable && tokio::time::Instant::now() >= deadline {
-                tracing::warn!(
-                    role,
-                    "no warm replica of every role yet; what is missing is computed in process"
-                );
+        while let Some(role) = roles.iter().find(missing) {
+            // What cannot be had here is worth any wait: without it nothing can be followed.
+            if context.is_replaceable(role) && tokio::time::Instant::now() >= deadline {
+                tracing::warn!(role, "not every replica is ready; what is missing is computed in process");
                 return;
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
@@ -193,8 +181,8 @@ impl Arbiter {
     }
 
     /// Plans on every `plan_every`-th tick of the localiser.
-    async fn tick(&mut self, mut belief: Belief) {
-        let Some(mission) = self.mission.clone() else { return };
+    async fn tick(&mut self, mut belief: Belief) -> anyhow::Result<()> {
+        let Some(mission) = self.mission.clone() else { return Ok(()) };
         let period = u64::from(mission.plan_every.max(1));
         let due = match mission.clock {
             Clock::Lockstep => belief.tick % period == 0,
@@ -206,43 +194,24 @@ impl Arbiter {
             }
         };
         if !due {
-            return;
+            return Ok(());
         }
+        let started = std::time::Instant::now();
         self.planned = Some(belief.tick);
-        let (decision, report) = self.decide(&mission, belief).await;
+        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
+        let context = self.context.as_deref();
+        let now = belief.stamp;
+        let (decision, report) =
+            cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
         if let Some(report) = report {
             self.reports.publish(&report, mission.clock);
         }
-    }
-
-    async fn decide(&mut self, mission: &Mission, belief: Belief) -> (Decision, Option<CycleReport>) {
-        let context = self
-            .context
-            .clone()
-            .filter(|c| (c.mission.run, c.mission.revision) == (mission.run, mission.revision));
-        let stop = |memory: &mut Memory, reason: &str, degraded| {
-            memory.seq += 1;
-            (report::stop((memory.epoch, memory.seq), &belief, mission.tick_s, reason, degraded), None)
-        };
-        if mission.state != MissionState::Running {
-            return stop(&mut self.memory, &format!("the mission is {}", mission.state), false);
+        self.service.counts.record(started.elapsed());
+        if !self.obeyed || self.memory.seq % LOOK_EVERY == 0 {
+            let last = self.last_obeyed(Duration::from_millis(50)).await?;
+            self.obeyed = last.is_some_and(|last| self.memory.is_obeyed(last.as_ref(), now));
         }
-        let Some(context) = context else {
-            return stop(&mut self.memory, "the mission is not prepared", true);
-        };
-        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
-        let people = match people {
-            Some(people) if belief.stamp - people.stamp <= PEOPLE_AGE_MAX => people,
-            _ => return stop(&mut self.memory, "nobody says where people are", true),
-        };
-        let observation = Observation { belief: belief.clone(), people };
-        match cycle::plan(&self.peers, &context, &mut self.memory, observation).await {
-            Ok((decision, report)) => (decision, Some(report)),
-            Err(reject) => {
-                tracing::error!(%reject, "the cycle failed");
-                stop(&mut self.memory, "the cycle failed", true)
-            }
-        }
+        Ok(())
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod control;
 pub mod desk;
+pub mod obedience;
 pub mod proximity;
 mod service;
 

@@ -8,28 +8,26 @@ use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::Latest;
-use curionav_runtime::membership::announce;
-use curionav_runtime::ready::report_ready;
+use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::{Server, serve_queries, serve_state};
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, Decision, Message, Mission, MissionRequest, MissionState, Odometry, Reject,
-    RejectCode, Scan, keys,
+    RejectCode, Scan,
 };
 use tokio::sync::watch;
 use zenoh::Session;
 
 use crate::control::{Inputs, command};
 use crate::desk::Desk;
+use crate::obedience::Obedience;
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
 
 struct Driver {
-    session: Session,
-    instance: String,
-    mission_key: String,
+    service: RobotService,
     missions: watch::Receiver<Option<Mission>>,
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
@@ -37,7 +35,7 @@ struct Driver {
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
     /// The newest decision obeyed, for an arbiter that restarts.
-    obeyed: watch::Sender<Option<Decision>>,
+    obeyed: watch::Sender<Obedience>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     run: u64,
@@ -50,40 +48,36 @@ pub(crate) async fn run(
     mut shutdown: Shutdown,
     on_ready: impl FnOnce(),
 ) -> anyhow::Result<()> {
-    let key = |stream| keys::robot(&config.robot, stream);
+    let service = RobotService::with_control("driver", config, session).await?;
     let (mission_sender, missions) = watch::channel(None);
-    let _desk = serve_desk(session, &key("mission")?, mission_sender)?;
-    let (obeyed, last) = watch::channel(None::<Decision>);
-    let _last = serve_state(session, &key("decision")?, move || {
-        last.borrow()
-            .clone()
-            .ok_or_else(|| Reject::new(RejectCode::Unknown, "no decision has been taken yet"))
+    let _desk = serve_desk(session, &service.key("mission")?, mission_sender)?;
+    let (obeyed, last) = watch::channel(Obedience::default());
+    let _last = serve_state(service.session_of("decision"), &service.key("decision")?, move || {
+        let none = || Reject::new(RejectCode::Unknown, "no decision has been taken yet");
+        last.borrow().newest().cloned().ok_or_else(none)
     })?;
     let mut driver = Driver {
-        session: session.clone(),
-        instance: config.instance.clone(),
-        mission_key: key("mission")?,
         missions,
-        odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
-        beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
-        scans: Latest::new(Inbox::new(session, &key("scan")?)?),
-        decisions: Latest::new(Inbox::new(session, &key("decision")?)?),
-        commands: Topic::new(session, &key("cmd")?, Flow::Control)?,
+        odometry: Latest::new(service.inbox("odom")?),
+        beliefs: Latest::new(service.inbox("belief")?),
+        scans: Latest::new(service.inbox("scan")?),
+        decisions: Latest::new(service.inbox("decision")?),
+        commands: service.topic("cmd", Flow::Control)?,
+        service,
         obeyed,
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
         run: 0,
     };
-    let _token = announce(session, "driver", &config.instance)?;
+    let _announced = driver.service.announce()?;
     on_ready();
-    tracing::info!(robot = %config.robot, "driver ready");
     loop {
         let silence = driver.silence();
         let new_run = other_run(driver.missions.clone(), driver.run);
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
-            () = new_run => driver.begin().await,
+            () = new_run => driver.begin().await?,
             odometry = driver.odometry.next() => match odometry.cloned() {
                 Some(odometry) => {
                     let over = run_over(driver.missions.clone());
@@ -152,6 +146,7 @@ impl Driver {
 
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
+        let arrived = std::time::Instant::now();
         remember(&mut self.odometry_of, odometry.tick, odometry.clone());
         if mission.clock == Clock::Realtime {
             for newer in self.odometry.drain() {
@@ -188,7 +183,7 @@ impl Driver {
             return;
         }
         let robot = convert::robot_model(&mission.robot_model);
-        let obeyed = self.obeyed.borrow().clone();
+        let obeyed = self.obeyed.borrow().newest().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let command = command(&Inputs {
             odometry: &odometry,
@@ -199,12 +194,13 @@ impl Driver {
             period: mission.tick_s,
         });
         self.publish(&mission, &odometry, command.twist, command.reason);
+        self.service.counts.record(arrived.elapsed());
     }
 
     /// A new run: nothing of it can be on its way before all roles are ready, so all there is belongs to the
     /// one before.
-    async fn begin(&mut self) {
-        let Some(mission) = self.mission() else { return };
+    async fn begin(&mut self) -> anyhow::Result<()> {
+        let Some(mission) = self.mission() else { return Ok(()) };
         self.run = mission.run;
         self.odometry.clear();
         self.beliefs.clear();
@@ -212,21 +208,17 @@ impl Driver {
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
-        report_ready(&self.session, &self.mission_key, "driver", &self.instance, mission.revision).await;
+        self.service.report(mission.revision, Ok(())).await
     }
 
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
     fn obey(&mut self, decision: Option<Decision>) {
         let Some(decision) = decision else { return };
-        let order = |d: &Decision| (d.epoch, d.seq);
-        let newest = self.obeyed.borrow().as_ref().map(order);
-        if newest.is_none_or(|newest| order(&decision) > newest) {
-            self.obeyed.send_replace(Some(decision));
-        }
+        self.obeyed.send_if_modified(|obeyed| obeyed.take(decision));
     }
 
     fn publish(&self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {
-        let (epoch, seq) = self.obeyed.borrow().as_ref().map_or((0, 0), |d| (d.epoch, d.seq));
+        let (epoch, seq) = self.obeyed.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
         let command = wire::Twist {
             epoch,
             seq,

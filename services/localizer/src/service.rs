@@ -1,7 +1,6 @@
 //! The localizer on its robot.
 
-use std::sync::Arc;
-use std::time::Duration;
+use std::time::Instant;
 
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
@@ -10,31 +9,22 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
-use curionav_runtime::membership::announce;
-use curionav_runtime::query::fetch;
-use curionav_runtime::ready::{report_ready, tell_driver};
+use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{
-    Belief, Clock, Health, Mission, MissionRequest, MissionState, Odometry, Reject, RejectCode, Scan, keys,
-};
+use curionav_runtime::topic::{Flow, Topic};
+use curionav_schemas::{Belief, Clock, Health, Mission, MissionState, Odometry, Reject, RejectCode, Scan};
 use zenoh::Session;
-
-/// Missions and readiness are small and local.
-const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;
 
 struct Localization {
-    config: ServiceConfig,
-    session: Session,
-    fields: Arc<Fields>,
+    service: RobotService,
+    fields: Fields,
     scans: Latest<Scan>,
     odometry: Latest<Odometry>,
     recent_scans: Vec<Scan>,
     beliefs: Topic<Belief>,
-    mission_key: String,
     mission: Option<Mission>,
     filter: Option<Localizer>,
 }
@@ -46,32 +36,29 @@ pub(crate) async fn run(
     mut shutdown: Shutdown,
     on_ready: impl FnOnce(),
 ) -> anyhow::Result<()> {
-    let key = |stream| keys::robot(&config.robot, stream);
-    let missions = Inbox::<Mission>::new(session, &key("mission")?)?;
+    let service = RobotService::new("localizer", config, session);
+    let missions = service.inbox::<Mission>("mission")?;
     let mut localization = Localization {
-        config: config.clone(),
-        session: session.clone(),
-        fields: Arc::new(Fields::new(session)),
-        scans: Latest::new(Inbox::new(session, &key("scan")?)?),
-        odometry: Latest::new(Inbox::new(session, &key("odom")?)?),
+        fields: Fields::new(session),
+        scans: Latest::new(service.inbox("scan")?),
+        odometry: Latest::new(service.inbox("odom")?),
         recent_scans: Vec::new(),
-        beliefs: Topic::new(session, &key("belief")?, Flow::Sensor)?,
-        mission_key: key("mission")?,
+        beliefs: service.topic("belief", Flow::Sensor)?,
+        service,
         mission: None,
         filter: None,
     };
-    let _token = announce(session, "localizer", &config.instance)?;
+    let _announced = localization.service.announce()?;
     on_ready();
-    tracing::info!(robot = %config.robot, "localizer ready");
-    if let Ok(mission) = fetch::<Mission>(session, &localization.mission_key, MISSION_TIMEOUT).await {
-        localization.take(mission).await;
+    if let Some(mission) = localization.service.mission().await? {
+        localization.take(mission).await?;
     }
     loop {
         tokio::select! {
             biased;
             () = shutdown.requested() => return Ok(()),
             mission = missions.next() => match mission {
-                Some(mission) => localization.take(mission).await,
+                Some(mission) => localization.take(mission).await?,
                 None => return Ok(()),
             },
             odometry = localization.odometry.next() => match odometry.cloned() {
@@ -85,11 +72,11 @@ pub(crate) async fn run(
 impl Localization {
     /// A mission, or a change of the one at hand. Only a new run starts the filter over: a robot that is
     /// sent to another goal still knows where it is.
-    async fn take(&mut self, mission: Mission) {
+    async fn take(&mut self, mission: Mission) -> anyhow::Result<()> {
         let known = self.mission.replace(mission.clone()).map(|k| (k.run, k.revision));
         let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
         if known == Some((mission.run, mission.revision)) || over {
-            return;
+            return Ok(());
         }
         let same_run = known.is_some_and(|(run, _)| run == mission.run);
         if !same_run {
@@ -110,22 +97,11 @@ impl Localization {
         } else {
             self.start(&mission).await
         };
-        match started {
-            Ok(()) => {
-                let (role, instance) = ("localizer", &self.config.instance);
-                report_ready(&self.session, &self.mission_key, role, instance, mission.revision).await;
-            }
-            Err(reject) => {
-                tracing::error!(%reject, "the mission cannot be localised");
-                let reason = format!("localizer: {reject}");
-                let request = MissionRequest::Finish { revision: mission.revision, reason };
-                tell_driver(&self.session, &self.mission_key, &request).await;
-            }
-        }
+        self.service.report(mission.revision, started.map_err(|reject| reject.to_string())).await
     }
 
     async fn start(&mut self, mission: &Mission) -> Result<(), Reject> {
-        let (fields, id) = (Arc::clone(&self.fields), mission.map);
+        let (fields, id) = (self.fields.clone(), mission.map);
         let fetched = tokio::task::spawn_blocking(move || fields.map(id)).await;
         let map = fetched.map_err(|e| Reject::invalid("map", e.to_string()))??;
         let params: LocalizerParams = convert::from_value("localizer", &mission.localizer)?;
@@ -148,6 +124,7 @@ impl Localization {
     /// One tick of odometry, answered with a belief.
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission.clone() else { return };
+        let started = Instant::now();
         if mission.clock == Clock::Realtime {
             // The newest odometry whose scan is here as well, if any: a scan of another tick is no
             // observation of this pose.
@@ -173,6 +150,7 @@ impl Localization {
         let twist = Twist { v: odometry.v, omega: odometry.omega };
         let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
         self.beliefs.publish(&belief(&estimate, &odometry), mission.clock);
+        self.service.counts.record(started.elapsed());
     }
 }
 

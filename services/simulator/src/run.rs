@@ -28,7 +28,7 @@ const DRIVER_TIMEOUT: Duration = Duration::from_secs(10);
 /// How long the services may take to prepare: fetch the map, derive fields, warm the pool.
 const READY_TIMEOUT: Duration = Duration::from_secs(90);
 /// The simulated base stops by itself without a command for this long, seconds: its own watchdog.
-const COMMAND_AGE_MAX: f64 = 0.5;
+const COMMAND_AGE_MAX: f64 = 0.3;
 
 /// The streams of one robot.
 pub(crate) struct Streams {

@@ -2,17 +2,15 @@
 //!
 //! Stateless: the tree comes with the request and goes with the reply, so any replica can take over.
 
-use std::sync::Arc;
-
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
-use curionav_runtime::generator::{self, generate};
+use curionav_runtime::generator;
 use curionav_runtime::membership::announce;
 use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::serve::{Arrival, serve};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::status::serve_status;
-use curionav_schemas::{GenerateReply, GenerateRequest, Reject, keys};
+use curionav_schemas::{GenerateRequest, keys};
 use zenoh::Session;
 
 /// Serves until `shutdown`; `on_ready` is called once requests are answered.
@@ -31,28 +29,19 @@ async fn serve_generation(
     mut shutdown: Shutdown,
     on_ready: OnReady,
 ) -> anyhow::Result<()> {
-    let fields = Arc::new(Fields::new(session));
-    let instance = config.instance.clone();
-    let handler =
-        move |request: GenerateRequest, arrival: Arrival| answer(&instance, &fields, &request, arrival);
+    let fields = Fields::new(session);
+    let (instance, answering) = (config.instance.clone(), fields.clone());
+    let handler = move |request: GenerateRequest, arrival: Arrival| {
+        generator::answer(&instance, &answering, &request, &|| arrival.is_over(request.budget_ms))
+    };
     let key = keys::generate(&config.instance)?;
     let server = serve(session, &key, config.slots, config.queue, handler)?;
-    let _status = serve_status(session, generator::ROLE, &config.instance, server.counts())?;
+    let warmed = move || fields.warmed();
+    let _status = serve_status(session, generator::ROLE, &config.instance, server.counts(), warmed)?;
     let token = announce(session, generator::ROLE, &config.instance)?;
     on_ready();
     tracing::info!(instance = %config.instance, "trajectory generator ready");
     shutdown.requested().await;
     drop(token);
     Ok(())
-}
-
-fn answer(
-    instance: &str,
-    fields: &Fields,
-    request: &GenerateRequest,
-    arrival: Arrival,
-) -> Result<GenerateReply, Reject> {
-    let map = fields.map(request.map)?;
-    let geodesic = generator::geodesic(fields, request)?;
-    generate(instance, request, &map, &geodesic, &|| arrival.is_over(request.budget_ms))
 }

@@ -149,3 +149,4 @@ class Scores(Message):
     instance: Name
     cost: Annotated[F64, Array("f64", "candidates", limit=4096)]
     elapsed_us: Uint
+    slots: Uint32 | None = None

@@ -1,0 +1,116 @@
+//! A service of one robot: its sessions and streams, its mission, and what it says about itself.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use curionav_schemas::{Message, Mission, MissionRequest, keys};
+use zenoh::Session;
+use zenoh::liveliness::LivelinessToken;
+
+use crate::config::ServiceConfig;
+use crate::membership::announce;
+use crate::query::fetch;
+use crate::ready::tell_driver;
+use crate::serve::{ServeCounts, Server};
+use crate::session::{self, SessionError};
+use crate::status::serve_status;
+use crate::topic::{Flow, Inbox, Topic};
+
+/// Missions are small and local.
+const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// What arbiter, driver and localizer have in common.
+pub struct RobotService {
+    /// For everything but control.
+    pub session: Session,
+    /// For decisions and commands.
+    pub control: Session,
+    /// Messages taken and refused, ticks answered and how long that took.
+    pub counts: Arc<ServeCounts>,
+    role: &'static str,
+    robot: String,
+    instance: String,
+}
+
+/// Alive and with a status for as long as it is held.
+pub struct Announced {
+    // The token goes first: nobody is to ask whoever has stopped answering.
+    _token: LivelinessToken,
+    _status: Server,
+}
+
+impl RobotService {
+    /// A service that has nothing to do with control.
+    pub fn new(role: &'static str, config: &ServiceConfig, session: &Session) -> Self {
+        Self {
+            session: session.clone(),
+            control: session.clone(),
+            counts: Arc::default(),
+            role,
+            robot: config.robot.clone(),
+            instance: config.instance.clone(),
+        }
+    }
+
+    /// A service that sends or obeys decisions or commands. Behind a router these have a link of their own,
+    /// so that candidates and reports on the other one cannot hold them up; in process there is no link.
+    pub async fn with_control(
+        role: &'static str,
+        config: &ServiceConfig,
+        session: &Session,
+    ) -> Result<Self, SessionError> {
+        let mut service = Self::new(role, config, session);
+        if session.info().routers_zid().await.next().is_some() {
+            service.control = session::client(config).await?;
+        }
+        Ok(service)
+    }
+
+    /// The key of one of the robot's streams.
+    pub fn key(&self, stream: &str) -> anyhow::Result<String> {
+        Ok(keys::robot(&self.robot, stream)?)
+    }
+
+    /// The session a stream travels on.
+    pub fn session_of(&self, stream: &str) -> &Session {
+        if matches!(stream, "decision" | "cmd") { &self.control } else { &self.session }
+    }
+
+    /// Subscribes to a stream; what is refused is counted.
+    pub fn inbox<M: Message>(&self, stream: &str) -> anyhow::Result<Inbox<M>> {
+        Ok(Inbox::counted(self.session_of(stream), &self.key(stream)?, &self.counts)?)
+    }
+
+    /// A publisher on a stream.
+    pub fn topic<M: Message>(&self, stream: &str, flow: Flow) -> anyhow::Result<Topic<M>> {
+        Ok(Topic::new(self.session_of(stream), &self.key(stream)?, flow)?)
+    }
+
+    /// Serves the status and declares the service alive. Call it once everything else is declared.
+    pub fn announce(&self) -> anyhow::Result<Announced> {
+        let counts = Arc::clone(&self.counts);
+        let status = serve_status(&self.session, self.role, &self.instance, counts, Vec::new)?;
+        let token = announce(&self.session, self.role, &self.instance)?;
+        tracing::info!(robot = %self.robot, instance = %self.instance, "{} ready", self.role);
+        Ok(Announced { _token: token, _status: status })
+    }
+
+    /// The mission as it stands, if there is one.
+    pub async fn mission(&self) -> anyhow::Result<Option<Mission>> {
+        Ok(fetch(&self.session, &self.key("mission")?, MISSION_TIMEOUT).await.ok())
+    }
+
+    /// Tells the driver that this role is prepared for `revision`, or that it cannot be.
+    pub async fn report(&self, revision: u64, prepared: Result<(), String>) -> anyhow::Result<()> {
+        let (role, instance) = (self.role.to_owned(), self.instance.clone());
+        let request = match prepared {
+            Ok(()) => MissionRequest::Ready { role, instance, revision },
+            Err(reason) => {
+                tracing::error!(reason, "the mission cannot be carried out");
+                MissionRequest::Finish { revision, reason: format!("{role}: {reason}") }
+            }
+        };
+        tell_driver(&self.session, &self.key("mission")?, &request).await;
+        Ok(())
+    }
+}

@@ -1,0 +1,34 @@
+//! How long a stage of a cycle may take, and how its time is split.
+
+use std::time::Duration;
+
+/// The time of one stage. The pool has the first half of it: a question unanswered after a quarter is late
+/// and goes to another replica as well, and at half the arbiter computes what is missing in process.
+#[derive(Debug, Clone, Copy)]
+pub struct Budget {
+    start: Duration,
+    total: Duration,
+}
+
+impl Budget {
+    /// A budget that begins `now`.
+    pub fn new(now: Duration, total: Duration) -> Self {
+        Self { start: now, total }
+    }
+
+    /// From `now` until `share` of the budget is over.
+    pub fn until(&self, share: f64, now: Duration) -> Duration {
+        (self.start + self.total.mul_f64(share)).saturating_sub(now)
+    }
+
+    /// Whether all of it is over.
+    pub fn is_over(&self, now: Duration) -> bool {
+        self.until(1.0, now).is_zero()
+    }
+
+    /// What a replica may spend of the time its answer is waited for, as it travels with a question: the
+    /// rest is for the way.
+    pub fn ms(timeout: Duration) -> u32 {
+        (timeout.as_millis() * 4 / 5).clamp(1, u128::from(u32::MAX)) as u32
+    }
+}

@@ -1,0 +1,93 @@
+//! Scoring in the arbiter itself: what is at home there always, and what no replica has scored.
+
+use std::collections::BTreeSet;
+
+use curionav_planning::arbitration::{Scores, total_costs};
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::scene::Scene;
+use curionav_runtime::evaluators::AT_HOME;
+
+use crate::context::PlanContext;
+
+/// Candidates scored in one go: what is done when time runs out is kept.
+const CHUNK: usize = 16;
+
+/// Scores what is missing of `metrics` until `is_over`, and says of which metrics it scored some. What is
+/// at home here is never cut short: nobody else computes it. Of the others the most promising candidates come first, each
+/// under every metric, so that what is done in time can be followed.
+pub(crate) fn score<'a>(
+    context: &PlanContext,
+    scene: &Scene,
+    candidates: &CandidateSet,
+    metrics: &[&'a str],
+    scores: &mut Scores,
+    is_over: &dyn Fn() -> bool,
+) -> BTreeSet<&'a str> {
+    let mut scored = BTreeSet::new();
+    let (own, others): (Vec<&str>, Vec<&str>) = metrics.iter().partition(|m| AT_HOME.contains(m));
+    let everybody: Vec<usize> = (0..candidates.len()).collect();
+    for metric in own {
+        if score_some(context, scene, candidates, metric, &everybody, scores, &|| false) {
+            scored.insert(metric);
+        }
+    }
+    if !context.in_process || others.is_empty() {
+        return scored;
+    }
+    for chunk in promising(context, scene, candidates, &others, scores).chunks(CHUNK) {
+        for metric in &others {
+            if is_over() {
+                return scored;
+            }
+            if score_some(context, scene, candidates, metric, chunk, scores, is_over) {
+                scored.insert(metric);
+            }
+        }
+    }
+    scored
+}
+
+/// Scores those of `indices` that `metric` has not scored; whether any were.
+fn score_some(
+    context: &PlanContext,
+    scene: &Scene,
+    candidates: &CandidateSet,
+    metric: &str,
+    indices: &[usize],
+    scores: &mut Scores,
+    is_over: &dyn Fn() -> bool,
+) -> bool {
+    let Some(evaluator) = context.local(metric) else { return false };
+    let missing: Vec<usize> = indices.iter().copied().filter(|&i| scores.cost(metric, i).is_none()).collect();
+    match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
+        Ok(costs) => {
+            for (&index, cost) in missing.iter().zip(&costs) {
+                if let Err(error) = scores.insert(metric, index, &[*cost]) {
+                    tracing::error!(%error, "own scores not used");
+                }
+            }
+            !missing.is_empty()
+        }
+        Err(stopped) => {
+            tracing::warn!(metric, %stopped, "in-process evaluation ran out of time");
+            false
+        }
+    }
+}
+
+/// All candidates, the one of least cost under the other terms first; those that lack one of these last.
+fn promising(
+    context: &PlanContext,
+    scene: &Scene,
+    candidates: &CandidateSet,
+    missing: &[&str],
+    scores: &Scores,
+) -> Vec<usize> {
+    let mut profile = context.profile.clone();
+    profile.terms.retain(|metric, _| !missing.contains(&metric.as_str()));
+    let total = total_costs(&profile, scene.uncertain, candidates.steps(), scores).total;
+    let cost = |i: usize| total.get(i).copied().flatten().unwrap_or(f64::INFINITY);
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    order.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));
+    order
+}

@@ -1,0 +1,323 @@
+//! What is known of the replicas: who may be given work, how fast each is, who has failed.
+//!
+//! A replica is given work once it has answered a question without candidates: then it is alive and has
+//! derived what the mission needs. One that fails twice in a row loses that standing and is asked again
+//! until it answers: warming up, probing and the circuit breaker are the same thing. Events and times in,
+//! values out; nothing here waits.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+/// Failures in a row after which a replica is given no more work.
+const FAILURES_MAX: u32 = 2;
+/// Between two probes of a replica that does not answer them.
+const PROBE_PAUSE: Duration = Duration::from_millis(200);
+/// Weight of the newest measurement in the moving average of speeds.
+const NEWEST: f64 = 0.3;
+/// No replica counts as slower than this share of the fastest: it would never be measured again.
+const SLOWEST: f64 = 0.125;
+/// Slots believed of one replica: more than any machine has cores.
+const SLOTS_MAX: u32 = 256;
+/// Questions in flight for each slot of a replica: one being computed, one that waits.
+const IN_FLIGHT_PER_SLOT: u32 = 2;
+
+/// Why an answer was of no use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failure {
+    /// It refused, having too much to do: no fault of its own, but it gets less.
+    Overloaded,
+    /// It is not prepared for this mission, or no longer.
+    Cold,
+    /// Late, silent, gone, or talking nonsense.
+    Broken,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Standing {
+    /// To be probed at this time.
+    Due(Duration),
+    /// A probe is on its way.
+    Probed,
+    /// May be given work.
+    Ready,
+}
+
+#[derive(Debug, Clone)]
+struct Replica {
+    standing: Standing,
+    slots: u32,
+    /// Candidates a second on one slot; zero until it has been measured.
+    speed: f64,
+    in_flight: u32,
+    failures: u32,
+}
+
+/// One slot that is free, and how fast it is, in any unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lane {
+    /// Whose slot.
+    pub instance: String,
+    /// Greater than zero.
+    pub speed: f64,
+}
+
+/// A replica to be probed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Probe {
+    /// Generator or metric.
+    pub role: String,
+    /// Which.
+    pub instance: String,
+}
+
+/// The replicas of every role.
+#[derive(Debug, Default)]
+pub struct Replicas {
+    of: BTreeMap<String, BTreeMap<String, Replica>>,
+}
+
+impl Replicas {
+    /// Takes over who is alive in a role: new ones are to be probed now, those gone are forgotten.
+    pub fn update(&mut self, role: &str, alive: &[String], now: Duration) {
+        let replicas = self.of.entry(role.to_owned()).or_default();
+        replicas.retain(|instance, _| alive.contains(instance));
+        for instance in alive {
+            replicas.entry(instance.clone()).or_insert_with(|| Replica {
+                standing: Standing::Due(now),
+                slots: 1,
+                speed: 0.0,
+                in_flight: 0,
+                failures: 0,
+            });
+        }
+    }
+
+    /// Whom to probe now; each counts as being probed from here on.
+    pub fn take_due(&mut self, now: Duration) -> Vec<Probe> {
+        let mut due = Vec::new();
+        for (role, replicas) in &mut self.of {
+            for (instance, replica) in replicas {
+                if matches!(replica.standing, Standing::Due(at) if at <= now) {
+                    replica.standing = Standing::Probed;
+                    due.push(Probe { role: role.clone(), instance: instance.clone() });
+                }
+            }
+        }
+        due
+    }
+
+    /// When the next probe is due.
+    pub fn next_due(&self) -> Option<Duration> {
+        let all = self.of.values().flat_map(BTreeMap::values);
+        all.filter_map(|r| if let Standing::Due(at) = r.standing { Some(at) } else { None }).min()
+    }
+
+    /// A probe has come back: with the replica's slots, or not.
+    pub fn probed(&mut self, role: &str, instance: &str, slots: Option<u32>, now: Duration) {
+        let Some(replica) = self.find(role, instance) else { return };
+        match slots {
+            Some(slots) => {
+                (replica.standing, replica.failures) = (Standing::Ready, 0);
+                replica.slots = slots.clamp(1, SLOTS_MAX);
+            }
+            None => replica.standing = Standing::Due(now + PROBE_PAUSE),
+        }
+    }
+
+    /// Who may be given work, in order.
+    pub fn ready(&self, role: &str) -> Vec<String> {
+        let ready = |r: &Replica| r.standing == Standing::Ready;
+        let replicas = self.of.get(role).into_iter().flatten();
+        replicas.filter(|(_, r)| ready(r)).map(|(instance, _)| instance.clone()).collect()
+    }
+
+    /// Every free slot of the role, one slot of each replica before the second of any.
+    pub fn lanes(&self, role: &str) -> Vec<Lane> {
+        let Some(replicas) = self.of.get(role) else { return Vec::new() };
+        let ready = || replicas.iter().filter(|(_, r)| r.standing == Standing::Ready);
+        let fastest = ready().map(|(_, r)| r.speed).fold(0.0, f64::max);
+        // One that has not been measured gets as much as the fastest.
+        let speed = |r: &Replica| match (r.speed > 0.0, fastest > 0.0) {
+            (true, _) => r.speed.max(SLOWEST * fastest),
+            (false, true) => fastest,
+            (false, false) => 1.0,
+        };
+        let most = ready().map(|(_, r)| r.slots.saturating_sub(r.in_flight)).max().unwrap_or(0);
+        (0..most)
+            .flat_map(|slot| ready().filter(move |(_, r)| r.in_flight + slot < r.slots))
+            .map(|(instance, r)| Lane { instance: instance.clone(), speed: speed(r) })
+            .collect()
+    }
+
+    /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest.
+    pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
+        let busy = |r: &Replica| f64::from(r.in_flight) / f64::from(r.slots);
+        let free = |r: &Replica| {
+            r.standing == Standing::Ready && r.in_flight < r.slots.saturating_mul(IN_FLIGHT_PER_SLOT)
+        };
+        let replicas = self.of.get(role)?.iter();
+        replicas
+            .filter(|(instance, r)| free(r) && !asked.contains(instance))
+            .min_by(|a, b| busy(a.1).total_cmp(&busy(b.1)).then(b.1.speed.total_cmp(&a.1.speed)))
+            .map(|(instance, _)| instance.clone())
+    }
+
+    /// A question goes out.
+    pub fn asked(&mut self, role: &str, instance: &str) {
+        if let Some(replica) = self.find(role, instance) {
+            replica.in_flight += 1;
+        }
+    }
+
+    /// A question is over, however it ended.
+    pub fn done(&mut self, role: &str, instance: &str) {
+        if let Some(replica) = self.find(role, instance) {
+            replica.in_flight = replica.in_flight.saturating_sub(1);
+        }
+    }
+
+    /// A usable answer: `count` candidates in `busy`.
+    pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration) {
+        let Some(replica) = self.find(role, instance) else { return };
+        replica.failures = 0;
+        if count > 0 {
+            let measured = count as f64 / busy.as_secs_f64().max(1e-6);
+            let old = if replica.speed > 0.0 { replica.speed } else { measured };
+            replica.speed = old + NEWEST * (measured - old);
+        }
+    }
+
+    /// No usable answer.
+    pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration) {
+        let Some(replica) = self.find(role, instance) else { return };
+        match failure {
+            Failure::Overloaded => replica.speed *= 0.5,
+            Failure::Cold => replica.failures = FAILURES_MAX,
+            Failure::Broken => replica.failures += 1,
+        }
+        if replica.failures >= FAILURES_MAX && replica.standing == Standing::Ready {
+            replica.standing = Standing::Due(now);
+        }
+    }
+
+    /// Replicas remembered: never more than are alive.
+    pub fn len(&self) -> usize {
+        self.of.values().map(BTreeMap::len).sum()
+    }
+
+    /// Whether none is known.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    fn find(&mut self, role: &str, instance: &str) -> Option<&mut Replica> {
+        self.of.get_mut(role)?.get_mut(instance)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOW: Duration = Duration::from_secs(7);
+
+    fn ready(slots: &[(&str, u32)]) -> Replicas {
+        let mut replicas = Replicas::default();
+        let alive: Vec<String> = slots.iter().map(|s| s.0.to_owned()).collect();
+        replicas.update("cpc", &alive, NOW);
+        assert_eq!(replicas.take_due(NOW).len(), alive.len());
+        for (instance, slots) in slots {
+            replicas.probed("cpc", instance, Some(*slots), NOW);
+        }
+        replicas
+    }
+
+    fn lanes(replicas: &Replicas) -> Vec<(String, f64)> {
+        replicas.lanes("cpc").into_iter().map(|l| (l.instance, l.speed)).collect()
+    }
+
+    #[test]
+    fn a_cold_replica_gets_nothing() {
+        let mut replicas = Replicas::default();
+        replicas.update("cpc", &["a".into()], NOW);
+        assert!(lanes(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
+        let probe = Probe { role: "cpc".into(), instance: "a".into() };
+        assert_eq!(replicas.take_due(NOW), [probe]);
+        assert!(replicas.take_due(NOW).is_empty() && lanes(&replicas).is_empty());
+        replicas.probed("cpc", "a", None, NOW);
+        assert_eq!(replicas.next_due(), Some(NOW + PROBE_PAUSE));
+        assert_eq!(replicas.take_due(NOW + PROBE_PAUSE).len(), 1);
+        replicas.probed("cpc", "a", Some(1), NOW);
+        assert_eq!(lanes(&replicas).len(), 1);
+    }
+
+    #[test]
+    fn slots_give_lanes_and_work_in_flight_takes_them() {
+        let mut replicas = ready(&[("a", 1), ("b", 3)]);
+        let names = |r: &Replicas| lanes(r).into_iter().map(|l| l.0).collect::<Vec<_>>();
+        assert_eq!(names(&replicas), ["a", "b", "b", "b"]);
+        replicas.asked("cpc", "b");
+        assert_eq!(names(&replicas), ["a", "b", "b"]);
+        replicas.done("cpc", "b");
+        replicas.asked("cpc", "a");
+        assert_eq!(names(&replicas), ["b", "b", "b"]);
+    }
+
+    #[test]
+    fn the_faster_gets_more_and_the_unmeasured_as_much_as_the_fastest() {
+        let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+        replicas.answered("cpc", "a", 100, Duration::from_millis(10));
+        replicas.answered("cpc", "b", 100, Duration::from_millis(40));
+        let speeds: Vec<f64> = lanes(&replicas).into_iter().map(|l| l.1).collect();
+        assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
+        // 2500 + 0.3 * (10 000 - 2500)
+        replicas.answered("cpc", "b", 100, Duration::from_millis(10));
+        assert!((lanes(&replicas)[1].1 - 4750.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn two_failures_in_a_row_end_the_work_until_a_probe_is_answered() {
+        let mut replicas = ready(&[("a", 1)]);
+        replicas.failed("cpc", "a", Failure::Broken, NOW);
+        replicas.answered("cpc", "a", 1, NOW);
+        replicas.failed("cpc", "a", Failure::Broken, NOW);
+        assert_eq!(replicas.ready("cpc"), ["a"]);
+        replicas.failed("cpc", "a", Failure::Broken, NOW);
+        assert!(replicas.ready("cpc").is_empty());
+        assert_eq!(replicas.take_due(NOW).len(), 1);
+        replicas.probed("cpc", "a", Some(1), NOW);
+        replicas.failed("cpc", "a", Failure::Cold, NOW);
+        assert!(replicas.ready("cpc").is_empty() && replicas.take_due(NOW).len() == 1);
+    }
+
+    #[test]
+    fn an_overloaded_replica_is_only_given_less() {
+        let mut replicas = ready(&[("a", 1), ("b", 1)]);
+        for instance in ["a", "b"] {
+            replicas.answered("cpc", instance, 100, Duration::from_millis(10));
+        }
+        for _ in 0..9 {
+            replicas.failed("cpc", "a", Failure::Overloaded, NOW);
+        }
+        assert_eq!(lanes(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
+    }
+
+    #[test]
+    fn a_spare_is_another_and_the_least_busy() {
+        let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+        replicas.asked("cpc", "b");
+        assert_eq!(replicas.spare("cpc", &["a".into()]).as_deref(), Some("c"));
+        assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]).as_deref(), Some("b"));
+        replicas.asked("cpc", "b");
+        assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]), None);
+    }
+
+    #[test]
+    fn who_is_gone_is_forgotten() {
+        let mut replicas = ready(&[("a", 1), ("b", 1)]);
+        replicas.update("cpc", &["b".into()], NOW);
+        replicas.probed("cpc", "a", Some(1), NOW);
+        replicas.done("cpc", "a");
+        assert_eq!((replicas.ready("cpc"), replicas.len()), (vec!["b".to_owned()], 1));
+    }
+}

@@ -1,0 +1,100 @@
+//! One process of the arbiter: its service's loop around the real cycle and the real pool.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::time::Duration;
+
+use curionav_arbiter::context::PlanContext;
+use curionav_arbiter::cycle::{self, Memory};
+use curionav_arbiter::pool::Pool;
+use curionav_schemas::Decision;
+use tokio::sync::oneshot;
+
+use super::fault::Fault;
+use super::invariants;
+use super::world::{ArbiterSeat, SimulatedPeers, World};
+
+/// Starts another arbiter.
+pub(super) fn start(world: &Arc<World>) {
+    let seat = Arc::new(ArbiterSeat::default());
+    let number = {
+        let mut state = world.state();
+        state.arbiters.push(Arc::clone(&seat));
+        state.arbiters_started += 1;
+        state.arbiters_started
+    };
+    let task = world.executor.spawn(run(Arc::clone(world), Arc::clone(&seat), number));
+    *seat.task.lock().unwrap() = Some(task);
+}
+
+async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>, number: u64) {
+    let mission = world.mission.clone();
+    let context = PlanContext::new(mission, &world.fields, world.in_process).unwrap();
+    let computing = AtomicU64::new(0);
+    let peers = SimulatedPeers { world: Arc::clone(&world), seat: Arc::clone(&seat), computing };
+    let pool = Pool::new(Arc::new(peers));
+    tokio::select! {
+        biased;
+        () = plan(&world, &seat, &pool, &context, number) => {}
+        () = pool.keep_ready(&context) => {}
+    }
+}
+
+async fn plan(
+    world: &Arc<World>,
+    seat: &Arc<ArbiterSeat>,
+    pool: &Pool<SimulatedPeers>,
+    context: &PlanContext,
+    number: u64,
+) {
+    let mut memory = Memory::new(number);
+    let last = last_obeyed(world, Duration::from_millis(300)).await;
+    if let Some(Some(last)) = &last {
+        memory.succeed((last.epoch, last.seq));
+    }
+    let mut obeyed = last.is_some();
+    let mut planned: Option<u64> = None;
+    loop {
+        seat.heard.notified().await;
+        let (belief, people) = {
+            let desk = seat.desk.lock().unwrap();
+            (desk.belief.clone(), desk.people.clone())
+        };
+        let Some(belief) = belief else { continue };
+        let period = u64::from(world.mission.plan_every);
+        if planned.is_some_and(|last| belief.tick < last + period) {
+            continue;
+        }
+        planned = Some(belief.tick);
+        let now = belief.stamp;
+        let (decision, report) =
+            cycle::decide(pool, Some(context), &mut memory, &world.mission, belief, people).await;
+        invariants::after_a_cycle(world, context, pool, number, &decision, report.as_ref());
+        world.state().decided.push((decision.clone(), report));
+        world.send(move |world| world.state().robot.receive(decision.clone()));
+        if !obeyed || memory.seq % 8 == 0 {
+            let last = last_obeyed(world, Duration::from_millis(50)).await;
+            obeyed = last.is_some_and(|last| memory.is_obeyed(last.as_ref(), now));
+        }
+    }
+}
+
+/// What the driver answers when it is asked for the last decision it has obeyed; nothing without an answer.
+async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<Decision>> {
+    let (sender, answer) = oneshot::channel();
+    let sender = std::sync::Mutex::new(Some(sender));
+    world.send(move |world| {
+        if world.has(|f| *f == Fault::DriverCrash) {
+            return;
+        }
+        let last = world.state().robot.obeyed();
+        if let Some(sender) = sender.lock().unwrap().take() {
+            let _ = sender.send(last);
+        }
+    });
+    tokio::select! {
+        biased;
+        last = answer => last.ok(),
+        () = world.executor.sleep(timeout) => None,
+    }
+}

@@ -1,0 +1,164 @@
+//! What the robot does when something it needs is not there: the table "Degraded modes" of
+//! `docs/operations.md`, a test a line.
+
+use std::time::Duration;
+
+use curionav_schemas::{Action, Clock, Decision};
+
+use super::fault::{Episode, Fault};
+use super::robot::Driven;
+use super::world::World;
+use super::{arbiter, hall, robot};
+
+/// When the fault begins and when the run ends, seconds.
+const FROM: f64 = 4.0;
+const END: f64 = 12.0;
+
+/// Decisions made and ticks driven since the fault began.
+struct Mode {
+    decisions: Vec<Decision>,
+    ticks: Vec<Driven>,
+}
+
+impl Mode {
+    /// A robot with `pool` (generators, cpc, cnc) to which `fault` happens and lasts.
+    fn of(pool: [usize; 3], fault: Option<Fault>, in_process: bool) -> Self {
+        let (fields, map) = hall::fields();
+        let world = World::new(&fields, hall::mission(map, 1001, Clock::Realtime), in_process, pool);
+        arbiter::start(&world);
+        world.executor.spawn(robot::run(world.clone()));
+        let (from, until) = (Duration::from_secs_f64(FROM), Duration::from_secs(60));
+        let episodes = fault.map(|fault| Episode { fault, from, until }).into_iter().collect();
+        world.executor.spawn(world.clone().play(episodes));
+        world.executor.run(Duration::from_secs_f64(END));
+        world.executor.end();
+        let state = world.state();
+        let decisions = state.decided.iter().map(|(decision, _)| decision.clone());
+        // A decision's stamp is when the robot saw what it is about: one tick before, it was still well.
+        Self {
+            decisions: decisions.filter(|d| d.stamp > FROM + robot::TICK).collect(),
+            ticks: state.robot.driven.iter().filter(|t| t.now > FROM + robot::TICK).cloned().collect(),
+        }
+    }
+
+    fn drives_at_the_end(&self) -> bool {
+        self.ticks.iter().rev().take(20).any(|tick| tick.v > 0.3)
+    }
+
+    /// Seconds from the fault to the stand that lasts to the end.
+    fn stands_after(&self) -> f64 {
+        let last = self.ticks.iter().rev().find(|tick| tick.v > 0.0);
+        last.map_or(0.0, |tick| tick.now - FROM)
+    }
+
+    fn says(&self, degraded: &str) -> bool {
+        self.decisions.iter().any(|d| d.degraded.iter().any(|why| why == degraded))
+    }
+
+    fn last_reason(&self) -> Option<&'static str> {
+        self.ticks.last().and_then(|tick| tick.reason)
+    }
+}
+
+/// Holding for the horizon of 1.2 s, braking from 1 m/s for 2 s, and some ticks of delay.
+const HOLD_AND_BRAKE: f64 = 1.2 + 2.0 + 0.5;
+
+#[test]
+fn without_a_cpc_pool_it_drives_on_with_its_own_scores() {
+    let mode = Mode::of([2, 0, 2], None, true);
+    for decision in &mode.decisions {
+        let expected =
+            if decision.uncertain { vec!["evaluated: local (cpc)".to_owned()] } else { Vec::new() };
+        assert_eq!((decision.action, &decision.degraded), (Action::Follow, &expected), "{decision:?}");
+    }
+    assert!(mode.drives_at_the_end() && mode.says("evaluated: local (cpc)"));
+}
+
+#[test]
+fn without_a_cpc_pool_and_left_to_itself_it_stands_while_uncertain_and_drives_while_not() {
+    let mode = Mode::of([2, 0, 2], None, false);
+    for decision in &mode.decisions {
+        assert_eq!(decision.uncertain, !decision.degraded.is_empty(), "{decision:?}");
+        assert_eq!(decision.uncertain, decision.action != Action::Follow, "{decision:?}");
+    }
+    assert!(mode.says("not evaluated (cpc)"));
+    assert!(mode.decisions.iter().any(|d| d.action == Action::Hold), "the tail is driven first");
+    assert!(mode.decisions.iter().any(|d| d.action == Action::Stop), "then it stops");
+    assert!(mode.decisions.iter().any(|d| d.action == Action::Follow), "and goes on");
+}
+
+#[test]
+fn without_a_cnc_pool_it_drives_on_with_its_own_scores() {
+    let mode = Mode::of([2, 2, 0], None, true);
+    assert!(mode.says("evaluated: local (cnc)") && mode.drives_at_the_end());
+}
+
+#[test]
+fn without_a_cnc_pool_and_left_to_itself_it_never_sets_off() {
+    let mode = Mode::of([2, 2, 0], None, false);
+    assert!(mode.says("not evaluated (cnc)"));
+    assert!(mode.decisions.iter().all(|d| d.action == Action::Stop) && mode.stands_after() == 0.0);
+}
+
+#[test]
+fn without_a_generator_it_drives_on_with_its_own_candidates() {
+    let mode = Mode::of([0, 2, 2], None, true);
+    assert!(mode.says("generated: local") && mode.drives_at_the_end());
+}
+
+#[test]
+fn when_the_pool_is_lost_it_drives_on_alone_or_holds_and_stops() {
+    let alone = Mode::of([2, 2, 2], Some(Fault::NoPool), true);
+    assert!(alone.says("generated: local") && alone.says("evaluated: local (cnc)"));
+    assert!(alone.drives_at_the_end());
+
+    let mode = Mode::of([2, 2, 2], Some(Fault::NoPool), false);
+    assert!(mode.says("not generated"));
+    let actions: Vec<Action> = mode.decisions.iter().map(|d| d.action).collect();
+    let holds = actions.iter().take_while(|action| **action == Action::Hold).count();
+    // The last good one was made at 3.9 s and is valid for 1.2 s: cycles at 4.2, 4.5 and 4.8 s.
+    assert!((2..=4).contains(&holds), "{actions:?}");
+    assert!(actions[holds..].iter().all(|action| *action == Action::Stop), "{actions:?}");
+    assert!(mode.stands_after() < HOLD_AND_BRAKE, "{:.1} s", mode.stands_after());
+}
+
+#[test]
+fn without_a_localizer_it_stops() {
+    let mode = Mode::of([2, 2, 2], Some(Fault::NoLocalizer), true);
+    assert!(matches!(mode.last_reason(), Some("the decision has expired" | "the belief is too old")));
+    // No decision without a belief; the driver drives on the one before for 0.5 s.
+    assert!(mode.ticks.iter().any(|tick| tick.reason == Some("the belief is too old")));
+    assert!(mode.stands_after() < 0.5 + 2.0 + 0.5, "{:.1} s", mode.stands_after());
+}
+
+#[test]
+fn a_belief_that_grows_old_stops_it_even_if_it_is_said_again() {
+    let mode = Mode::of([2, 2, 2], Some(Fault::OldBelief), true);
+    assert!(mode.ticks.iter().any(|tick| tick.reason == Some("the belief is too old")));
+    assert!(mode.stands_after() < 0.5 + 2.0 + 0.5, "{:.1} s", mode.stands_after());
+}
+
+#[test]
+fn it_stops_when_nobody_says_where_people_are() {
+    let mode = Mode::of([2, 2, 2], Some(Fault::NoPeople), true);
+    let late = mode.decisions.iter().filter(|d| d.stamp > FROM + 1.0 + 0.1);
+    assert!(late.clone().count() > 20 && late.clone().all(|d| d.action == Action::Stop));
+    assert!(late.clone().all(|d| d.degraded == ["nobody says where people are"]));
+    assert_eq!(mode.last_reason(), Some("told to stop"));
+    assert!(mode.stands_after() < 1.0 + 0.3 + 2.0 + 0.5, "{:.1} s", mode.stands_after());
+}
+
+#[test]
+fn without_an_arbiter_it_drives_what_is_left_of_the_horizon_and_stops() {
+    for fault in [Fault::ArbiterCrash, Fault::NoRobot] {
+        let mode = Mode::of([2, 2, 2], Some(fault), true);
+        assert!(mode.ticks.iter().any(|tick| tick.reason == Some("the decision has expired")));
+        assert!(mode.stands_after() < HOLD_AND_BRAKE, "{:.1} s", mode.stands_after());
+    }
+}
+
+#[test]
+fn without_a_driver_the_base_stops_by_itself() {
+    let mode = Mode::of([2, 2, 2], Some(Fault::DriverCrash), true);
+    assert!(mode.stands_after() < 0.3 + 2.0 + 0.3, "{:.1} s", mode.stands_after());
+}

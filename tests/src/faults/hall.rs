@@ -1,0 +1,63 @@
+//! Where the robot drives: a long hall with two pillars, planned for with few candidates.
+
+use std::sync::OnceLock;
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::RobotModel;
+use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+use curionav_planning::profile::Profile;
+use curionav_planning::sensor::LaserModel;
+use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
+use curionav_schemas::{Clock, MapId, Mission, MissionState, golden};
+
+/// Metres.
+const LENGTH: f64 = 30.0;
+const WIDTH: f64 = 8.0;
+const CELL: f64 = 0.2;
+pub(super) const START: Point2 = Point2 { x: 2.0, y: 4.0 };
+const GOAL: Point2 = Point2 { x: 28.0, y: 4.0 };
+
+/// Its map with everything derived from it, shared by all who are prepared.
+pub(super) fn fields() -> (Fields, MapId) {
+    static ALL: OnceLock<(Fields, MapId)> = OnceLock::new();
+    ALL.get_or_init(derive).clone()
+}
+
+fn derive() -> (Fields, MapId) {
+    let (columns, rows) = ((LENGTH / CELL) as usize, (WIDTH / CELL) as usize);
+    let occupied = |x: usize, y: usize| {
+        let (px, py) = (x as f64 * CELL, y as f64 * CELL);
+        let pillar = |at: f64| (px - at).abs() < 0.3 && (py - 2.0).abs() < 0.3;
+        x == 0 || y == 0 || x + 1 == columns || y + 1 == rows || pillar(9.0) || pillar(18.0)
+    };
+    let cells = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
+    let cells = cells.map(|(x, y)| if occupied(x, y) { 100 } else { 0 }).collect();
+    let grid = OccupancyGrid::new(columns, rows, CELL, Pose2::default(), cells).unwrap();
+    let id = MapId(grid.hash().0);
+    (Fields::of_maps([StaticMap::new(grid)]), id)
+}
+
+/// A planner that is quick: a small tree, short and few candidates.
+fn profile() -> Profile {
+    let mut profile = Profile { steps: 8, ..Profile::default() };
+    let tree = &mut profile.generation.tree;
+    (tree.iterations, tree.warm_up, tree.max_nodes) = (12, 40, 80);
+    let candidates = &mut profile.generation.candidates;
+    (candidates.max_candidates, candidates.min_candidates, candidates.max_branches) = (36, 4, 12);
+    profile
+}
+
+/// The mission to drive to the far end.
+pub(super) fn mission(map: MapId, seed: u64, clock: Clock) -> Mission {
+    let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };
+    let mut mission = golden::mission();
+    mission.map = map;
+    mission.initial_pose = convert::pose_to_wire(Pose2::new(START.x, START.y, 0.0));
+    (mission.goal_x, mission.goal_y, mission.goal_heading) = (GOAL.x, GOAL.y, None);
+    mission.profile = convert::to_value(&profile()).unwrap();
+    mission.laser = convert::laser_to_wire(&laser);
+    mission.robot_model = convert::robot_model_to_wire(&RobotModel::default());
+    (mission.seed, mission.clock, mission.state) = (seed, clock, MissionState::Running);
+    mission
+}

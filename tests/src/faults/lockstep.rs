@@ -1,0 +1,93 @@
+//! In lockstep, who answers changes nothing.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use std::time::Duration;
+
+use curionav_arbiter::context::PlanContext;
+use curionav_arbiter::cycle::{self, Memory};
+use curionav_arbiter::pool::Pool;
+use curionav_planning::random::rng;
+use curionav_schemas::Clock;
+
+use super::fault::{Episode, Fault, episodes};
+use super::hall;
+use super::robot::TICK;
+use super::world::{ArbiterSeat, SimulatedPeers, World};
+
+/// Planning cycles of a run.
+const CYCLES: u64 = 40;
+
+/// What was decided: scene, action, and every number of the trajectory.
+type Decided = Vec<(u64, String, Vec<u64>)>;
+
+fn decisions(seed: u64, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
+    let (fields, map) = hall::fields();
+    let world = World::new(&fields, hall::mission(map, seed, Clock::Lockstep), true, pool);
+    let seat = Arc::new(ArbiterSeat::default());
+    world.state().arbiters.push(Arc::clone(&seat));
+    world.executor.spawn(world.clone().play(episodes));
+    world.executor.spawn(run(Arc::clone(&world), seat));
+    world.executor.run(Duration::from_secs(3600));
+    world.executor.end();
+    let state = world.state();
+    let numbers = |d: &curionav_schemas::Decision| {
+        [&d.x, &d.y, &d.heading, &d.v, &d.omega].iter().flat_map(|a| a.iter().map(|n| n.to_bits())).collect()
+    };
+    let decided: Decided =
+        state.decided.iter().map(|(d, _)| (d.tick, format!("{:?}", d.action), numbers(d))).collect();
+    assert_eq!(decided.len() as u64, CYCLES);
+    decided
+}
+
+/// Arbiter and robot taking turns: no tick before the one before has been answered.
+async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
+    let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
+    let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
+    let pool = Pool::new(Arc::new(peers));
+    let driving = async {
+        let mut memory = Memory::new(1);
+        let period = u64::from(world.mission.plan_every);
+        for tick in 0..CYCLES * period {
+            let (belief, people) = {
+                let mut state = world.state();
+                (state.robot.belief(), state.robot.people())
+            };
+            if tick % period == 0 {
+                let people = Some(people);
+                let (decision, report) =
+                    cycle::decide(&pool, Some(&context), &mut memory, &world.mission, belief.clone(), people)
+                        .await;
+                let mut state = world.state();
+                state.decided.push((decision.clone(), report));
+                state.robot.receive(decision);
+            }
+            world.state().robot.turn(belief);
+            world.executor.sleep(Duration::from_secs_f64(TICK)).await;
+        }
+        // The world goes on without it for as long as its faults last.
+    };
+    tokio::select! {
+        biased;
+        () = driving => world.stop(),
+        () = pool.keep_ready(&context) => {}
+    }
+}
+
+#[test]
+fn any_number_of_replicas_and_any_faults_decide_the_same() {
+    for seed in 1000..1010 {
+        let expected = decisions(seed, [1, 1, 1], Vec::new());
+        let weather = Fault::Weather { delay: 0.02, loss: 0.2, repeated: 0.2 };
+        let stormy = Episode { fault: weather, from: Duration::ZERO, until: Duration::from_secs(1000) };
+        for pool in [[0, 0, 0], [1, 2, 3], [2, 5, 1], [3, 8, 8]] {
+            let mut faults = episodes(&mut rng(seed, 80), pool.iter().sum::<usize>().max(1));
+            faults.retain(|episode| episode.fault.is_of_the_pool());
+            faults.push(stormy);
+            assert!(
+                decisions(seed, pool, faults.clone()) == expected,
+                "invariant 6, replicas change no decision; seed {seed}: {pool:?} {faults:?}"
+            );
+        }
+    }
+}

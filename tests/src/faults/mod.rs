@@ -1,0 +1,16 @@
+//! The arbiter's cycle, the pool's replicas and the driver in a network and a time that a seed decides.
+//!
+//! The cycle, the evaluators, the generator, the queues of the replicas, and what the driver obeys and commands
+//! are the real ones. Simulated are the network, processes that come, hang and go, the localiser and the base.
+
+mod arbiter;
+mod degraded_modes;
+mod executor;
+mod fault;
+mod hall;
+mod invariants;
+mod lockstep;
+mod replica;
+mod robot;
+mod ten_thousand_cycles;
+mod world;

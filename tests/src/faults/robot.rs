@@ -1,0 +1,280 @@
+//! The robot: a base with a watchdog, a localiser that is nearly right, and the real driver's judgement.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use curionav_driver::control::{Inputs, command};
+use curionav_driver::obedience::Obedience;
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::motion::{RobotModel, step};
+use curionav_planning::random::{Rng, rng, standard_normal};
+use curionav_runtime::convert;
+use curionav_schemas::{Action, Belief, Decision, Frame, Health, Mission, Odometry, People, Scan, golden};
+
+use super::fault::Fault;
+use super::invariants;
+use super::world::World;
+
+/// Seconds between two ticks.
+pub(super) const TICK: f64 = 0.1;
+/// The base stops by itself without a command for this long, seconds.
+const COMMAND_AGE_MAX: f64 = 0.3;
+/// Ticks the driver remembers, as in production.
+const REMEMBERED: usize = 64;
+
+/// One tick as it was driven.
+#[derive(Debug, Clone)]
+pub(super) struct Driven {
+    pub(super) now: f64,
+    /// Metres.
+    pub(super) distance: f64,
+    pub(super) v: f64,
+    /// What the driver said, if it was there.
+    pub(super) reason: Option<&'static str>,
+    /// The decision it obeyed: (epoch, seq), stamp, validity.
+    pub(super) obeyed: Option<((u64, u64), f64, f64)>,
+    /// Metres between the robot and where its trajectory has it.
+    pub(super) strayed: f64,
+}
+
+pub(super) struct Robot {
+    model: RobotModel,
+    rng: Rng,
+    pub(super) tick: u64,
+    pub(super) pose: Pose2,
+    twist: Twist,
+    command: Option<(f64, Twist)>,
+    inbox: Vec<Decision>,
+    obedience: Obedience,
+    odometry_of: BTreeMap<u64, Odometry>,
+    belief_of: BTreeMap<u64, Belief>,
+    people: People,
+    /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
+    pub(super) taken: Vec<(f64, u64, Decision)>,
+    pub(super) lives: u64,
+    pub(super) driven: Vec<Driven>,
+    /// Metres since the robot was last under control or standing.
+    pub(super) uncontrolled: f64,
+}
+
+impl Robot {
+    pub(super) fn new(mission: &Mission) -> Self {
+        let model = convert::robot_model(&mission.robot_model);
+        let mut rng = rng(mission.seed, 78);
+        let n = 6;
+        let mut draw = |scale: f64, mean: f64| -> Vec<f64> {
+            (0..n).map(|_| mean + scale * standard_normal(&mut rng)).collect()
+        };
+        let (x, y, vx, vy) = (draw(6.0, 14.0), draw(1.5, 4.0), draw(0.3, -0.2), draw(0.2, 0.0));
+        let people = People {
+            tick: 0,
+            stamp: 0.0,
+            frame: Frame::Map,
+            radius: 0.25,
+            id: (0..n as u32).collect::<Vec<_>>().into(),
+            x: x.into(),
+            y: y.into(),
+            vx: vx.into(),
+            vy: vy.into(),
+        };
+        Self {
+            model,
+            rng,
+            tick: 0,
+            pose: convert::pose(mission.initial_pose),
+            twist: Twist::default(),
+            command: None,
+            inbox: Vec::new(),
+            obedience: Obedience::default(),
+            odometry_of: BTreeMap::new(),
+            belief_of: BTreeMap::new(),
+            people,
+            taken: Vec::new(),
+            lives: 0,
+            driven: Vec::new(),
+            uncontrolled: 0.0,
+        }
+    }
+
+    pub(super) fn now(&self) -> f64 {
+        self.tick as f64 * TICK
+    }
+
+    pub(super) fn receive(&mut self, decision: Decision) {
+        self.inbox.push(decision);
+    }
+
+    pub(super) fn obeyed(&self) -> Option<Decision> {
+        self.obedience.newest().cloned()
+    }
+
+    pub(super) fn waiting(&self) -> usize {
+        self.inbox.len() + self.belief_of.len() + self.odometry_of.len()
+    }
+
+    /// Whatever the driver knew is gone.
+    pub(super) fn crash_driver(&mut self) {
+        self.obedience = Obedience::default();
+        self.belief_of.clear();
+        self.odometry_of.clear();
+        self.inbox.clear();
+        self.lives += 1;
+    }
+
+    pub(super) fn odometry(&self) -> Odometry {
+        let (Pose2 { x, y, heading }, Twist { v, omega }) = (self.pose, self.twist);
+        Odometry { tick: self.tick, stamp: self.now(), x, y, heading, v, omega }
+    }
+
+    /// What the localiser believes: nearly the truth, and certain of it for two seconds out of four.
+    pub(super) fn belief(&mut self) -> Belief {
+        let variance = if self.tick / 20 % 2 == 0 { 0.01 } else { 0.06 };
+        let mut near = |value: f64| value + 0.02 * standard_normal(&mut self.rng);
+        let (x, y, heading) = (near(self.pose.x), near(self.pose.y), self.pose.heading);
+        let covariance = vec![variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 0.01];
+        Belief {
+            tick: self.tick,
+            stamp: self.now(),
+            x,
+            y,
+            heading,
+            covariance: covariance.into(),
+            v: self.twist.v,
+            omega: self.twist.omega,
+            health: Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true },
+        }
+    }
+
+    /// Everybody, a tick later than before; who leaves the hall comes back at the other end.
+    pub(super) fn people(&mut self) -> People {
+        let people = &mut self.people;
+        (people.tick, people.stamp) = (self.tick, self.tick as f64 * TICK);
+        for i in 0..people.x.0.len() {
+            people.x.0[i] = (people.x.0[i] + TICK * people.vx.0[i]).rem_euclid(30.0);
+            people.y.0[i] = (people.y.0[i] + TICK * people.vy.0[i]).rem_euclid(8.0);
+        }
+        people.clone()
+    }
+
+    /// An empty hall: what is close is for the tests of the guard.
+    fn scan(&self) -> Scan {
+        let mut scan = golden::scan();
+        (scan.tick, scan.stamp) = (self.tick, self.now());
+        let range_max = scan.range_max as f32;
+        scan.ranges.0.fill(range_max);
+        scan
+    }
+
+    /// The driver's tick.
+    pub(super) fn drive(&mut self, belief: Option<Belief>, period: f64) -> &'static str {
+        let odometry = self.odometry();
+        remember(&mut self.odometry_of, self.tick, odometry.clone());
+        if let Some(belief) = belief {
+            remember(&mut self.belief_of, belief.tick, belief);
+        }
+        for decision in std::mem::take(&mut self.inbox) {
+            if self.obedience.take(decision.clone()) {
+                self.taken.push((self.now(), self.lives, decision));
+            }
+        }
+        let scan = self.scan();
+        let obeyed = self.obedience.newest();
+        let belief = self.belief_of.last_key_value().map(|(_, b)| b);
+        let command = command(&Inputs {
+            odometry: &odometry,
+            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
+            scan: Some((&scan, &odometry)),
+            decision: obeyed.and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
+            robot: &self.model,
+            period,
+        });
+        self.command = Some((self.now(), command.twist));
+        command.reason
+    }
+
+    /// A tick of driver and base.
+    pub(super) fn turn(&mut self, belief: Belief) {
+        let reason = self.drive(Some(belief), TICK);
+        self.roll(Some(reason));
+    }
+
+    /// The base's tick: the command while it is recent, else to a stand.
+    fn roll(&mut self, reason: Option<&'static str>) {
+        let fresh = self.command.filter(|(at, _)| self.now() - at <= COMMAND_AGE_MAX + 1e-9);
+        let wanted = fresh.map_or(Twist::default(), |(_, twist)| twist);
+        self.twist = self.model.limit(self.twist, wanted, TICK);
+        let from = self.pose;
+        self.pose = step(self.pose, self.twist, TICK);
+        self.tick += 1;
+        let decision = self.obedience.newest().filter(|d| d.action != Action::Stop);
+        let strayed = decision.map_or(0.0, |d| strayed(d, self.now(), self.pose));
+        self.driven.push(Driven {
+            now: self.now(),
+            distance: from.position().distance(self.pose.position()),
+            v: self.twist.v,
+            reason,
+            obeyed: self.obedience.newest().map(|d| ((d.epoch, d.seq), d.stamp, d.valid_for_s)),
+            strayed,
+        });
+    }
+}
+
+/// Metres between `pose` and the state of the trajectory that is due next.
+fn strayed(decision: &Decision, now: f64, pose: Pose2) -> f64 {
+    let next = (((now - decision.stamp) / decision.dt).ceil() as usize).clamp(1, decision.x.len()) - 1;
+    let (dx, dy) = (decision.x[next] - pose.x, decision.y[next] - pose.y);
+    (dx * dx + dy * dy).sqrt()
+}
+
+fn remember<T>(of: &mut BTreeMap<u64, T>, tick: u64, value: T) {
+    of.insert(tick, value);
+    while of.len() > REMEMBERED {
+        of.pop_first();
+    }
+}
+
+/// The robot, tick by tick.
+pub(super) async fn run(world: Arc<World>) {
+    let mut last_belief = None;
+    loop {
+        let belief = {
+            let fresh = world.state().robot.belief();
+            if world.has(|f| *f == Fault::NoLocalizer) {
+                None
+            } else if world.has(|f| *f == Fault::OldBelief) {
+                last_belief.clone()
+            } else {
+                last_belief = Some(fresh.clone());
+                Some(fresh)
+            }
+        };
+        let people = world.state().robot.people();
+        let people = (!world.has(|f| *f == Fault::NoPeople)).then_some(people);
+        tell_arbiters(&world, belief.clone(), people);
+        let drives = !world.has(|f| *f == Fault::DriverCrash);
+        let reason = drives.then(|| world.state().robot.drive(belief, TICK));
+        world.state().robot.roll(reason);
+        invariants::after_a_tick(&world);
+        world.executor.sleep(Duration::from_secs_f64(TICK)).await;
+    }
+}
+
+/// What the arbiters hear, each in its own time: an older belief never replaces a newer one.
+fn tell_arbiters(world: &Arc<World>, belief: Option<Belief>, people: Option<People>) {
+    let seats = world.state().arbiters.clone();
+    for seat in seats {
+        let (belief, people, to) = (belief.clone(), people.clone(), Arc::clone(&seat));
+        world.send(move |_| {
+            let mut desk = to.desk.lock().unwrap();
+            if people.as_ref().is_some_and(|new| desk.people.as_ref().is_none_or(|old| new.tick > old.tick)) {
+                desk.people.clone_from(&people);
+            }
+            if belief.as_ref().is_some_and(|new| desk.belief.as_ref().is_none_or(|old| new.tick > old.tick)) {
+                desk.belief.clone_from(&belief);
+            }
+            drop(desk);
+            to.heard.notify_one();
+        });
+    }
+}
