@@ -25,7 +25,7 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, metric, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles, degradations, warmed maps or metrics.
+/// Entries in a list of roles, degradations, warmed maps or metrics, and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Terms in a cost: the paper has three.
 pub const MAX_TERMS: usize = 32;

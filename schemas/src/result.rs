@@ -2,10 +2,11 @@
 
 use crate::array::{F32Array, F64Array, U8Array, U32Array};
 use crate::check;
-use crate::limits::{MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
+use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
 use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// How it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,13 +25,13 @@ pub enum Outcome {
 pub struct Metrics {
     /// Root mean square of the localisation error, m.
     pub rmse_m: f64,
-    /// Fraction of the time in which the localisation error is large, 0..1.
+    /// Share of the run before localisation first converged, 0..1; 1 if it never did.
     pub tcm: f64,
-    /// Times the localisation error became large.
+    /// Times localisation lost convergence after that.
     pub nm: u32,
     /// Fraction of the time closer to people than comfortable, 0..1.
     pub td: f64,
-    /// Mean distance to people while closer than comfortable, m; absent if never.
+    /// Least distance between the centres of the robot and anyone, m; absent if nobody was ever there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub md_m: Option<f64>,
     /// Times the robot came closer than comfortable.
@@ -149,6 +150,11 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// How well.
     pub metrics: Metrics,
+    /// The standard measures of social navigation by name, such as `spl`, `personal_share` or
+    /// `time_to_collision_min_s`; units are in the names, yes and no are 1 and 0, and what there was nothing to
+    /// measure of is absent. New ones may come.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub social: BTreeMap<String, f64>,
     /// At what effort.
     pub cycles: Cycles,
     /// Simulated seconds a second of wall time.
@@ -164,6 +170,8 @@ impl Validate for RunResult {
         check::text("scenario", &self.scenario)?;
         check::text("planner", &self.planner)?;
         check::part("metrics", &self.metrics)?;
+        check::ids("social", self.social.keys(), MAX_LIST)?;
+        self.social.iter().try_for_each(|(name, value)| check::number(&format!("social.{name}"), *value))?;
         check::part("cycles", &self.cycles)?;
         check::non_negative(&[("real_time_factor", self.real_time_factor)])?;
         if self.decisions_sha256.parse::<crate::map::MapId>().is_err() {

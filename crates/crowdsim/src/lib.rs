@@ -23,6 +23,8 @@ pub mod walkers;
 pub mod walls;
 pub mod world;
 
+pub use metrics::social::{SocialMetrics, SocialParams};
+pub use metrics::track::Track;
 pub use metrics::{Metrics, MetricsParams, Recorder};
 pub use outcome::Outcome;
 pub use recorded::{Recording, RecordingError};

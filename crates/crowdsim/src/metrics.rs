@@ -1,7 +1,12 @@
-//! The paper's nine measures of a run, collisions and the least gap, summed up tick by tick.
+//! The paper's nine measures of a run, collisions and the least gap, summed up tick by tick; the standard
+//! social measures are in [`social`].
 //!
 //! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
 //! row before it; the first has none.
+
+mod kinematics;
+pub mod social;
+pub mod track;
 
 use curionav_planning::geometry::Pose2;
 use serde::{Deserialize, Serialize};

@@ -1,10 +1,12 @@
 //! The people of `[[walkers]]` under whichever motion the scenario asks for.
 
-use curionav_planning::geometry::Point2;
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
+use curionav_planning::scene::People;
 
-use crate::hrvo::HrvoCrowd;
 use crate::hrvo::velocity_obstacle::Body;
+use crate::hrvo::{HrvoCrowd, Velocity};
 use crate::scenario::{Motion, Scenario};
 use crate::walkers::{WAITING_MARGIN, WalkerState};
 
@@ -52,8 +54,7 @@ impl Walkers {
     }
 
     /// Everybody walks for `dt` seconds, seeing the robot where it is now. The scripted wait for it; the
-    /// others walk around it and around `others`, whom no route moves. `radius` is a
-    /// walker's, metres.
+    /// others walk around it and around `others`, whom no route moves. `radius` is a walker's, metres.
     pub fn step(
         &mut self,
         dt: f64,
@@ -70,4 +71,17 @@ impl Walkers {
             Self::Hrvo(crowd) => crowd.step(dt, map, std::iter::once(robot).chain(others)),
         }
     }
+}
+
+/// The robot as people see it: they expect it to go on as it goes and to do its half of the avoiding.
+pub fn robot_body(pose: Pose2, twist: Twist, radius: f64) -> Body {
+    let (sine, cosine) = sin_cos(pose.heading);
+    let velocity = Velocity::new(twist.v * cosine, twist.v * sine);
+    Body { position: pose.position(), velocity, preferred: velocity, radius, yields: true }
+}
+
+/// The i-th of `people`, recorded or live, as others see it: it goes its way and yields to nobody.
+pub fn passer_by(people: &People, i: usize) -> Body {
+    let velocity = Velocity::new(people.vx[i], people.vy[i]);
+    Body { position: people.position(i), velocity, preferred: velocity, radius: people.radius, yields: false }
 }

@@ -1,15 +1,12 @@
 //! The world: robot, people and sensors, one tick after the other.
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
-use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
-use crate::hrvo::Velocity;
-use crate::hrvo::velocity_obstacle::Body;
 use crate::lidar::Lidar;
-use crate::motion::Walkers;
+use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
@@ -120,6 +117,11 @@ impl World {
         &self.scenario
     }
 
+    /// The static map.
+    pub fn map(&self) -> &StaticMap {
+        &self.map
+    }
+
     /// Ticks since the start.
     pub fn tick(&self) -> u64 {
         self.tick
@@ -183,8 +185,9 @@ impl World {
         let dt = self.scenario.clock.tick_s;
         let mut noise = rng(self.seed, ODOMETRY_STREAM + self.tick);
         self.plant.step(command, dt, &self.map, &mut noise);
-        let (robot, people) = (self.robot_body(), &self.people);
-        let others = (self.walkers.len()..people.len()).map(|i| seen(people, i));
+        let robot = robot_body(self.plant.pose(), self.plant.twist(), self.plant.radius());
+        let people = &self.people;
+        let others = (self.walkers.len()..people.len()).map(|i| passer_by(people, i));
         self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
         self.people = self.everybody();
@@ -195,15 +198,6 @@ impl World {
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
         self.people = self.everybody();
-    }
-
-    /// The robot as people see it: they expect it to go on as it goes and to do its half of the avoiding.
-    fn robot_body(&self) -> Body {
-        let (pose, v) = (self.plant.pose(), self.plant.twist().v);
-        let (sine, cosine) = sin_cos(pose.heading);
-        let velocity = Velocity::new(v * cosine, v * sine);
-        let (position, radius) = (pose.position(), self.plant.radius());
-        Body { position, velocity, preferred: velocity, radius, yields: true }
     }
 
     /// Distance between centres at which the robot touches a person, metres.
@@ -264,13 +258,6 @@ impl World {
         }
         robot.start
     }
-}
-
-/// A recorded or live person as others see it: it goes its way and yields to nobody.
-fn seen(people: &People, i: usize) -> Body {
-    let velocity = Velocity::new(people.vx[i], people.vy[i]);
-    let (position, radius) = (people.position(i), people.radius);
-    Body { position, velocity, preferred: velocity, radius, yields: false }
 }
 
 /// The recordings with only the people the scenario asks for.

@@ -19,6 +19,8 @@ class Result:
         seed: Seed of everything random.
         outcome: At the goal, out of time, or believing to be where the robot is not.
         metrics: The metrics of the paper and a few more.
+        social: The standard measures of social navigation by name, units in the names: ``spl``, ``personal_share``,
+            ``time_to_collision_min_s`` and so on. What there was nothing to measure of is not in it.
         cycles: The planning cycles, in numbers.
         real_time_factor: Simulated seconds a second of wall time.
         decisions_sha256: Digest of scene stamps and chosen trajectories, 64 hexadecimal digits: equal for equal
@@ -33,6 +35,7 @@ class Result:
     seed: int
     outcome: Literal["reached", "timeout", "lost"]
     metrics: Metrics
+    social: dict[str, float]
     cycles: Cycles
     real_time_factor: float
     decisions_sha256: str
@@ -49,6 +52,7 @@ class Result:
             seed=message.seed,
             outcome=message.outcome,
             metrics=message.metrics,
+            social=dict(message.social or {}),
             cycles=message.cycles,
             real_time_factor=message.real_time_factor,
             decisions_sha256=message.decisions_sha256,

@@ -66,6 +66,7 @@ pub fn run_result() -> RunResult {
             collisions: 0,
             clearance_min_m: 0.4,
         },
+        social: BTreeMap::from([("spl".into(), 0.93), ("personal_share".into(), 0.25)]),
         cycles: Cycles { count: 83, degraded: 1, p50_ms: 8.5, p99_ms: 21.0, max_ms: 30.5 },
         real_time_factor: 24.0,
         decisions_sha256: "00112233445566778899aabbccddeeff".repeat(2),

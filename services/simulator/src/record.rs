@@ -3,13 +3,16 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use curionav_crowdsim::metrics::social::Task;
 use curionav_crowdsim::metrics::{Metrics, MetricsParams, Recorder};
 use curionav_crowdsim::outcome::Outcome;
-use curionav_crowdsim::{Truth, World};
-use curionav_planning::geometry::Pose2;
-use curionav_planning::scene::People;
+use curionav_crowdsim::{SocialMetrics, SocialParams, Track, Truth, World};
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::occupancy::GeodesicField;
+use curionav_runtime::convert;
 use curionav_runtime::latency::Latency;
-use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace};
+use curionav_schemas::limits::MAX_MAGNITUDE;
+use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace, Value};
 use sha2::{Digest, Sha256};
 
 /// Columns of the trace, one row a tick.
@@ -38,6 +41,7 @@ const NOBODY: f64 = 1e3;
 /// Collects one run.
 pub(crate) struct Record {
     recorder: Recorder,
+    track: Track,
     digest: Sha256,
     cycles: u64,
     degraded: u64,
@@ -52,6 +56,7 @@ impl Record {
     pub(crate) fn new(params: MetricsParams) -> Self {
         Self {
             recorder: Recorder::new(params),
+            track: Track::default(),
             digest: Sha256::new(),
             cycles: 0,
             degraded: 0,
@@ -80,7 +85,9 @@ impl Record {
     }
 
     /// One tick.
-    pub(crate) fn tick(&mut self, truth: &Truth, belief: &Belief, people: &People) {
+    pub(crate) fn tick(&mut self, truth: &Truth, belief: &Belief, world: &World) {
+        let people = world.people();
+        self.track.record(truth, people, world.scenario().robot.model.radius());
         let estimate = Pose2::new(belief.x, belief.y, belief.heading);
         let c = &belief.covariance;
         self.recorder.record(truth, estimate, c[0] + c[4] + c[8]);
@@ -108,8 +115,15 @@ impl Record {
         );
     }
 
-    /// The result, at the end.
-    pub(crate) fn finish(self, world: &World, planner: &str, seed: u64, outcome: Outcome) -> RunResult {
+    /// The result, at the end of a run to `goal`.
+    pub(crate) fn finish(
+        self,
+        world: &World,
+        planner: &str,
+        seed: u64,
+        outcome: Outcome,
+        goal: Point2,
+    ) -> RunResult {
         let wall = self.started.elapsed().as_secs_f64();
         let hex = self.digest.finalize().iter().map(|b| format!("{b:02x}")).collect();
         RunResult {
@@ -122,6 +136,7 @@ impl Record {
                 Outcome::Lost => wire::Outcome::Lost,
             },
             metrics: metrics(&self.recorder.metrics()),
+            social: social(&self.track, world, outcome, goal),
             cycles: Cycles {
                 count: self.cycles,
                 degraded: self.degraded,
@@ -155,6 +170,35 @@ fn metrics(m: &Metrics) -> wire::Metrics {
         collisions: m.collisions,
         clearance_min_m: m.clearance_min_m.min(NOBODY),
     }
+}
+
+/// Spacing of the shortest way whose length is measured, metres.
+const WAY_SPACING: f64 = 0.1;
+
+/// The measures of social navigation by name; yes is 1, no is 0, and none is left out.
+fn social(track: &Track, world: &World, outcome: Outcome, goal: Point2) -> BTreeMap<String, f64> {
+    let (map, radius) = (world.map(), world.scenario().robot.model.radius());
+    let field = GeodesicField::new(&map.grid, &map.to_obstacle, goal, radius);
+    let start = track.rows().first().map_or(goal, |row| row.pose.position());
+    let way = field.descend(&map.grid, start, WAY_SPACING);
+    let driven: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+    let rest = way.last().map_or(0.0, |end| end.distance(goal));
+    let task =
+        Task { outcome, shortest_m: driven + rest, to_go: &|p| field.at(&map.grid, p), robot_radius: radius };
+    let measures = SocialMetrics::of(track, &task, &SocialParams::default());
+    let named = convert::to_value(&measures).ok().and_then(|value| value.into_map().ok()).unwrap_or_default();
+    named
+        .into_iter()
+        .filter_map(|(name, value)| {
+            let number = match value {
+                Value::Bool(yes) => f64::from(u8::from(yes)),
+                Value::Integer(count) => i128::from(count) as f64,
+                Value::Float(number) => number,
+                _ => return None,
+            };
+            Some((name.into_text().ok()?, number)).filter(|(_, number)| number.abs() < MAX_MAGNITUDE)
+        })
+        .collect()
 }
 
 /// Rows of (id, x, y) as a rectangle with a presence mask.

@@ -120,7 +120,8 @@ impl Streams {
         {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
-        Ok(record.finish(&world, &profile.name, seed, outcome?))
+        let goal = Point2::new(mission.goal_x, mission.goal_y);
+        Ok(record.finish(&world, &profile.name, seed, outcome?, goal))
     }
 
     async fn request(&self, request: &MissionRequest) -> anyhow::Result<Mission> {
@@ -207,7 +208,7 @@ impl Streams {
             believed = belief.or(believed);
             // Before the first belief, in real time, the robot knows what it was told.
             let belief = believed.clone().unwrap_or_else(|| told(mission));
-            record.tick(&truth, &belief, world.people());
+            record.tick(&truth, &belief, world);
             // The scenario's, unless the robot was sent elsewhere on the way.
             let goal = Point2::new(mission.goal_x, mission.goal_y);
             progress.send_replace(Progress {

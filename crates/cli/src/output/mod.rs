@@ -5,7 +5,7 @@ mod summary;
 mod table;
 
 pub(crate) use csv::row as csv_row;
-pub(crate) use summary::{json, summary};
+pub(crate) use summary::{json, summary_with_social};
 pub(crate) use table::table;
 
 use crate::exit;
@@ -30,7 +30,7 @@ pub(crate) fn write(
     goal_tolerance: f64,
 ) -> anyhow::Result<()> {
     fs::create_dir_all(dir).with_context(|| format!("cannot create the directory {}", dir.display()))?;
-    let metrics = serde_json::to_string_pretty(&summary(result))
+    let metrics = serde_json::to_string_pretty(&summary_with_social(result))
         .with_context(|| format!("cannot write {} as JSON", dir.join("metrics.json").display()))?;
     let files = [
         ("metrics.json", metrics + "\n"),
@@ -84,8 +84,9 @@ mod tests {
         fs::remove_dir_all(&dir).unwrap();
         assert_eq!(names, ["cycles.csv", "metrics.json", "run.svg", "trajectory.csv"]);
         let read: serde_json::Value = serde_json::from_str(&metrics).unwrap();
-        let expected: serde_json::Value =
+        let mut expected: serde_json::Value =
             serde_json::from_str(&json(&golden::run_result()).unwrap()).unwrap();
+        expected["social"] = serde_json::json!({ "personal_share": 0.25, "spl": 0.93 });
         assert_eq!(read, expected);
     }
 

@@ -2,6 +2,7 @@
 
 use curionav_schemas::{Cycles, Metrics, Outcome, RunResult};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A run without its trace; the keys and their order are stable.
 #[derive(Debug, Serialize)]
@@ -14,6 +15,9 @@ pub(crate) struct Summary<'a> {
     cycles: &'a Cycles,
     real_time_factor: f64,
     decisions_sha256: &'a str,
+    /// Only in the file, never on standard output.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    social: Option<&'a BTreeMap<String, f64>>,
 }
 
 /// [`Metrics`] with every key present: `md_m` is null rather than left out.
@@ -43,7 +47,13 @@ pub(crate) fn summary(result: &RunResult) -> Summary<'_> {
         cycles: &result.cycles,
         real_time_factor: result.real_time_factor,
         decisions_sha256: &result.decisions_sha256,
+        social: None,
     }
+}
+
+/// [`summary`] with the measures of social navigation, for `metrics.json`.
+pub(crate) fn summary_with_social(result: &RunResult) -> Summary<'_> {
+    Summary { social: Some(&result.social), ..summary(result) }
 }
 
 /// [`summary`] as one line, its keys in the documented order.

@@ -74,9 +74,10 @@ class InjectRequest(Message):
 class Metrics(Record):
     """The metrics of the paper and a few more.
 
-    ``rmse_m`` localisation error; ``tcm`` (0..1) share of the time it is large, ``nm`` times it became so; ``td``
-    (0..1) share of the time closer to people than comfortable, ``md_m`` mean distance in that time (``None`` if there
-    was none), ``nt`` times it came so close; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
+    ``rmse_m`` localisation error; ``tcm`` (0..1) share of the run before localisation converged (1: never), ``nm``
+    times it lost convergence after that; ``td`` (0..1) share of the time closer to people than comfortable, ``md_m``
+    least distance to anyone, between centres (``None`` if nobody was there), ``nt`` times it came closer than
+    comfortable; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
     ``collisions`` contacts while driving; ``clearance_min_m`` to people and walls, negative in contact.
     """
 
@@ -136,7 +137,11 @@ class Trace(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunResult(Message):
-    """A run that came to an end; ``decisions_sha256`` covers scene stamps and chosen trajectories."""
+    """A run that came to an end; ``decisions_sha256`` covers scene stamps and chosen trajectories.
+
+    ``social`` holds the standard measures of social navigation by name, units in the names; yes and no are 1 and 0,
+    and what there was nothing to measure of is not in it.
+    """
 
     NAME: ClassVar[str] = "run_result"
     MAX_BYTES: ClassVar[int] = 31744 << 10
@@ -146,6 +151,7 @@ class RunResult(Message):
     seed: Uint
     outcome: Literal["reached", "timeout", "lost"]
     metrics: Metrics
+    social: dict[str, Number] | None = None
     cycles: Cycles
     real_time_factor: NonNegative
     decisions_sha256: Annotated[str, Text(hex_digits=64)]
