@@ -5,13 +5,13 @@
 //!         . . . open floor, bare . . . .     \
 //!    #  .                                .    \  glass
 //!    # goal - - forum (crowd) - - - bare - - start
-//!    #  .      //   //   //              .    |
+//!    #  .      \\           \\           .     |
 //!    #    . . . . free aisle . . . . .        |
 //!    #     //   //   //   //   //   //       /
 //!    ############################
 //! ```
 //! The direct way is bare, then crosses the forum. The free aisle runs between two rows of stands, set
-//! slantwise like fish bones so that the laser meets faces across the aisle as well as along it. The open
+//! slantwise like fish bones, so that the laser meets faces across the aisle as well as along it. The open
 //! floor to the north is free and bare.
 
 use curionav_planning::geometry::{Point2, Pose2};
@@ -21,7 +21,9 @@ use super::layout::{Layout, Polygon, polygon, rectangle};
 use super::{Plan, Route, RouteKind};
 
 /// The floor plan and the task of one scenario. A laser of 7 m (`s1`, `sx`) wants the start farther from
-/// the stands than one of 5 m; `sx` has the longest way, `s3` two stands more.
+/// the stands than one of 5 m; `sx` has the longest way, `s3` two stands more. The direct way passes the
+/// northern row on the forum's side; from where the first stands give the robot its place, the shortest
+/// way on is the aisle.
 pub(super) fn plan(scenario: &str) -> Plan {
     let (start, goal) = match scenario {
         "s1" => (Point2::new(36.0, 13.0), Point2::new(2.0, 10.6)),
@@ -39,9 +41,14 @@ pub(super) fn plan(scenario: &str) -> Plan {
         routes: vec![
             route(RouteKind::Bare, &[(26.0, 19.5), (12.0, 19.5)]),
             route(RouteKind::Crowded, &[(20.0, 12.2), (10.0, 12.2)]),
-            route(RouteKind::Landmarks, &[(31.5, 7.8), (25.5, 7.4), (7.5, 7.6), (4.5, 9.5)]),
+            route(RouteKind::Landmarks, &[(31.5, 7.8), (24.0, 6.7), (12.0, 6.7), (4.5, 9.3)]),
         ],
-        crowds: vec![(rectangle(6.0, 9.9, 20.0, 16.8), 0.68), (rectangle(3.0, 22.1, 25.0, 25.9), 0.32)],
+        crowds: vec![
+            (rectangle(6.0, 10.5, 20.0, 16.8), 0.44),
+            // the forum's open side: the shortest way along the aisle grazes it
+            (rectangle(11.4, 9.2, 18.6, 14.5), 0.24),
+            (rectangle(3.0, 22.1, 25.0, 25.9), 0.32),
+        ],
         description: "Trade fair: the direct way is bare, then crosses the forum; a free aisle leads \
                       between the stands.",
     }
@@ -95,9 +102,9 @@ fn furniture(more: bool) -> Vec<Polygon> {
         stand(-0.2, 14.6, (2.0, 0.9), -20.0),
         stand(-0.2, 8.8, (2.0, 0.9), 20.0),
     ];
-    let row = [(29.8, 4.1), (26.1, 4.4), (22.4, 4.7), (18.4, 4.8), (14.4, 4.8), (10.4, 4.8), (6.4, 4.8)];
+    let row = [(29.8, 4.1), (26.1, 4.2), (22.4, 4.2), (18.4, 4.2), (14.4, 4.2), (10.4, 4.2), (6.4, 4.6)];
     things.extend(row.map(south));
-    things.extend([19.4, 15.0, 10.6].map(north));
+    things.extend([19.4, 10.6].map(north));
     if more {
         things.push(stand(4.0, 2.4, (2.0, 1.0), 20.0));
         things.push(stand(12.8, 2.2, (2.0, 1.0), 20.0));
