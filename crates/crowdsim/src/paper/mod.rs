@@ -9,6 +9,7 @@
 
 mod beats;
 mod check;
+mod env1;
 mod env2;
 mod env3;
 mod env4;
@@ -135,6 +136,7 @@ pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperSc
     let published = Published::find(environment, scenario)
         .ok_or_else(|| SceneError::Unpublished { environment, scenario: scenario.to_owned() })?;
     let plan = match (environment, scenario) {
+        (1, _) => env1::plan(scenario),
         (2, _) => env2::plan(scenario),
         (3, _) => env3::plan(scenario),
         (4, _) => env4::plan(scenario),
