@@ -124,7 +124,8 @@ mod tests {
         let ahead = costs(People::default(), &ways(10, &[5.0, 7.0]));
         assert!(ahead[0] < ahead[1], "{ahead:?}");
         let blocked = costs(person(2.4, 5.0), &ways(10, &[5.0, 7.0]));
-        assert!(blocked[0] > blocked[1] && blocked[1] >= ahead[1], "{blocked:?}");
+        assert!(blocked[0] > ahead[0] + 0.2 && blocked[1] >= ahead[1], "{blocked:?}");
+        assert!(blocked[0] - ahead[0] > blocked[1] - ahead[1] + 0.2, "{blocked:?}");
     }
 
     #[test]

@@ -56,9 +56,9 @@ pub struct RiskRrtParams {
 impl Default for RiskRrtParams {
     fn default() -> Self {
         Self {
-            nodes: 300,
+            nodes: 500,
             max_nodes: 3000,
-            max_depth: 20,
+            max_depth: 50,
             v_controls: 3,
             omega_controls: 5,
             threshold: 0.9,

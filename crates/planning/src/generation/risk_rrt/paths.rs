@@ -11,10 +11,10 @@ use crate::motion::step;
 /// drives), at most `most`, none a part of one before it. Each has `steps` states, the first one step
 /// after `now`, and ends in braking to a standstill; those that would brake into a wall are left out.
 ///
-/// Distances count as shares of that from where the `robot` is believed to be, not from the root, which it
-/// may miss by a little: that is what the metric `risk` can know. A path is worth as much as the best pose on it, braking included. The others
-/// are what is left if the first cannot be driven; the root's children take turns, so that not all of
-/// them begin alike.
+/// A path is worth as much as the best pose on it, braking included. Distances count as shares of that
+/// from where the `robot` is believed to be, not from the root, which it may miss by a little: the
+/// metric `risk` can know nothing else. The other paths are what is left if the first cannot be driven;
+/// the root's children take turns, so that not all of them begin alike.
 pub fn candidates(
     growth: &Growth<'_>,
     robot: Point2,

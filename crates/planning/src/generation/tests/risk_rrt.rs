@@ -6,7 +6,7 @@ use crate::generation::risk_rrt::TimeTree;
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
 use crate::profile::Profile;
 
-const DEPTH: u32 = 20;
+const DEPTH: u32 = 50;
 
 fn generator(nodes: u32) -> RiskRrtGenerator {
     let mut params = Profile::builtin("risk-rrt").unwrap().generation_params();
@@ -176,7 +176,7 @@ fn can_be_driven(generator: &dyn Generator, ticks: u64) {
     let mut offered = 0;
     walk(generator, 8, ticks, |world, scene, answer| {
         let (set, robot) = (&answer.candidates, &world.robot);
-        assert_eq!((set.steps(), set.dt()), (27, 0.3));
+        assert_eq!((set.steps(), set.dt()), (57, 0.3));
         for i in 0..set.len() {
             let mut position = scene.belief.pose.position();
             let mut twist: Option<Twist> = None;
