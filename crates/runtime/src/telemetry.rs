@@ -4,10 +4,13 @@ use tracing_subscriber::EnvFilter;
 
 /// Installs the process's log subscriber once: `RUST_LOG` if set, else `default` (a filter such as
 /// `info`). Zenoh's complaints about replies that come after their query has ended are kept out:
-/// under load there is one for each late shard, and the arbiter counts them itself.
+/// under load there is one for each late shard, and the arbiter counts them itself. So are kiddo's warnings
+/// about the layout of trees that grew lopsided, which cost it time and never an answer.
 pub fn init(default: &str) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| {
-        EnvFilter::new(format!("{default},zenoh=error,zenoh_transport=error,zenoh_link=error"))
+        EnvFilter::new(format!(
+            "{default},zenoh=error,zenoh_transport=error,zenoh_link=error,zenoh::api::handlers=off,kiddo=error"
+        ))
     });
     // Already installed (tests): keep the first.
     let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();

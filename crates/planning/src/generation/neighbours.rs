@@ -74,6 +74,14 @@ mod tests {
 
     #[test]
     fn nodes_in_a_row_and_in_one_place_are_found_as_well() {
+        // A row that grows at one end makes the k-d tree lopsided, and it rebuilds itself.
+        let mut row = Neighbours::default();
+        for i in 0..600 {
+            row.push(Point2::new(0.01 * f64::from(i), 0.02 * f64::from(i)));
+        }
+        let middle = Point2::new(3.0, 6.1);
+        assert_eq!(row.within(middle, 0.7), scan(&row.positions, middle, 0.7));
+
         let mut neighbours = Neighbours::default();
         (0..100).for_each(|i| neighbours.push(Point2::new(2.0, 0.05 * f64::from(i))));
         (0..100).for_each(|_| neighbours.push(Point2::new(3.0, 1.0)));
