@@ -106,15 +106,15 @@ fn spread(values: impl Iterator<Item = f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::{CELL_M, SEED, SceneError, drawn, environment, quickstart};
+    use crate::paper::{CELL_M, SEED, SceneError, environment, environments, quickstart};
 
     /// Side of a cell if Table II's areas are taken literally, metres: a pixel at 72 dpi is 0.0353 cm.
     const LITERAL_CELL_M: f64 = 0.0254 / 0.72;
 
     #[test]
-    fn every_drawn_scene_is_without_fault_for_many_seeds() {
+    fn every_scene_is_without_fault_for_many_seeds() {
         for seed in 0..10 {
-            for scene in drawn(seed).unwrap() {
+            for scene in environments(seed).unwrap() {
                 let report = check(&scene);
                 assert!(report.faults().is_empty(), "{}, seed {seed}:\n{report}", scene.scenario.name);
             }
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn every_number_of_table_2_holds_in_both_readings_of_the_scale() {
         let printed_areas = [378.30, 363.82, 272.21, 433.91, 420.14];
-        for scene in drawn(SEED).unwrap() {
+        for scene in environments(SEED).unwrap() {
             let (report, published) = (check(&scene), scene.published.unwrap());
             let found = (report.people, report.known_cells, report.landmark_cells);
             assert_eq!(found, (published.people, published.known_cells, published.landmark_cells));
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn scenes_nobody_drew_are_refused() {
+    fn scenes_the_paper_does_not_have_are_refused() {
         assert!(matches!(environment(5, "s1", 1), Err(SceneError::Unpublished { .. })));
     }
 }

@@ -2,12 +2,12 @@
 
 use curionav_planning::occupancy::{Cell, OccupancyGrid};
 
-use super::{PaperScene, SEED, SceneError, drawn, quickstart, zara01};
+use super::{PaperScene, SEED, SceneError, environments, quickstart, zara01};
 
 /// Everything the generator writes below `scenarios/`: (path, content), in a fixed order.
 pub fn committed() -> Result<Vec<(String, Vec<u8>)>, SceneError> {
     let mut all = Vec::new();
-    for scene in drawn(SEED)? {
+    for scene in environments(SEED)? {
         all.extend(files(&scene)?.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)));
     }
     all.extend(files(&quickstart(SEED)?)?);
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_written_scenario_reads_back_and_fits_its_map() {
-        for scene in drawn(5).unwrap().into_iter().chain([quickstart(5).unwrap(), zara01().unwrap()]) {
+        for scene in environments(5).unwrap().into_iter().chain([quickstart(5).unwrap(), zara01().unwrap()]) {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
             let scenario = Scenario::from_toml(&toml).unwrap();
             assert_eq!(scenario, scene.scenario);

@@ -88,14 +88,6 @@ pub enum SceneError {
         /// Scenario asked for.
         scenario: String,
     },
-    /// No floor plan has been drawn for these numbers.
-    #[error("Env{environment} {scenario} has no floor plan")]
-    NotDrawn {
-        /// Environment asked for.
-        environment: u8,
-        /// Scenario asked for.
-        scenario: String,
-    },
     /// The floor plan cannot give the cells.
     #[error("the floor plan offers {found} {what} cells, {wanted} are wanted")]
     Counts {
@@ -135,12 +127,11 @@ struct Plan {
 pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperScene, SceneError> {
     let published = Published::find(environment, scenario)
         .ok_or_else(|| SceneError::Unpublished { environment, scenario: scenario.to_owned() })?;
-    let plan = match (environment, scenario) {
-        (1, _) => env1::plan(scenario),
-        (2, _) => env2::plan(scenario),
-        (3, _) => env3::plan(scenario),
-        (4, _) => env4::plan(scenario),
-        _ => return Err(SceneError::NotDrawn { environment, scenario: scenario.to_owned() }),
+    let plan = match environment {
+        1 => env1::plan(scenario),
+        2 => env2::plan(scenario),
+        3 => env3::plan(scenario),
+        _ => env4::plan(scenario),
     };
     let counts = Counts { known: published.known_cells, occupied: published.landmark_cells };
     let laser = LaserModel { range_max: rounded(published.laser_range()), ..LaserModel::default() };
@@ -155,13 +146,9 @@ pub fn environment(environment: u8, scenario: &str, seed: u64) -> Result<PaperSc
     Ok(PaperScene { published: Some(published), ..scene })
 }
 
-/// The paper's scenes that have a floor plan, in the order of Table II.
-pub fn drawn(seed: u64) -> Result<Vec<PaperScene>, SceneError> {
-    PUBLISHED
-        .iter()
-        .map(|p| environment(p.environment, p.scenario, seed))
-        .filter(|scene| !matches!(scene, Err(SceneError::NotDrawn { .. })))
-        .collect()
+/// All thirteen, in the order of Table II.
+pub fn environments(seed: u64) -> Result<Vec<PaperScene>, SceneError> {
+    PUBLISHED.iter().map(|p| environment(p.environment, p.scenario, seed)).collect()
 }
 
 /// Puts the people on a finished grid and writes the scenario.
