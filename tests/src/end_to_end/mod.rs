@@ -1,5 +1,6 @@
 //! The program as a user runs it: `curionav` in its own process, judged by what it prints.
 
+mod admission;
 mod bad_input;
 mod bench;
 mod deployment;

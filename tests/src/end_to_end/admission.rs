@@ -1,0 +1,69 @@
+//! A busy replica, asked over Zenoh.
+
+use std::sync::Mutex;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::serve::serve;
+use curionav_runtime::session;
+use curionav_schemas::{EvaluateRequest, RejectCode, Scores, golden, keys};
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+const TIMEOUT: Duration = Duration::from_secs(20);
+
+fn question(session: &Session, robot: &'static str) -> JoinHandle<Result<Scores, AskError>> {
+    let (session, key) = (session.clone(), keys::evaluate("cpc", "busy").unwrap());
+    tokio::spawn(async move {
+        let request = EvaluateRequest { robot: robot.into(), ..golden::evaluate_request() };
+        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { robot }).await
+    })
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
+    let session = session::embedded().await.unwrap();
+    let (release, gate) = mpsc::channel::<()>();
+    let (begun, begins) = mpsc::channel::<String>();
+    let gate = Mutex::new(gate);
+    let handler = move |request: EvaluateRequest, _| {
+        begun.send(request.robot).unwrap();
+        gate.lock().unwrap().recv().unwrap();
+        Ok(golden::scores())
+    };
+    // One slot, four may wait.
+    let server = serve(&session, &keys::evaluate("cpc", "busy").unwrap(), 1, 4, handler).unwrap();
+    let refused = || server.counts().refused.load(std::sync::atomic::Ordering::Relaxed);
+    let in_flight = || server.counts().in_flight.load(std::sync::atomic::Ordering::Relaxed);
+    let mut waiting = vec![question(&session, "greedy")];
+    assert_eq!(begins.recv_timeout(TIMEOUT).unwrap(), "greedy");
+    for _ in 0..4 {
+        waiting.push(question(&session, "greedy"));
+    }
+    let deadline = Instant::now() + TIMEOUT;
+    while in_flight() < 5 && Instant::now() < deadline {
+        tokio::task::yield_now().await;
+    }
+    // Nothing is released: only a refusal can come back.
+    let overloaded = question(&session, "greedy").await.unwrap().unwrap_err();
+    assert!(matches!(&overloaded, AskError::Rejected(r) if r.code == RejectCode::Overloaded), "{overloaded}");
+
+    waiting.push(question(&session, "modest"));
+    while refused() < 2 && Instant::now() < deadline {
+        tokio::task::yield_now().await;
+    }
+    let mut served = Vec::new();
+    for _ in 0..4 {
+        release.send(()).unwrap();
+        served.push(begins.recv_timeout(TIMEOUT).unwrap());
+    }
+    release.send(()).unwrap();
+    assert_eq!(served, ["greedy", "modest", "greedy", "greedy"]);
+    let mut answered = 0;
+    for question in waiting {
+        answered += usize::from(question.await.unwrap().is_ok());
+    }
+    assert_eq!((answered, refused()), (5, 2));
+    session::close(&session);
+}
