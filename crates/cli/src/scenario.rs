@@ -53,7 +53,7 @@ fn generate(out: &Path) -> anyhow::Result<()> {
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
     }
     // What the drawn scenes turned out to be like, for whoever changes the drawing.
-    for scene in [paper::environment(4, "s2", paper::SEED)?, paper::quickstart(paper::SEED)?] {
+    for scene in paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]) {
         #[expect(clippy::print_stdout, reason = "what the command is for")]
         {
             println!("{}\n{}", scene.scenario.name, paper::check(&scene));

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use curionav_schemas::{Message, Reject};
+use curionav_schemas::{Clock, Message, Reject};
 use zenoh::handlers::FifoChannel;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::ConsolidationMode;
@@ -31,11 +31,14 @@ pub enum AskError {
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Urgency<'a> {
-    /// Work of a cycle: dropped rather than stalling the link; asked again elsewhere. The robot it is for
-    /// goes with it, so that replicas can serve robots in turn.
+    /// Work of a cycle. In real time it is dropped rather than stalling the link, and asked again elsewhere;
+    /// in lockstep it waits for room, as everything does. The robot it is for goes with it, so that replicas
+    /// can serve robots in turn.
     Shard {
         /// Whose cycle.
         robot: &'a str,
+        /// How that robot's time passes.
+        clock: Clock,
     },
     /// Everything else: missions, maps, scenarios.
     Normal,
@@ -66,7 +69,8 @@ pub async fn ask_bytes<A: Message>(
     urgency: Urgency<'_>,
 ) -> Result<A, AskError> {
     let (congestion, priority) = match urgency {
-        Urgency::Shard { .. } => (CongestionControl::Drop, Priority::InteractiveLow),
+        Urgency::Shard { clock: Clock::Realtime, .. } => (CongestionControl::Drop, Priority::InteractiveLow),
+        Urgency::Shard { clock: Clock::Lockstep, .. } => (CongestionControl::Block, Priority::InteractiveLow),
         Urgency::Normal => (CongestionControl::Block, Priority::Data),
     };
     let mut get = session
@@ -79,7 +83,7 @@ pub async fn ask_bytes<A: Message>(
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
     }
-    if let Urgency::Shard { robot } = urgency {
+    if let Urgency::Shard { robot, .. } = urgency {
         get = get.attachment(robot);
     }
     let replies = get.with(FifoChannel::new(4)).wait().map_err(|e| AskError::Send(e.to_string()))?;

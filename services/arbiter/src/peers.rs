@@ -2,11 +2,12 @@
 
 use std::future::Future;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use curionav_runtime::membership::Membership;
 use curionav_runtime::query::{AskError, Urgency, ask};
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
+use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
 use zenoh::Session;
 
 /// Role of trajectory generators; evaluators have their metric's name.
@@ -54,6 +55,7 @@ pub struct ZenohPeers {
     membership: Membership,
     changes: tokio::sync::Mutex<tokio::sync::watch::Receiver<curionav_runtime::membership::Members>>,
     started: Instant,
+    in_lockstep: AtomicBool,
 }
 
 impl ZenohPeers {
@@ -61,7 +63,23 @@ impl ZenohPeers {
     pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
         let membership = Membership::follow(session)?;
         let changes = tokio::sync::Mutex::new(membership.changes());
-        Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
+        Ok(Arc::new(Self {
+            session: session.clone(),
+            membership,
+            changes,
+            started: Instant::now(),
+            in_lockstep: AtomicBool::new(false),
+        }))
+    }
+
+    /// From now on questions travel as this clock asks.
+    pub fn keep_to(&self, clock: Clock) {
+        self.in_lockstep.store(clock == Clock::Lockstep, Ordering::Relaxed);
+    }
+
+    fn shard<'a>(&self, robot: &'a str) -> Urgency<'a> {
+        let lockstep = self.in_lockstep.load(Ordering::Relaxed);
+        Urgency::Shard { robot, clock: if lockstep { Clock::Lockstep } else { Clock::Realtime } }
     }
 }
 
@@ -96,7 +114,7 @@ impl Peers for ZenohPeers {
         timeout: Duration,
     ) -> Result<GenerateReply, AskError> {
         let key = keys::generate(instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot }).await
+        ask(&self.session, &key, request, timeout, self.shard(&request.robot)).await
     }
 
     async fn evaluate(
@@ -107,6 +125,6 @@ impl Peers for ZenohPeers {
         timeout: Duration,
     ) -> Result<Scores, AskError> {
         let key = keys::evaluate(metric, instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot }).await
+        ask(&self.session, &key, request, timeout, self.shard(&request.robot)).await
     }
 }

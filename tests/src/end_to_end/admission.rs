@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::serve::serve;
 use curionav_runtime::session;
-use curionav_schemas::{EvaluateRequest, RejectCode, Scores, golden, keys};
+use curionav_schemas::{Clock, EvaluateRequest, RejectCode, Scores, golden, keys};
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
@@ -17,7 +17,7 @@ fn question(session: &Session, robot: &'static str) -> JoinHandle<Result<Scores,
     let (session, key) = (session.clone(), keys::evaluate("cpc", "busy").unwrap());
     tokio::spawn(async move {
         let request = EvaluateRequest { robot: robot.into(), ..golden::evaluate_request() };
-        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { robot }).await
+        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { robot, clock: Clock::Realtime }).await
     })
 }
 
