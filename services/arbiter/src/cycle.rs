@@ -196,7 +196,9 @@ pub async fn plan<P: Peers>(
     let (scores, evaluated, evaluate_us) =
         evaluate(pool, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
     degraded.extend(evaluated.iter().filter_map(|(metric, how)| match how {
-        Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => Some(format!("evaluated: local ({metric})")),
+        Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => {
+            Some(format!("evaluated: local ({metric})"))
+        }
         Evaluated::None => Some(format!("not evaluated ({metric})")),
         Evaluated::Pool if !scores.missing(metric).is_empty() => Some(format!("partly evaluated ({metric})")),
         _ => None,
