@@ -138,7 +138,7 @@ impl SocialMetrics {
     /// The measures of a whole run.
     pub fn of(track: &Track, task: &Task<'_>, params: &SocialParams) -> Self {
         let rows = track.rows();
-        let length_m = steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())).sum();
+        let length_m = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
         let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();
         let accelerations = differences(&speeds);
         let jerks = differences(&accelerations);
@@ -188,9 +188,9 @@ impl SocialMetrics {
             stopped_s: time_with(rows, |r| {
                 r.twist.v.abs() < stopped_v && r.twist.omega.abs() < stopped_omega
             }),
-            heading_change_rad: steps(rows)
-                .map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs())
-                .sum(),
+            heading_change_rad: total(
+                steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs()),
+            ),
             closest_person_avg_m: mean(rows.iter().map(|r| r.person_gap.max(0.0))),
             people_distance_min_m: least(rows.iter().map(|r| r.person_distance - task.robot_radius)),
             freezes,
@@ -205,7 +205,12 @@ fn steps(rows: &[TrackRow]) -> impl Iterator<Item = (&TrackRow, &TrackRow)> {
 
 /// Time of the rows for which this holds; a row stands for the time since the one before it.
 fn time_with(rows: &[TrackRow], holds: impl Fn(&TrackRow) -> bool) -> f64 {
-    steps(rows).filter(|(_, b)| holds(b)).map(|(a, b)| b.time - a.time).sum()
+    total(steps(rows).filter(|(_, b)| holds(b)).map(|(a, b)| b.time - a.time))
+}
+
+/// The sum; of nothing it is 0 and not the -0 that `sum` gives.
+fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
 }
 
 /// The least of those that are finite.
@@ -236,8 +241,9 @@ fn failures_to_progress(rows: &[TrackRow], to_go: &dyn Fn(Point2) -> f64, params
             continue;
         }
         let now = to_go(row.pose.position());
-        // Unreachable points (a robot inside a wall's margin) compare as no progress.
-        failures += u32::from(!(before - now >= params.progress_least_m));
+        let progress = before - now;
+        // From one place without a way to the goal to another is no progress.
+        failures += u32::from(progress.is_nan() || progress < params.progress_least_m);
         (began, before) = (row.time, now);
     }
     failures

@@ -159,6 +159,8 @@ fn standing_for_three_seconds_is_a_freeze() {
     assert_eq!((m.freezes, m.frozen_s), (2, 7.5));
     let m = measured(30, |_, _| {});
     assert_eq!((m.freezes, m.frozen_s), (0, 0.0));
+    // nothing is 0, as people write it
+    assert_eq!(format!("{} {}", m.stalled_s, m.stopped_s), "0 0");
 }
 
 #[test]
