@@ -39,7 +39,7 @@ pub struct RiskParams {
 
 impl Default for RiskParams {
     fn default() -> Self {
-        Self { model: RiskModel::Gaussian, block: 0.27, social_weight: 0.3, rotation_weight: 0.5 }
+        Self { model: RiskModel::Gaussian, block: 0.27, social_weight: 1.0, rotation_weight: 0.5 }
     }
 }
 

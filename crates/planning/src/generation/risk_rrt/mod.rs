@@ -56,11 +56,11 @@ pub struct RiskRrtParams {
 impl Default for RiskRrtParams {
     fn default() -> Self {
         Self {
-            nodes: 500,
+            nodes: 800,
             max_nodes: 3000,
             max_depth: 50,
-            v_controls: 3,
-            omega_controls: 5,
+            v_controls: 5,
+            omega_controls: 9,
             threshold: 0.9,
             goal_bias: 0.01,
             window: 5.0,

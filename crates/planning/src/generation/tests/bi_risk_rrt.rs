@@ -119,7 +119,7 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
 #[test]
 fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let (world, scene) = walled();
-    let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 3, omega_count: 5 };
+    let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 5, omega_count: 9 };
     let params = deep(7900);
     let tree = BiRiskRrtGenerator { params: params.clone() }
         .generate(&world.input(&scene, None), None, 1, &|| false)

@@ -15,7 +15,7 @@ fn generator(nodes: u32) -> RiskRrtGenerator {
 }
 
 fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
-    ControlLattice { robot, dt: 0.3, v_count: 3, omega_count: 5 }
+    ControlLattice { robot, dt: 0.3, v_count: 5, omega_count: 9 }
 }
 
 fn read(value: &Tree, robot: &RobotModel) -> TimeTree {
