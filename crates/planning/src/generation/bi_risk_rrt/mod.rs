@@ -105,7 +105,7 @@ impl Generator for BiRiskRrtGenerator {
         let mut left = params.risk_rrt.nodes as usize;
         if let Heuristic::Searching(reverse) = &heuristic {
             let mut reverse = ground.reverse(reverse.clone(), params.bi_risk_rrt.reverse_depth);
-            let met = search.from_both_ends(&mut growth, &mut reverse, &mut left, should_stop);
+            let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
             heuristic = match met {
                 Some(node) => Heuristic::found(&reverse.tree, node),
                 None => Heuristic::Searching(reverse.tree),
@@ -129,7 +129,7 @@ struct Search<'a> {
 impl Search<'_> {
     /// Grows both trees in turns until they meet or `left` nodes are spent; the reverse tree's node where
     /// they met.
-    fn from_both_ends<'g>(
+    fn grow_both<'g>(
         &mut self,
         forward: &mut Growth<'g>,
         reverse: &mut Growth<'g>,
