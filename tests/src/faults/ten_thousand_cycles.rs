@@ -90,6 +90,7 @@ fn no_single_fault_takes_the_robot_out_of_control() {
         Fault::Hang(2),
         Fault::MassLeave,
         Fault::Overload(50.0),
+        Fault::Flood,
         Fault::NoPool,
         Fault::NoRobot,
         Fault::ArbiterCrash,
