@@ -32,7 +32,7 @@ pub(super) enum Question {
 
 #[derive(Clone)]
 pub(super) enum Answer {
-    Generated(GenerateReply),
+    Generated(Box<GenerateReply>),
     Scored(Scores),
 }
 
@@ -195,7 +195,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     let answered = match &job.question {
         Question::Generate(request) => {
             generator::answer(&name.1, &world.fields, request, &|| is_over(request.budget_ms))
-                .map(Answer::Generated)
+                .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) => {
             let budget_ms = request.budget_ms;
@@ -243,7 +243,7 @@ fn spoil(
         }
         (_, Answer::Scored(scores)) => through_bytes(&scores, nonsense, &mut state.rng).map(Answer::Scored),
         (_, Answer::Generated(reply)) => {
-            through_bytes(&reply, nonsense, &mut state.rng).map(Answer::Generated)
+            through_bytes(&*reply, nonsense, &mut state.rng).map(|reply| Answer::Generated(Box::new(reply)))
         }
     }
 }

@@ -332,7 +332,7 @@ impl Peers for SimulatedPeers {
     ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), instance.to_owned());
         match self.world.exchange(name, Question::Generate(request.clone()), timeout).await? {
-            Answer::Generated(reply) => Ok(reply),
+            Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
     }
