@@ -75,7 +75,7 @@ impl Fields {
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Reject> {
         let map = self.map(id)?;
-        let key = (id, laser, params.clone());
+        let key = (id, laser, *params);
         self.derived("what this sensor sees", &self.stock.information, &key, || {
             InformationField::new(&map, &laser, params)
         })

@@ -186,7 +186,7 @@ impl Arbiter {
         let Some(mission) = self.mission.clone() else { return Ok(()) };
         let period = u64::from(mission.plan_every.max(1));
         let due = match mission.clock {
-            Clock::Lockstep => belief.tick % period == 0,
+            Clock::Lockstep => belief.tick.is_multiple_of(period),
             Clock::Realtime => {
                 if let Some(newest) = self.beliefs.newest() {
                     belief = newest.clone();
@@ -209,7 +209,7 @@ impl Arbiter {
             self.reports.publish(&report, mission.clock);
         }
         self.service.counts.record(started.elapsed());
-        if !self.obeyed || self.memory.seq % LOOK_EVERY == 0 {
+        if !self.obeyed || self.memory.seq.is_multiple_of(LOOK_EVERY) {
             let last = self.last_obeyed(Duration::from_millis(50)).await?;
             self.obeyed = last.is_some_and(|last| self.memory.is_obeyed(last.as_ref(), now));
         }

@@ -72,7 +72,7 @@ async fn plan(
         invariants::after_a_cycle(world, context, pool, number, &decision, report.as_ref());
         world.state().decided.push((decision.clone(), report));
         world.send(move |world| world.state().robot.receive(decision.clone()));
-        if !obeyed || memory.seq % 8 == 0 {
+        if !obeyed || memory.seq.is_multiple_of(8) {
             let last = last_obeyed(world, Duration::from_millis(50)).await;
             obeyed = last.is_some_and(|last| memory.is_obeyed(last.as_ref(), now));
         }

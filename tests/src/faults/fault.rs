@@ -47,6 +47,8 @@ pub(super) enum Fault {
     MassLeave,
     /// Every replica takes that many times as long.
     Overload(f64),
+    /// Other robots ask every replica more than it can answer.
+    Flood,
     /// The arbiter and the pool do not hear each other.
     NoPool,
     /// The arbiter and the robot do not hear each other.
@@ -77,6 +79,7 @@ impl Fault {
                 | Self::Garbage(..)
                 | Self::MassLeave
                 | Self::Overload(_)
+                | Self::Flood
                 | Self::NoPool
         )
     }
@@ -94,7 +97,7 @@ pub(super) struct Episode {
 fn any(rng: &mut Rng, replicas: usize) -> Fault {
     let which = |rng: &mut Rng, n: usize| ((uniform(rng) * n as f64) as usize).min(n - 1);
     let replica = which(rng, replicas);
-    match which(rng, 15) {
+    match which(rng, 16) {
         0 => Fault::Weather {
             delay: 0.001 + 0.06 * uniform(rng),
             loss: 0.4 * uniform(rng),
@@ -113,6 +116,7 @@ fn any(rng: &mut Rng, replicas: usize) -> Fault {
         11 => Fault::NoLocalizer,
         12 => Fault::OldBelief,
         13 => Fault::NoPeople,
+        14 => Fault::Flood,
         _ => Fault::DriverCrash,
     }
 }

@@ -32,7 +32,7 @@ pub(super) enum Question {
 
 #[derive(Clone)]
 pub(super) enum Answer {
-    Generated(GenerateReply),
+    Generated(Box<GenerateReply>),
     Scored(Scores),
 }
 
@@ -60,6 +60,8 @@ pub(super) struct Replica {
     prepared: bool,
     slots: u32,
     previous: Option<Answer>,
+    /// The last question taken, for others to ask as well.
+    question: Option<Question>,
     seen: bool,
     /// Since when it can, or cannot, be heard.
     since: Duration,
@@ -75,6 +77,7 @@ impl Replica {
             prepared: false,
             slots,
             previous: None,
+            question: None,
             seen: false,
             since: now,
             audible: true,
@@ -120,7 +123,20 @@ impl Replica {
 
     /// As a replica's server does: at once into the queue, or refused.
     pub(super) fn admit(&mut self, job: Job) {
-        if let Some(refused) = self.queue.push("robot", job) {
+        self.question = Some(job.question.clone());
+        self.admit_from("robot", job);
+    }
+
+    /// Five other robots ask what was asked last, each eight times.
+    pub(super) fn flood(&mut self, now: Duration) {
+        let Some(question) = self.question.clone().filter(|_| self.is_up()) else { return };
+        for other in (0..40).map(|i| format!("other-{}", i % 5)) {
+            self.admit_from(&other, Job::new(question.clone(), now).0);
+        }
+    }
+
+    fn admit_from(&mut self, robot: &str, job: Job) {
+        if let Some(refused) = self.queue.push(robot, job) {
             let full = Reject::new(RejectCode::Overloaded, "full");
             let _ = refused.reply.send(Err(AskError::Rejected(full)));
         }
@@ -179,7 +195,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     let answered = match &job.question {
         Question::Generate(request) => {
             generator::answer(&name.1, &world.fields, request, &|| is_over(request.budget_ms))
-                .map(Answer::Generated)
+                .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) => {
             let budget_ms = request.budget_ms;
@@ -227,7 +243,7 @@ fn spoil(
         }
         (_, Answer::Scored(scores)) => through_bytes(&scores, nonsense, &mut state.rng).map(Answer::Scored),
         (_, Answer::Generated(reply)) => {
-            through_bytes(&reply, nonsense, &mut state.rng).map(Answer::Generated)
+            through_bytes(&*reply, nonsense, &mut state.rng).map(|reply| Answer::Generated(Box::new(reply)))
         }
     }
 }

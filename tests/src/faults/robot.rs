@@ -129,7 +129,7 @@ impl Robot {
 
     /// What the localiser believes: nearly the truth, and certain of it for two seconds out of four.
     pub(super) fn belief(&mut self) -> Belief {
-        let variance = if self.tick / 20 % 2 == 0 { 0.01 } else { 0.06 };
+        let variance = if (self.tick / 20).is_multiple_of(2) { 0.01 } else { 0.06 };
         let mut near = |value: f64| value + 0.02 * standard_normal(&mut self.rng);
         let (x, y, heading) = (near(self.pose.x), near(self.pose.y), self.pose.heading);
         let covariance = vec![variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 0.01];

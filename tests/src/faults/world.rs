@@ -272,7 +272,11 @@ async fn liveliness(world: Arc<World>) {
             let n = world.state().replicas.len();
             (0..n).map(|i| cut || world.has(|f| *f == Fault::Hang(i))).collect()
         };
+        let flood = world.has(|f| *f == Fault::Flood);
         let mut state = world.state();
+        if flood {
+            state.replicas.values_mut().for_each(|replica| replica.flood(now));
+        }
         let mut changed = false;
         for (replica, hung) in state.replicas.values_mut().zip(hung) {
             changed |= replica.see(hung, now, LEASE, JOIN);
@@ -328,7 +332,7 @@ impl Peers for SimulatedPeers {
     ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), instance.to_owned());
         match self.world.exchange(name, Question::Generate(request.clone()), timeout).await? {
-            Answer::Generated(reply) => Ok(reply),
+            Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
     }
