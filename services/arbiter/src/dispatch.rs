@@ -32,7 +32,7 @@ pub async fn generate<P: Peers>(
     let first = ready.get((request.seq % ready.len().max(1) as u64) as usize)?.clone();
     let ask = |instance: String, timeout: Duration| async move {
         let request = GenerateRequest { budget_ms: Budget::ms(timeout), ..request.clone() };
-        let reply = pool.peers.generate(&instance, &request, timeout).await?;
+        let reply = pool.peers.generate(&instance, &request, timeout, budget.clock).await?;
         usable(reply, &request, shape)
     };
     pool.first_answer(GENERATOR, first, budget, ask).await
@@ -116,7 +116,7 @@ async fn evaluate_shard<P: Peers>(
     let question = &question;
     let ask = |instance: String, timeout: Duration| async move {
         let request = EvaluateRequest { budget_ms: Budget::ms(timeout), ..question.clone() };
-        let scores = pool.peers.evaluate(metric, &instance, &request, timeout).await?;
+        let scores = pool.peers.evaluate(metric, &instance, &request, timeout, budget.clock).await?;
         if !fits(&scores, &request, metric) {
             return Err(AskError::Malformed("scores are not for this shard".into()));
         }
