@@ -80,7 +80,7 @@ pub(crate) enum Command {
     Cancel(RobotOptions),
     /// Say who is alive, how loaded and how fast.
     Status(StatusOptions),
-    /// Check or generate scenario files.
+    /// Check, draw or generate scenario files.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
 }
@@ -278,6 +278,16 @@ pub(crate) enum ScenarioCommand {
         /// Scenario files.
         #[arg(required = true, value_name = "SCENARIO.toml")]
         files: Vec<PathBuf>,
+    },
+    /// Draw scenarios before anything moves, NAME.svg each: map, start, goal, shortest way, people and their
+    /// routes, and where no landmark is within the laser's range.
+    Draw {
+        /// Scenario files.
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        files: Vec<PathBuf>,
+        /// Directory to write into.
+        #[arg(long, value_name = "DIR", default_value = ".")]
+        out: PathBuf,
     },
     /// Write the generated scenarios and their maps, as committed under scenarios/.
     Generate {

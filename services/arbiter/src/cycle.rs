@@ -6,13 +6,14 @@ use std::time::Duration;
 use curionav_planning::arbitration::{self, Observer, Previous, Scores, arbitrate};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
+use curionav_runtime::convert;
 use curionav_runtime::evaluators::AT_HOME;
-use curionav_runtime::{convert, generator};
 use curionav_schemas::{self as wire, Evaluated, MetricTime, Reject, Timings};
 
 use crate::budget::Budget;
 use crate::context::PlanContext;
 use crate::dispatch::{self, Shard};
+use crate::growth::{self, Grown};
 use crate::in_process;
 use crate::peers::Peers;
 use crate::pool::Pool;
@@ -31,7 +32,7 @@ pub struct Memory {
     /// Tick of the last report.
     pub reported: Option<u64>,
     observer: Observer,
-    tree: Option<wire::Tree>,
+    trees: Vec<Option<wire::Tree>>,
     previous: Option<Previous>,
 }
 
@@ -145,26 +146,13 @@ pub async fn plan<P: Peers>(
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health.clone());
 
     // Generate: any replica takes over the tree, which travels as a value.
-    let request =
-        context.generate_request(id, &scene_message, memory.tree.take(), memory.previous.as_ref())?;
-    let shape = (context.profile.steps, context.profile.dt);
-    let stage = Budget::of_stage(peers.now(), &context.mission);
-    let (candidates, tree) = match dispatch::generate(pool, &request, shape, stage).await {
-        Some((candidates, tree)) => (candidates, Some(tree)),
-        None if context.in_process => {
-            degraded.push("generated: local".to_owned());
-            let is_over = || stage.is_over(peers.now());
-            let reply = peers.compute(|| {
-                generator::generate("arbiter", &request, &context.map, &context.geodesic, &is_over)
-            })?;
-            (convert::candidates(reply.candidates)?, Some(reply.tree))
-        }
-        None => {
-            degraded.push("not generated".to_owned());
-            (CandidateSet::empty(shape.0, shape.1), request.tree.clone())
-        }
-    };
-    memory.tree = tree;
+    memory.trees.resize(context.profile.trees as usize, None);
+    let requests = (memory.trees.drain(..).enumerate())
+        .map(|(i, tree)| context.generate_request(id, &scene_message, i, tree, memory.previous.as_ref()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let Grown { candidates, trees, shortfall } = growth::grow(pool, context, &requests).await?;
+    memory.trees = trees;
+    degraded.extend(shortfall.map(str::to_owned));
     let generated = peers.now();
 
     // Evaluate: shards over every replica; what nobody scored, in process.

@@ -2,7 +2,7 @@
 //!
 //! The two trees are never joined, so no boundary-value problem has to be solved. Once they come near each
 //! other, the reverse tree's way becomes a heuristic: the tree in time draws part of its samples around
-//! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, 6).
+//! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, Baselines).
 
 pub mod heuristic;
 

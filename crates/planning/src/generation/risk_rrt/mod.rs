@@ -1,7 +1,7 @@
 //! The baseline Risk-RRT (Fulgenzi, Spalanzani, Laugier and Tay, 2010): a tree in time whose nodes know how
 //! likely a collision on the way to them is.
 //!
-//! Structure and parameters follow the authors' ROS package (`docs/methods.md`, 5.2), risk the paper: a
+//! Structure and parameters follow the authors' ROS package (`docs/methods.md`, Baselines), risk the paper: a
 //! person's Gaussian forecast under the robot's disc. Instead of growing for a fixed time the tree grows by
 //! a fixed number of nodes, so that a run can be repeated.
 //!
