@@ -55,7 +55,7 @@ fn a_whole_deployment_is_proven_link_by_link() {
         assert_eq!(finding["verdict"], "proven", "{finding:#}");
     }
     assert!(of(&report, "cpc cpc-0")[0]["detail"].as_str().unwrap().contains("ready for the mission"));
-    assert_eq!(running.join().unwrap().1, 0);
+    assert_eq!(running.join().unwrap().0.outcome, "reached");
 }
 
 #[test]
