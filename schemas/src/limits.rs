@@ -27,6 +27,10 @@ pub const MAX_TEXT: usize = 1024;
 pub const MAX_ID: usize = 64;
 /// Entries in a list of roles, degradations, warmed maps or metrics, and of measures of a run.
 pub const MAX_LIST: usize = 64;
+/// Samples in a service's status: the arbiter, which says most, has under two hundred.
+pub const MAX_METRICS: usize = 512;
+/// Bytes in the name of such a sample, labels included.
+pub const MAX_METRIC_NAME: usize = 255;
 /// Terms in a cost: the paper has three.
 pub const MAX_TERMS: usize = 32;
 /// Vertices of a footprint polygon: robots are described with a dozen at most.

@@ -71,6 +71,6 @@ messages! {
     InjectRequest "inject_request" 64 * MIB;
     RunStatus "run_status" 32 * MIB - 4 * KIB;
     RunResult "run_result" 31 * MIB;
-    ServiceStatus "service_status" 128 * KIB;
+    ServiceStatus "service_status" 256 * KIB;
     Reject "reject" 4 * KIB;
 }

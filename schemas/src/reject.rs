@@ -28,6 +28,34 @@ pub enum RejectCode {
     Unknown,
 }
 
+impl RejectCode {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Malformed,
+        Self::Oversize,
+        Self::Version,
+        Self::Invalid,
+        Self::Overloaded,
+        Self::Stopped,
+        Self::Cold,
+        Self::Unknown,
+    ];
+
+    /// As it stands on the wire.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Malformed => "malformed",
+            Self::Oversize => "oversize",
+            Self::Version => "version",
+            Self::Invalid => "invalid",
+            Self::Overloaded => "overloaded",
+            Self::Stopped => "stopped",
+            Self::Cold => "cold",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
 /// Why a request was refused (the payload of an error reply) or why a message is not valid.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{}{reason}", .field.as_ref().map(|field| format!("{field}: ")).unwrap_or_default())]

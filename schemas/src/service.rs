@@ -1,10 +1,11 @@
 //! What a service says about itself.
 
 use crate::check;
-use crate::limits::MAX_LIST;
+use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
 use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The answer to a status query.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -13,11 +14,17 @@ pub struct ServiceStatus {
     pub role: String,
     /// Which one it is.
     pub instance: String,
+    /// The robot it works for, if it works for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
     /// Version of the program.
     pub version: String,
     /// Since it started, s.
     pub uptime_s: f64,
-    /// Share of its capacity in use: 1 is full, more is a queue.
+    /// Since 1970 began, UTC, by the service's own clock, when it answered, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_s: Option<f64>,
+    /// Requests waiting or being computed, for each it can compute at once: 1 is full, more is a queue.
     pub load: f64,
     /// Requests taken since it started.
     pub requests: u64,
@@ -29,12 +36,18 @@ pub struct ServiceStatus {
     pub p99_ms: f64,
     /// What it is prepared for: `map HASH`, `goal X Y on HASH`, `sensor BEAMS over FOV rad to RANGE m on HASH`.
     pub warmed: Vec<String>,
+    /// What its metrics endpoint says as well: every sample, by its name and labels as Prometheus writes them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub metrics: BTreeMap<String, f64>,
 }
 
 impl Validate for ServiceStatus {
     fn validate(&self) -> Result<(), Reject> {
         check::id("role", &self.role)?;
         check::id("instance", &self.instance)?;
+        if let Some(robot) = &self.robot {
+            check::id("robot", robot)?;
+        }
         check::text("version", &self.version)?;
         check::non_negative(&[
             ("uptime_s", self.uptime_s),
@@ -42,6 +55,12 @@ impl Validate for ServiceStatus {
             ("p50_ms", self.p50_ms),
             ("p99_ms", self.p99_ms),
         ])?;
-        check::texts("warmed", &self.warmed, MAX_LIST)
+        check::optional("time_s", self.time_s)?;
+        check::texts("warmed", &self.warmed, MAX_LIST)?;
+        check::at_most("metrics", self.metrics.len(), MAX_METRICS)?;
+        self.metrics.iter().try_for_each(|(name, value)| {
+            check::at_most("metrics: the length of a name", name.len(), MAX_METRIC_NAME)?;
+            check::number(&format!("metrics.{name}"), *value)
+        })
     }
 }

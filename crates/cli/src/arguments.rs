@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use curionav_runtime::process::ServiceOptions;
 
+use crate::doctor::DoctorOptions;
+
 /// Cross crowds without getting lost and without bothering people.
 ///
 /// Start with `curionav run scenarios/quickstart.toml`. Exit status: 0 reached without collision; 1 ran
@@ -78,8 +80,15 @@ pub(crate) enum Command {
     Resume(RobotOptions),
     /// End a robot's mission.
     Cancel(RobotOptions),
-    /// Say who is alive, how loaded and how fast.
+    /// Say who is alive, how loaded and how fast, and who is missing.
     Status(StatusOptions),
+    /// Ask over every link a deployment needs; say what is missing and how to mend it.
+    ///
+    /// Looks for the router, asks every live instance for its status and for work, checks missions and maps,
+    /// and listens to each robot's streams. Needs nothing but the router.
+    ///
+    /// Exit status: 0 all well; 1 something is missing; 2 bad input; 3 no router.
+    Doctor(DoctorOptions),
     /// Check, draw or generate scenario files.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
@@ -229,8 +238,12 @@ pub(crate) struct RouterOptions {
     /// Endpoint to listen on; port 0 takes a free one.
     #[arg(long, value_name = "ENDPOINT", default_value = "tcp/0.0.0.0:7447")]
     pub(crate) listen: String,
-    /// Zenoh configuration file (json5) instead of --listen; see deploy/router.json5.
-    #[arg(long, value_name = "F")]
+    /// Another router to link with; may be given several times. Nobody waits for it: this one serves
+    /// whether it is there or not.
+    #[arg(long, value_name = "ENDPOINT")]
+    pub(crate) connect: Vec<String>,
+    /// Zenoh configuration file (json5) instead of --listen and --connect; see deploy/router.json5.
+    #[arg(long, value_name = "F", conflicts_with = "connect")]
     pub(crate) config: Option<PathBuf>,
     /// End when standard input closes (set by `curionav up`).
     #[arg(long, hide = true)]

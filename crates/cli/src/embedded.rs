@@ -28,7 +28,7 @@ impl Embedded {
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // Nobody waits any more if another service failed first.
-                let on_ready = Box::new(move || {
+                let on_ready = Box::new(move |_| {
                     let _ = ready.send(());
                 });
                 (kind, kind.service()(&config, &session, token, on_ready).await)

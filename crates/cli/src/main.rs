@@ -2,9 +2,11 @@
 
 mod arguments;
 mod bench;
+mod doctor;
 mod embedded;
 mod exit;
 mod mission;
+mod needs;
 mod output;
 mod package;
 mod picture;
@@ -64,6 +66,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Resume(options) => mission::resume(options).await,
         Command::Cancel(options) => mission::cancel(options).await,
         Command::Status(options) => status::status(options).await,
+        Command::Doctor(options) => doctor::doctor(options).await,
         Command::Scenario(command) => scenario::scenario(command),
     }
 }

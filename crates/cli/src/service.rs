@@ -1,8 +1,12 @@
 //! One service a process, and the router.
 
+use std::sync::Arc;
+
+use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::{Ready, Service, ServiceOptions, end, run_service};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
+use curionav_runtime::status::serve_status;
 
 use crate::arguments::{RouterOptions, UpOptions};
 use crate::exit::{BAD_INPUT, Exit, SUCCESS};
@@ -68,11 +72,16 @@ pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit>
 
 pub(crate) async fn router(options: RouterOptions) -> Result<u8, Exit> {
     let mut shutdown = end(options.supervised).map_err(|e| Exit::network(e.into()))?;
-    let session = session::router(&options.listen, options.config.as_deref())
+    let session = session::router(&options.listen, &options.connect, options.config.as_deref())
         .await
         .map_err(|e| Exit::network(e.into()))?;
+    // No token: a router is no member of a deployment. Its version can be asked for.
+    let metrics = Arc::new(Metrics::new("router", &session.zid().to_string(), None));
+    let status =
+        serve_status(&session, metrics, Arc::default(), Vec::new).map_err(|e| Exit::network(e.into()))?;
     Ready::process("router".into(), session::locators(&session).await).print();
     shutdown.requested().await;
+    drop(status);
     session::close(&session);
     Ok(SUCCESS)
 }

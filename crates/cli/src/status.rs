@@ -1,6 +1,7 @@
-//! `curionav status`: who is alive, how loaded, how fast.
+//! `curionav status`: who is alive, how loaded, how fast, and who is missing.
 
-use std::time::Duration;
+use std::collections::BTreeSet;
+use std::time::{Duration, Instant};
 
 use comfy_table::Table;
 use curionav_runtime::config::ServiceConfig;
@@ -12,6 +13,7 @@ use serde::Serialize;
 
 use crate::arguments::StatusOptions;
 use crate::exit::{Exit, SUCCESS};
+use crate::needs::{Need, POOL_ROLES};
 
 /// Tokens of those alive arrive with the declaration; this covers a slow router.
 const SETTLE: Duration = Duration::from_millis(300);
@@ -23,6 +25,15 @@ struct Line {
     instance: String,
     /// Absent for services that answer no questions of this kind.
     status: Option<ServiceStatus>,
+    /// From asking to the answer, ms; absent without one.
+    round_trip_ms: Option<f64>,
+}
+
+/// Somebody who should be there.
+#[derive(Debug, Serialize)]
+struct Missing {
+    what: String,
+    fix: String,
 }
 
 pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
@@ -38,38 +49,73 @@ pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
     for (role, instances) in membership.all() {
         for instance in instances {
             let key = keys::status(&role, &instance).map_err(|e| Exit::network(e.into()))?;
+            let asked = Instant::now();
             let status = fetch::<ServiceStatus>(&session, &key, TIMEOUT).await.ok();
-            lines.push(Line { role: role.clone(), instance, status });
+            let round_trip_ms = status.as_ref().map(|_| asked.elapsed().as_secs_f64() * 1e3);
+            lines.push(Line { role: role.clone(), instance, status, round_trip_ms });
         }
     }
     drop(membership);
     session::close(&session);
+    let missing = missing(&lines, &options);
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", serde_json::json!({ "services": lines }));
-    } else if lines.is_empty() {
-        println!("nobody is alive behind {}", options.at.connect);
+        println!("{}", serde_json::json!({ "services": lines, "missing": missing }));
     } else {
-        println!("{}", table(&lines));
+        if lines.is_empty() {
+            println!("nobody is alive behind {}", options.at.connect);
+        } else {
+            println!("{}", table(&lines));
+        }
+        for Missing { what, fix } in &missing {
+            println!("missing: {what}; {fix}");
+        }
     }
     Ok(SUCCESS)
 }
 
+/// Who is needed for a robot to drive and is not alive: for every robot that somebody works for, and for the
+/// pools of the default planner.
+fn missing(lines: &[Line], options: &StatusOptions) -> Vec<Missing> {
+    let robot_of = |line: &Line| line.status.as_ref().and_then(|s| s.robot.clone());
+    let mut robots: BTreeSet<String> = lines.iter().filter_map(robot_of).collect();
+    if robots.is_empty() {
+        robots.insert(ServiceConfig::default().robot);
+    }
+    let pools = POOL_ROLES.map(str::to_owned).into_iter().collect();
+    let fills = |line: &Line, need: &Need| {
+        let theirs = need.robot.is_none() || line.status.is_none() || need.robot == robot_of(line);
+        line.role == need.role && theirs
+    };
+    let needs = Need::of(&robots, &pools).into_iter();
+    let absent = needs.filter(|need| !lines.iter().any(|line| fills(line, need)));
+    absent
+        .map(|need| {
+            let taken = lines.iter().filter(|l| l.role == need.role).map(|l| l.instance.clone()).collect();
+            Missing { what: need.words(), fix: need.fix(&options.at, &taken) }
+        })
+        .collect()
+}
+
 fn table(lines: &[Line]) -> Table {
     let mut table = Table::new();
-    table.set_header(["role", "instance", "up", "in flight", "answered", "refused", "p50 ms", "p99 ms"]);
+    table.set_header([
+        "role", "instance", "robot", "up", "load", "answered", "refused", "p50 ms", "p99 ms", "asked ms",
+    ]);
     for line in lines {
         let mut row = vec![line.role.clone(), line.instance.clone()];
         match &line.status {
             Some(s) => row.extend([
+                s.robot.clone().unwrap_or_default(),
                 format!("{:.0} s", s.uptime_s),
-                format!("{:.0}", s.load),
+                format!("{:.2}", s.load),
                 s.requests.to_string(),
                 s.rejected.to_string(),
                 format!("{:.2}", s.p50_ms),
                 format!("{:.2}", s.p99_ms),
+                format!("{:.2}", line.round_trip_ms.unwrap_or_default()),
             ]),
-            None => row.push("alive".into()),
+            None => row.extend([String::new(), "alive, says nothing".into()]),
         }
         table.add_row(row);
     }

@@ -1,6 +1,7 @@
 //! `curionav up`: router and services as processes on this machine, supervised.
 
 use std::collections::VecDeque;
+use std::net::SocketAddr;
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -24,6 +25,8 @@ pub(crate) struct Deployment {
     namespace: Option<String>,
     /// TCP port of the router on 127.0.0.1; 0 takes a free one.
     port: u16,
+    /// First of consecutive TCP ports on 127.0.0.1 for the metrics of each service; 0 takes free ones.
+    metrics_port: Option<u16>,
     /// How many processes of each kind.
     replicas: Replicas,
     /// Restarts of one process within a minute before the deployment is given up.
@@ -53,6 +56,7 @@ impl Default for Deployment {
             world: "world".into(),
             namespace: None,
             port: 7447,
+            metrics_port: None,
             replicas: Replicas::default(),
             max_restarts_per_minute: 5,
         }
@@ -107,6 +111,7 @@ impl Deployment {
 struct Supervised {
     name: String,
     arguments: Vec<String>,
+    metrics: Option<SocketAddr>,
     child: Child,
     restarts: VecDeque<Instant>,
 }
@@ -134,7 +139,25 @@ impl Supervised {
             bail!("{name} ended before it was ready ({status}); its reason is above");
         };
         let ready: Ready = serde_json::from_str(&line).with_context(|| format!("{name} printed `{line}`"))?;
-        Ok((Self { name: name.into(), arguments, child, restarts: VecDeque::new() }, ready))
+        let mut process =
+            Self { name: name.into(), arguments, metrics: ready.metrics, child, restarts: VecDeque::new() };
+        // Started again, it must be where whoever scrapes it looks for it.
+        if let Some(address) = ready.metrics {
+            process.replace("--metrics", &address.to_string());
+        }
+        Ok((process, ready))
+    }
+
+    /// Replaces the value of an argument.
+    fn replace(&mut self, argument: &str, value: &str) {
+        let mut rest = self.arguments.iter_mut().skip_while(|a| a.as_str() != argument).skip(1);
+        if let Some(old) = rest.next() {
+            value.clone_into(old);
+        }
+    }
+
+    fn line(&self) -> ProcessLine {
+        ProcessLine { name: self.name.clone(), pid: self.pid(), metrics: self.metrics }
     }
 
     fn pid(&self) -> u32 {
@@ -177,10 +200,9 @@ async fn start_and_watch(
     let (mut router, ready) = Supervised::start(program, "router", router_arguments).await?;
     let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
     // Started again, it must be where everybody looks for it.
-    if let Some(listen) = router.arguments.get_mut(2) {
-        listen.clone_from(&endpoint);
-    }
+    router.replace("--listen", &endpoint);
     running.push(router);
+    let mut metrics_port = deployment.metrics_port;
     for (kind, instance) in deployment.processes() {
         let mut arguments = vec![
             kind.to_owned(),
@@ -196,14 +218,19 @@ async fn start_and_watch(
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);
         }
+        if let Some(port) = metrics_port {
+            arguments.extend(["--metrics".into(), format!("127.0.0.1:{port}")]);
+            // The next port; of free ones the next free one.
+            metrics_port = Some(if port == 0 { 0 } else { port.saturating_add(1) });
+        }
         arguments.extend(log_arguments.clone());
         tokio::select! {
             started = Supervised::start(program, &instance, arguments) => running.push(started?.0),
             () = shutdown.requested() => return Ok(()),
         }
     }
-    let processes = running.iter().map(|p| ProcessLine { name: p.name.clone(), pid: p.pid() }).collect();
-    Ready { ready: "deployment".into(), endpoints: vec![endpoint.clone()], processes }.print();
+    let processes = running.iter().map(Supervised::line).collect();
+    Ready { processes, ..Ready::process("deployment".into(), vec![endpoint.clone()]) }.print();
     tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
     loop {
         tokio::select! {

@@ -1,5 +1,6 @@
 //! Configuration of one service process.
 
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
@@ -31,6 +32,8 @@ pub struct ServiceConfig {
     /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
     /// drives the rest of its last trajectory and stops (arbiter).
     pub in_process: bool,
+    /// Address for metrics over HTTP, in Prometheus's format; nobody listens without one.
+    pub metrics: Option<SocketAddr>,
     /// How long to keep trying to reach a router before giving up, seconds.
     pub connect_timeout_s: f64,
 }
@@ -47,6 +50,7 @@ impl Default for ServiceConfig {
             slots: 1,
             queue: 16,
             in_process: true,
+            metrics: None,
             connect_timeout_s: 10.0,
         }
     }

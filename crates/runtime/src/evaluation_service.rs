@@ -9,10 +9,11 @@ use crate::config::ServiceConfig;
 use crate::convert;
 use crate::evaluators::evaluator;
 use crate::fields::Fields;
-use crate::membership::announce;
+use crate::metrics::{Counter, Metrics};
+use crate::process::OnReady;
 use crate::serve::{Arrival, serve};
 use crate::shutdown::Shutdown;
-use crate::status::serve_status;
+use crate::status::announce_service;
 
 /// Serves `metric` until `shutdown`. A request without candidates warms the replica: it is answered
 /// once every field the request would need is there. `on_ready` is called when requests are answered.
@@ -21,26 +22,30 @@ pub async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let fields = Fields::new(session);
     let (instance, slots) = (config.instance.clone(), config.slots);
     let key = keys::evaluate(metric, &instance)?;
     let answering = fields.clone();
+    let scored: Counter = Counter::default();
+    let counted = scored.clone();
     let handler = move |request: EvaluateRequest, arrival: Arrival| {
         let budget_ms = request.budget_ms;
         let scores = answer(metric, &instance, &answering, request, &|| arrival.is_over(budget_ms))?;
+        counted.inc_by(scores.cost.len() as u64);
         let elapsed_us = arrival.elapsed().as_micros() as u64;
         Ok(Scores { elapsed_us, slots: u32::try_from(slots).ok(), ..scores })
     };
     let server = serve(session, &key, config.slots, config.queue, handler)?;
+    let mut metrics = Metrics::of_pool(metric, config);
+    metrics.count("candidates", "Candidates costed", scored);
     let warmed = move || fields.warmed();
-    let _status = serve_status(session, metric, &config.instance, server.counts(), warmed)?;
-    let token = announce(session, metric, &config.instance)?;
-    on_ready();
+    let announced = announce_service(config, &[("data", session)], metrics, server.counts(), warmed)?;
+    on_ready(announced.metrics_address());
     tracing::info!(metric, instance = %config.instance, "evaluator ready");
     shutdown.requested().await;
-    drop(token);
+    drop(announced);
     Ok(())
 }
 

@@ -1,6 +1,7 @@
 //! One service as a process: arguments, signals, readiness, the end.
 
 use std::io::Write;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::pin::Pin;
 
@@ -10,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
+use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, ShutdownTrigger, on_signals, shutdown};
 
@@ -37,6 +39,9 @@ pub struct ServiceOptions {
     /// World it simulates.
     #[arg(long, value_name = "NAME")]
     pub world: Option<String>,
+    /// Address for metrics in Prometheus's format, e.g. 0.0.0.0:9100; port 0 takes a free one. Default: none.
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub metrics: Option<SocketAddr>,
     /// End when standard input closes (set by `curionav up`).
     #[arg(long, hide = true)]
     pub supervised: bool,
@@ -67,6 +72,7 @@ impl ServiceOptions {
         replace(&mut config.robot, &self.robot);
         replace(&mut config.world, &self.world);
         config.namespace = self.namespace.clone().or(config.namespace);
+        config.metrics = self.metrics.or(config.metrics);
         config.check()?;
         Ok(config)
     }
@@ -80,6 +86,9 @@ pub struct Ready {
     /// Where a router, or a deployment's, listens.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub endpoints: Vec<String>,
+    /// Where its metrics are, if anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metrics: Option<SocketAddr>,
     /// The processes of a deployment.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub processes: Vec<ProcessLine>,
@@ -92,12 +101,15 @@ pub struct ProcessLine {
     pub name: String,
     /// Its process id.
     pub pid: u32,
+    /// Where its metrics are, if anywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub metrics: Option<SocketAddr>,
 }
 
 impl Ready {
     /// A single process that is ready.
     pub fn process(name: String, endpoints: Vec<String>) -> Self {
-        Self { ready: name, endpoints, processes: Vec::new() }
+        Self { ready: name, endpoints, metrics: None, processes: Vec::new() }
     }
 
     /// Prints the line, flushed. A closed standard output is only worth a warning.
@@ -166,8 +178,8 @@ impl ProcessError {
     }
 }
 
-/// Called by a service once it answers.
-pub type OnReady = Box<dyn FnOnce() + Send>;
+/// Called by a service once it answers, with where its metrics are, if anywhere.
+pub type OnReady = Box<dyn FnOnce(Option<SocketAddr>) + Send>;
 
 /// A service at work. Boxed, so that its code is compiled once, with its own crate, and not again in every
 /// program that runs it.
@@ -179,10 +191,15 @@ pub type Service = for<'a> fn(&'a ServiceConfig, &'a Session, Shutdown, OnReady)
 /// Connects, runs `service` until it is asked to end, and closes the session.
 pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), ProcessError> {
     let config = options.configuration().map_err(ProcessError::Input)?;
+    // A wrong address is said before any router is looked for.
+    if let Some(address) = config.metrics {
+        metrics_endpoint::check(address).map_err(|e| ProcessError::Input(e.into()))?;
+    }
     let shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
     let session = session::client(&config).await?;
     let name = format!("{role} {}", config.instance);
-    let ready = Box::new(move || Ready::process(name, Vec::new()).print());
+    let ready: OnReady =
+        Box::new(move |metrics| Ready { metrics, ..Ready::process(name, Vec::new()) }.print());
     let served = service(&config, &session, shutdown, ready).await;
     session::close(&session);
     served.map_err(ProcessError::Service)

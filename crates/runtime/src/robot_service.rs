@@ -5,15 +5,14 @@ use std::time::Duration;
 
 use curionav_schemas::{Message, Mission, MissionRequest, keys};
 use zenoh::Session;
-use zenoh::liveliness::LivelinessToken;
 
 use crate::config::ServiceConfig;
-use crate::membership::announce;
+use crate::metrics::Metrics;
 use crate::query::fetch;
 use crate::ready::tell_driver;
-use crate::serve::{ServeCounts, Server};
+use crate::serve::ServeCounts;
 use crate::session::{self, SessionError};
-use crate::status::serve_status;
+use crate::status::{Announced, announce_service};
 use crate::topic::{Flow, Inbox, Topic};
 
 /// Missions are small and local.
@@ -28,15 +27,7 @@ pub struct RobotService {
     /// Messages taken and refused, ticks answered and how long that took.
     pub counts: Arc<ServeCounts>,
     role: &'static str,
-    robot: String,
-    instance: String,
-}
-
-/// Alive and with a status for as long as it is held.
-pub struct Announced {
-    // The token goes first: nobody is to ask whoever has stopped answering.
-    _token: LivelinessToken,
-    _status: Server,
+    config: ServiceConfig,
 }
 
 impl RobotService {
@@ -47,8 +38,7 @@ impl RobotService {
             control: session.clone(),
             counts: Arc::default(),
             role,
-            robot: config.robot.clone(),
-            instance: config.instance.clone(),
+            config: config.clone(),
         }
     }
 
@@ -68,7 +58,7 @@ impl RobotService {
 
     /// The key of one of the robot's streams.
     pub fn key(&self, stream: &str) -> anyhow::Result<String> {
-        Ok(keys::robot(&self.robot, stream)?)
+        Ok(keys::robot(&self.config.robot, stream)?)
     }
 
     /// The session a stream travels on.
@@ -86,13 +76,21 @@ impl RobotService {
         Ok(Topic::new(self.session_of(stream), &self.key(stream)?, flow)?)
     }
 
-    /// Serves the status and declares the service alive. Call it once everything else is declared.
-    pub fn announce(&self) -> anyhow::Result<Announced> {
-        let counts = Arc::clone(&self.counts);
-        let status = serve_status(&self.session, self.role, &self.instance, counts, Vec::new)?;
-        let token = announce(&self.session, self.role, &self.instance)?;
-        tracing::info!(robot = %self.robot, instance = %self.instance, "{} ready", self.role);
-        Ok(Announced { _token: token, _status: status })
+    /// The metrics every service has; add to them what is peculiar to this one.
+    pub fn metrics(&self) -> Metrics {
+        Metrics::of_robot(self.role, &self.config)
+    }
+
+    /// Serves status and metrics and declares the service alive. Call it once everything else is declared.
+    pub fn announce(&self, metrics: Metrics) -> anyhow::Result<Announced> {
+        let mut sessions = vec![("data", &self.session)];
+        if self.control.zid() != self.session.zid() {
+            sessions.push(("control", &self.control));
+        }
+        let announced =
+            announce_service(&self.config, &sessions, metrics, Arc::clone(&self.counts), Vec::new)?;
+        tracing::info!(robot = %self.config.robot, instance = %self.config.instance, "{} ready", self.role);
+        Ok(announced)
     }
 
     /// The mission as it stands, if there is one.
@@ -102,7 +100,7 @@ impl RobotService {
 
     /// Tells the driver that this role is prepared for `revision`, or that it cannot be.
     pub async fn report(&self, revision: u64, prepared: Result<(), String>) -> anyhow::Result<()> {
-        let (role, instance) = (self.role.to_owned(), self.instance.clone());
+        let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
         let request = match prepared {
             Ok(()) => MissionRequest::Ready { role, instance, revision },
             Err(reason) => {

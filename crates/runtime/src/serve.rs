@@ -5,17 +5,20 @@
 //! other in turn.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use curionav_schemas::{Message, Reject, RejectCode, keys};
+use prometheus_client::metrics::counter::Counter;
+use prometheus_client::metrics::gauge::Gauge;
+use prometheus_client::metrics::histogram::Histogram;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
 use crate::latency::Latency;
+use crate::metrics::{Metrics, Tally, durations};
 
 /// When a request came in, so that its budget (relative milliseconds) can be kept.
 #[derive(Debug, Clone, Copy)]
@@ -34,22 +37,85 @@ impl Arrival {
 }
 
 /// Counts of one server since it started.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ServeCounts {
     /// Questions answered.
-    pub answered: AtomicU64,
-    /// Questions refused: malformed, overloaded, stopped.
-    pub refused: AtomicU64,
+    pub answered: Counter,
+    /// Questions refused, by the code of the refusal.
+    pub refused: Tally,
     /// Questions waiting or being computed.
-    pub in_flight: AtomicU64,
+    pub in_flight: Gauge,
+    /// Questions computed at once; zero for who answers no questions.
+    pub slots: usize,
+    /// Questions that may wait.
+    pub queue: usize,
+    duration: Histogram,
     latency: Mutex<Latency>,
 }
 
+impl Default for ServeCounts {
+    fn default() -> Self {
+        Self::of(0, 0)
+    }
+}
+
 impl ServeCounts {
+    /// Nothing counted yet, by who computes `slots` at once and lets `queue` more wait.
+    pub fn of(slots: usize, queue: usize) -> Self {
+        let refused = Tally::new(&["reason"]);
+        // A count that is there from the start shows its first increase.
+        RejectCode::ALL.iter().for_each(|code| refused.add_many(&[code.name()], 0));
+        Self {
+            answered: Counter::default(),
+            refused,
+            in_flight: Gauge::default(),
+            slots,
+            queue,
+            duration: durations(),
+            latency: Mutex::default(),
+        }
+    }
+
     /// One more answer, and how long it took.
     pub fn record(&self, took: Duration) {
-        self.answered.fetch_add(1, Ordering::Relaxed);
+        self.answered.inc();
+        self.took(took);
+    }
+
+    fn took(&self, took: Duration) {
+        self.duration.observe(took.as_secs_f64());
         self.latency.lock().unwrap_or_else(PoisonError::into_inner).record(took);
+    }
+
+    fn refuse(&self, reject: &Reject) {
+        self.refused.add(&[reject.code.name()]);
+    }
+
+    /// Questions waiting or being computed, for each that can be computed at once.
+    pub fn load(&self) -> f64 {
+        self.in_flight.get() as f64 / self.slots.max(1) as f64
+    }
+
+    /// Adds these counts to what a service says of itself.
+    pub fn register(&self, metrics: &mut Metrics) {
+        metrics.count("requests", "Questions, or ticks of a robot, answered", self.answered.clone());
+        metrics.tally("refused", "Questions or messages refused", &self.refused);
+        metrics.count(
+            "request_duration_seconds",
+            "From the arrival of a question or tick to its answer, waiting included",
+            self.duration.clone(),
+        );
+        if self.slots == 0 {
+            return;
+        }
+        let (slots, queue) = (self.slots, self.queue);
+        metrics.gauge("slots", "Questions computed at once", move || slots as f64);
+        metrics.gauge("queue_limit", "Questions that may wait", move || queue as f64);
+        metrics.count("in_flight", "Questions waiting or being computed", self.in_flight.clone());
+        let in_flight = self.in_flight.clone();
+        metrics.gauge("queue_depth", "Questions waiting", move || {
+            (in_flight.get() as f64 - slots as f64).max(0.0)
+        });
     }
 
     /// Times from arrival to answer of the recent past.
@@ -167,7 +233,7 @@ pub fn serve_queries<A: Message>(
     handler: impl Fn(&Query, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let error = |reason: String| ServeError { key: key.into(), reason };
-    let counts = Arc::new(ServeCounts::default());
+    let counts = Arc::new(ServeCounts::of(slots.max(1), queue));
     let waiting =
         Arc::new(Waiting { queue: Mutex::new((FairQueue::new(queue), false)), arrived: Condvar::new() });
     let handler = Arc::new(handler);
@@ -191,14 +257,15 @@ pub fn serve_queries<A: Message>(
 }
 
 fn admit(waiting: &Waiting, counts: &ServeCounts, query: Query) {
-    counts.in_flight.fetch_add(1, Ordering::Relaxed);
+    counts.in_flight.inc();
     // Who says nothing about whose work it is shares a line with all who do not.
     let robot = query.attachment().map(|a| a.to_bytes().into_owned()).unwrap_or_default();
     let robot = std::str::from_utf8(&robot).ok().filter(|name| keys::check_id(name).is_ok()).unwrap_or("");
     let Some(refused) = waiting.push(robot, query) else { return };
-    counts.in_flight.fetch_sub(1, Ordering::Relaxed);
-    counts.refused.fetch_add(1, Ordering::Relaxed);
-    reply_error(&refused, &Reject::new(RejectCode::Overloaded, "every slot is busy and the queue is full"));
+    counts.in_flight.dec();
+    let reject = Reject::new(RejectCode::Overloaded, "every slot is busy and the queue is full");
+    counts.refuse(&reject);
+    reply_error(&refused, &reject);
 }
 
 fn work<A: Message>(
@@ -212,7 +279,7 @@ fn work<A: Message>(
             .unwrap_or_else(|_| Err(Reject::new(RejectCode::Unknown, "the service failed on this question")));
         match answered {
             Ok(answer) => {
-                counts.answered.fetch_add(1, Ordering::Relaxed);
+                counts.answered.inc();
                 let sent =
                     query.reply(query.key_expr().clone(), answer.encode()).encoding(A::ENCODING).wait();
                 if let Err(error) = sent {
@@ -220,13 +287,13 @@ fn work<A: Message>(
                 }
             }
             Err(reject) => {
-                counts.refused.fetch_add(1, Ordering::Relaxed);
+                counts.refuse(&reject);
                 tracing::debug!(key = %query.key_expr(), %reject, "question refused");
                 reply_error(&query, &reject);
             }
         }
-        counts.latency.lock().unwrap_or_else(PoisonError::into_inner).record(came.elapsed());
-        counts.in_flight.fetch_sub(1, Ordering::Relaxed);
+        counts.took(came.elapsed());
+        counts.in_flight.dec();
     }
 }
 

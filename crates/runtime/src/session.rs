@@ -49,8 +49,22 @@ const COMMON: &str = r#"{
       rx: { max_message_size: 134217728 } },
     shared_memory: { enabled: false } } }"#;
 
+/// How often a lost or missing router is looked for.
+const RETRY: &str = "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }";
+
+/// Endpoints as json5.
+fn list(endpoints: &[String]) -> String {
+    let quoted: Vec<String> = endpoints.iter().map(|e| format!("{e:?}")).collect();
+    format!("[{}]", quoted.join(","))
+}
+
 fn insert(config: &mut Config, key: &str, value: &str) -> Result<(), SessionError> {
     config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
+}
+
+/// What every node shares unless it is given a file: for whoever writes such a file, or checks one.
+pub fn built_in() -> Result<Config, SessionError> {
+    common(None, None)
 }
 
 fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
@@ -82,17 +96,12 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
     if file.is_none() || !service.connect.is_empty() {
         insert(&mut config, "mode", r#""client""#)?;
-        let endpoints: Vec<String> = service.connect.iter().map(|e| format!("{e:?}")).collect();
-        insert(&mut config, "connect/endpoints", &format!("[{}]", endpoints.join(",")))?;
+        insert(&mut config, "connect/endpoints", &list(&service.connect))?;
     }
     let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
     insert(&mut config, "connect/timeout_ms", &timeout.as_millis().to_string())?;
     insert(&mut config, "connect/exit_on_failure", "true")?;
-    insert(
-        &mut config,
-        "connect/retry",
-        "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }",
-    )?;
+    insert(&mut config, "connect/retry", RETRY)?;
     let no_router = || SessionError::NoRouter {
         endpoints: if service.connect.is_empty() {
             "the configured endpoints".into()
@@ -120,14 +129,22 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     Ok(session)
 }
 
-/// A router that listens on `endpoint` (`tcp/host:port`; port 0 takes a free one).
-pub async fn router(endpoint: &str, file: Option<&std::path::Path>) -> Result<Session, SessionError> {
+/// A router that listens on `endpoint` (`tcp/host:port`; port 0 takes a free one) and links with the routers
+/// at `others`, whenever they are there.
+pub async fn router(
+    endpoint: &str,
+    others: &[String],
+    file: Option<&std::path::Path>,
+) -> Result<Session, SessionError> {
     let mut config = common(file, None)?;
     insert(&mut config, "mode", r#""router""#)?;
     if file.is_none() {
         insert(&mut config, "listen/endpoints", &format!("[{endpoint:?}]"))?;
         insert(&mut config, "listen/exit_on_failure", "true")?;
-        insert(&mut config, "connect/endpoints", "[]")?;
+        insert(&mut config, "connect/endpoints", &list(others))?;
+        insert(&mut config, "connect/timeout_ms", "-1")?;
+        insert(&mut config, "connect/exit_on_failure", "false")?;
+        insert(&mut config, "connect/retry", RETRY)?;
         // Zenoh only warns when a port is taken; ask the system first.
         if let Some(address) = endpoint.strip_prefix("tcp/") {
             TcpListener::bind(address).map_err(|e| SessionError::Listen {

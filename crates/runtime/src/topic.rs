@@ -2,9 +2,8 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
-use curionav_schemas::{Clock, Message};
+use curionav_schemas::{Clock, Message, Reject};
 use zenoh::handlers::{RingChannel, RingChannelHandler};
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::Subscriber;
@@ -114,7 +113,8 @@ impl<M: Message> Inbox<M> {
         match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
             Ok(message) => Some(message),
             Err(error) => {
-                let refused = self.counts.refused.fetch_add(1, Ordering::Relaxed) + 1;
+                self.counts.refused.add(&[Reject::from(&error).code.name()]);
+                let refused = self.counts.refused.total();
                 tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
                 None
             }

@@ -89,13 +89,19 @@ pub fn service_status() -> ServiceStatus {
     ServiceStatus {
         role: "cpc".into(),
         instance: "cpc-1".into(),
+        robot: Some("r1".into()),
         version: "0.1.0".into(),
         uptime_s: 3600.5,
+        time_s: Some(1_700_000_000.25),
         load: 0.35,
         requests: 12_001,
         rejected: 2,
         p50_ms: 1.2,
         p99_ms: 4.75,
         warmed: vec![MAP.to_string()],
+        metrics: BTreeMap::from([
+            ("curionav_requests_total{role=\"cpc\",name=\"cpc-1\"}".into(), 12_001.0),
+            ("curionav_refused_total{reason=\"overloaded\",role=\"cpc\",name=\"cpc-1\"}".into(), 2.0),
+        ]),
     }
 }

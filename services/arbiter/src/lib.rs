@@ -5,6 +5,7 @@
 pub mod budget;
 pub mod context;
 pub mod cycle;
+mod cycle_counts;
 pub mod dispatch;
 mod growth;
 mod in_process;

@@ -6,6 +6,7 @@ use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use curionav_runtime::metrics::Tally;
 use curionav_runtime::query::AskError;
 use curionav_schemas::RejectCode;
 use futures_util::StreamExt;
@@ -25,6 +26,8 @@ const PROBE_TIMEOUT: Duration = Duration::from_millis(800);
 pub struct Pool<P> {
     /// How to reach them.
     pub peers: Arc<P>,
+    /// Questions that were of no use, by role and reason.
+    pub failures: Tally,
     replicas: Mutex<Replicas>,
     /// Wakes whoever probes: a replica has lost its standing.
     failed: Notify,
@@ -60,7 +63,12 @@ fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
 impl<P: Peers> Pool<P> {
     /// Nobody is known yet.
     pub fn new(peers: Arc<P>) -> Self {
-        Self { peers, replicas: Mutex::default(), failed: Notify::new() }
+        Self {
+            peers,
+            failures: Tally::new(&["pool", "reason"]),
+            replicas: Mutex::default(),
+            failed: Notify::new(),
+        }
     }
 
     /// What is known of the replicas.
@@ -135,6 +143,7 @@ impl<P: Peers> Pool<P> {
     }
 
     fn hold_against(&self, role: &str, instance: &str, failure: Failure) {
+        self.failures.add(&[role, failure.name()]);
         self.replicas().failed(role, instance, failure, self.peers.now());
         self.failed.notify_one();
     }

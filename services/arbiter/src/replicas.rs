@@ -32,6 +32,17 @@ pub enum Failure {
     Broken,
 }
 
+impl Failure {
+    /// In one word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Overloaded => "overloaded",
+            Self::Cold => "cold",
+            Self::Broken => "broken",
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Standing {
     /// To be probed at this time.

@@ -6,6 +6,7 @@ use std::time::Duration;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
+use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
@@ -16,6 +17,7 @@ use zenoh::Session;
 
 use crate::context::PlanContext;
 use crate::cycle::{self, Memory};
+use crate::cycle_counts::CycleCounts;
 use crate::peers::{GENERATOR, Peers, ZenohPeers};
 use crate::pool::Pool;
 
@@ -43,6 +45,7 @@ struct Arbiter {
     obeyed: bool,
     /// Tick of the last decision.
     planned: Option<u64>,
+    counts: CycleCounts,
 }
 
 /// Serves one robot until `shutdown`. `on_ready` is called once missions are followed.
@@ -50,7 +53,7 @@ pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let service = RobotService::with_control("arbiter", config, session).await?;
     let missions = service.inbox::<Mission>("mission")?;
@@ -69,10 +72,13 @@ pub(crate) async fn run(
         memory: Memory::new(nonce()),
         obeyed: false,
         planned: None,
+        counts: CycleCounts::new(),
     };
-    let _announced = arbiter.service.announce()?;
+    let mut metrics = arbiter.service.metrics();
+    arbiter.counts.register(&mut metrics, &arbiter.pool);
+    let announced = arbiter.service.announce(metrics)?;
     arbiter.succeed().await?;
-    on_ready();
+    on_ready(announced.metrics_address());
     if let Some(mission) = arbiter.service.mission().await? {
         arbiter.take(mission).await?;
     }
@@ -155,6 +161,8 @@ impl Arbiter {
         let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
         let preparing = move || PlanContext::new(mission, &fields, in_process);
         let context = Arc::new(tokio::task::spawn_blocking(preparing).await??);
+        let roles = std::iter::once(GENERATOR).chain(context.pool_metrics());
+        self.counts.follow(roles.map(str::to_owned));
         let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
         self.keeping_ready = Some(tokio::spawn(async move { pool.keep_ready(&of).await }));
         self.wait_for_pool(&context).await;
@@ -204,6 +212,7 @@ impl Arbiter {
         let (decision, report) =
             cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
+        self.counts.record(&decision, report.as_ref());
         if let Some(report) = report {
             self.reports.publish(&report, mission.clock);
         }

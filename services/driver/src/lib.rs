@@ -2,6 +2,7 @@
 //!
 //! The same driver moves a simulated and a real base: both take `cmd` and give `odom` and `scan`.
 
+mod command_counts;
 pub mod control;
 pub mod desk;
 pub mod obedience;

@@ -8,6 +8,7 @@ use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::Latest;
+use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::{Server, serve_queries, serve_state};
 use curionav_runtime::shutdown::Shutdown;
@@ -19,6 +20,7 @@ use curionav_schemas::{
 use tokio::sync::watch;
 use zenoh::Session;
 
+use crate::command_counts::{CommandCounts, Stamps};
 use crate::control::{Inputs, command};
 use crate::desk::Desk;
 use crate::obedience::Obedience;
@@ -39,6 +41,7 @@ struct Driver {
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     run: u64,
+    counts: CommandCounts,
 }
 
 /// Drives one robot until `shutdown`. `on_ready` is called once missions are taken.
@@ -46,7 +49,7 @@ pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let service = RobotService::with_control("driver", config, session).await?;
     let (mission_sender, missions) = watch::channel(None);
@@ -68,9 +71,12 @@ pub(crate) async fn run(
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
         run: 0,
+        counts: CommandCounts::new(),
     };
-    let _announced = driver.service.announce()?;
-    on_ready();
+    let mut metrics = driver.service.metrics();
+    driver.counts.register(&mut metrics, driver.missions.clone());
+    let announced = driver.service.announce(metrics)?;
+    on_ready(announced.metrics_address());
     loop {
         let silence = driver.silence();
         let new_run = other_run(driver.missions.clone(), driver.run);
@@ -185,6 +191,13 @@ impl Driver {
         let robot = convert::robot_model(&mission.robot_model);
         let obeyed = self.obeyed.borrow().newest().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
+        let stamps = Stamps {
+            odometry: Some(odometry.stamp),
+            scan: scan.as_ref().map(|s| s.stamp),
+            belief: belief.map(|b| b.stamp),
+            decision: obeyed.as_ref().map(|d| d.stamp),
+        };
+        self.counts.tick(stamps, mission.time_scale);
         let command = command(&Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
@@ -228,6 +241,7 @@ impl Driver {
             omega: twist.omega,
             reason: reason.to_owned(),
         };
+        self.counts.command(reason);
         self.commands.publish(&command, mission.clock);
     }
 }

@@ -1,5 +1,6 @@
 //! The localizer on its robot.
 
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
@@ -9,6 +10,8 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
+use curionav_runtime::metrics::Metrics;
+use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
@@ -17,6 +20,8 @@ use zenoh::Session;
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;
+
+type Newest = Arc<Mutex<Option<Belief>>>;
 
 struct Localization {
     service: RobotService,
@@ -27,6 +32,8 @@ struct Localization {
     beliefs: Topic<Belief>,
     mission: Option<Mission>,
     filter: Option<Localizer>,
+    /// The newest belief, for operators.
+    newest: Newest,
 }
 
 /// Localizes one robot until `shutdown`. `on_ready` is called once missions are followed.
@@ -34,7 +41,7 @@ pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let service = RobotService::new("localizer", config, session);
     let missions = service.inbox::<Mission>("mission")?;
@@ -47,9 +54,12 @@ pub(crate) async fn run(
         service,
         mission: None,
         filter: None,
+        newest: Newest::default(),
     };
-    let _announced = localization.service.announce()?;
-    on_ready();
+    let mut metrics = localization.service.metrics();
+    register_health(&mut metrics, &localization.newest);
+    let announced = localization.service.announce(metrics)?;
+    on_ready(announced.metrics_address());
     if let Some(mission) = localization.service.mission().await? {
         localization.take(mission).await?;
     }
@@ -67,6 +77,21 @@ pub(crate) async fn run(
             },
         }
     }
+}
+
+/// What the newest belief says of itself.
+fn register_health(metrics: &mut Metrics, newest: &Newest) {
+    let of = |number: fn(&Belief) -> f64| {
+        let newest = Arc::clone(newest);
+        move || newest.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(number)
+    };
+    let help = "Trace of the position's covariance, square metres";
+    metrics.gauge("belief_trace_m2", help, of(|b| b.covariance[0] + b.covariance[4]));
+    let help = "How well the scan fits the map at the mean, 0 to 1";
+    metrics.gauge("belief_scan_fit", help, of(|b| b.health.scan_fit));
+    let help = "Weight of the particles outside the heaviest cluster, 0 to 1";
+    metrics.gauge("belief_outside_weight", help, of(|b| b.health.outside_weight));
+    metrics.gauge("belief_particles", "Particles in use", of(|b| f64::from(b.health.particles)));
 }
 
 impl Localization {
@@ -149,7 +174,9 @@ impl Localization {
         let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
         let twist = Twist { v: odometry.v, omega: odometry.omega };
         let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
-        self.beliefs.publish(&belief(&estimate, &odometry), mission.clock);
+        let belief = belief(&estimate, &odometry);
+        self.beliefs.publish(&belief, mission.clock);
+        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(belief);
         self.service.counts.record(started.elapsed());
     }
 }

@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::map_store::host;
-use curionav_runtime::membership::announce;
+use curionav_runtime::metrics::Metrics;
+use curionav_runtime::process::OnReady;
 use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::status::announce_service;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{InjectRequest, Reject, RejectCode, RunState, RunStatus, keys};
 use tokio::sync::{mpsc, watch};
@@ -31,7 +33,7 @@ pub(crate) async fn run(
     config: &ServiceConfig,
     session: &Session,
     mut shutdown: Shutdown,
-    on_ready: impl FnOnce(),
+    on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let status: SharedStatus = Arc::new(Mutex::new(idle(&config.world)));
     let key = |channel| keys::world(&config.world, channel);
@@ -39,10 +41,11 @@ pub(crate) async fn run(
     let shown = Arc::clone(&status);
     let _state = serve_state(session, &key("run")?, move || Ok(locked(&shown).clone()))?;
     let (sender, mut injected) = mpsc::channel(1);
-    let _inject = serve_injection(config, session, &key("scenario")?, Arc::clone(&status), sender)?;
+    let inject = serve_injection(config, session, &key("scenario")?, Arc::clone(&status), sender)?;
     let mut streams = Streams::new(session, &config.robot)?;
-    let _token = announce(session, "simulator", &config.instance)?;
-    on_ready();
+    let metrics = Metrics::of_robot("simulator", config);
+    let announced = announce_service(config, &[("data", session)], metrics, inject.counts(), Vec::new)?;
+    on_ready(announced.metrics_address());
     tracing::info!(world = %config.world, robot = %config.robot, "simulator ready");
     // The map of the last run stays served: pictures and late services still ask for it.
     let mut _hosted: Option<Server> = None;

@@ -5,11 +5,11 @@
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator;
-use curionav_runtime::membership::announce;
+use curionav_runtime::metrics::{Counter, Metrics};
 use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::serve::{Arrival, serve};
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::status::serve_status;
+use curionav_runtime::status::announce_service;
 use curionav_schemas::{GenerateRequest, keys};
 use zenoh::Session;
 
@@ -30,18 +30,24 @@ async fn serve_generation(
     on_ready: OnReady,
 ) -> anyhow::Result<()> {
     let fields = Fields::new(session);
+    let offered: Counter = Counter::default();
+    let counted = offered.clone();
     let (instance, answering) = (config.instance.clone(), fields.clone());
     let handler = move |request: GenerateRequest, arrival: Arrival| {
-        generator::answer(&instance, &answering, &request, &|| arrival.is_over(request.budget_ms))
+        let reply =
+            generator::answer(&instance, &answering, &request, &|| arrival.is_over(request.budget_ms))?;
+        counted.inc_by(reply.candidates.count as u64);
+        Ok(reply)
     };
     let key = keys::generate(&config.instance)?;
     let server = serve(session, &key, config.slots, config.queue, handler)?;
+    let mut metrics = Metrics::of_pool(generator::ROLE, config);
+    metrics.count("candidates", "Candidates offered", offered);
     let warmed = move || fields.warmed();
-    let _status = serve_status(session, generator::ROLE, &config.instance, server.counts(), warmed)?;
-    let token = announce(session, generator::ROLE, &config.instance)?;
-    on_ready();
+    let announced = announce_service(config, &[("data", session)], metrics, server.counts(), warmed)?;
+    on_ready(announced.metrics_address());
     tracing::info!(instance = %config.instance, "trajectory generator ready");
     shutdown.requested().await;
-    drop(token);
+    drop(announced);
     Ok(())
 }

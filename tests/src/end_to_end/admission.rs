@@ -34,8 +34,8 @@ async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
     };
     // One slot, four may wait.
     let server = serve(&session, &keys::evaluate("cpc", "busy").unwrap(), 1, 4, handler).unwrap();
-    let refused = || server.counts().refused.load(std::sync::atomic::Ordering::Relaxed);
-    let in_flight = || server.counts().in_flight.load(std::sync::atomic::Ordering::Relaxed);
+    let refused = || server.counts().refused.total();
+    let in_flight = || server.counts().in_flight.get();
     let mut waiting = vec![question(&session, "greedy")];
     assert_eq!(begins.recv_timeout(TIMEOUT).unwrap(), "greedy");
     for _ in 0..4 {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::program::{Deployment, curionav, is_alive, run, signal, turn};
+use super::program::{Deployment, curionav, is_alive, run, signal, turn, wait_until_running, within};
 
 const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -28,7 +28,7 @@ fn killing_replicas_on_the_way_changes_no_decision() {
     let endpoint = deployment.endpoint().to_owned();
     let running = std::thread::spawn(move || run(SCENARIO, &["--connect", &endpoint]));
     // Once ticks have begun: well before the second a run of this length takes at the least.
-    wait_until_running(&deployment);
+    wait_until_running(deployment.endpoint());
     for name in ["generator-1", "cpc-0", "hccdm-1"] {
         deployment.kill(name);
     }
@@ -47,7 +47,7 @@ fn in_real_time_the_goal_is_reached_whoever_is_killed() {
     let running = std::thread::spawn(move || {
         run(SCENARIO, &["--connect", &endpoint, "--speed", "realtime", "--out", &folder])
     });
-    wait_until_running(&deployment);
+    wait_until_running(deployment.endpoint());
     for name in ["generator-0", "cpc-1", "hccdm-0"] {
         deployment.kill(name);
     }
@@ -102,7 +102,7 @@ fn missions_are_paused_redirected_and_cancelled() {
     let running = std::thread::spawn(move || {
         curionav(&["run", QUICK, "--json", "--connect", &at, "--speed", "realtime"])
     });
-    wait_until_running(&deployment);
+    wait_until_running(deployment.endpoint());
     assert!(say(&["pause", "robot"]).status.success());
     let moved = String::from_utf8(say(&["goal", "robot", "6", "4.5"]).stdout).unwrap();
     assert!(moved.contains("revision 2"), "{moved}");
@@ -115,25 +115,4 @@ fn missions_are_paused_redirected_and_cancelled() {
 fn status(deployment: &Deployment) -> String {
     let output = curionav(&["status", "--json", "--connect", deployment.endpoint()]);
     String::from_utf8(output.stdout).unwrap()
-}
-
-/// Until evaluators have answered: the run has begun.
-fn wait_until_running(deployment: &Deployment) {
-    let begun = || {
-        let json: serde_json::Value = serde_json::from_str(&status(deployment)).unwrap();
-        let services = json["services"].as_array().unwrap();
-        services.iter().any(|s| s["role"] == "cnc" && s["status"]["requests"].as_u64() > Some(3))
-    };
-    assert!(within(Duration::from_secs(30), begun), "the run did not begin");
-}
-
-fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
-    let deadline = std::time::Instant::now() + limit;
-    while std::time::Instant::now() < deadline {
-        if condition() {
-            return true;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    false
 }

@@ -1,6 +1,7 @@
 //! Starting `curionav` and reading what it says.
 
 use std::io::{BufRead, BufReader};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -12,18 +13,18 @@ use serde::Deserialize;
 const RUN_LIMIT: Duration = Duration::from_secs(240);
 
 /// One at a time: whoever keeps the pace of the wall clock must not share a small machine with others.
-pub(super) fn turn() -> MutexGuard<'static, ()> {
+pub(crate) fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The root of the project.
-pub(super) fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
 /// The program that was built last, beside this test's own binary.
-fn program() -> PathBuf {
+pub(crate) fn program() -> PathBuf {
     let mut directory = std::env::current_exe().unwrap();
     directory.pop();
     if directory.ends_with("deps") {
@@ -63,7 +64,7 @@ pub(super) fn spawn(arguments: &[&str]) -> Child {
 }
 
 /// Runs `curionav` to its end.
-pub(super) fn curionav(arguments: &[&str]) -> Output {
+pub(crate) fn curionav(arguments: &[&str]) -> Output {
     let mut child = Command::new(program())
         .args(arguments)
         .current_dir(root())
@@ -106,20 +107,20 @@ pub(super) fn wait(child: &mut Child, limit: Duration) -> Option<std::process::E
 /// The JSON of `curionav run --json`, as people script against it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RunJson {
+pub(crate) struct RunJson {
     pub(super) scenario: String,
     pub(super) planner: String,
     pub(super) seed: u64,
-    pub(super) outcome: String,
-    pub(super) metrics: MetricsJson,
-    pub(super) cycles: CyclesJson,
+    pub(crate) outcome: String,
+    pub(crate) metrics: MetricsJson,
+    pub(crate) cycles: CyclesJson,
     pub(super) real_time_factor: f64,
     pub(super) decisions_sha256: String,
 }
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct MetricsJson {
+pub(crate) struct MetricsJson {
     pub(super) rmse_m: f64,
     pub(super) tcm: f64,
     pub(super) nm: u32,
@@ -135,16 +136,16 @@ pub(super) struct MetricsJson {
 
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CyclesJson {
-    pub(super) count: u64,
-    pub(super) degraded: u64,
+pub(crate) struct CyclesJson {
+    pub(crate) count: u64,
+    pub(crate) degraded: u64,
     pub(super) p50_ms: f64,
     pub(super) p99_ms: f64,
     pub(super) max_ms: f64,
 }
 
 /// `curionav run SCENARIO --json ...`: its JSON and exit status.
-pub(super) fn run(scenario: &str, more: &[&str]) -> (RunJson, i32) {
+pub(crate) fn run(scenario: &str, more: &[&str]) -> (RunJson, i32) {
     let arguments = [&["run", scenario, "--json"], more].concat();
     let output = curionav(&arguments);
     let text = String::from_utf8(output.stdout).unwrap();
@@ -164,6 +165,7 @@ struct ReadyJson {
 struct ProcessJson {
     name: String,
     pid: u32,
+    metrics: Option<SocketAddr>,
 }
 
 /// A running `curionav up`, ended when dropped.
@@ -177,7 +179,9 @@ impl Deployment {
     /// Starts one with `replicas` of generator and of each evaluator, on a free port.
     pub(super) fn start(replicas: usize) -> Self {
         let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
-        let text = format!("[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n");
+        let text = format!(
+            "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n"
+        );
         std::fs::write(file.path(), text).unwrap();
         let mut child = Command::new(program())
             .args(["up", file.path().to_str().unwrap(), "--port", "0"])
@@ -206,6 +210,11 @@ impl Deployment {
             .pid
     }
 
+    /// Where the metrics of each service are, by the service's name.
+    pub(super) fn metrics(&self) -> impl Iterator<Item = (&str, SocketAddr)> {
+        self.ready.processes.iter().filter_map(|p| Some((p.name.as_str(), p.metrics?)))
+    }
+
     pub(super) fn supervisor(&self) -> u32 {
         self.child.id()
     }
@@ -232,6 +241,77 @@ impl Drop for Deployment {
             wait(&mut self.child, Duration::from_secs(20));
         }
     }
+}
+
+/// One service, or a router, as a process; killed when dropped.
+pub(super) struct Serving {
+    child: Child,
+    ready: OneJson,
+}
+
+#[derive(Debug, Deserialize)]
+struct OneJson {
+    #[serde(default)]
+    endpoints: Vec<String>,
+    metrics: Option<SocketAddr>,
+}
+
+impl Serving {
+    /// Starts it and waits until it serves.
+    pub(super) fn start(arguments: &[&str]) -> Self {
+        let mut child = Command::new(program())
+            .args(arguments)
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+        let ready =
+            serde_json::from_str(&line).unwrap_or_else(|e| panic!("{arguments:?} not ready: {e}: `{line}`"));
+        Self { child, ready }
+    }
+
+    /// Where a router listens.
+    pub(super) fn endpoint(&self) -> &str {
+        &self.ready.endpoints[0]
+    }
+
+    pub(super) fn metrics(&self) -> SocketAddr {
+        self.ready.metrics.unwrap()
+    }
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+}
+
+/// Whether `condition` comes true within `limit`.
+pub(crate) fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
+    let deadline = Instant::now() + limit;
+    while Instant::now() < deadline {
+        if condition() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    false
+}
+
+/// Until evaluators have answered: the run has begun.
+pub(super) fn wait_until_running(endpoint: &str) {
+    let begun = || {
+        let output = curionav(&["status", "--json", "--connect", endpoint]);
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let services = json["services"].as_array().unwrap();
+        services.iter().any(|s| s["role"] == "cnc" && s["status"]["requests"].as_u64() > Some(3))
+    };
+    assert!(within(Duration::from_secs(30), begun), "the run did not begin");
 }
 
 /// Sends a signal by name.

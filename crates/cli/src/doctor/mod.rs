@@ -1,0 +1,160 @@
+//! `curionav doctor`: asks over every link a deployment needs, and says what is missing and how to mend it.
+
+mod finding;
+mod instances;
+mod robot;
+mod router;
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use clap::Args;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::membership::{Members, Membership};
+use curionav_runtime::session::{self, SessionError};
+use curionav_schemas::keys;
+use zenoh::Session;
+
+use crate::arguments::ConnectOptions;
+use crate::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
+use crate::needs::{Need, POOL_ROLES};
+use finding::{Finding, Report};
+use instances::Instance;
+
+/// How long a router is looked for, seconds: whoever asks is waiting.
+const CONNECT_TIMEOUT_S: f64 = 3.0;
+/// Tokens of those alive arrive with the declaration; this covers a slow router.
+const SETTLE: Duration = Duration::from_millis(300);
+
+#[derive(Debug, Args)]
+pub(crate) struct DoctorOptions {
+    #[command(flatten)]
+    at: ConnectOptions,
+    /// Robot to look after. Default: every robot that somebody works for.
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
+    /// Seconds to listen to each robot's streams.
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = parse_listen)]
+    listen: f64,
+    /// Print one JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_listen(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.1..=60.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be 0.1 to 60 seconds".into()),
+    }
+}
+
+pub(crate) async fn doctor(options: DoctorOptions) -> Result<u8, Exit> {
+    let robot = options.robot.as_deref();
+    robot
+        .map_or(Ok(()), keys::check_id)
+        .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
+    let config = ServiceConfig {
+        connect: vec![options.at.connect.clone()],
+        namespace: options.at.namespace.clone(),
+        connect_timeout_s: CONNECT_TIMEOUT_S,
+        ..ServiceConfig::default()
+    };
+    let session = match session::client(&config).await {
+        Ok(session) => session,
+        Err(error @ SessionError::NoRouter { .. }) => {
+            let fix = format!(
+                "start it there: curionav router --listen tcp/0.0.0.0:7447; or name another with --connect instead of {}",
+                options.at.connect
+            );
+            say(&options, vec![Finding::missing("router", error.to_string(), fix)]);
+            return Ok(NO_NETWORK);
+        }
+        Err(error) => return Err(Exit::bad_input(error.into())),
+    };
+    let findings = examine(&options, &config, &session).await;
+    session::close(&session);
+    let report = say(&options, findings.map_err(Exit::network)?);
+    Ok(if report.ok { SUCCESS } else { FAILED })
+}
+
+/// Prints the report and gives it back.
+fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Report {
+    let report = Report::new(&options.at.connect, options.at.namespace.as_deref(), findings);
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    if options.json {
+        println!("{}", serde_json::json!(report));
+    } else {
+        println!("{}", report.words());
+    }
+    report
+}
+
+async fn examine(
+    options: &DoctorOptions,
+    config: &ServiceConfig,
+    session: &Session,
+) -> anyhow::Result<Vec<Finding>> {
+    let mut findings = router::examine(config, session).await?;
+    let membership = Membership::follow(session)?;
+    tokio::time::sleep(SETTLE).await;
+    let members = membership.all();
+    drop(membership);
+
+    let mut instances = Vec::new();
+    for (role, names) in &members {
+        for name in names {
+            instances.push(Instance::ask(session, role, name).await?);
+        }
+    }
+    let robots = robots(options.robot.as_deref(), &instances);
+    let mut missions = Vec::new();
+    for robot in &robots {
+        missions.push(robot::Mission::ask(session, robot).await?);
+    }
+    let asked_of_pools: BTreeSet<String> = missions.iter().flat_map(robot::Mission::pool_roles).collect();
+    let pools = if asked_of_pools.is_empty() {
+        POOL_ROLES.map(str::to_owned).into_iter().collect()
+    } else {
+        asked_of_pools
+    };
+    for instance in &instances {
+        let context = missions.iter().find_map(|mission| mission.context());
+        findings.extend(instance.examine(session, &options.at, context, &pools).await?);
+    }
+    findings.extend(absent(options, &members, &instances, Need::of(&robots, &pools)));
+    for mission in &missions {
+        findings.extend(mission.findings(&options.at));
+    }
+    findings.extend(robot::streams(session, &missions, Duration::from_secs_f64(options.listen)).await?);
+    Ok(findings)
+}
+
+/// The robots to look after: the one asked for, else all that somebody works for, else the default's.
+fn robots(asked: Option<&str>, instances: &[Instance]) -> BTreeSet<String> {
+    let mut robots: BTreeSet<String> = match asked {
+        Some(robot) => BTreeSet::from([robot.to_owned()]),
+        None => instances.iter().filter_map(|i| i.robot().map(str::to_owned)).collect(),
+    };
+    if robots.is_empty() {
+        robots.insert(ServiceConfig::default().robot);
+    }
+    robots
+}
+
+/// What is needed and not alive.
+fn absent(
+    options: &DoctorOptions,
+    members: &Members,
+    instances: &[Instance],
+    needs: Vec<Need>,
+) -> Vec<Finding> {
+    let none = BTreeSet::new();
+    let alive = |need: &Need| instances.iter().any(|i| i.fills(need));
+    let missing = needs.into_iter().filter(|need| !alive(need));
+    missing
+        .map(|need| {
+            let taken = members.get(&need.role).unwrap_or(&none);
+            Finding::missing(need.words(), "nobody is alive", need.fix(&options.at, taken))
+        })
+        .collect()
+}

@@ -1,0 +1,98 @@
+//! The router: there, of which version, and how long a question takes across it.
+
+use std::time::Duration;
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::probe::{ask_everybody, echo, median_ms};
+use curionav_runtime::session;
+use curionav_schemas::{ServiceStatus, keys};
+use zenoh::Session;
+
+use super::finding::Finding;
+
+const TIMEOUT: Duration = Duration::from_secs(1);
+/// Sizes asked with: a question, and a batch of candidates, bytes.
+const SIZES: [usize; 2] = [64, 100_000];
+/// Questions of each size.
+const QUESTIONS: usize = 15;
+/// Routers announce their key when they open; a client hears of it a moment later.
+const ATTEMPTS: u32 = 20;
+const PAUSE: Duration = Duration::from_millis(50);
+
+/// Asks across the router from one session to another, and asks the router itself.
+pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow::Result<Vec<Finding>> {
+    let routers = session.info().routers_zid().await.count();
+    let endpoint = config.connect.join(", ");
+    let mut finding = match round_trips(config, session).await? {
+        Some([small, large]) => {
+            let mut finding = Finding::proven(
+                "router",
+                format!(
+                    "{}; bare round trip between two sessions {small:.2} ms ({} B), {large:.2} ms ({} kB)",
+                    version(config).await?,
+                    SIZES[0],
+                    SIZES[1] / 1000
+                ),
+            );
+            finding.round_trip_ms = Some(small);
+            finding.bytes = Some(SIZES.iter().map(|size| (size * QUESTIONS) as u64).sum());
+            finding
+        }
+        None => Finding::missing(
+            "router",
+            format!("{routers} connected, but no question comes through between two sessions"),
+            "look at the router's log, and at its access_control: queries and replies must pass",
+        ),
+    };
+    finding.link = format!("router {endpoint}");
+    Ok(vec![finding])
+}
+
+/// Median round trip of each size, ms, from `session` to another of our own.
+async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Result<Option<[f64; 2]>> {
+    let other = session::client(config).await?;
+    let key = keys::status("doctor", &other.zid().to_string())?;
+    let echoing = echo(&other, &key)?;
+    let mut medians = [0.0; 2];
+    let mut outcome = Some(());
+    for (size, median) in SIZES.into_iter().zip(&mut medians) {
+        let mut times = Vec::new();
+        let mut attempts = 0;
+        while times.len() < QUESTIONS && attempts < ATTEMPTS + QUESTIONS as u32 {
+            attempts += 1;
+            let question = Some((vec![0; size], "application/octet-stream"));
+            let (replies, took) = ask_everybody(session, &key, question, TIMEOUT).await?;
+            match replies.first() {
+                Some(reply) if reply.bytes() == size => times.push(took),
+                _ => tokio::time::sleep(PAUSE).await,
+            }
+        }
+        if times.len() < QUESTIONS {
+            outcome = None;
+            break;
+        }
+        *median = median_ms(times);
+    }
+    drop(echoing);
+    session::close(&other);
+    Ok(outcome.map(|()| medians))
+}
+
+/// What the routers say of themselves. They know no namespace, so they are asked without.
+async fn version(config: &ServiceConfig) -> anyhow::Result<String> {
+    let plain = session::client(&ServiceConfig { namespace: None, ..config.clone() }).await?;
+    let key = format!("{}/status/router/*", keys::ROOT);
+    let (replies, _) = ask_everybody(&plain, &key, None, TIMEOUT).await?;
+    session::close(&plain);
+    let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
+    Ok(match statuses.as_slice() {
+        [] => "a Zenoh router that does not say its version".into(),
+        [one] => format!("curionav {}, up {:.0} s", one.version, one.uptime_s),
+        several => {
+            let versions: std::collections::BTreeSet<&str> =
+                several.iter().map(|s| s.version.as_str()).collect();
+            let versions: Vec<&str> = versions.into_iter().collect();
+            format!("{} routers linked, curionav {}", several.len(), versions.join(" and "))
+        }
+    })
+}

@@ -1,0 +1,124 @@
+//! A service's metrics over HTTP, for Prometheus and for probes: `/metrics`, `/livez`, `/readyz`.
+
+use std::convert::Infallible;
+use std::net::{SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::time::Duration;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::header::CONTENT_TYPE;
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::TokioIo;
+use tokio::sync::Semaphore;
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+use crate::metrics::SharedMetrics;
+
+/// What Prometheus takes for OpenMetrics.
+const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
+/// Connections at a time: Prometheus holds one, a probe another.
+const CONNECTIONS_MAX: usize = 16;
+/// One question and its answer. Whoever takes longer is cut off.
+const CONNECTION_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The address cannot be listened on.
+#[derive(Debug, thiserror::Error)]
+#[error("metrics: cannot listen on {address}: {reason}; choose another address or port, or end what uses it")]
+pub struct AddressError {
+    /// Which.
+    pub address: SocketAddr,
+    /// Why.
+    pub reason: std::io::Error,
+}
+
+/// Whether `address` can be listened on now.
+pub fn check(address: SocketAddr) -> Result<(), AddressError> {
+    TcpListener::bind(address).map(drop).map_err(|reason| AddressError { address, reason })
+}
+
+/// Serves until it is dropped.
+#[derive(Debug)]
+pub struct MetricsEndpoint {
+    /// Where it listens, with the real port.
+    pub address: SocketAddr,
+    task: JoinHandle<()>,
+}
+
+impl Drop for MetricsEndpoint {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+impl MetricsEndpoint {
+    /// Serves `metrics` on `address`; port 0 takes a free one. Ready is who has a router behind `session`.
+    /// Call inside a Tokio runtime.
+    pub fn start(
+        address: SocketAddr,
+        metrics: SharedMetrics,
+        session: &Session,
+    ) -> Result<Self, AddressError> {
+        let error = |reason| AddressError { address, reason };
+        let listener = TcpListener::bind(address).map_err(error)?;
+        listener.set_nonblocking(true).map_err(error)?;
+        let listener = tokio::net::TcpListener::from_std(listener).map_err(error)?;
+        let address = listener.local_addr().map_err(error)?;
+        let task = tokio::spawn(accept(listener, metrics, session.clone()));
+        tracing::info!(%address, "metrics");
+        Ok(Self { address, task })
+    }
+}
+
+async fn accept(listener: tokio::net::TcpListener, metrics: SharedMetrics, session: Session) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+    loop {
+        let Ok(permit) = Arc::clone(&room).acquire_owned().await else { return };
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                // Too many open files, for one: trying again at once would be a busy loop.
+                tracing::debug!(%error, "no connection accepted");
+                tokio::time::sleep(Duration::from_millis(100)).await;
+                continue;
+            }
+        };
+        let (metrics, session) = (Arc::clone(&metrics), session.clone());
+        tokio::spawn(async move {
+            let answering = service_fn(|request| answer(request, Arc::clone(&metrics), session.clone()));
+            let serving = hyper::server::conn::http1::Builder::new()
+                .keep_alive(false)
+                .serve_connection(TokioIo::new(stream), answering);
+            if let Ok(Err(error)) = tokio::time::timeout(CONNECTION_TIMEOUT, serving).await {
+                tracing::debug!(%error, "metrics not sent");
+            }
+            drop(permit);
+        });
+    }
+}
+
+async fn answer(
+    request: Request<Incoming>,
+    metrics: SharedMetrics,
+    session: Session,
+) -> Result<Response<Full<Bytes>>, Infallible> {
+    let plain = "text/plain; charset=utf-8";
+    let (status, kind, body) = match (request.method(), request.uri().path()) {
+        (&Method::GET | &Method::HEAD, "/metrics") => (StatusCode::OK, OPEN_METRICS, metrics.text()),
+        (&Method::GET | &Method::HEAD, "/livez") => (StatusCode::OK, plain, "alive\n".into()),
+        (&Method::GET | &Method::HEAD, "/readyz") => match session.info().routers_zid().await.next() {
+            Some(_) => (StatusCode::OK, plain, "ready\n".into()),
+            None => (StatusCode::SERVICE_UNAVAILABLE, plain, "no router\n".into()),
+        },
+        (&Method::GET | &Method::HEAD, _) => {
+            (StatusCode::NOT_FOUND, plain, "there are /metrics, /livez and /readyz\n".into())
+        }
+        _ => (StatusCode::METHOD_NOT_ALLOWED, plain, "only GET and HEAD\n".into()),
+    };
+    let mut response = Response::new(Full::new(Bytes::from(body)));
+    *response.status_mut() = status;
+    response.headers_mut().insert(CONTENT_TYPE, hyper::header::HeaderValue::from_static(kind));
+    Ok(response)
+}

@@ -1,0 +1,159 @@
+//! Looking at a deployment from outside: replies as they come, with their size and time, and streams overheard.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use curionav_schemas::{DecodeError, Message, Reject};
+use zenoh::handlers::FifoChannel;
+use zenoh::pubsub::Subscriber;
+use zenoh::qos::CongestionControl;
+use zenoh::query::{ConsolidationMode, QueryTarget, Queryable};
+use zenoh::{Session, Wait};
+
+use crate::query::AskError;
+use crate::topic::TopicError;
+
+/// Replies to one question that are kept: more instances of a role than a deployment has.
+const REPLIES_MAX: usize = 256;
+
+/// One reply as it came.
+#[derive(Debug, Clone)]
+pub struct RawReply {
+    /// Its key.
+    pub key: String,
+    /// Payload and encoding, or the refusal. `None` for a refusal that is none of ours.
+    pub answer: Result<(Vec<u8>, String), Option<Reject>>,
+}
+
+impl RawReply {
+    /// Bytes of an answer.
+    pub fn bytes(&self) -> usize {
+        self.answer.as_ref().map_or(0, |(payload, _)| payload.len())
+    }
+
+    /// The answer, if it is one and can be understood.
+    pub fn decode<A: Message>(&self) -> Option<Result<A, DecodeError>> {
+        let (payload, encoding) = self.answer.as_ref().ok()?;
+        Some(A::decode(payload, Some(encoding)))
+    }
+}
+
+/// Asks everybody under `key`, which may have wildcards, and waits for all replies, at most `timeout`. Also
+/// gives the time until the last one.
+pub async fn ask_everybody(
+    session: &Session,
+    key: &str,
+    question: Option<(Vec<u8>, &'static str)>,
+    timeout: Duration,
+) -> Result<(Vec<RawReply>, Duration), AskError> {
+    let mut get = session
+        .get(key.to_owned())
+        .consolidation(ConsolidationMode::None)
+        .target(QueryTarget::All)
+        .timeout(timeout)
+        .congestion_control(CongestionControl::Block)
+        .express(true);
+    if let Some((payload, encoding)) = question {
+        get = get.payload(payload).encoding(encoding);
+    }
+    let started = Instant::now();
+    let replies =
+        get.with(FifoChannel::new(REPLIES_MAX)).wait().map_err(|e| AskError::Send(e.to_string()))?;
+    let (mut came, mut last) = (Vec::new(), Duration::ZERO);
+    let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
+    while let Ok(Ok(reply)) = tokio::time::timeout_at(deadline, replies.recv_async()).await {
+        let reply = match reply.result() {
+            Ok(sample) => RawReply {
+                key: sample.key_expr().to_string(),
+                answer: Ok((sample.payload().to_bytes().into_owned(), sample.encoding().to_string())),
+            },
+            Err(error) => {
+                let encoding = error.encoding().to_string();
+                let reject = Reject::decode(&error.payload().to_bytes(), Some(&encoding)).ok();
+                RawReply { key: String::new(), answer: Err(reject) }
+            }
+        };
+        // A router's own word for a timeout is nobody's answer.
+        if came.len() < REPLIES_MAX && !matches!(reply.answer, Err(None)) {
+            last = started.elapsed();
+            came.push(reply);
+        }
+    }
+    Ok((came, last))
+}
+
+/// What has been overheard on one key.
+#[derive(Debug, Clone, Default)]
+pub struct Heard {
+    /// Messages.
+    pub messages: u64,
+    /// Their bytes.
+    pub bytes: u64,
+    /// Those that could not be understood.
+    pub malformed: u64,
+    /// When the first and the last came.
+    pub between: Option<(Instant, Instant)>,
+}
+
+impl Heard {
+    /// Messages a second, from the second one on.
+    pub fn rate_hz(&self) -> Option<f64> {
+        let (first, last) = self.between?;
+        let span = last.duration_since(first).as_secs_f64();
+        (self.messages > 1 && span > 0.0).then(|| (self.messages - 1) as f64 / span)
+    }
+}
+
+/// Overhears one stream for as long as it lives.
+pub struct Listener {
+    _subscriber: Subscriber<()>,
+    heard: Arc<Mutex<Heard>>,
+}
+
+impl Listener {
+    /// Overhears `key`, where messages of type `M` belong.
+    pub fn new<M: Message>(session: &Session, key: &str) -> Result<Self, TopicError> {
+        let heard = Arc::new(Mutex::new(Heard::default()));
+        let counted = Arc::clone(&heard);
+        let subscriber = session
+            .declare_subscriber(key.to_owned())
+            .callback(move |sample| {
+                let (payload, encoding) = (sample.payload().to_bytes(), sample.encoding().to_string());
+                let malformed = M::decode(&payload, Some(&encoding)).is_err();
+                let now = Instant::now();
+                let mut heard = counted.lock().unwrap_or_else(PoisonError::into_inner);
+                heard.messages += 1;
+                heard.bytes += payload.len() as u64;
+                heard.malformed += u64::from(malformed);
+                heard.between = Some((heard.between.map_or(now, |b| b.0), now));
+            })
+            .wait()
+            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+        Ok(Self { _subscriber: subscriber, heard })
+    }
+
+    /// What has come until now.
+    pub fn heard(&self) -> Heard {
+        self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// Sends back on `key` what it is asked, for as long as it lives: the bare round trip to compare with.
+pub fn echo(session: &Session, key: &str) -> Result<Queryable<()>, TopicError> {
+    session
+        .declare_queryable(key.to_owned())
+        .callback(|query| {
+            let payload = query.payload().cloned().unwrap_or_default();
+            if let Err(error) = query.reply(query.key_expr().clone(), payload).wait() {
+                tracing::debug!(%error, "echo not sent");
+            }
+        })
+        .wait()
+        .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })
+}
+
+/// The middle one of several times, milliseconds; 0 without any.
+pub fn median_ms(mut times: Vec<Duration>) -> f64 {
+    times.sort_unstable();
+    times.get(times.len() / 2).map_or(0.0, |t| t.as_secs_f64() * 1e3)
+}

@@ -1,0 +1,96 @@
+//! What operators count of cycles.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use curionav_runtime::metrics::{Counter, Durations, Metrics, Tally};
+use curionav_schemas::{Action, CycleReport, Decision, Evaluated};
+
+use crate::peers::{Peers, ZenohPeers};
+use crate::pool::Pool;
+
+/// Counts since the start.
+#[derive(Debug)]
+pub(crate) struct CycleCounts {
+    decisions: Tally,
+    degraded: Tally,
+    evaluations: Tally,
+    stages: Durations,
+    unreported: Counter,
+    /// Roles the mission asks pools for.
+    roles: Arc<Mutex<Vec<String>>>,
+}
+
+impl CycleCounts {
+    pub(crate) fn new() -> Self {
+        Self {
+            decisions: Tally::new(&["action"]),
+            degraded: Tally::new(&["reason"]),
+            evaluations: Tally::new(&["metric", "by"]),
+            stages: Durations::new("stage"),
+            unreported: Counter::default(),
+            roles: Arc::default(),
+        }
+    }
+
+    /// One more decision, with its report if it was planned.
+    pub(crate) fn record(&self, decision: &Decision, report: Option<&CycleReport>) {
+        let action = match decision.action {
+            Action::Follow => "follow",
+            Action::Hold => "hold",
+            Action::Stop => "stop",
+        };
+        self.decisions.add(&[action]);
+        for reason in &decision.degraded {
+            self.degraded.add(&[reason]);
+        }
+        for (metric, by) in &decision.evaluated {
+            let by = match by {
+                Evaluated::Pool => "pool",
+                Evaluated::Local => "local",
+                Evaluated::None => "none",
+            };
+            self.evaluations.add(&[metric, by]);
+        }
+        let Some(report) = report else { return };
+        self.unreported.inc_by(report.gap);
+        let stage = |stage, us| self.stages.record(stage, Duration::from_micros(us));
+        stage("generate", report.timings.generate_us);
+        // Metrics are evaluated side by side.
+        if let Some(us) = report.timings.evaluate_us.iter().map(|t| t.us).max() {
+            stage("evaluate", us);
+        }
+        stage("arbitrate", report.timings.arbitrate_us);
+    }
+
+    /// From now on the mission asks pools for these.
+    pub(crate) fn follow(&self, roles: impl Iterator<Item = String>) {
+        *self.roles.lock().unwrap_or_else(PoisonError::into_inner) = roles.collect();
+    }
+
+    pub(crate) fn register(&self, metrics: &mut Metrics, pool: &Arc<Pool<ZenohPeers>>) {
+        metrics.tally("decisions", "Decisions, by what the robot is told", &self.decisions);
+        metrics.tally("degraded", "Decisions made while something was missing, by what", &self.degraded);
+        metrics.tally(
+            "evaluations",
+            "Decisions in which a metric counted, by who costed it",
+            &self.evaluations,
+        );
+        metrics.durations("stage_duration_seconds", "Time of each stage of a cycle", &self.stages);
+        let help = "Planning ticks for which there is no report: skipped, or not planned";
+        metrics.count("unreported_ticks", help, self.unreported.clone());
+        metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
+        let (of, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
+        let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {
+            let roles = roles.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            roles.into_iter().map(|role| (role.clone(), count(&of, &role) as f64)).collect()
+        };
+        let also = counted.clone();
+        metrics.gauges("pool_alive", "Replicas alive, of the roles the mission needs", "pool", move || {
+            counted(|pool, role| pool.peers.alive(role).len())
+        });
+        metrics.gauges("pool_ready", "Replicas that are given work", "pool", move || {
+            also(|pool, role| pool.replicas().ready(role).len())
+        });
+    }
+}

@@ -1,0 +1,91 @@
+//! What operators count and measure of commands.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use curionav_runtime::metrics::{Metrics, Tally};
+use curionav_schemas::{Mission, MissionState};
+use tokio::sync::watch;
+
+/// What commands are made from, and when each was taken, seconds of the robot's clock.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Stamps {
+    pub(crate) odometry: Option<f64>,
+    pub(crate) scan: Option<f64>,
+    pub(crate) belief: Option<f64>,
+    pub(crate) decision: Option<f64>,
+}
+
+impl Stamps {
+    /// How old each is at `now` of the robot's clock, by stream.
+    fn ages(&self, now: f64) -> Vec<(String, f64)> {
+        let streams = [
+            ("odom", self.odometry),
+            ("scan", self.scan),
+            ("belief", self.belief),
+            ("decision", self.decision),
+        ];
+        let age = |(stream, stamp): (&str, Option<f64>)| Some((stream.to_owned(), (now - stamp?).max(0.0)));
+        streams.into_iter().filter_map(age).collect()
+    }
+}
+
+/// The stamps of the last tick, when that was, and how fast the robot's clock goes.
+type LastTick = Arc<Mutex<Option<(Stamps, Instant, f64)>>>;
+
+/// Counts since the start.
+#[derive(Debug)]
+pub(crate) struct CommandCounts {
+    commands: Tally,
+    last: LastTick,
+}
+
+impl CommandCounts {
+    pub(crate) fn new() -> Self {
+        Self { commands: Tally::new(&["reason"]), last: Arc::default() }
+    }
+
+    /// One more command.
+    pub(crate) fn command(&self, reason: &str) {
+        self.commands.add(&[reason]);
+    }
+
+    /// What the newest command was made from; `time_scale` robot seconds pass in a second.
+    pub(crate) fn tick(&self, stamps: Stamps, time_scale: f64) {
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner) =
+            Some((stamps, Instant::now(), time_scale));
+    }
+
+    pub(crate) fn register(&self, metrics: &mut Metrics, missions: watch::Receiver<Option<Mission>>) {
+        metrics.tally("commands", "Commands to the base, by what they do", &self.commands);
+        let last = Arc::clone(&self.last);
+        let help = "Age of what the base is driven by, by the robot's clock; it grows while nothing comes";
+        metrics.gauges("input_age_seconds", help, "stream", move || {
+            let Some((stamps, at, time_scale)) = *last.lock().unwrap_or_else(PoisonError::into_inner) else {
+                return Vec::new();
+            };
+            stamps
+                .odometry
+                .map_or_else(Vec::new, |then| stamps.ages(then + at.elapsed().as_secs_f64() * time_scale))
+        });
+        let of = missions.clone();
+        metrics.gauge("mission_revision", "Revision of the mission; 0 without one", move || {
+            of.borrow().as_ref().map_or(0.0, |mission| mission.revision as f64)
+        });
+        metrics.gauge("mission_running", "1 while the robot is to drive", move || {
+            f64::from(missions.borrow().as_ref().is_some_and(|m| m.state == MissionState::Running))
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_not_come_has_no_age_and_what_comes_early_is_not_older_than_now() {
+        let stamps = Stamps { odometry: Some(10.0), scan: Some(9.75), belief: None, decision: Some(10.5) };
+        let ages = stamps.ages(10.25);
+        assert_eq!(ages, [("odom".into(), 0.25), ("scan".into(), 0.5), ("decision".into(), 0.0)]);
+    }
+}

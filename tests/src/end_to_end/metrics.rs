@@ -1,0 +1,134 @@
+//! What operators read: the same numbers over HTTP and over Zenoh, and every one of them documented.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::time::Duration;
+
+use super::program::{Deployment, Serving, curionav, run, turn, within};
+use crate::deploy_files::documented_metrics;
+
+const QUICK: &str = "scenarios/quickstart.toml";
+
+/// Status line and body of what is said at `path`.
+fn get(address: SocketAddr, path: &str) -> (String, String) {
+    let mut stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    let mut text = String::new();
+    stream.read_to_string(&mut text).unwrap();
+    let (head, body) = text.split_once("\r\n\r\n").unwrap();
+    (head.lines().next().unwrap().to_owned(), body.to_owned())
+}
+
+/// Samples by name and labels.
+fn samples(text: &str) -> BTreeMap<String, f64> {
+    let sample = |line: &str| {
+        let (name, value) = line.rsplit_once(' ').unwrap();
+        (name.to_owned(), value.parse().unwrap())
+    };
+    text.lines().filter(|l| !l.starts_with('#')).map(sample).collect()
+}
+
+/// The number of a metric of which there is one.
+fn number(samples: &BTreeMap<String, f64>, metric: &str) -> f64 {
+    let prefix = format!("{metric}{{");
+    samples.iter().filter(|(name, _)| name.starts_with(&prefix)).map(|s| s.1).sum()
+}
+
+#[test]
+fn over_http_and_over_zenoh_the_numbers_are_the_same_and_all_are_documented() {
+    let _turn = turn();
+    let deployment = Deployment::start(1);
+    let cycles = run(QUICK, &["--connect", deployment.endpoint()]).0.cycles.count as f64;
+    let mut families = BTreeSet::new();
+    let mut asked = 0;
+    for (name, address) in deployment.metrics() {
+        let before = samples(&get(address, "/metrics").1);
+        let status = curionav(&["status", "--json", "--connect", deployment.endpoint()]);
+        let (line, text) = get(address, "/metrics");
+        let after = samples(&text);
+        assert_eq!(line, "HTTP/1.1 200 OK");
+        assert!(text.ends_with("# EOF\n"));
+        let status: serde_json::Value = serde_json::from_slice(&status.stdout).unwrap();
+        let service = status["services"].as_array().unwrap().iter().find(|s| s["instance"] == name).unwrap();
+        let key: BTreeMap<String, f64> =
+            serde_json::from_value(service["status"]["metrics"].clone()).unwrap();
+        assert!(key.keys().eq(after.keys()), "{name}: {key:?}\n{after:?}");
+        for (sample, number) in &key {
+            // Uptime and ages go on between two questions.
+            let (low, high) = (before[sample].min(after[sample]), before[sample].max(after[sample]));
+            // JSON rounds the last digit.
+            let (low, high) = (low - 1e-12 * low.abs(), high + 1e-12 * high.abs());
+            assert!((low..=high).contains(number), "{name}: {sample} is {number}, not in {low}..{high}");
+        }
+        let requests = number(&key, "curionav_requests_total");
+        assert_eq!(Some(requests), service["status"]["requests"].as_f64(), "{name}");
+        assert!(requests > 0.0, "{name} has answered nothing");
+        match name.split('-').next().unwrap() {
+            "arbiter" => {
+                // Every cycle of the run ended in a decision.
+                assert!(number(&key, "curionav_decisions_total") >= cycles, "{key:?}");
+                assert_eq!(number(&key, "curionav_pool_ready"), 3.0);
+                assert_eq!(number(&key, "curionav_router_links"), 2.0);
+            }
+            "driver" => assert!(number(&key, "curionav_commands_total") > cycles),
+            "cpc" | "hccdm" | "generator" => assert!(number(&key, "curionav_candidates_total") > 0.0),
+            _ => {}
+        }
+        families.extend(
+            text.lines().filter_map(|l| Some(l.strip_prefix("# TYPE ")?.split(' ').next()?.to_owned())),
+        );
+        asked += 1;
+    }
+    assert_eq!(asked, 7);
+    // A counter's samples end in `_total`, the counter does not.
+    let documented: BTreeSet<String> = documented_metrics()
+        .into_iter()
+        .map(|name| name.strip_suffix("_total").unwrap_or(&name).to_owned())
+        .collect();
+    // These have no sample until something has gone wrong.
+    families.extend(["curionav_degraded", "curionav_pool_failures"].map(String::from));
+    assert_eq!(families, documented, "docs/operations.md and the services disagree");
+}
+
+#[test]
+fn probes_hear_whether_a_service_lives_and_is_ready() {
+    let _turn = turn();
+    let router = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0"]);
+    let cpc = Serving::start(&[
+        "cpc",
+        "--connect",
+        router.endpoint(),
+        "--instance",
+        "probed",
+        "--metrics",
+        "127.0.0.1:0",
+    ]);
+    let status = |path| get(cpc.metrics(), path).0;
+    assert_eq!(status("/livez"), "HTTP/1.1 200 OK");
+    assert_eq!(status("/readyz"), "HTTP/1.1 200 OK");
+    assert_eq!(status("/elsewhere"), "HTTP/1.1 404 Not Found");
+    drop(router);
+    let unready = || get(cpc.metrics(), "/readyz").0 == "HTTP/1.1 503 Service Unavailable";
+    assert!(within(Duration::from_secs(10), unready));
+    assert_eq!(status("/livez"), "HTTP/1.1 200 OK");
+}
+
+#[test]
+fn a_bad_address_is_refused_before_any_router_is_looked_for() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let said = |arguments: &[&str]| {
+        let output = curionav(arguments);
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    let (status, error) = said(&["cpc", "--connect", "tcp/127.0.0.1:9", "--metrics", &address]);
+    assert!(status == Some(2) && error.contains(&address) && error.contains("choose another"), "{error}");
+    let (status, error) = said(&["cpc", "--metrics", "9100"]);
+    assert!(status == Some(2) && error.contains("--metrics <ADDR:PORT>"), "{error}");
+    let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    std::fs::write(file.path(), "slots = 1\nmetrics = \"everywhere\"\n").unwrap();
+    let (status, error) = said(&["cpc", "--config", file.path().to_str().unwrap()]);
+    assert!(status == Some(2) && error.contains("line 2") && error.contains("metrics"), "{error}");
+}

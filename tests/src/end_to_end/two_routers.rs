@@ -1,0 +1,46 @@
+//! The walk-through of `deploy/README.md`: a router on the robot, another with the pools.
+
+use std::net::TcpListener;
+use std::time::Duration;
+
+use super::program::{Serving, curionav, run, turn, wait_until_running, within};
+
+const QUICK: &str = "scenarios/quickstart.toml";
+
+fn well(endpoint: &str) -> bool {
+    curionav(&["doctor", "--connect", endpoint, "--listen", "0.1"]).status.success()
+}
+
+#[test]
+fn losing_the_network_leaves_the_robot_whole() {
+    let _turn = turn();
+    // A port of its own for the router that comes later.
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let of_pools = format!("tcp/127.0.0.1:{port}");
+    // The robot starts first: its router waits for nobody.
+    let robot = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0", "--connect", &of_pools]);
+    let robot_at = robot.endpoint().to_owned();
+    let service = |role, at: &str| Serving::start(&[role, "--connect", at, "--instance", role]);
+    let _robot_services =
+        ["driver", "localizer", "arbiter", "simulator"].map(|role| service(role, &robot_at));
+    assert!(!well(&robot_at), "the pools are not there yet");
+
+    let pools = Serving::start(&["router", "--listen", &of_pools]);
+    let _pool_services = ["generator", "cpc", "hccdm"].map(|role| service(role, &of_pools));
+    assert!(within(Duration::from_secs(20), || well(&robot_at)), "the routers did not find each other");
+
+    let at = robot_at.clone();
+    let running = std::thread::spawn(move || run(QUICK, &["--connect", &at, "--speed", "realtime"]));
+    wait_until_running(&robot_at);
+    drop(pools);
+    let json = running.join().unwrap().0;
+    assert_eq!(json.outcome, "reached", "{json:?}");
+    assert!(json.cycles.degraded > 0, "it drove on its own candidates and scores, and says so: {json:?}");
+    assert!(!well(&robot_at));
+
+    // Everybody finds the router that comes back.
+    let _pools = Serving::start(&["router", "--listen", &of_pools]);
+    assert!(within(Duration::from_secs(20), || well(&robot_at)), "the pools did not come back");
+    let (json, status) = run(QUICK, &["--connect", &robot_at]);
+    assert_eq!((json.cycles.degraded, status), (0, 0), "{json:?}");
+}
