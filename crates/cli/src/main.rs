@@ -9,6 +9,7 @@ mod output;
 mod package;
 mod picture;
 mod run;
+mod scale;
 mod scenario;
 mod service;
 mod status;
@@ -64,6 +65,8 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Resume(options) => mission::resume(options).await,
         Command::Cancel(options) => mission::cancel(options).await,
         Command::Status(options) => status::status(options).await,
+        Command::Scale(options) => scale::scale(options, &log).await,
+        Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::scenario(command),
     }
 }

@@ -6,4 +6,5 @@ mod bench;
 mod deployment;
 mod program;
 mod real_inputs;
+mod scale;
 mod scenarios;

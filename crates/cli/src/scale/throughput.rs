@@ -1,0 +1,142 @@
+//! How much more a pool of more replicas does.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use curionav_runtime::latency::Latency;
+use curionav_schemas::Clock;
+use serde::Serialize;
+use tokio::task::JoinSet;
+
+use super::options::Pooled;
+use super::processes::Processes;
+use super::rehearsal::Rehearsal;
+use super::robots::{Answer, Robot, Robots, Work};
+use crate::exit::Exit;
+
+/// Batches in flight while throughput is measured, so that no replica waits for work between two batches.
+const BATCHES_IN_FLIGHT: usize = 4;
+/// Robots to a generator for the same reason: each has one question in flight, which goes to one replica.
+const ROBOTS_A_GENERATOR: usize = 4;
+/// Long enough that nothing is asked twice: what is measured is work done, not haste.
+const BUDGET: Duration = Duration::from_secs(40);
+/// Share of the time that is not measured: speeds are still being learned.
+const SETTLING: f64 = 0.15;
+
+/// One number of replicas.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    pub(super) replicas: usize,
+    /// Candidates answered a second while work never runs out.
+    pub(super) candidates_per_s: f64,
+    /// Time of a batch that has the pool to itself.
+    pub(super) p50_ms: f64,
+    pub(super) p99_ms: f64,
+    /// Throughput of a replica, as a share of that in the first row.
+    pub(super) efficiency: f64,
+    /// Processors the replicas used together while work never ran out.
+    pub(super) cores: f64,
+    /// Processors that router and robots used meanwhile.
+    pub(super) asking_cores: f64,
+}
+
+/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with so many
+/// that work never runs out.
+pub(super) async fn row(
+    processes: &mut Processes,
+    rehearsal: &Rehearsal,
+    service: Pooled,
+    work: &Arc<Work>,
+    replicas: usize,
+    seconds: f64,
+) -> Result<Row, Exit> {
+    processes.add(service.kind().name(), replicas).await?;
+    let robots = match service {
+        Pooled::Generator => ROBOTS_A_GENERATOR * replicas,
+        Pooled::Cpc | Pooled::Hccdm => BATCHES_IN_FLIGHT,
+    };
+    let robots = Robots::join(rehearsal, &processes.endpoint, robots, Clock::Lockstep).await?;
+    robots.ready(service.role(), replicas).await?;
+    processes.limit()?;
+    let half = Duration::from_secs_f64(seconds / 2.0);
+    let alone = drive(processes, &robots.all[..1], work, half).await?;
+    let busy = drive(processes, &robots.all, work, half).await?;
+    robots.leave();
+    processes.dismiss().await;
+    Ok(Row {
+        replicas,
+        candidates_per_s: busy.candidates_per_s,
+        p50_ms: alone.latency.percentile_ms(0.50),
+        p99_ms: alone.latency.percentile_ms(0.99),
+        efficiency: 1.0,
+        cores: busy.cores,
+        asking_cores: busy.asking_cores,
+    })
+}
+
+struct Driven {
+    candidates_per_s: f64,
+    latency: Latency,
+    cores: f64,
+    asking_cores: f64,
+}
+
+/// Lets each of `robots` ask for one piece of work after the other for `time`.
+async fn drive(
+    processes: &Processes,
+    robots: &[Arc<Robot>],
+    work: &Arc<Work>,
+    time: Duration,
+) -> Result<Driven, Exit> {
+    let begin = Instant::now();
+    let (settled, end) = (begin + time.mul_f64(SETTLING), begin + time);
+    let mut asking = JoinSet::new();
+    for (index, robot) in robots.iter().enumerate() {
+        asking.spawn(keep_asking(Arc::clone(robot), Arc::clone(work), index as u64, end));
+    }
+    tokio::time::sleep_until(settled.into()).await;
+    let used = (processes.used(), processes.used_for_asking());
+    tokio::time::sleep_until(end.into()).await;
+    let over = (end - settled).as_secs_f64();
+    let cores = (processes.used() - used.0).as_secs_f64() / over;
+    let asking_cores = (processes.used_for_asking() - used.1).as_secs_f64() / over;
+    let mut answers = Vec::new();
+    while let Some(joined) = asking.join_next().await {
+        let asked = joined.map_err(|e| Exit::failed(e.into()))?;
+        answers.extend(asked.map_err(Exit::failed)?);
+    }
+    answers.retain(|(at, _)| *at >= settled);
+    answers.sort_by_key(|(at, _)| *at);
+    if let Some((_, answer)) = answers.iter().find(|(_, answer)| answer.unanswered > 0) {
+        let lost = format!("{} of {} shards were not answered", answer.unanswered, answer.shards);
+        return Err(Exit::network(anyhow::anyhow!("{lost} in {} s", (BUDGET / 2).as_secs())));
+    }
+    let mut latency = Latency::default();
+    answers.iter().for_each(|(_, answer)| latency.record(answer.took));
+    answers.retain(|(at, _)| *at <= end);
+    Ok(Driven { candidates_per_s: rate(&answers), latency, cores, asking_cores })
+}
+
+async fn keep_asking(
+    robot: Arc<Robot>,
+    work: Arc<Work>,
+    first: u64,
+    end: Instant,
+) -> anyhow::Result<Vec<(Instant, Answer)>> {
+    let mut answers = Vec::new();
+    let (mut seq, mut tree) = (first, None);
+    while Instant::now() < end {
+        let answer = robot.ask(&work, seq, &mut tree, BUDGET).await?;
+        answers.push((Instant::now(), answer));
+        seq += 1;
+    }
+    Ok(answers)
+}
+
+/// Candidates a second from the first answer to the last, so that where the time is cut does not matter.
+fn rate(answers: &[(Instant, Answer)]) -> f64 {
+    let ([(first, _), rest @ ..], Some((last, _))) = (answers, answers.last()) else { return 0.0 };
+    let candidates: usize = rest.iter().map(|(_, answer)| answer.candidates).sum();
+    let seconds = last.duration_since(*first).as_secs_f64();
+    if seconds > 0.0 { candidates as f64 / seconds } else { 0.0 }
+}
