@@ -38,8 +38,8 @@ pub(crate) enum Command {
     ///
     /// Searches the settings of a planner that cost least, and prints the best one as a profile.
     ///
-    /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s - MD/3 m, about 1 each for the
-    /// paper's planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over
+    /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s + max(0, 3.6 m - MD)/3 m, about 1 each
+    /// for the paper's planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over
     /// all scenarios and seeds, the same ones for every setting. [objective] in SPACE.toml changes the weights.
     ///
     /// First the base and a quasi-random sample of settings run with one seed, the best third of them with three
@@ -105,7 +105,7 @@ pub(crate) enum Command {
     /// Answer bare queries (started by `scale --overhead`).
     #[command(hide = true)]
     Echo(ServiceOptions),
-    /// Check or generate scenario files.
+    /// Check, draw or generate scenario files.
     #[command(subcommand)]
     Scenario(ScenarioCommand),
 }
@@ -303,6 +303,16 @@ pub(crate) enum ScenarioCommand {
         /// Scenario files.
         #[arg(required = true, value_name = "SCENARIO.toml")]
         files: Vec<PathBuf>,
+    },
+    /// Draw scenarios before anything moves, NAME.svg each: map, start, goal, shortest way, people and their
+    /// routes, and where no landmark is within the laser's range.
+    Draw {
+        /// Scenario files.
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        files: Vec<PathBuf>,
+        /// Directory to write into.
+        #[arg(long, value_name = "DIR", default_value = ".")]
+        out: PathBuf,
     },
     /// Write the generated scenarios and their maps, as committed under scenarios/.
     Generate {

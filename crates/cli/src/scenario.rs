@@ -9,6 +9,8 @@ use curionav_schemas::Clock;
 use crate::arguments::ScenarioCommand;
 use crate::exit::{Exit, SUCCESS};
 use crate::package::{self, Choice};
+use crate::picture::scene_svg;
+use curionav_simulator::Prepared;
 
 pub(crate) fn scenario(command: ScenarioCommand) -> Result<u8, Exit> {
     match command {
@@ -17,15 +19,34 @@ pub(crate) fn scenario(command: ScenarioCommand) -> Result<u8, Exit> {
                 check(file).map_err(Exit::bad_input)?;
             }
         }
+        ScenarioCommand::Draw { files, out } => {
+            for file in &files {
+                draw(file, &out).map_err(Exit::bad_input)?;
+            }
+        }
         ScenarioCommand::Generate { out } => generate(&out).map_err(Exit::bad_input)?,
     }
     Ok(SUCCESS)
 }
 
-fn check(file: &Path) -> anyhow::Result<()> {
+/// A scenario as it would be run.
+fn prepared(file: &Path) -> anyhow::Result<Prepared> {
     let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
-    let prepared = curionav_simulator::prepare(&package.request, "robot")
-        .map_err(|e| package.fault(Some(&e.field), &e.problem))?;
+    curionav_simulator::prepare(&package.request, "robot")
+        .map_err(|e| package.fault(Some(&e.field), &e.problem))
+}
+
+fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {
+    let prepared = prepared(file)?;
+    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
+    let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
+    let path = out.join(name).with_extension("svg");
+    std::fs::write(&path, scene_svg(&prepared.world, &prepared.map))
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn check(file: &Path) -> anyhow::Result<()> {
+    let prepared = prepared(file)?;
     let scenario = prepared.world.scenario();
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     {

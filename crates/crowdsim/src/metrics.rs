@@ -18,7 +18,8 @@ use crate::world::Truth;
 #[serde(default, deny_unknown_fields)]
 pub struct MetricsParams {
     /// `Thr_c`: the localiser has converged while the trace of its covariance is at most this, m2 + rad2.
-    /// Default 0.1, the threshold that switches CPC on (A9, A10).
+    /// Default 0.1, the threshold that switches CPC on in the shipped planners (A9, A10). Runs are judged by it
+    /// whatever the planner's own threshold is.
     pub converged_trace: f64,
     /// The trace must stay converged this long to count, seconds.
     pub converged_for_s: f64,

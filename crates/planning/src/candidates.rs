@@ -156,6 +156,23 @@ impl CandidateSet {
         }
     }
 
+    /// The candidates of all `sets`, numbered from 0 in order; the sets have `steps` and `dt` in common.
+    pub fn concat(steps: usize, dt: f64, sets: &[Self]) -> Self {
+        debug_assert!(sets.iter().all(|set| (set.steps, set.dt) == (steps, dt)));
+        let all = |array: fn(&Self) -> &[f64]| sets.iter().flat_map(|set| array(set)).copied().collect();
+        let count = sets.iter().map(Self::len).sum::<usize>() as u32;
+        Self {
+            steps,
+            dt,
+            id: (0..count).collect(),
+            x: all(Self::x),
+            y: all(Self::y),
+            heading: all(Self::heading),
+            v: all(Self::v),
+            omega: all(Self::omega),
+        }
+    }
+
     /// Candidates `range` alone: one shard.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let cells = range.start * self.steps..range.end * self.steps;
@@ -182,6 +199,9 @@ mod tests {
         let set = CandidateSet::new(2, 0.3, vec![7, 8, 9], n(0), n(1), n(2), n(3), n(4)).unwrap();
         assert_eq!(set.pick(&[1, 2]), set.slice(1..3));
         assert_eq!(set.pick(&[2, 0]).id(), [9, 7]);
+        let halves = [set.slice(0..1), set.slice(1..3)];
+        let all = CandidateSet::concat(2, 0.3, &halves);
+        assert_eq!((all.id(), all.x(), all.omega()), (&[0, 1, 2][..], set.x(), set.omega()));
         assert_eq!(set.pick(&[2, 0]).x(), [40.0, 50.0, 0.0, 10.0]);
     }
 

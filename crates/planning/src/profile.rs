@@ -26,6 +26,9 @@ pub const MAX_STEPS: usize = 200;
 /// Most cost terms a profile may list; each is a query in every cycle.
 pub const MAX_TERMS: usize = 16;
 
+/// Most trees grown side by side: with the most candidates each may offer they still fit into one batch.
+pub const MAX_TREES: u32 = 8;
+
 /// Everything that decides how a robot plans.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -36,6 +39,9 @@ pub struct Profile {
     pub description: String,
     /// Which trajectory generator is asked.
     pub generator: String,
+    /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
+    /// of all compete. 1 is the paper's.
+    pub trees: u32,
     /// States per candidate, K. Every candidate has exactly this many (A12).
     pub steps: usize,
     /// Seconds between states, and of one paper-rate planning cycle (A26).
@@ -87,6 +93,7 @@ impl Default for Profile {
                 "The paper's planner: curiosity for landmarks while lost, respect for people always."
                     .to_owned(),
             generator: "rrt-star".to_owned(),
+            trees: 1,
             steps: 13,
             dt: 0.3,
             min_speed: 0.35,
@@ -143,6 +150,14 @@ impl Profile {
         match self.generator.as_str() {
             "rrt-star" => self.generation.tree.iterations,
             _ => self.generation.risk_rrt.nodes,
+        }
+    }
+
+    /// Most candidates one tree offers.
+    pub fn max_candidates(&self) -> u32 {
+        match self.generator.as_str() {
+            "rrt-star" => self.generation.candidates.max_candidates,
+            _ => self.generation.risk_rrt.max_candidates,
         }
     }
 

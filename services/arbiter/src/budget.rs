@@ -2,18 +2,30 @@
 
 use std::time::Duration;
 
+use curionav_schemas::{Clock, Mission};
+
 /// The time of one stage. The pool has the first half of it: a question unanswered after a quarter is late
 /// and goes to another replica as well, and at half the arbiter computes what is missing in process.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     start: Duration,
     total: Duration,
+    /// How the robot's time passes.
+    pub clock: Clock,
 }
 
 impl Budget {
-    /// A budget that begins `now`.
-    pub fn new(now: Duration, total: Duration) -> Self {
-        Self { start: now, total }
+    /// Of a stage that begins `now`. In lockstep a slow machine must never change a decision, so the budget
+    /// only catches what hangs. In real time the two stages of a cycle have four fifths of its period.
+    pub fn of_stage(now: Duration, mission: &Mission) -> Self {
+        let total = match mission.clock {
+            Clock::Lockstep => Duration::from_secs(10),
+            Clock::Realtime => {
+                let period = mission.tick_s * f64::from(mission.plan_every) / mission.time_scale;
+                Duration::from_secs_f64(0.4 * period)
+            }
+        };
+        Self { start: now, total, clock: mission.clock }
     }
 
     /// From `now` until `share` of the budget is over.

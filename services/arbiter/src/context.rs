@@ -15,7 +15,11 @@ use curionav_runtime::convert;
 use curionav_runtime::evaluators::{AT_HOME, evaluator, parameters};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator::{self, GeneratorParams};
+use curionav_schemas::limits::MAX_CANDIDATES;
 use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Reject, RejectCode, Scene, Tree, Value};
+
+/// Between the seeds of two trees: 2^64 over the golden ratio, so that no small seed meets another's tree.
+const TREE_SEED_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// A mission made ready: profile parsed, fields derived, evaluators built.
 pub struct PlanContext {
@@ -49,6 +53,12 @@ impl PlanContext {
                 generator::known()
             );
             return Err(Reject::invalid("profile.generator", reason));
+        }
+        let most = profile.trees as usize * profile.max_candidates() as usize;
+        if most > MAX_CANDIDATES {
+            let reason =
+                format!("all trees may offer {most} candidates, a batch has at most {MAX_CANDIDATES}");
+            return Err(Reject::invalid("profile.trees", reason));
         }
         let robot = convert::robot_model(&mission.robot_model);
         let goal = Point2::new(mission.goal_x, mission.goal_y);
@@ -130,12 +140,13 @@ impl PlanContext {
         }
     }
 
-    /// The question for candidates. What is drawn depends on the mission's seed and the scene's tick
-    /// alone, so that a restart, or another replica, grows the same tree.
+    /// The question for candidates of tree `index`. What is drawn depends on the mission's seed, the tree's
+    /// index and the scene's tick alone, so that a restart, or another replica, grows the same tree.
     pub fn generate_request(
         &self,
         id: (u64, u64),
         scene: &Scene,
+        index: usize,
         tree: Option<Tree>,
         previous: Option<&Previous>,
     ) -> Result<GenerateRequest, Reject> {
@@ -159,7 +170,7 @@ impl PlanContext {
             goal_y: self.goal.y,
             scene: scene.clone(),
             tree,
-            seed: self.mission.seed,
+            seed: self.mission.seed.wrapping_add((index as u64).wrapping_mul(TREE_SEED_STEP)),
             iterations: self.profile.iterations(),
             generator: self.profile.generator.clone(),
             robot_model: self.mission.robot_model.clone(),
@@ -176,7 +187,7 @@ impl PlanContext {
 
     /// A question for no growth at all: whoever answers it is warm.
     pub fn warm_up_generator(&self) -> Result<GenerateRequest, Reject> {
-        let mut request = self.generate_request((0, 0), &self.empty_scene(), None, None)?;
+        let mut request = self.generate_request((0, 0), &self.empty_scene(), 0, None, None)?;
         request.iterations = 0;
         Ok(request)
     }

@@ -6,13 +6,14 @@ use std::time::Duration;
 use curionav_planning::arbitration::{self, Observer, Previous, Scores, arbitrate};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
+use curionav_runtime::convert;
 use curionav_runtime::evaluators::AT_HOME;
-use curionav_runtime::{convert, generator};
-use curionav_schemas::{self as wire, Clock, Evaluated, MetricTime, Reject, Timings};
+use curionav_schemas::{self as wire, Evaluated, MetricTime, Reject, Timings};
 
 use crate::budget::Budget;
 use crate::context::PlanContext;
 use crate::dispatch::{self, Shard};
+use crate::growth::{self, Grown};
 use crate::in_process;
 use crate::peers::Peers;
 use crate::pool::Pool;
@@ -31,7 +32,7 @@ pub struct Memory {
     /// Tick of the last report.
     pub reported: Option<u64>,
     observer: Observer,
-    tree: Option<wire::Tree>,
+    trees: Vec<Option<wire::Tree>>,
     previous: Option<Previous>,
 }
 
@@ -89,30 +90,6 @@ pub struct Observation {
     pub people: wire::People,
 }
 
-/// How long each stage of a cycle may take.
-#[derive(Debug, Clone, Copy)]
-pub struct CycleBudget {
-    /// Asking generators.
-    pub generate: Duration,
-    /// Asking evaluators.
-    pub evaluate: Duration,
-}
-
-impl CycleBudget {
-    /// In lockstep a slow machine must never change a decision, so the budget only catches what hangs. In
-    /// real time the whole cycle has four fifths of its period.
-    pub fn of(mission: &wire::Mission) -> Self {
-        match mission.clock {
-            Clock::Lockstep => Self { generate: Duration::from_secs(10), evaluate: Duration::from_secs(10) },
-            Clock::Realtime => {
-                let period = mission.tick_s * f64::from(mission.plan_every) / mission.time_scale;
-                let stage = Duration::from_secs_f64(0.4 * period);
-                Self { generate: stage, evaluate: stage }
-            }
-        }
-    }
-}
-
 /// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and
 /// `people` are recent; else what [`plan`] makes of it, with its report.
 pub async fn decide<P: Peers>(
@@ -159,7 +136,6 @@ pub async fn plan<P: Peers>(
     let started = peers.now();
     memory.seq += 1;
     let id = (memory.epoch, memory.seq);
-    let budget = CycleBudget::of(&context.mission);
     let mut degraded = Vec::new();
 
     // Observe: working zone and the two hystereses (Alg. 2, lines 3 to 10).
@@ -170,31 +146,18 @@ pub async fn plan<P: Peers>(
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health.clone());
 
     // Generate: any replica takes over the tree, which travels as a value.
-    let request =
-        context.generate_request(id, &scene_message, memory.tree.take(), memory.previous.as_ref())?;
-    let shape = (context.profile.steps, context.profile.dt);
-    let stage = Budget::new(peers.now(), budget.generate);
-    let (candidates, tree) = match dispatch::generate(pool, &request, shape, stage).await {
-        Some((candidates, tree)) => (candidates, Some(tree)),
-        None if context.in_process => {
-            degraded.push("generated: local".to_owned());
-            let is_over = || stage.is_over(peers.now());
-            let reply = peers.compute(|| {
-                generator::generate("arbiter", &request, &context.map, &context.geodesic, &is_over)
-            })?;
-            (convert::candidates(reply.candidates)?, Some(reply.tree))
-        }
-        None => {
-            degraded.push("not generated".to_owned());
-            (CandidateSet::empty(shape.0, shape.1), request.tree.clone())
-        }
-    };
-    memory.tree = tree;
+    memory.trees.resize(context.profile.trees as usize, None);
+    let requests = (memory.trees.drain(..).enumerate())
+        .map(|(i, tree)| context.generate_request(id, &scene_message, i, tree, memory.previous.as_ref()))
+        .collect::<Result<Vec<_>, _>>()?;
+    let Grown { candidates, trees, shortfall } = growth::grow(pool, context, &requests).await?;
+    memory.trees = trees;
+    degraded.extend(shortfall.map(str::to_owned));
     let generated = peers.now();
 
     // Evaluate: shards over every replica; what nobody scored, in process.
     let (scores, evaluated, evaluate_us) =
-        evaluate(pool, context, id, &scene, &scene_message, &candidates, budget.evaluate).await;
+        evaluate(pool, context, id, &scene, &scene_message, &candidates).await;
     degraded.extend(evaluated.iter().filter_map(|(metric, how)| match how {
         Evaluated::Local if !AT_HOME.contains(&metric.as_str()) => {
             Some(format!("evaluated: local ({metric})"))
@@ -247,13 +210,12 @@ async fn evaluate<P: Peers>(
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
-    budget: Duration,
 ) -> Evaluation {
     let active: Vec<String> =
         context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
     let remote: Vec<String> = active.iter().filter(|m| !AT_HOME.contains(&m.as_str())).cloned().collect();
     let started = pool.peers.now();
-    let stage = Budget::new(started, budget);
+    let stage = Budget::of_stage(started, &context.mission);
     let request =
         |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
     let shards = dispatch::evaluate(pool, &remote, id.1, candidates.len(), request, stage).await;

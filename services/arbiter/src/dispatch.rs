@@ -20,19 +20,21 @@ use crate::pool::{Answer, Pool};
 /// Candidates below which a batch is not cut further: a query costs more than scoring them.
 const SHARD_MIN: usize = 16;
 
-/// Asks generators until one gives candidates of the right shape.
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
     request: &GenerateRequest,
+    index: usize,
     shape: (usize, f64),
     budget: Budget,
 ) -> Option<(CandidateSet, Tree)> {
     let ready = pool.replicas().ready(GENERATOR);
-    // Another one each cycle: any of them takes over the tree, which travels with the request.
-    let first = ready.get((request.seq % ready.len().max(1) as u64) as usize)?.clone();
+    // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
+    let turn = request.seq.wrapping_add(index as u64) % ready.len().max(1) as u64;
+    let first = ready.get(turn as usize)?.clone();
     let ask = |instance: String, timeout: Duration| async move {
         let request = GenerateRequest { budget_ms: Budget::ms(timeout), ..request.clone() };
-        let reply = pool.peers.generate(&instance, &request, timeout).await?;
+        let reply = pool.peers.generate(&instance, &request, timeout, budget.clock).await?;
         usable(reply, &request, shape)
     };
     pool.first_answer(GENERATOR, first, budget, ask).await
@@ -116,7 +118,7 @@ async fn evaluate_shard<P: Peers>(
     let question = &question;
     let ask = |instance: String, timeout: Duration| async move {
         let request = EvaluateRequest { budget_ms: Budget::ms(timeout), ..question.clone() };
-        let scores = pool.peers.evaluate(metric, &instance, &request, timeout).await?;
+        let scores = pool.peers.evaluate(metric, &instance, &request, timeout, budget.clock).await?;
         if !fits(&scores, &request, metric) {
             return Err(AskError::Malformed("scores are not for this shard".into()));
         }

@@ -6,6 +6,7 @@ pub mod budget;
 pub mod context;
 pub mod cycle;
 pub mod dispatch;
+mod growth;
 mod in_process;
 pub mod peers;
 pub mod pool;

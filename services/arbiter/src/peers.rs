@@ -2,7 +2,6 @@
 
 use std::future::Future;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use curionav_runtime::membership::Membership;
@@ -31,21 +30,23 @@ pub trait Peers: Send + Sync + 'static {
     /// Completes when somebody has come or gone since it completed last.
     fn membership_changed(&self) -> impl Future<Output = ()> + Send;
 
-    /// Asks one generator.
+    /// Asks one generator, for a robot whose time passes as `clock` says.
     fn generate(
         &self,
         instance: &str,
         request: &GenerateRequest,
         timeout: Duration,
+        clock: Clock,
     ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
 
-    /// Asks one evaluator.
+    /// Asks one evaluator, for a robot whose time passes as `clock` says.
     fn evaluate(
         &self,
         metric: &str,
         instance: &str,
         request: &EvaluateRequest,
         timeout: Duration,
+        clock: Clock,
     ) -> impl Future<Output = Result<Scores, AskError>> + Send;
 }
 
@@ -55,7 +56,6 @@ pub struct ZenohPeers {
     membership: Membership,
     changes: tokio::sync::Mutex<tokio::sync::watch::Receiver<curionav_runtime::membership::Members>>,
     started: Instant,
-    in_lockstep: AtomicBool,
 }
 
 impl ZenohPeers {
@@ -63,23 +63,7 @@ impl ZenohPeers {
     pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
         let membership = Membership::follow(session)?;
         let changes = tokio::sync::Mutex::new(membership.changes());
-        Ok(Arc::new(Self {
-            session: session.clone(),
-            membership,
-            changes,
-            started: Instant::now(),
-            in_lockstep: AtomicBool::new(false),
-        }))
-    }
-
-    /// From now on questions travel as this clock asks.
-    pub fn keep_to(&self, clock: Clock) {
-        self.in_lockstep.store(clock == Clock::Lockstep, Ordering::Relaxed);
-    }
-
-    fn shard<'a>(&self, robot: &'a str) -> Urgency<'a> {
-        let lockstep = self.in_lockstep.load(Ordering::Relaxed);
-        Urgency::Shard { robot, clock: if lockstep { Clock::Lockstep } else { Clock::Realtime } }
+        Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
     }
 }
 
@@ -112,9 +96,10 @@ impl Peers for ZenohPeers {
         instance: &str,
         request: &GenerateRequest,
         timeout: Duration,
+        clock: Clock,
     ) -> Result<GenerateReply, AskError> {
         let key = keys::generate(instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, self.shard(&request.robot)).await
+        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot, clock }).await
     }
 
     async fn evaluate(
@@ -123,8 +108,9 @@ impl Peers for ZenohPeers {
         instance: &str,
         request: &EvaluateRequest,
         timeout: Duration,
+        clock: Clock,
     ) -> Result<Scores, AskError> {
         let key = keys::evaluate(metric, instance).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, self.shard(&request.robot)).await
+        ask(&self.session, &key, request, timeout, Urgency::Shard { robot: &request.robot, clock }).await
     }
 }

@@ -206,15 +206,15 @@ impl<P: Peers> Pool<P> {
     }
 
     async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {
-        let timeout = PROBE_TIMEOUT;
+        let (timeout, clock) = (PROBE_TIMEOUT, context.mission.clock);
         if probe.role == GENERATOR {
             let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
             request.budget_ms = Budget::ms(timeout);
-            return self.peers.generate(&probe.instance, &request, timeout).await.map(|_| 1);
+            return self.peers.generate(&probe.instance, &request, timeout, clock).await.map(|_| 1);
         }
         let mut request = context.warm_up(&probe.role);
         request.budget_ms = Budget::ms(timeout);
-        let scores = self.peers.evaluate(&probe.role, &probe.instance, &request, timeout).await?;
+        let scores = self.peers.evaluate(&probe.role, &probe.instance, &request, timeout, clock).await?;
         Ok(scores.slots.unwrap_or(1))
     }
 }

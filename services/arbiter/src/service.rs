@@ -149,7 +149,6 @@ impl Arbiter {
             let _ = keeping_ready.await;
         }
         self.pool.clear();
-        self.pool.peers.keep_to(mission.clock);
         self.succeed().await?;
         self.context = None;
         self.memory = self.memory.fresh();

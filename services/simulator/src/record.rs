@@ -53,9 +53,9 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    pub(crate) fn new(params: MetricsParams) -> Self {
+    pub(crate) fn new() -> Self {
         Self {
-            recorder: Recorder::new(params),
+            recorder: Recorder::new(MetricsParams::default()),
             track: Track::default(),
             digest: Sha256::new(),
             cycles: 0,

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
-use curionav_crowdsim::metrics::MetricsParams;
 use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
@@ -106,9 +105,7 @@ impl Streams {
                 return Err(error);
             }
         };
-        let params =
-            MetricsParams { converged_trace: profile.uncertainty.threshold, ..MetricsParams::default() };
-        let mut record = Record::new(params);
+        let mut record = Record::new();
         let mut mission = mission;
         let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
         let reason = match &outcome {

@@ -23,8 +23,13 @@ struct Mode {
 impl Mode {
     /// A robot with `pool` (generators, cpc, cnc) to which `fault` happens and lasts.
     fn of(pool: [usize; 3], fault: Option<Fault>, in_process: bool) -> Self {
+        Self::with_trees(1, pool, fault, in_process)
+    }
+
+    fn with_trees(trees: u32, pool: [usize; 3], fault: Option<Fault>, in_process: bool) -> Self {
         let (fields, map) = hall::fields();
-        let world = World::new(&fields, hall::mission(map, 1001, Clock::Realtime), in_process, pool);
+        let mission = hall::mission(map, 1001, Clock::Realtime, trees);
+        let world = World::new(&fields, mission, in_process, pool);
         arbiter::start(&world);
         world.executor.spawn(robot::run(world.clone()));
         let (from, until) = (Duration::from_secs_f64(FROM), Duration::from_secs(60));
@@ -104,6 +109,16 @@ fn without_a_cnc_pool_and_left_to_itself_it_never_sets_off() {
 fn without_a_generator_it_drives_on_with_its_own_candidates() {
     let mode = Mode::of([0, 2, 2], None, true);
     assert!(mode.says("generated: local") && mode.drives_at_the_end());
+}
+
+#[test]
+fn of_several_trees_those_that_somebody_grew_are_enough() {
+    let lossy = Fault::Weather { delay: 0.002, loss: 0.3, repeated: 0.0 };
+    let mode = Mode::with_trees(3, [2, 2, 2], Some(lossy), false);
+    let partly = |d: &&Decision| d.degraded.iter().any(|why| why == "partly generated");
+    assert!(mode.decisions.iter().filter(partly).any(|d| d.action == Action::Follow));
+    let alone = Mode::with_trees(3, [2, 2, 2], Some(lossy), true);
+    assert!(alone.says("generated: local") && !alone.says("partly generated"));
 }
 
 #[test]

@@ -38,9 +38,9 @@ fn derive() -> (Fields, MapId) {
     (Fields::of_maps([StaticMap::new(grid)]), id)
 }
 
-/// A planner that is quick: a small tree, short and few candidates.
-fn profile() -> Profile {
-    let mut profile = Profile { steps: 8, ..Profile::default() };
+/// A planner that is quick: small trees, short and few candidates.
+fn profile(trees: u32) -> Profile {
+    let mut profile = Profile { steps: 8, trees, ..Profile::default() };
     let tree = &mut profile.generation.tree;
     (tree.iterations, tree.warm_up, tree.max_nodes) = (12, 40, 80);
     let candidates = &mut profile.generation.candidates;
@@ -48,14 +48,14 @@ fn profile() -> Profile {
     profile
 }
 
-/// The mission to drive to the far end.
-pub(super) fn mission(map: MapId, seed: u64, clock: Clock) -> Mission {
+/// The mission to drive to the far end, with that many trees.
+pub(super) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
     let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };
     let mut mission = golden::mission();
     mission.map = map;
     mission.initial_pose = convert::pose_to_wire(Pose2::new(START.x, START.y, 0.0));
     (mission.goal_x, mission.goal_y, mission.goal_heading) = (GOAL.x, GOAL.y, None);
-    mission.profile = convert::to_value(&profile()).unwrap();
+    mission.profile = convert::to_value(&profile(trees)).unwrap();
     mission.laser = convert::laser_to_wire(&laser);
     mission.robot_model = convert::robot_model_to_wire(&RobotModel::default());
     (mission.seed, mission.clock, mission.state) = (seed, clock, MissionState::Running);

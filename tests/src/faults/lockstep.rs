@@ -21,9 +21,10 @@ const CYCLES: u64 = 40;
 /// What was decided: scene, action, and every number of the trajectory.
 type Decided = Vec<(u64, String, Vec<u64>)>;
 
-fn decisions(seed: u64, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
+fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
     let (fields, map) = hall::fields();
-    let world = World::new(&fields, hall::mission(map, seed, Clock::Lockstep), true, pool);
+    let mission = hall::mission(map, seed, Clock::Lockstep, trees);
+    let world = World::new(&fields, mission, true, pool);
     let seat = Arc::new(ArbiterSeat::default());
     world.state().arbiters.push(Arc::clone(&seat));
     world.executor.spawn(world.clone().play(episodes));
@@ -77,7 +78,8 @@ async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
 #[test]
 fn any_number_of_replicas_and_any_faults_decide_the_same() {
     for seed in 1000..1010 {
-        let expected = decisions(seed, [1, 1, 1], Vec::new());
+        let trees = 1 + 2 * (seed % 2) as u32;
+        let expected = decisions(seed, trees, [1, 1, 1], Vec::new());
         let weather = Fault::Weather { delay: 0.02, loss: 0.2, repeated: 0.2 };
         let stormy = Episode { fault: weather, from: Duration::ZERO, until: Duration::from_secs(1000) };
         for pool in [[0, 0, 0], [1, 2, 3], [2, 5, 1], [3, 8, 8]] {
@@ -85,7 +87,7 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
             faults.retain(|episode| episode.fault.is_of_the_pool());
             faults.push(stormy);
             assert!(
-                decisions(seed, pool, faults.clone()) == expected,
+                decisions(seed, trees, pool, faults.clone()) == expected,
                 "invariant 6, replicas change no decision; seed {seed}: {pool:?} {faults:?}"
             );
         }

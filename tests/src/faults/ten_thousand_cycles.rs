@@ -21,7 +21,12 @@ struct Outcome {
 /// Plays one seed through and checks every invariant on the way.
 fn play(seed: u64, pool: [usize; 3], episodes: Vec<Episode>, in_process: bool) -> Outcome {
     let (fields, map) = hall::fields();
-    let world = World::new(&fields, hall::mission(map, seed, Clock::Realtime), in_process, pool);
+    let world = World::new(
+        &fields,
+        hall::mission(map, seed, Clock::Realtime, 1 + (seed % 3) as u32 / 2),
+        in_process,
+        pool,
+    );
     arbiter::start(&world);
     let healed = episodes.iter().map(|e| e.until).max().unwrap_or_default();
     world.executor.spawn(robot::run(world.clone()));

@@ -10,7 +10,8 @@ use curionav_planning::random::{Rng, rng, uniform};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People, Scores,
+    Belief, Clock, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People,
+    Scores,
 };
 use tokio::sync::Notify;
 
@@ -329,6 +330,7 @@ impl Peers for SimulatedPeers {
         instance: &str,
         request: &GenerateRequest,
         timeout: Duration,
+        _clock: Clock,
     ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), instance.to_owned());
         match self.world.exchange(name, Question::Generate(request.clone()), timeout).await? {
@@ -343,6 +345,7 @@ impl Peers for SimulatedPeers {
         instance: &str,
         request: &EvaluateRequest,
         timeout: Duration,
+        _clock: Clock,
     ) -> Result<Scores, AskError> {
         let name = (metric.to_owned(), instance.to_owned());
         match self.world.exchange(name, Question::Evaluate(request.clone()), timeout).await? {

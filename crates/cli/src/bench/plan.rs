@@ -204,7 +204,8 @@ pub(crate) fn program_digest() -> anyhow::Result<String> {
     Ok(hex(&Sha256::digest(bytes))[..16].to_owned())
 }
 
-fn hex(bytes: &[u8]) -> String {
+/// Bytes in hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 

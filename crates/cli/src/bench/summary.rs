@@ -49,7 +49,7 @@ fn cells(bench: &Bench<'_>) -> Vec<Value> {
     cells
 }
 
-/// Every planner against the first one, in each scenario and over all.
+/// Every two planners, in each scenario and over all.
 fn tests(bench: &Bench<'_>) -> Vec<Value> {
     let comparison = &bench.comparison;
     let mut tests = Vec::new();

@@ -20,17 +20,31 @@ struct Block {
 
 /// The map in units of cells, to be shown any number of times by [`floor`]; `id` is its name in the document.
 pub(super) fn definition(map: &OccupancyGrid, id: &str) -> Group {
-    let mut size = 1;
-    let (mut walls, mut unknown) = blocks(map, size);
-    while walls.len() + unknown.len() > MAX_RECTANGLES {
-        size *= 2;
-        (walls, unknown) = blocks(map, size);
-    }
+    let (walls, unknown, size) = drawable(map);
     Group::new()
         .set("id", id)
         .set("shape-rendering", "crispEdges")
         .add(Path::new().set("fill", "#e9e9e9").set("d", outline(&unknown, size)))
         .add(Path::new().set("fill", "#3c3c3c").set("d", outline(&walls, size)))
+}
+
+/// The cells of `map` that are below zero, in one colour; to be shown by [`floor`] as well.
+pub(super) fn area(map: &OccupancyGrid, id: &str, fill: &str) -> Group {
+    let (_, cells, size) = drawable(map);
+    let path = Path::new().set("fill", fill).set("d", outline(&cells, size));
+    Group::new().set("id", id).set("shape-rendering", "crispEdges").add(path)
+}
+
+/// Walls and unknown space in the smallest blocks that are not too many, and the side of a block in cells.
+fn drawable(map: &OccupancyGrid) -> (Vec<Block>, Vec<Block>, usize) {
+    let mut size = 1;
+    loop {
+        let (walls, unknown) = blocks(map, size);
+        if walls.len() + unknown.len() <= MAX_RECTANGLES {
+            return (walls, unknown, size);
+        }
+        size *= 2;
+    }
 }
 
 /// The map defined as `id` where `window` puts it.

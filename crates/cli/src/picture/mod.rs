@@ -13,11 +13,13 @@ mod moments;
 mod overview;
 mod palette;
 mod plots;
+mod scene;
 mod symbols;
 mod window;
 
 pub(crate) use comparison::{Course, Site, comparison_svg};
 pub(crate) use palette::{planner_colour, style_sheet};
+pub(crate) use scene::scene_svg;
 
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 use journey::Journey;

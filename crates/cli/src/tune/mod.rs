@@ -164,8 +164,7 @@ impl Runs<'_> {
 /// The setting's profile as a file, named by what is in it.
 fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
     let text = toml::to_string(&setting.profile)?;
-    let digest: String = Sha256::digest(&text).iter().take(8).map(|b| format!("{b:02x}")).collect();
-    let path = folder.join(format!("{digest}.toml"));
+    let path = folder.join(format!("{}.toml", &plan::hex(&Sha256::digest(&text))[..16]));
     if !path.is_file() {
         std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     }

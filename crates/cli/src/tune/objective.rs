@@ -11,7 +11,7 @@ use crate::bench::row::Row;
 pub(crate) struct Objective {
     /// Of the share of time closer to people than comfortable: 4 % cost 1, the most the paper's planner needed.
     pub(crate) td: f64,
-    /// Of the least distance to anyone, per metre, taken off: 3 m make up for 1. Nobody there takes nothing off.
+    /// Of the least distance to anyone, per metre short of [`MD_ENOUGH`].
     pub(crate) md_m: f64,
     /// Of the localisation error, per metre: 0.25 m cost 1, the paper's mean.
     pub(crate) rmse_m: f64,
@@ -26,6 +26,9 @@ pub(crate) struct Objective {
     /// Of a run with a collision.
     pub(crate) collision: f64,
 }
+
+/// Beyond it nobody minds: where public space begins (Hall, 1966), metres.
+const MD_ENOUGH: f64 = 3.6;
 
 impl Default for Objective {
     fn default() -> Self {
@@ -47,7 +50,8 @@ impl Objective {
     pub(crate) fn cost(&self, row: &Row) -> f64 {
         let m = &row.metrics;
         let penalty = |is_due: bool, cost: f64| if is_due { cost } else { 0.0 };
-        self.td * m.td - self.md_m * m.md_m.unwrap_or(0.0)
+        self.td * m.td
+            + self.md_m * (MD_ENOUGH - m.md_m.unwrap_or(MD_ENOUGH)).max(0.0)
             + self.rmse_m * m.rmse_m
             + self.tcm * m.tcm
             + self.length_m * m.length_m
@@ -66,9 +70,16 @@ mod tests {
     fn a_run_costs_what_the_help_says_and_failing_costs_more_than_anything() {
         let mut run = row("a", "b", 1000);
         // TD 0.02, MD 1.3 m, RMSE 0.12 m, TCM 0.05, 19.1 m, 25 s.
-        let expected = 25.0 * 0.02 - 1.3 / 3.0 + 4.0 * 0.12 + 12.0 * 0.05 + 19.1 / 40.0 + 25.0 / 45.0;
+        let expected = 25.0 * 0.02 + 2.3 / 3.0 + 4.0 * 0.12 + 12.0 * 0.05 + 19.1 / 40.0 + 25.0 / 45.0;
         let objective = Objective::default();
         assert!((objective.cost(&run) - expected).abs() < 1e-12);
+        // Distance beyond 3.6 m, or nobody there, is worth no more than 3.6 m.
+        run.metrics.md_m = Some(5.0);
+        let far = objective.cost(&run);
+        assert!((far - (expected - 2.3 / 3.0)).abs() < 1e-12);
+        run.metrics.md_m = None;
+        assert_eq!(objective.cost(&run), far);
+        run.metrics.md_m = Some(1.3);
         run.metrics.collisions = 3;
         assert!((objective.cost(&run) - expected - 20.0).abs() < 1e-12);
         run.outcome = Outcome::Lost;

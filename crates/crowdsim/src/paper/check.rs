@@ -1,7 +1,7 @@
 //! Measures a finished scene against everything the paper and D16 and D17 ask of it.
 
 use curionav_planning::geometry::{Point2, Pose2, bearing};
-use curionav_planning::occupancy::{Cell, GeodesicField, StaticMap};
+use curionav_planning::occupancy::{Cell, GeodesicField};
 
 use super::beats::points;
 use super::report::{LEAST_HOLD, Report, RouteReport, Wanted};
@@ -13,21 +13,22 @@ const SPACING_M: f64 = 0.1;
 
 /// Measures `scene`.
 pub fn check(scene: &PaperScene) -> Report {
-    let map = StaticMap::new(scene.grid.clone());
+    let map = &scene.map;
+    let grid = &*map.grid;
     let scenario = &scene.scenario;
     let (start, goal) = (scenario.robot.start.position(), scenario.robot.goal);
     let range = scenario.laser.range_max;
-    let cells = |what| (0..scene.grid.cells().len()).filter(|&i| scene.grid.cell(i) == what).count();
+    let cells = |what| (0..grid.cells().len()).filter(|&i| grid.cell(i) == what).count();
     let landmark_cells = cells(Cell::Occupied);
-    let geodesic = GeodesicField::new(&scene.grid, &map.to_obstacle, goal, scenario.robot.model.radius());
-    let mut direct_way = geodesic.descend(&scene.grid, start, SPACING_M);
+    let geodesic = GeodesicField::new(grid, &map.to_obstacle, goal, scenario.robot.model.radius());
+    let mut direct_way = geodesic.descend(grid, start, SPACING_M);
     direct_way.push(goal);
     let direct = length(&direct_way);
     let beats: Vec<Point2> = scenario.walkers.iter().flat_map(|w| points(&w.route, SPACING_M)).collect();
     let to_beats = |p: Point2| least(beats.iter().map(|b| b.distance(p)));
     let of_walkers = |value: &dyn Fn(usize) -> f64| spread((0..scenario.walkers.len()).map(value));
-    let obstacle = |p: Point2| map.to_obstacle.at(&scene.grid, p);
-    let landmark = |p: Point2| map.to_occupied.at(&scene.grid, p);
+    let obstacle = |p: Point2| map.to_obstacle.at(grid, p);
+    let landmark = |p: Point2| map.to_occupied.at(grid, p);
     Report {
         known_cells: landmark_cells + cells(Cell::Free),
         landmark_cells,
@@ -51,7 +52,7 @@ pub fn check(scene: &PaperScene) -> Report {
         beat_clearance: least(beats.iter().map(|&p| obstacle(p))),
         beat_lengths: of_walkers(&|i| length(&scenario.walkers[i].route)),
         speeds: of_walkers(&|i| scenario.walkers[i].speed),
-        routes: scene.routes.iter().map(|r| measure(scene, &map, r.kind, &r.way, &to_beats)).collect(),
+        routes: scene.routes.iter().map(|r| measure(scene, r.kind, &r.way, &to_beats)).collect(),
         direct_way,
         wanted: scene.published.map(|p| Wanted {
             known_cells: p.known_cells,
@@ -64,12 +65,12 @@ pub fn check(scene: &PaperScene) -> Report {
 
 fn measure(
     scene: &PaperScene,
-    map: &StaticMap,
     kind: RouteKind,
     corners: &[Point2],
     to_beats: &dyn Fn(Point2) -> f64,
 ) -> RouteReport {
     let way = points(corners, SPACING_M);
+    let (map, grid) = (&scene.map, &scene.map.grid);
     let laser = &scene.scenario.laser;
     let sights: Vec<Sight> =
         way.windows(2).map(|w| look(map, laser, Pose2::new(w[0].x, w[0].y, bearing(w[0], w[1])))).collect();
@@ -77,8 +78,8 @@ fn measure(
     RouteReport {
         kind,
         length: length(&way),
-        bare: length_where(&way, |p| map.to_occupied.at(&scene.grid, p) > laser.range_max),
-        clearance: least(way.iter().map(|&p| map.to_obstacle.at(&scene.grid, p))),
+        bare: length_where(&way, |p| map.to_occupied.at(grid, p) > laser.range_max),
+        clearance: least(way.iter().map(|&p| map.to_obstacle.at(grid, p))),
         to_beats: least(way.iter().map(|&p| to_beats(p))),
         among_people: length_where(&way, |p| to_beats(p) < 1.5),
         until_held: length(&way[..=held]),
@@ -153,7 +154,7 @@ mod tests {
     #[test]
     fn the_seed_moves_people_but_not_walls() {
         let (a, b) = (environment(4, "s2", 1).unwrap(), environment(4, "s2", 2).unwrap());
-        assert_eq!(a.grid.hash(), b.grid.hash());
+        assert_eq!(a.map.grid.hash(), b.map.grid.hash());
         assert_ne!(a.scenario.walkers, b.scenario.walkers);
         assert_eq!(a.scenario, environment(4, "s2", 1).unwrap().scenario);
     }

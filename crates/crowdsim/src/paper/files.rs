@@ -24,8 +24,8 @@ pub fn files(scene: &PaperScene) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
     let scenario = format!("{header}{}", scene.scenario.to_toml()?);
     Ok(vec![
         (format!("{name}.toml"), scenario.into_bytes()),
-        (format!("maps/{name}.yaml"), yaml(&scene.grid, name).into_bytes()),
-        (format!("maps/{name}.pgm"), pgm(&scene.grid)),
+        (format!("maps/{name}.yaml"), yaml(&scene.map.grid, name).into_bytes()),
+        (format!("maps/{name}.pgm"), pgm(&scene.map.grid)),
     ])
 }
 
@@ -61,7 +61,6 @@ fn pgm(grid: &OccupancyGrid) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use curionav_planning::geometry::Pose2;
-    use curionav_planning::occupancy::StaticMap;
 
     use super::*;
     use crate::Scenario;
@@ -91,7 +90,7 @@ mod tests {
             let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
             let scenario = Scenario::from_toml(&toml).unwrap();
             assert_eq!(scenario, scene.scenario);
-            scenario.check(&StaticMap::new(scene.grid)).unwrap();
+            scenario.check(&scene.map).unwrap();
         }
     }
 

@@ -65,8 +65,8 @@ pub struct Route {
 /// A finished scene: map, scenario, and what it was meant to be.
 #[derive(Debug, Clone)]
 pub struct PaperScene {
-    /// The static map.
-    pub grid: OccupancyGrid,
+    /// The static map with its distance fields.
+    pub map: StaticMap,
     /// The scenario; its map file is the one [`files`] writes.
     pub scenario: Scenario,
     /// One route of each kind; none for scenes without that claim.
@@ -198,7 +198,6 @@ fn furnish(
         localizer: None,
         profile: None,
     };
-    let grid = (*map.grid).clone();
     let crowds = plan.crowds.into_iter().map(|(zone, _)| zone).collect();
-    Ok(PaperScene { grid, scenario, routes: plan.routes, crowds, published: None })
+    Ok(PaperScene { map, scenario, routes: plan.routes, crowds, published: None })
 }

@@ -230,7 +230,7 @@ fn all_people_of_the_published_scene_keep_walking_when_they_avoid() {
     let scene = environment(4, "s2", SEED).unwrap();
     let mut s = scene.scenario;
     s.people.motion = Motion::Hrvo;
-    let map = StaticMap::new(scene.grid);
+    let map = scene.map;
     let mut world = World::new(&s, map, Vec::new(), 1000).unwrap();
     let start = world.people().clone();
     let mut walked = vec![0.0; start.len()];

@@ -3,7 +3,7 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{MAX_STEPS, MAX_TERMS, Profile};
+use super::{MAX_STEPS, MAX_TERMS, MAX_TREES, Profile};
 
 const BUILTIN: [(&str, &str); 6] = [
     ("curiosity", include_str!("../../profiles/curiosity.toml")),
@@ -93,6 +93,7 @@ impl Profile {
 
         ok(!self.name.is_empty(), "name", "must not be empty")?;
         ok(!self.generator.is_empty(), "generator", "must not be empty")?;
+        ok((1..=MAX_TREES).contains(&self.trees), "trees", &format!("must be 1 to {MAX_TREES}"))?;
         ok((1..=MAX_STEPS).contains(&self.steps), "steps", &format!("must be 1 to {MAX_STEPS}"))?;
         positive(self.dt, "dt")?;
         not_negative(self.min_speed, "min_speed")?;

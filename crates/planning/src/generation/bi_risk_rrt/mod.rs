@@ -2,7 +2,7 @@
 //!
 //! The two trees are never joined, so no boundary-value problem has to be solved. Once they come near each
 //! other, the reverse tree's way becomes a heuristic: the tree in time draws part of its samples around
-//! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, 6).
+//! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, Baselines).
 
 pub mod heuristic;
 
@@ -94,7 +94,7 @@ impl Generator for BiRiskRrtGenerator {
         heuristic.pass(robot);
         let tree = ground.take_over(old);
         let people = ground.people(&tree);
-        let mut growth = ground.growth(tree, &people);
+        let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
         growth.assess();
         let mut search = Search {
             params: &params.bi_risk_rrt,
@@ -104,7 +104,7 @@ impl Generator for BiRiskRrtGenerator {
         };
         let mut left = params.risk_rrt.nodes as usize;
         if let Heuristic::Searching(reverse) = &heuristic {
-            let mut reverse = ground.reverse(reverse.clone(), params.bi_risk_rrt.reverse_depth);
+            let mut reverse = ground.growth(reverse.clone(), None, params.bi_risk_rrt.reverse_depth);
             let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
             heuristic = match met {
                 Some(node) => Heuristic::found(&reverse.tree, node),

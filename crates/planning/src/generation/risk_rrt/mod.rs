@@ -1,7 +1,7 @@
 //! The baseline Risk-RRT (Fulgenzi, Spalanzani, Laugier and Tay, 2010): a tree in time whose nodes know how
 //! likely a collision on the way to them is.
 //!
-//! Structure and parameters follow the authors' ROS package (`docs/methods.md`, 5.2), risk the paper: a
+//! Structure and parameters follow the authors' ROS package (`docs/methods.md`, Baselines), risk the paper: a
 //! person's Gaussian forecast under the robot's disc. Instead of growing for a fixed time the tree grows by
 //! a fixed number of nodes, so that a run can be repeated.
 //!
@@ -139,7 +139,7 @@ impl Generator for RiskRrtGenerator {
         let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
         let tree = ground.take_over(old);
         let people = ground.people(&tree);
-        let mut growth = ground.growth(tree, &people);
+        let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
         growth.assess();
         let mut rng = rng(seed, SAMPLES + input.scene.tick);
         let mut focus = Focus::new(&growth, input);
@@ -198,32 +198,22 @@ impl<'a> Ground<'a> {
         CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.params.risk, moments)
     }
 
-    pub(super) fn growth(&'a self, tree: TimeTree, people: &'a CollisionRisk) -> Growth<'a> {
-        let params = &self.params.risk_rrt;
+    /// A tree that grows among `people`; without them it has no meaning in time.
+    pub(super) fn growth(
+        &'a self,
+        tree: TimeTree,
+        people: Option<&'a CollisionRisk>,
+        max_depth: u32,
+    ) -> Growth<'a> {
         Growth {
             tree,
             lattice: &self.lattice,
             checker: &self.checker,
-            people: Some(people),
+            people,
             weighing: &self.params.risk,
-            threshold: params.threshold,
-            max_depth: self.max_depth,
-            max_nodes: params.max_nodes as usize,
-        }
-    }
-
-    /// A tree without meaning in time: nobody is in its way.
-    pub(super) fn reverse(&'a self, tree: TimeTree, max_depth: u32) -> Growth<'a> {
-        let params = &self.params.risk_rrt;
-        Growth {
-            tree,
-            lattice: &self.lattice,
-            checker: &self.checker,
-            people: None,
-            weighing: &self.params.risk,
-            threshold: params.threshold,
+            threshold: self.params.risk_rrt.threshold,
             max_depth,
-            max_nodes: params.max_nodes as usize,
+            max_nodes: self.params.risk_rrt.max_nodes as usize,
         }
     }
 
