@@ -1,6 +1,6 @@
 //! The committed scenarios, embedded.
 
-use super::program::{curionav, run, turn};
+use super::program::{curionav, root, run, turn};
 
 const PAPER: &str = "scenarios/paper/env4-s2.toml";
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -61,6 +61,23 @@ fn a_run_leaves_its_picture_and_data() {
     // One row a tick of 0.1 s, the first at 0, and a header.
     assert_eq!(read("trajectory.csv").lines().count(), (json.metrics.time_s / 0.1).round() as usize + 2);
     assert!(read("run.svg").trim_end().ends_with("</svg>"));
+}
+
+#[test]
+fn the_pictures_in_the_docs_are_of_the_committed_scenarios() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    let names = ["env1-s2", "env2-s2", "env3-s2", "env4-s2"];
+    let files = names.map(|name| format!("scenarios/paper/{name}.toml"));
+    let output =
+        curionav(&[&["scenario", "draw", "--out", out], &files.each_ref().map(String::as_str)[..]].concat());
+    assert!(output.status.success(), "{output:?}");
+    for name in names {
+        let drawn = std::fs::read_to_string(directory.path().join(name).with_extension("svg")).unwrap();
+        assert!(drawn.contains("<polyline") && drawn.contains(name), "{name} is no picture");
+        let kept = std::fs::read_to_string(root().join(format!("docs/images/{name}.svg"))).unwrap();
+        assert!(drawn == kept, "docs/images/{name}.svg: draw it anew with `curionav scenario draw`");
+    }
 }
 
 #[test]

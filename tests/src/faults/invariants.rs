@@ -77,7 +77,8 @@ pub(super) fn after_a_cycle(
         check(world, owner == arbiter, "4, no two arbiters share an epoch", || format!("{}", decision.epoch));
     }
     let Some(report) = report else { return };
-    check(world, report.candidates.count <= 36, "8, nothing grows without bound", || "candidates".into());
+    let most = context.profile.trees * context.profile.max_candidates();
+    check(world, report.candidates.count <= most, "8, nothing grows without bound", || "candidates".into());
     if decision.action != Action::Follow {
         return;
     }

@@ -18,7 +18,7 @@ const SIZE: (f64, f64) = (900.0, 640.0);
 const AXIS: (f64, f64) = (34.0, 22.0);
 /// Room for the title above and the explanation below, px.
 const TITLE: f64 = 40.0;
-const WORDS: f64 = 44.0;
+const WORDS: f64 = 60.0;
 /// Where no landmark is within the laser's range.
 const BARE: (&str, &str) = ("bare", "#cfe3f2");
 /// Points of the shortest way are this far apart, metres.
@@ -64,13 +64,20 @@ pub(crate) fn scene_svg(world: &World, map: &OccupancyGrid) -> String {
         .add(Rectangle::new().set("width", px(width)).set("height", px(height)).set("fill", "#fff"))
         .add(text((RIM, RIM + 20.0), "h1", heading))
         .add(plan)
-        .add(text((RIM + AXIS.0, below), "s", scenario.description.as_str()))
-        .add(text((RIM + AXIS.0, below + 16.0), "s", LEGEND));
+        .add(lines(&scenario.description, (RIM + AXIS.0, below)));
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", printable(&document.to_string()))
 }
 
-const LEGEND: &str = "Ring: start. Star: goal. Dashed: shortest way. Discs: people at the start, with 0.8 s of their way; \
-    thin lines: their routes. Blue: free, with no landmark within the laser's range.";
+const LEGEND: [&str; 2] = [
+    "Ring: start. Star: goal. Dashed: shortest way. Discs: people at the start, with 0.8 s of their way.",
+    "Thin lines: their routes. Blue: free, with no landmark within the laser's range.",
+];
+
+/// The description, and what is what, below each other.
+fn lines(description: &str, (left, top): (f64, f64)) -> Group {
+    let words = std::iter::once(description).chain(LEGEND).enumerate();
+    words.fold(Group::new(), |group, (i, line)| group.add(text((left, top + 16.0 * i as f64), "s", line)))
+}
 
 fn at(point: Point2) -> (f64, f64) {
     (point.x, point.y)
