@@ -97,7 +97,7 @@ fn place(context: &PlanContext, centre: Point2, zone: f64, r: &mut Rng) -> Optio
 fn candidates(context: &PlanContext, scene: &wire::Scene, count: usize) -> anyhow::Result<CandidateSet> {
     let (steps, dt) = (context.profile.steps, context.profile.dt);
     let mut all: [Vec<f64>; 5] = Default::default();
-    let mut request = context.generate_request((0, 0), scene, None, None).context("generator")?;
+    let mut request = context.generate_request((0, 0), scene, 0, None, None).context("generator")?;
     for seed in 0..TREES_MAX {
         request.seed = seed;
         let reply = generator::generate("scale", &request, &context.map, &context.geodesic, &|| false)?;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use curionav_arbiter::cycle::CycleBudget;
+use curionav_arbiter::budget::Budget;
 use curionav_runtime::latency::Latency;
 use curionav_schemas::Clock;
 use serde::Serialize;
@@ -74,11 +74,12 @@ pub(super) async fn row(
     let over = begin.elapsed().as_secs_f64();
     let cores = (processes.used() - used.0).as_secs_f64() / over;
     let asking_cores = (processes.used_for_asking() - used.1).as_secs_f64() / over;
-    let budget = robots.all.first().map(|r| CycleBudget::of(&r.context.mission).evaluate).unwrap_or_default();
+    let budget = robots.all.first().map(|r| Budget::of_stage(Duration::ZERO, &r.context.mission));
+    let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();
     processes.dismiss().await;
     let due = count * (cycles - SETTLING) as usize;
-    Ok(Row { replicas, robots: count, cores, asking_cores, ..summary(&of_robot, due, budget / 2) })
+    Ok(Row { replicas, robots: count, cores, asking_cores, ..summary(&of_robot, due, budget) })
 }
 
 /// Asks on every beat of the robot's own clock, as an arbiter does whose beliefs come ten times a second.
@@ -89,11 +90,6 @@ async fn plan(
     start: Instant,
     cycles: u32,
 ) -> anyhow::Result<(usize, Vec<Answer>)> {
-    let budget = CycleBudget::of(&robot.context.mission);
-    let budget = match &*work {
-        Work::Evaluate(..) => budget.evaluate,
-        Work::Generate(_) => budget.generate,
-    };
     let mut beat = tokio::time::interval_at(start.into(), PERIOD);
     beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let (settled, end) = (start + PERIOD * SETTLING, start + PERIOD * cycles);
@@ -104,7 +100,7 @@ async fn plan(
         if at >= end {
             return Ok((index, answers));
         }
-        let answer = robot.ask(&work, seq, &mut tree, budget).await?;
+        let answer = robot.ask(&work, seq, &mut tree).await?;
         seq += 1;
         if at >= settled {
             answers.push(answer);

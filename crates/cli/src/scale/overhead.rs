@@ -167,10 +167,10 @@ async fn questions(robot: &Robot, rehearsal: &Rehearsal) -> anyhow::Result<Vec<Q
     let mut sizes = Vec::new();
     let context = &robot.context;
     for (seq, past) in rehearsal.cycles.iter().enumerate().take(half + 1) {
-        let request = context.generate_request((1, seq as u64), &past.scene, tree.take(), None)?;
-        let stage = Budget::new(robot.pool.peers.now(), TIMEOUT * 2);
+        let request = context.generate_request((1, seq as u64), &past.scene, 0, tree.take(), None)?;
+        let stage = Budget::of_stage(robot.pool.peers.now(), &context.mission);
         let shape = (context.profile.steps, context.profile.dt);
-        let generated = dispatch::generate(&robot.pool, &request, shape, stage).await;
+        let generated = dispatch::generate(&robot.pool, &request, 0, shape, stage).await;
         let (candidates, grown) = generated.context("no generator answered")?;
         tree = Some(grown.clone());
         if seq < half {

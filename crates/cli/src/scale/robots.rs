@@ -59,7 +59,6 @@ impl Robot {
     /// A robot on `session` with nobody ready yet.
     pub(super) fn on(session: &Session, context: Arc<PlanContext>) -> Result<Self, Exit> {
         let peers = ZenohPeers::new(session).map_err(Exit::network)?;
-        peers.keep_to(context.mission.clock);
         let pool = Arc::new(Pool::new(peers));
         let mut keeping = JoinSet::new();
         let (of, with) = (Arc::clone(&pool), Arc::clone(&context));
@@ -90,10 +89,9 @@ impl Robot {
         work: &Work,
         seq: u64,
         tree: &mut Option<wire::Tree>,
-        budget: Duration,
     ) -> anyhow::Result<Answer> {
         let started = std::time::Instant::now();
-        let stage = Budget::new(self.pool.peers.now(), budget);
+        let stage = Budget::of_stage(self.pool.peers.now(), &self.context.mission);
         let turn = |of: usize| (seq % of.max(1) as u64) as usize;
         match work {
             Work::Evaluate(metric, batches) => {
@@ -118,9 +116,9 @@ impl Robot {
                 let scene = scenes.get(turn).context("no scene")?;
                 // A new drive begins without a tree.
                 let old = tree.take().filter(|_| turn > 0);
-                let request = self.context.generate_request((1, seq), scene, old, None)?;
+                let request = self.context.generate_request((1, seq), scene, 0, old, None)?;
                 let shape = (self.context.profile.steps, self.context.profile.dt);
-                let generated = dispatch::generate(&self.pool, &request, shape, stage).await;
+                let generated = dispatch::generate(&self.pool, &request, 0, shape, stage).await;
                 let candidates = generated.as_ref().map_or(0, |(candidates, _)| candidates.len());
                 let unanswered = usize::from(generated.is_none());
                 *tree = generated.map(|(_, tree)| tree);
@@ -135,7 +133,7 @@ pub(super) struct Robots {
     /// Each with a link of its own.
     pub(super) all: Vec<Arc<Robot>>,
     sessions: Vec<Session>,
-    _map: Server,
+    map: Server,
 }
 
 impl Robots {
@@ -150,7 +148,7 @@ impl Robots {
         let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
         let host = connect().await?;
         let map = map_store::host(&host, rehearsal.map.clone()).map_err(|e| Exit::network(e.into()))?;
-        let mut robots = Self { all: Vec::new(), sessions: vec![host], _map: map };
+        let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
         for index in 0..count {
             let session = connect().await?;
             let context = rehearsal.context(&format!("robot-{index}"), clock)?;
@@ -177,7 +175,7 @@ impl Robots {
     /// Ends their links.
     pub(super) fn leave(self) {
         drop(self.all);
-        drop(self._map);
+        drop(self.map);
         self.sessions.iter().for_each(session::close);
     }
 }

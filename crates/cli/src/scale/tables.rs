@@ -2,8 +2,10 @@
 
 use comfy_table::{CellAlignment, Table};
 
-use super::overhead::{Overhead, ROUND_TRIPS_MAX};
-use super::{break_even, fleet, throughput};
+use super::break_even::{BreakEven, Row as BreakEvenRow};
+use super::fleet::Row as FleetRow;
+use super::overhead::{Overhead, Question, ROUND_TRIPS_MAX};
+use super::throughput::Row as ThroughputRow;
 
 fn table(header: &[&str], rows: impl Iterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
@@ -21,9 +23,9 @@ fn per_cent(share: f64) -> String {
     format!("{:.1} %", 100.0 * share)
 }
 
-pub(super) fn throughput(rows: &[throughput::Row]) -> String {
+pub(super) fn throughput(rows: &[ThroughputRow]) -> String {
     let header = ["replicas", "candidates/s", "p50 ms", "p99 ms", "efficiency", "cores", "asking"];
-    let line = |row: &throughput::Row| {
+    let line = |row: &ThroughputRow| {
         vec![
             row.replicas.to_string(),
             format!("{:.0}", row.candidates_per_s),
@@ -37,9 +39,9 @@ pub(super) fn throughput(rows: &[throughput::Row]) -> String {
     table(&header, rows.iter().map(line))
 }
 
-pub(super) fn break_even(rows: &[break_even::Row], even: &[break_even::BreakEven]) -> String {
+pub(super) fn break_even(rows: &[BreakEvenRow], even: &[BreakEven]) -> String {
     let header = ["replicas", "people", "batch", "in process ms", "pool ms", "pool / in process"];
-    let line = |row: &break_even::Row| {
+    let line = |row: &BreakEvenRow| {
         vec![
             row.replicas.to_string(),
             row.people.to_string(),
@@ -60,7 +62,7 @@ pub(super) fn break_even(rows: &[break_even::Row], even: &[break_even::BreakEven
     text
 }
 
-pub(super) fn fleet(rows: &[fleet::Row]) -> String {
+pub(super) fn fleet(rows: &[FleetRow]) -> String {
     let header = [
         "replicas",
         "robots",
@@ -74,7 +76,7 @@ pub(super) fn fleet(rows: &[fleet::Row]) -> String {
         "cores",
         "asking",
     ];
-    let line = |row: &fleet::Row| {
+    let line = |row: &FleetRow| {
         vec![
             row.replicas.to_string(),
             row.robots.to_string(),
@@ -94,7 +96,7 @@ pub(super) fn fleet(rows: &[fleet::Row]) -> String {
 
 pub(super) fn overhead(o: &Overhead) -> String {
     let header = ["question", "asked with", "answered with", "bare p50"];
-    let line = |q: &super::overhead::Question| {
+    let line = |q: &Question| {
         vec![
             q.question.clone(),
             format!("{} bytes", q.question_bytes),
