@@ -32,7 +32,7 @@ pub(super) struct Batch {
 }
 
 /// Batches of `count` candidates among `people` people (or as many as there are), from moments evenly spread
-/// over the rehearsal in which there was a choice.
+/// over the rehearsal in which there was a choice. Candidates are grown among the people who were there.
 pub(super) fn batches(
     rehearsal: &Rehearsal,
     context: &PlanContext,
@@ -44,6 +44,7 @@ pub(super) fn batches(
     let mut batches = Vec::new();
     for k in 0..BATCHES {
         let Some(moment) = moments.get((2 * k + 1) * moments.len() / (2 * BATCHES)) else { continue };
+        let Some(candidates) = candidates(context, moment, count)? else { continue };
         let mut scene = convert::scene(&moment.scene).context("scene")?;
         // All terms are active: what is measured does not depend on how sure the robot was.
         scene.uncertain = true;
@@ -51,11 +52,10 @@ pub(super) fn batches(
             crowd(&mut scene, context, people, &mut rng(k as u64, people as u64))?;
         }
         let message = convert::scene_to_wire(&scene, moment.scene.belief.health.clone());
-        let candidates = candidates(context, &message, count)?;
         batches.push(Batch { scene, message, candidates });
     }
     if batches.is_empty() {
-        bail!("the robot never had a choice in this scenario");
+        bail!("the robot never had a choice of {count} candidates in this scenario");
     }
     Ok(batches)
 }
@@ -93,27 +93,36 @@ fn place(context: &PlanContext, centre: Point2, zone: f64, r: &mut Rng) -> Optio
     })
 }
 
-/// The first `count` candidates of trees grown from the scene with one seed after the other.
-fn candidates(context: &PlanContext, scene: &wire::Scene, count: usize) -> anyhow::Result<CandidateSet> {
+/// The first `count` candidates of trees grown at `moment` with one seed after the other, beginning with what
+/// the robot had; nothing if they give too few.
+fn candidates(
+    context: &PlanContext,
+    moment: &wire::CycleReport,
+    count: usize,
+) -> anyhow::Result<Option<CandidateSet>> {
     let (steps, dt) = (context.profile.steps, context.profile.dt);
     let mut all: [Vec<f64>; 5] = Default::default();
-    let mut request = context.generate_request((0, 0), scene, 0, None, None).context("generator")?;
+    let mut add = |grown: wire::CandidateSet| {
+        let arrays = [grown.x.0, grown.y.0, grown.heading.0, grown.v.0, grown.omega.0];
+        all.iter_mut().zip(arrays).for_each(|(all, grown)| all.extend(grown));
+        all[0].len() >= count * steps
+    };
+    let mut request = context.generate_request((0, 0), &moment.scene, 0, None, None).context("generator")?;
+    let mut enough = add(moment.candidates.clone());
     for seed in 0..TREES_MAX {
+        if enough {
+            break;
+        }
         request.seed = seed;
         let reply = generator::generate("scale", &request, &context.map, &context.geodesic, &|| false)?;
-        let grown = convert::candidates(reply.candidates)?;
-        let arrays = [grown.x(), grown.y(), grown.heading(), grown.v(), grown.omega()];
-        for (all, grown) in all.iter_mut().zip(arrays) {
-            all.extend_from_slice(grown);
-        }
-        if all[0].len() >= count * steps {
-            let ids = (0..count as u32).collect();
-            let [x, y, heading, v, omega] = all.map(|mut values| {
-                values.truncate(count * steps);
-                values
-            });
-            return Ok(CandidateSet::new(steps, dt, ids, x, y, heading, v, omega)?);
-        }
+        enough = add(reply.candidates);
     }
-    bail!("too few candidates: {TREES_MAX} trees give {} of {count}", all[0].len() / steps)
+    if !enough {
+        return Ok(None);
+    }
+    let [x, y, heading, v, omega] = all.map(|mut values| {
+        values.truncate(count * steps);
+        values
+    });
+    Ok(Some(CandidateSet::new(steps, dt, (0..count as u32).collect(), x, y, heading, v, omega)?))
 }
