@@ -13,6 +13,12 @@ const PERIOD_US: f64 = 10_000.0;
 const QUOTA_MIN_US: f64 = 1000.0;
 /// The longest period the kernel takes.
 const PERIOD_MAX_US: f64 = 1_000_000.0;
+/// How much more than an ordinary group ours weighs, so that the quota is what limits replicas and not whoever
+/// else is busy on the machine. They cannot use more than their quotas with it.
+const WEIGHT: u64 = 100;
+/// The weight of an ordinary group, by version.
+const ORDINARY_SHARES: u64 = 1024;
+const ORDINARY_WEIGHT: u64 = 100;
 /// What our groups are called; the number of the process that made them follows.
 const PREFIX: &str = "curionav-scale-";
 
@@ -72,6 +78,12 @@ impl Quotas {
         fs::create_dir(&parent).map_err(|e| unable("make", &parent, &e))?;
         // From here on it is removed whatever happens.
         let quotas = Self { version, cores, parent, groups: Vec::new() };
+        let (file, ordinary) = match version {
+            Version::One => ("cpu.shares", ORDINARY_SHARES),
+            Version::Two => ("cpu.weight", ORDINARY_WEIGHT),
+        };
+        let path = quotas.parent.join(file);
+        fs::write(&path, (WEIGHT * ordinary).to_string()).map_err(|e| unable("write", &path, &e))?;
         if version == Version::Two {
             hand_down(&quotas.parent)?;
         }

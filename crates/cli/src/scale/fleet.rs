@@ -13,7 +13,7 @@ use tokio::time::MissedTickBehavior;
 use super::options::Pooled;
 use super::processes::Processes;
 use super::rehearsal::Rehearsal;
-use super::robots::{Answer, Robot, Robots, Work};
+use super::robots::{Answer, Robot, Robots, Work, on_a_thread};
 use crate::exit::Exit;
 
 /// Between two cycles of a robot: ten a second.
@@ -64,7 +64,7 @@ pub(super) async fn row(
     for (index, robot) in robots.all.iter().enumerate() {
         // Evenly over the period, as robots that do not know each other are on average.
         let start = begin + PERIOD.mul_f64(index as f64 / count as f64);
-        planning.spawn(plan(index, Arc::clone(robot), Arc::clone(work), start, cycles));
+        on_a_thread(&mut planning, plan(index, Arc::clone(robot), Arc::clone(work), start, cycles));
     }
     let mut of_robot = vec![Vec::new(); count];
     while let Some(joined) = planning.join_next().await {

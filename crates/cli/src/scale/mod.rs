@@ -154,7 +154,8 @@ async fn throughput(
     let mut rows: Vec<throughput::Row> = Vec::new();
     for replicas in options.replicas_or(&[1, 2, 4, 8]) {
         eprintln!("{replicas} replicas, {seconds} s");
-        let mut row = throughput::row(processes, rehearsal, service, &work, replicas, seconds).await?;
+        let of = (replicas, usize::from(options.in_flight));
+        let mut row = throughput::row(processes, rehearsal, service, &work, of, seconds).await?;
         if let Some(first) = rows.first() {
             let of_one = |row: &throughput::Row| row.candidates_per_s / row.replicas as f64;
             row.efficiency = of_one(&row) / of_one(first);

@@ -128,6 +128,16 @@ impl Robot {
     }
 }
 
+/// Runs what one robot does on a thread of its own: sending blocks while there is no room, and in one process
+/// robots would hold each other up as they never do in many.
+pub(super) fn on_a_thread<T: Send + 'static>(
+    robots: &mut JoinSet<T>,
+    doing: impl Future<Output = T> + Send + 'static,
+) {
+    let runtime = tokio::runtime::Handle::current();
+    robots.spawn_blocking(move || runtime.block_on(doing));
+}
+
 /// Robots behind one router, and the map they share.
 pub(super) struct Robots {
     /// Each with a link of its own.

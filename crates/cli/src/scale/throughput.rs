@@ -11,13 +11,9 @@ use tokio::task::JoinSet;
 use super::options::Pooled;
 use super::processes::Processes;
 use super::rehearsal::Rehearsal;
-use super::robots::{Answer, Robot, Robots, Work};
+use super::robots::{Answer, Robot, Robots, Work, on_a_thread};
 use crate::exit::Exit;
 
-/// Batches in flight while throughput is measured, so that no replica waits for work between two batches.
-const BATCHES_IN_FLIGHT: usize = 4;
-/// Robots to a generator for the same reason: each has one question in flight, which goes to one replica.
-const ROBOTS_A_GENERATOR: usize = 4;
 /// Share of the time that is not measured: speeds are still being learned.
 const SETTLING: f64 = 0.15;
 
@@ -38,22 +34,18 @@ pub(super) struct Row {
     pub(super) asking_cores: f64,
 }
 
-/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with so many
-/// that work never runs out.
+/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with `in_flight` robots a
+/// replica, each with one batch in flight, so that work never runs out.
 pub(super) async fn row(
     processes: &mut Processes,
     rehearsal: &Rehearsal,
     service: Pooled,
     work: &Arc<Work>,
-    replicas: usize,
+    (replicas, in_flight): (usize, usize),
     seconds: f64,
 ) -> Result<Row, Exit> {
     processes.add(service.kind().name(), replicas).await?;
-    let robots = match service {
-        Pooled::Generator => ROBOTS_A_GENERATOR * replicas,
-        Pooled::Cpc | Pooled::Hccdm => BATCHES_IN_FLIGHT,
-    };
-    let robots = Robots::join(rehearsal, &processes.endpoint, robots, Clock::Lockstep).await?;
+    let robots = Robots::join(rehearsal, &processes.endpoint, in_flight * replicas, Clock::Lockstep).await?;
     robots.ready(service.role(), replicas).await?;
     processes.limit()?;
     let half = Duration::from_secs_f64(seconds / 2.0);
@@ -90,7 +82,7 @@ async fn drive(
     let (settled, end) = (begin + time.mul_f64(SETTLING), begin + time);
     let mut asking = JoinSet::new();
     for (index, robot) in robots.iter().enumerate() {
-        asking.spawn(keep_asking(Arc::clone(robot), Arc::clone(work), index as u64, end));
+        on_a_thread(&mut asking, keep_asking(Arc::clone(robot), Arc::clone(work), index as u64, end));
     }
     tokio::time::sleep_until(settled.into()).await;
     let used = (processes.used(), processes.used_for_asking());
