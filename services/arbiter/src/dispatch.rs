@@ -3,6 +3,7 @@
 //! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
 //! answers changes nothing about the result.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -96,6 +97,7 @@ pub async fn evaluate<P: Peers>(
             }
             let mut question = request(metric, range.clone());
             question.shard = index as u32;
+            question.budget_ms = Budget::ms(budget.until(0.5, pool.peers.now()));
             open.push(async move {
                 let cost = evaluate_shard(pool, metric, lane.instance, question, budget).await;
                 Shard { metric: metric.clone(), range, cost, elapsed: pool.peers.now() - started }
@@ -119,7 +121,12 @@ async fn evaluate_shard<P: Peers>(
 ) -> Option<Vec<f64>> {
     let question = &question;
     let ask = |instance: String, timeout: Duration| async move {
-        let request = EvaluateRequest { budget_ms: Budget::ms(timeout), ..question.clone() };
+        let budget_ms = Budget::ms(timeout);
+        // Whoever is asked first may have the whole time; a shard is too large to be copied for that.
+        let request = match question.budget_ms == budget_ms {
+            true => Cow::Borrowed(question),
+            false => Cow::Owned(EvaluateRequest { budget_ms, ..question.clone() }),
+        };
         let scores = pool.peers.evaluate(metric, &instance, &request, timeout, budget.clock).await?;
         if !fits(&scores, &request, metric) {
             return Err(AskError::Malformed("scores are not for this shard".into()));

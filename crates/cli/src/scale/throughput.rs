@@ -34,8 +34,8 @@ pub(super) struct Row {
     pub(super) asking_cores: f64,
 }
 
-/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with `in_flight` robots a
-/// replica, each with one batch in flight, so that work never runs out.
+/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with `in_flight`
+/// robots a replica, each with one batch in flight, so that work never runs out.
 pub(super) async fn row(
     processes: &mut Processes,
     rehearsal: &Rehearsal,
