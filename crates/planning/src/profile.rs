@@ -86,7 +86,7 @@ pub struct Profile {
 
 impl Default for Profile {
     fn default() -> Self {
-        let term = |scale, when| Term { scale, weight: 1.0, when };
+        let term = |scale, weight, when| Term { scale, weight, when };
         Self {
             name: "curiosity".to_owned(),
             description:
@@ -101,9 +101,9 @@ impl Default for Profile {
             normalisation: Normalisation::Fixed,
             distance: DistanceMeasure::Geodesic,
             terms: BTreeMap::from([
-                ("cnc".to_owned(), term(0.106, Condition::Always)),
-                ("cpc".to_owned(), term(0.1, Condition::Uncertain)),
-                ("distance".to_owned(), term(2.0, Condition::Always)),
+                ("cnc".to_owned(), term(0.106, 4.7, Condition::Always)),
+                ("cpc".to_owned(), term(0.1, 2.2, Condition::Uncertain)),
+                ("distance".to_owned(), term(2.0, 1.0, Condition::Always)),
             ]),
             uncertainty: UncertaintySwitch::default(),
             working_zone: WorkingZone::default(),

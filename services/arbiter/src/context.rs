@@ -18,8 +18,9 @@ use curionav_runtime::generator::{self, GeneratorParams};
 use curionav_schemas::limits::MAX_CANDIDATES;
 use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Reject, RejectCode, Scene, Tree, Value};
 
-/// Between the seeds of two trees: 2^64 over the golden ratio, so that no small seed meets another's tree.
-const TREE_SEED_STEP: u64 = 0x9E37_79B9_7F4A_7C15;
+/// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
+/// of a seed, so that no tree draws what another draws at another tick.
+const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
 
 /// A mission made ready: profile parsed, fields derived, evaluators built.
 pub struct PlanContext {

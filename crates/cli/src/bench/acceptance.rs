@@ -213,7 +213,7 @@ impl Judge<'_> {
         let Some(paired) = paired else { return not_judged(&promise, "not both were run".into()) };
         let sign = if paired.difference > 0.0 { "+" } else { "" };
         let found = format!(
-            "{sign}{} on average, p = {}, {} pairs",
+            "{sign}{} on average, {}, {} pairs",
             metric.show_with_unit(paired.difference),
             shown_p(paired.p),
             paired.pairs
@@ -278,9 +278,9 @@ impl Judge<'_> {
     }
 }
 
-/// A p value with as many digits as anybody needs.
+/// A p value in words, with as many digits as anybody needs.
 pub(crate) fn shown_p(p: f64) -> String {
-    if p < 1e-4 { "< 0.0001".into() } else { format!("{p:.4}") }
+    if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }
 
 fn criterion(promise: &str, is_kept: bool, found: String) -> Criterion {

@@ -13,6 +13,9 @@ pub(crate) struct Objective {
     pub(crate) td: f64,
     /// Of the least distance to anyone, per metre short of [`MD_ENOUGH`].
     pub(crate) md_m: f64,
+    /// Of the least gap to anything, walls included, per metre short of [`GAP_ENOUGH`]: who keeps away from people must
+    /// not scrape along walls instead.
+    pub(crate) gap_m: f64,
     /// Of the localisation error, per metre: 0.25 m cost 1, the paper's mean.
     pub(crate) rmse_m: f64,
     /// Of the share of time until localisation converged: 8 % cost 1, the paper's mean.
@@ -30,11 +33,15 @@ pub(crate) struct Objective {
 /// Beyond it nobody minds: where public space begins (Hall, 1966), metres.
 const MD_ENOUGH: f64 = 3.6;
 
+/// A robot's radius: beyond it a wall is no matter, metres.
+const GAP_ENOUGH: f64 = 0.3;
+
 impl Default for Objective {
     fn default() -> Self {
         Self {
             td: 25.0,
             md_m: 1.0 / 3.0,
+            gap_m: 1.0 / 0.3,
             rmse_m: 4.0,
             tcm: 12.0,
             length_m: 1.0 / 40.0,
@@ -52,6 +59,7 @@ impl Objective {
         let penalty = |is_due: bool, cost: f64| if is_due { cost } else { 0.0 };
         self.td * m.td
             + self.md_m * (MD_ENOUGH - m.md_m.unwrap_or(MD_ENOUGH)).max(0.0)
+            + self.gap_m * (GAP_ENOUGH - m.clearance_min_m).max(0.0)
             + self.rmse_m * m.rmse_m
             + self.tcm * m.tcm
             + self.length_m * m.length_m
@@ -80,6 +88,9 @@ mod tests {
         run.metrics.md_m = None;
         assert_eq!(objective.cost(&run), far);
         run.metrics.md_m = Some(1.3);
+        run.metrics.clearance_min_m = 0.15;
+        assert!((objective.cost(&run) - expected - 0.5).abs() < 1e-12);
+        run.metrics.clearance_min_m = 0.5;
         run.metrics.collisions = 3;
         assert!((objective.cost(&run) - expected - 20.0).abs() < 1e-12);
         run.outcome = Outcome::Lost;

@@ -78,9 +78,16 @@ mod tests {
         scores
     }
 
+    /// With every weight 1.
+    fn profile(normalisation: Normalisation) -> Profile {
+        let mut profile = Profile { normalisation, ..Profile::default() };
+        profile.terms.values_mut().for_each(|term| term.weight = 1.0);
+        profile
+    }
+
     #[test]
     fn the_total_is_equation_5() {
-        let profile = Profile::default();
+        let profile = profile(Normalisation::Fixed);
         let s = scores(&[("cnc", &[1.378]), ("cpc", &[2.6]), ("distance", &[52.0])]);
         // K = 13: 1.378 / (13 * 0.106) = 1, 52 / (13 * 2) = 2, 2.6 / (13 * 0.1) = 2
         let sure = total_costs(&profile, false, 13, &s).total[0].unwrap();
@@ -90,14 +97,14 @@ mod tests {
 
     #[test]
     fn min_max_stretches_each_term_over_the_batch() {
-        let profile = Profile { normalisation: Normalisation::MinMax, ..Profile::default() };
+        let profile = profile(Normalisation::MinMax);
         let s = scores(&[("cnc", &[0.5, 0.5, 0.5]), ("distance", &[10.0, 12.0, 11.0])]);
         assert_eq!(total_costs(&profile, false, 13, &s).total, [Some(0.0), Some(1.0), Some(0.5)]);
     }
 
     #[test]
     fn a_candidate_without_every_score_has_no_total_and_no_say_in_min_max() {
-        let profile = Profile { normalisation: Normalisation::MinMax, ..Profile::default() };
+        let profile = profile(Normalisation::MinMax);
         let s = scores(&[("cnc", &[0.0, 1.0, f64::NAN]), ("distance", &[10.0, 12.0, 9999.0])]);
         let totals = total_costs(&profile, false, 13, &s);
         assert_eq!(totals.total, [Some(0.0), Some(2.0), None]);

@@ -53,6 +53,9 @@ fn one(bench: &Bench<'_>, metrics: &[Metric]) -> String {
         .map(|slip| format!("<sup>{}</sup> {}. ", slip.mark(), escaped(slip.words())))
         .collect();
     let mut remarks = String::new();
+    if metrics.contains(&Metric::Tcm) {
+        remarks += "TCM is a share of the run: one that ends only with its time has a small share before convergence. ";
+    }
     if metrics.contains(&Metric::Td) {
         remarks +=
             "The paper's text calls its CNC worse than its CPC; for TD that holds in 9 of its 13 scenarios. ";

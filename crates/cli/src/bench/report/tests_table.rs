@@ -3,7 +3,7 @@
 use super::super::Bench;
 use super::super::acceptance::shown_p;
 use super::super::metric::Metric;
-use super::html::{planner, table, td, th};
+use super::html::{escaped, planner, table, td, th};
 
 /// A difference is coloured below this p.
 const SIGNIFICANT: f64 = 0.01;
@@ -45,8 +45,7 @@ fn cell(bench: &Bench<'_>, metric: Metric, other: usize) -> String {
         (true, false) => "first miss",
     };
     let [difference, low, high] = [paired.difference, paired.low, paired.high].map(|v| metric.show(v));
-    let p = shown_p(paired.p);
-    let p = if p.starts_with('<') { format!("p {}", p.replace('<', "&lt;")) } else { format!("p = {p}") };
+    let p = escaped(&shown_p(paired.p));
     td(
         class,
         &format!(

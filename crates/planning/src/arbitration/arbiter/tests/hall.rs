@@ -21,9 +21,12 @@ pub(super) struct Hall {
 
 impl Hall {
     pub(super) fn new() -> Self {
+        // Weights of 1: totals can be read off the costs.
+        let mut profile = Profile::default();
+        profile.terms.values_mut().for_each(|term| term.weight = 1.0);
         let grid = OccupancyGrid::new(80, 80, 0.5, Pose2::default(), vec![0; 80 * 80]).unwrap();
         Self {
-            profile: Profile::default(),
+            profile,
             scene: Scene {
                 tick: 3,
                 stamp: 0.3,
