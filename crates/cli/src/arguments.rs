@@ -6,6 +6,7 @@ use clap::{Args, Parser, Subcommand};
 use curionav_runtime::process::ServiceOptions;
 
 use crate::doctor::DoctorOptions;
+use crate::scale::ScaleOptions;
 
 /// Cross crowds without getting lost and without bothering people.
 ///
@@ -89,6 +90,29 @@ pub(crate) enum Command {
     ///
     /// Exit status: 0 all well; 1 something is missing; 2 bad input; 3 no router.
     Doctor(DoctorOptions),
+    /// Measure what more replicas bring, for how many robots, and what the split into processes costs.
+    ///
+    /// Drives through a scenario to have real scenes and candidates, starts a router and replicas of one service
+    /// as processes on this machine, and asks them as arbiters do.
+    ///
+    ///   curionav scale --service cpc --cpu-quota 0.1            throughput with 1, 2, 4 and 8 replicas
+    ///   curionav scale --service hccdm --break-even             when asking beats computing in the arbiter
+    ///   curionav scale --service cpc --robots 1,10,50           many robots over one pool, ten times a second
+    ///   curionav scale --overhead                               what splitting the cycle into processes costs
+    ///
+    /// Throughput is measured with so many batches in flight that no replica waits for work; p50 and p99 are the
+    /// times of a batch that has the pool to itself. Efficiency is the throughput of a replica as a share of that
+    /// in the first row. `cores` is what the replicas used, `asking` what router and robots used: when both
+    /// together come near what the machine has, it is the limit and not the pool; --cpu-quota 0.1 makes room.
+    ///
+    /// --json prints {service, rows: [{replicas, candidates_per_s, p50_ms, p99_ms, efficiency, ...}], ...}.
+    /// Exit status: 0 measured; 1 interrupted, or the drive failed; 2 bad argument, or no control groups for
+    /// --cpu-quota; 3 a process could not be started or did not answer. docs/scaling.md says more.
+    #[command(verbatim_doc_comment)]
+    Scale(ScaleOptions),
+    /// Answer bare queries (started by `scale --overhead`).
+    #[command(hide = true)]
+    Echo(ServiceOptions),
     /// Check, draw or generate scenario files.
     #[command(subcommand)]
     Scenario(ScenarioCommand),

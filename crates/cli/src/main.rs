@@ -11,6 +11,7 @@ mod output;
 mod package;
 mod picture;
 mod run;
+mod scale;
 mod scenario;
 mod service;
 mod status;
@@ -67,6 +68,8 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Cancel(options) => mission::cancel(options).await,
         Command::Status(options) => status::status(options).await,
         Command::Doctor(options) => doctor::doctor(options).await,
+        Command::Scale(options) => scale::scale(options, &log).await,
+        Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::scenario(command),
     }
 }

@@ -68,8 +68,9 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
 /// What is left of a run.
 pub(crate) struct Finished {
     pub(crate) result: RunResult,
-    reports: Vec<CycleReport>,
-    map: Option<OccupancyGrid>,
+    /// Every cycle, in order, and where it took place, if they were kept.
+    pub(crate) reports: Vec<CycleReport>,
+    pub(crate) map: Option<OccupancyGrid>,
 }
 
 fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<u8, Exit> {

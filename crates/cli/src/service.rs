@@ -63,7 +63,15 @@ impl Kind {
 }
 
 pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit> {
-    match run_service(kind.name(), &options, kind.service()).await {
+    run(kind.name(), &options, kind.service()).await
+}
+
+pub(crate) async fn echo(options: ServiceOptions) -> Result<u8, Exit> {
+    run("echo", &options, curionav_runtime::echo::run).await
+}
+
+async fn run(role: &str, options: &ServiceOptions, service: Service) -> Result<u8, Exit> {
+    match run_service(role, options, service).await {
         Ok(()) => Ok(SUCCESS),
         Err(error) if error.exit_code() == BAD_INPUT => Err(Exit::bad_input(error.into())),
         Err(error) => Err(Exit::network(error.into())),

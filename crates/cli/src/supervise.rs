@@ -108,7 +108,8 @@ impl Deployment {
     }
 }
 
-struct Supervised {
+/// A process that ends when its standard input closes, so at the latest with this one.
+pub(crate) struct Supervised {
     name: String,
     arguments: Vec<String>,
     metrics: Option<SocketAddr>,
@@ -120,7 +121,12 @@ const READY_TIMEOUT: Duration = Duration::from_secs(20);
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
 impl Supervised {
-    async fn start(program: &Path, name: &str, arguments: Vec<String>) -> anyhow::Result<(Self, Ready)> {
+    /// Starts this program with `arguments` and waits until it says that it is ready.
+    pub(crate) async fn start(
+        program: &Path,
+        name: &str,
+        arguments: Vec<String>,
+    ) -> anyhow::Result<(Self, Ready)> {
         let mut child = Command::new(program)
             .args(&arguments)
             .stdin(Stdio::piped())
@@ -160,11 +166,24 @@ impl Supervised {
         ProcessLine { name: self.name.clone(), pid: self.pid(), metrics: self.metrics }
     }
 
-    fn pid(&self) -> u32 {
+    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where.
+    pub(crate) async fn router(program: &Path, port: u16, log: &str) -> anyhow::Result<(Self, String)> {
+        let listen = format!("tcp/127.0.0.1:{port}");
+        let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
+        let (mut router, ready) = Self::start(program, "router", arguments.to_vec()).await?;
+        let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
+        // Started again, it must be where everybody looks for it.
+        router.replace("--listen", &endpoint);
+        Ok((router, endpoint))
+    }
+
+    /// Its number, 0 once it has ended.
+    pub(crate) fn pid(&self) -> u32 {
         self.child.id().unwrap_or(0)
     }
 
-    async fn stop(mut self) {
+    /// Ends it, asking first.
+    pub(crate) async fn stop(mut self) {
         // Closing its standard input asks it to end; after that it is killed.
         drop(self.child.stdin.take());
         if tokio::time::timeout(STOP_TIMEOUT, self.child.wait()).await.is_err() {
@@ -172,6 +191,13 @@ impl Supervised {
             let _ = self.child.kill().await;
         }
     }
+}
+
+/// What makes this program run one supervised service behind the router at `endpoint`.
+pub(crate) fn client_arguments(kind: &str, endpoint: &str, instance: &str, log: &str) -> Vec<String> {
+    [kind, "--connect", endpoint, "--instance", instance, "--supervised", "--log", log]
+        .map(String::from)
+        .to_vec()
 }
 
 /// Runs the deployment until a signal, or until a process keeps failing.
@@ -193,28 +219,12 @@ async fn start_and_watch(
     running: &mut Vec<Supervised>,
     shutdown: &mut Shutdown,
 ) -> anyhow::Result<()> {
-    let log_arguments = ["--supervised".to_owned(), "--log".to_owned(), log.to_owned()];
-    let listen = format!("tcp/127.0.0.1:{}", deployment.port);
-    let router_arguments =
-        ["router".into(), "--listen".into(), listen].into_iter().chain(log_arguments.clone()).collect();
-    let (mut router, ready) = Supervised::start(program, "router", router_arguments).await?;
-    let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
-    // Started again, it must be where everybody looks for it.
-    router.replace("--listen", &endpoint);
+    let (router, endpoint) = Supervised::router(program, deployment.port, log).await?;
     running.push(router);
     let mut metrics_port = deployment.metrics_port;
     for (kind, instance) in deployment.processes() {
-        let mut arguments = vec![
-            kind.to_owned(),
-            "--connect".into(),
-            endpoint.clone(),
-            "--instance".into(),
-            instance.clone(),
-            "--robot".into(),
-            deployment.robot.clone(),
-            "--world".into(),
-            deployment.world.clone(),
-        ];
+        let mut arguments = client_arguments(kind, &endpoint, &instance, log);
+        arguments.extend(["--robot", &deployment.robot, "--world", &deployment.world].map(String::from));
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);
         }
@@ -223,7 +233,6 @@ async fn start_and_watch(
             // The next port; of free ones the next free one.
             metrics_port = Some(if port == 0 { 0 } else { port.saturating_add(1) });
         }
-        arguments.extend(log_arguments.clone());
         tokio::select! {
             started = Supervised::start(program, &instance, arguments) => running.push(started?.0),
             () = shutdown.requested() => return Ok(()),

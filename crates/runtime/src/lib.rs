@@ -5,6 +5,7 @@
 
 pub mod config;
 pub mod convert;
+pub mod echo;
 pub mod evaluation_service;
 pub mod evaluators;
 pub mod fair_queue;

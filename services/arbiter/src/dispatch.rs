@@ -3,6 +3,7 @@
 //! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
 //! answers changes nothing about the result.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -16,9 +17,11 @@ use futures_util::stream::FuturesUnordered;
 use crate::budget::Budget;
 use crate::peers::{GENERATOR, Peers};
 use crate::pool::{Answer, Pool};
+use crate::replicas::Lane;
 
-/// Candidates below which a batch is not cut further: a query costs more than scoring them.
-const SHARD_MIN: usize = 16;
+/// Candidates below which a batch is not cut further, whatever is known of the replicas: a query costs more than
+/// scoring them.
+const SHARD_MIN: f64 = 16.0;
 
 /// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
@@ -86,7 +89,7 @@ pub async fn evaluate<P: Peers>(
         // Where there are more lanes than shards, each has its turn.
         let turn = (seq % lanes.len().max(1) as u64) as usize;
         lanes.rotate_left(turn);
-        lanes.truncate((count / SHARD_MIN).max(1));
+        lanes.truncate(shards_worth_asking(count, &lanes));
         let speeds: Vec<f64> = lanes.iter().map(|lane| lane.speed).collect();
         for (index, (lane, range)) in lanes.into_iter().zip(shards(count, &speeds)).enumerate() {
             if range.is_empty() {
@@ -94,6 +97,7 @@ pub async fn evaluate<P: Peers>(
             }
             let mut question = request(metric, range.clone());
             question.shard = index as u32;
+            question.budget_ms = Budget::ms(budget.until(0.5, pool.peers.now()));
             open.push(async move {
                 let cost = evaluate_shard(pool, metric, lane.instance, question, budget).await;
                 Shard { metric: metric.clone(), range, cost, elapsed: pool.peers.now() - started }
@@ -117,7 +121,12 @@ async fn evaluate_shard<P: Peers>(
 ) -> Option<Vec<f64>> {
     let question = &question;
     let ask = |instance: String, timeout: Duration| async move {
-        let request = EvaluateRequest { budget_ms: Budget::ms(timeout), ..question.clone() };
+        let budget_ms = Budget::ms(timeout);
+        // Whoever is asked first may have the whole time; a shard is too large to be copied for that.
+        let request = match question.budget_ms == budget_ms {
+            true => Cow::Borrowed(question),
+            false => Cow::Owned(EvaluateRequest { budget_ms, ..question.clone() }),
+        };
         let scores = pool.peers.evaluate(metric, &instance, &request, timeout, budget.clock).await?;
         if !fits(&scores, &request, metric) {
             return Err(AskError::Malformed("scores are not for this shard".into()));
@@ -132,6 +141,13 @@ fn fits(scores: &Scores, request: &EvaluateRequest, metric: &str) -> bool {
     (scores.epoch, scores.seq, scores.shard) == (request.epoch, request.seq, request.shard)
         && scores.metric == metric
         && scores.cost.len() == request.candidates.count as usize
+}
+
+/// Into how many shards a batch is worth being cut.
+fn shards_worth_asking(count: usize, lanes: &[Lane]) -> usize {
+    let measured: Vec<f64> = lanes.iter().map(|lane| lane.worth).filter(|worth| *worth > 0.0).collect();
+    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
+    ((count as f64 / mean.max(SHARD_MIN)) as usize).max(1)
 }
 
 /// Contiguous ranges that cover `count` candidates, one a lane, as long as its speed is great.
@@ -163,6 +179,17 @@ mod tests {
                 assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count} over {lanes}");
             }
         }
+    }
+
+    #[test]
+    fn a_batch_is_cut_only_as_far_as_it_is_worth() {
+        let lane = |worth| Lane { instance: "a".into(), speed: 1.0, worth };
+        // Nobody has been measured: 16 is the least.
+        assert_eq!(shards_worth_asking(100, &[lane(0.0), lane(0.0)]), 6);
+        assert_eq!(shards_worth_asking(15, &[]), 1);
+        // 300 on average of the two that have.
+        assert_eq!(shards_worth_asking(1000, &[lane(200.0), lane(400.0), lane(0.0)]), 3);
+        assert_eq!(shards_worth_asking(100, &[lane(3.0)]), 6);
     }
 
     #[test]

@@ -166,8 +166,9 @@ impl<P: Peers> Pool<P> {
         drop(in_flight);
         let value = outcome.map(|answer| {
             // Nobody can have been busy for longer than the answer took.
-            let busy = answer.busy.min(self.peers.now().saturating_sub(sent));
-            self.replicas().answered(role, &instance, answer.count, busy);
+            let took = self.peers.now().saturating_sub(sent);
+            let busy = answer.busy.min(took);
+            self.replicas().answered(role, &instance, answer.count, busy, took - busy);
             answer.value
         });
         (instance, value)

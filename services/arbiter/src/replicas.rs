@@ -16,6 +16,10 @@ const PROBE_PAUSE: Duration = Duration::from_millis(200);
 const NEWEST: f64 = 0.3;
 /// No replica counts as slower than this share of the fastest: it would never be measured again.
 const SLOWEST: f64 = 0.125;
+/// By how much the best of late is forgotten with every answer.
+const FORGOTTEN: f64 = 0.02;
+/// However busy a pool is, a shard needs to compute no longer than so many times its way.
+const BUSY_MAX: f64 = 4.0;
 /// Slots believed of one replica: more than any machine has cores.
 const SLOTS_MAX: u32 = 256;
 /// Questions in flight for each slot of a replica: one being computed, one that waits.
@@ -57,10 +61,27 @@ enum Standing {
 struct Replica {
     standing: Standing,
     slots: u32,
-    /// Candidates a second on one slot; zero until it has been measured.
+    /// Candidates a second on one slot, waiting for it included; zero until it has been measured.
     speed: f64,
+    /// The same, the best of late: nobody else was in the way.
+    unhindered: f64,
+    /// Seconds a question and its answer travel, the best of late; infinite until it has been measured.
+    way: f64,
     in_flight: u32,
     failures: u32,
+}
+
+impl Replica {
+    /// Candidates that are computed while one question travels, and more the busier the replica is: every
+    /// question costs it about as much as the way takes, whatever is in it, and a busy pool that spends its time
+    /// on questions is a slow one. A pool that nobody else uses is cut fine, for the sake of the latency.
+    fn worth(&self) -> f64 {
+        if self.speed <= 0.0 || !self.way.is_finite() {
+            return 0.0;
+        }
+        let busy = (self.unhindered / self.speed).clamp(1.0, BUSY_MAX);
+        self.way * self.unhindered * busy
+    }
 }
 
 /// One slot that is free, and how fast it is, in any unit.
@@ -70,6 +91,8 @@ pub struct Lane {
     pub instance: String,
     /// Greater than zero.
     pub speed: f64,
+    /// Candidates from which on a shard is worth its way; zero until it has been measured.
+    pub worth: f64,
 }
 
 /// A replica to be probed.
@@ -97,6 +120,8 @@ impl Replicas {
                 standing: Standing::Due(now),
                 slots: 1,
                 speed: 0.0,
+                unhindered: 0.0,
+                way: f64::INFINITY,
                 in_flight: 0,
                 failures: 0,
             });
@@ -156,7 +181,7 @@ impl Replicas {
         let most = ready().map(|(_, r)| r.slots.saturating_sub(r.in_flight)).max().unwrap_or(0);
         (0..most)
             .flat_map(|slot| ready().filter(move |(_, r)| r.in_flight + slot < r.slots))
-            .map(|(instance, r)| Lane { instance: instance.clone(), speed: speed(r) })
+            .map(|(instance, r)| Lane { instance: instance.clone(), speed: speed(r), worth: r.worth() })
             .collect()
     }
 
@@ -187,14 +212,16 @@ impl Replicas {
         }
     }
 
-    /// A usable answer: `count` candidates in `busy`.
-    pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration) {
+    /// A usable answer: `count` candidates in `busy`, which travelled for `way` in all.
+    pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration, way: Duration) {
         let Some(replica) = self.find(role, instance) else { return };
         replica.failures = 0;
         if count > 0 {
             let measured = count as f64 / busy.as_secs_f64().max(1e-6);
             let old = if replica.speed > 0.0 { replica.speed } else { measured };
             replica.speed = old + NEWEST * (measured - old);
+            replica.unhindered = measured.max((1.0 - FORGOTTEN) * replica.unhindered);
+            replica.way = way.as_secs_f64().min((1.0 + FORGOTTEN) * replica.way);
         }
     }
 
@@ -231,6 +258,7 @@ mod tests {
     use super::*;
 
     const NOW: Duration = Duration::from_secs(7);
+    const WAY: Duration = Duration::from_millis(1);
 
     fn ready(slots: &[(&str, u32)]) -> Replicas {
         let mut replicas = Replicas::default();
@@ -277,20 +305,38 @@ mod tests {
     #[test]
     fn the_faster_gets_more_and_the_unmeasured_as_much_as_the_fastest() {
         let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-        replicas.answered("cpc", "a", 100, Duration::from_millis(10));
-        replicas.answered("cpc", "b", 100, Duration::from_millis(40));
+        replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+        replicas.answered("cpc", "b", 100, Duration::from_millis(40), WAY);
         let speeds: Vec<f64> = lanes(&replicas).into_iter().map(|l| l.1).collect();
         assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
         // 2500 + 0.3 * (10 000 - 2500)
-        replicas.answered("cpc", "b", 100, Duration::from_millis(10));
+        replicas.answered("cpc", "b", 100, Duration::from_millis(10), WAY);
         assert!((lanes(&replicas)[1].1 - 4750.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_shard_is_worth_its_way_and_a_busy_replica_is_asked_less_often() {
+        let mut replicas = ready(&[("a", 1)]);
+        let worth = |replicas: &Replicas| replicas.lanes("cpc")[0].worth;
+        assert_eq!(worth(&replicas), 0.0);
+        // 1000 candidates in 10 ms are 100 in the 1 ms of the way.
+        replicas.answered("cpc", "a", 1000, Duration::from_millis(10), WAY);
+        assert!((worth(&replicas) - 100.0).abs() < 1e-9);
+        // Now others are in the way: 10 000 a second instead of 100 000, of which 30 % count at once.
+        replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
+        let (unhindered, speed) = (98_000.0, 73_000.0);
+        assert!((worth(&replicas) - 1e-3 * unhindered * unhindered / speed).abs() < 1e-6);
+        for _ in 0..10 {
+            replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
+        }
+        assert!(worth(&replicas) > 150.0 && worth(&replicas) < 400.0);
     }
 
     #[test]
     fn two_failures_in_a_row_end_the_work_until_a_probe_is_answered() {
         let mut replicas = ready(&[("a", 1)]);
         replicas.failed("cpc", "a", Failure::Broken, NOW);
-        replicas.answered("cpc", "a", 1, NOW);
+        replicas.answered("cpc", "a", 1, NOW, WAY);
         replicas.failed("cpc", "a", Failure::Broken, NOW);
         assert_eq!(replicas.ready("cpc"), ["a"]);
         replicas.failed("cpc", "a", Failure::Broken, NOW);
@@ -305,7 +351,7 @@ mod tests {
     fn an_overloaded_replica_is_only_given_less() {
         let mut replicas = ready(&[("a", 1), ("b", 1)]);
         for instance in ["a", "b"] {
-            replicas.answered("cpc", instance, 100, Duration::from_millis(10));
+            replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
         }
         for _ in 0..9 {
             replicas.failed("cpc", "a", Failure::Overloaded, NOW);

@@ -8,5 +8,6 @@ mod doctor;
 mod metrics;
 pub(crate) mod program;
 mod real_inputs;
+mod scale;
 mod scenarios;
 mod two_routers;

@@ -1,0 +1,211 @@
+//! What splitting the cycle into processes costs: the same cycles over processes and in this process, and bare
+//! queries of the same sizes, by turns.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, ensure};
+use curionav_arbiter::budget::Budget;
+use curionav_arbiter::cycle::{self, Memory, Observation};
+use curionav_arbiter::dispatch;
+use curionav_arbiter::peers::Peers;
+use curionav_runtime::convert;
+use curionav_runtime::echo::round_trip;
+use curionav_runtime::generator;
+use curionav_runtime::latency::Latency;
+use curionav_schemas::{self as wire, Clock, Message};
+use serde::Serialize;
+use zenoh::Session;
+
+use super::processes::Processes;
+use super::rehearsal::Rehearsal;
+use super::robots::{Robot, Robots};
+use crate::exit::Exit;
+use crate::service::Kind;
+
+/// What must not be exceeded: the cost of the split, in bare round trips.
+pub(super) const ROUND_TRIPS_MAX: f64 = 4.0;
+/// Rounds at least, the first of which is not counted.
+const ROUNDS_MIN: usize = 3;
+/// Bare queries of each kind in a round.
+const BARE: usize = 100;
+const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A question of the cycle, and the bare query of its sizes.
+#[derive(Debug, Serialize)]
+pub(super) struct Question {
+    pub(super) question: String,
+    pub(super) question_bytes: usize,
+    pub(super) answer_bytes: usize,
+    pub(super) p50_ms: f64,
+}
+
+/// What the split costs.
+#[derive(Debug, Serialize)]
+pub(super) struct Overhead {
+    /// Cycles timed in either home.
+    pub(super) cycles: usize,
+    /// Median of a cycle whose services are threads of this process.
+    pub(super) in_process_p50_ms: f64,
+    /// Median of the same cycles with a process for each service and for the router.
+    pub(super) processes_p50_ms: f64,
+    /// Median of a bare query through the router, mean of the questions of a cycle.
+    pub(super) bare_p50_ms: f64,
+    /// What the split adds to the median, in bare queries.
+    pub(super) round_trips: f64,
+    pub(super) questions: Vec<Question>,
+}
+
+/// Measures for `seconds`. `processes` must have no replicas yet.
+pub(super) async fn measure(
+    processes: &mut Processes,
+    rehearsal: &Rehearsal,
+    seconds: f64,
+) -> Result<Overhead, Exit> {
+    let pools = [Kind::Generator, Kind::Cpc, Kind::Hccdm];
+    for kind in pools {
+        processes.add(kind.name(), 1).await?;
+    }
+    processes.add("echo", 1).await?;
+    // Processes are numbered in the order of their start.
+    let echo = format!("echo-{}", pools.len());
+    let robots = Robots::join(rehearsal, &processes.endpoint, 1, Clock::Lockstep).await?;
+    let over_processes = Arc::clone(robots.all.first().context("no robot").map_err(Exit::failed)?);
+    let in_process = Robot::on(&rehearsal.services.session, rehearsal.context("robot-0", Clock::Lockstep)?)?;
+    for robot in [&over_processes, &in_process] {
+        robot.ready(generator::ROLE, 1).await?;
+        for metric in robot.context.pool_metrics() {
+            robot.ready(metric, 1).await?;
+        }
+    }
+    let homes = [&in_process, &*over_processes];
+    let overhead = compare(homes, rehearsal, (robots.session(0), &echo), seconds).await;
+    let overhead = overhead.map_err(Exit::failed)?;
+    drop(over_processes);
+    robots.leave();
+    processes.dismiss().await;
+    Ok(overhead)
+}
+
+async fn compare(
+    homes: [&Robot; 2],
+    rehearsal: &Rehearsal,
+    (session, echo): (&Session, &str),
+    seconds: f64,
+) -> anyhow::Result<Overhead> {
+    let mut questions = questions(homes[0], rehearsal).await?;
+    let mut bare = vec![Latency::default(); questions.len()];
+    let mut cycles = [Vec::new(), Vec::new()];
+    let begin = Instant::now();
+    let mut round = 0;
+    while round < ROUNDS_MIN || begin.elapsed().as_secs_f64() < seconds {
+        let (mut decided, mut took) = (Vec::new(), Vec::new());
+        for home in homes {
+            let (decisions, times) = replay(home, rehearsal).await?;
+            decided.push(decisions);
+            took.push(times);
+        }
+        ensure!(decided[0] == decided[1], "processes decided otherwise");
+        for (question, latency) in questions.iter().zip(&mut bare) {
+            let sizes = (question.question_bytes, question.answer_bytes);
+            for _ in 0..BARE {
+                let time = round_trip(session, echo, sizes, TIMEOUT).await?;
+                if round > 0 {
+                    latency.record(time);
+                }
+            }
+        }
+        if round > 0 {
+            cycles.iter_mut().zip(took).for_each(|(all, times)| all.extend(times));
+        }
+        round += 1;
+    }
+    for (question, latency) in questions.iter_mut().zip(&bare) {
+        question.p50_ms = latency.percentile_ms(0.5);
+    }
+    let [in_process_p50_ms, processes_p50_ms] = cycles.each_ref().map(|times| median_ms(times));
+    let bare_p50_ms = questions.iter().map(|q| q.p50_ms).sum::<f64>() / questions.len().max(1) as f64;
+    Ok(Overhead {
+        cycles: cycles[0].len(),
+        in_process_p50_ms,
+        processes_p50_ms,
+        bare_p50_ms,
+        round_trips: (processes_p50_ms - in_process_p50_ms) / bare_p50_ms,
+        questions,
+    })
+}
+
+fn median_ms(times: &[Duration]) -> f64 {
+    let mut sorted = times.to_vec();
+    sorted.sort_unstable();
+    sorted.get(sorted.len() / 2).map_or(0.0, |time| 1e3 * time.as_secs_f64())
+}
+
+/// Plans every cycle of the rehearsal once more: what was decided, and how long each took.
+async fn replay(
+    robot: &Robot,
+    rehearsal: &Rehearsal,
+) -> anyhow::Result<(Vec<(String, wire::F64Array)>, Vec<Duration>)> {
+    let mut memory = Memory::new(0);
+    let (mut decisions, mut times) = (Vec::new(), Vec::new());
+    for past in &rehearsal.cycles {
+        let scene = past.scene.clone();
+        let observation = Observation { belief: scene.belief, people: scene.people };
+        let started = Instant::now();
+        let (decision, _) = cycle::plan(&robot.pool, &robot.context, &mut memory, observation).await?;
+        times.push(started.elapsed());
+        ensure!(decision.degraded.is_empty(), "a cycle was degraded: {}", decision.degraded.join(", "));
+        decisions.push((decision.reason, decision.x));
+    }
+    Ok((decisions, times))
+}
+
+/// The questions of a cycle halfway through the rehearsal, with the sizes they have.
+async fn questions(robot: &Robot, rehearsal: &Rehearsal) -> anyhow::Result<Vec<Question>> {
+    let half = rehearsal.cycles.len() / 2;
+    let mut tree = None;
+    let mut sizes = Vec::new();
+    let context = &robot.context;
+    for (seq, past) in rehearsal.cycles.iter().enumerate().take(half + 1) {
+        let request = context.generate_request((1, seq as u64), &past.scene, 0, tree.take(), None)?;
+        let stage = Budget::of_stage(robot.pool.peers.now(), &context.mission);
+        let shape = (context.profile.steps, context.profile.dt);
+        let generated = dispatch::generate(&robot.pool, &request, 0, shape, stage).await;
+        let (candidates, grown) = generated.context("no generator answered")?;
+        tree = Some(grown.clone());
+        if seq < half {
+            continue;
+        }
+        let reply = wire::GenerateReply {
+            epoch: 1,
+            seq: seq as u64,
+            instance: "generator".into(),
+            candidates: convert::candidates_to_wire(&candidates),
+            tree: grown,
+            elapsed_us: 0,
+        };
+        sizes.push((generator::ROLE.to_owned(), request.encode().len(), reply.encode().len()));
+        for metric in context.pool_metrics() {
+            let all = 0..candidates.len();
+            let request = context.evaluate_request(metric, (1, 0), &past.scene, &candidates, all);
+            let scores = wire::Scores {
+                epoch: 1,
+                seq: seq as u64,
+                shard: 0,
+                metric: metric.to_owned(),
+                instance: metric.to_owned(),
+                cost: vec![0.0; candidates.len()].into(),
+                elapsed_us: 0,
+                slots: Some(1),
+            };
+            sizes.push((metric.to_owned(), request.encode().len(), scores.encode().len()));
+        }
+    }
+    let question = |(question, question_bytes, answer_bytes)| Question {
+        question,
+        question_bytes,
+        answer_bytes,
+        p50_ms: 0.0,
+    };
+    Ok(sizes.into_iter().map(question).collect())
+}

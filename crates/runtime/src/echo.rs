@@ -1,0 +1,80 @@
+//! A bare Zenoh query: what asking costs when there is nothing to encode and nothing to compute.
+
+use std::time::{Duration, Instant};
+
+use curionav_schemas::keys;
+use zenoh::handlers::FifoChannel;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::query::{ConsolidationMode, Query};
+use zenoh::{Session, Wait};
+
+use crate::config::ServiceConfig;
+use crate::process::{OnReady, Running};
+use crate::query::AskError;
+use crate::shutdown::Shutdown;
+
+/// Largest answer that is given, bytes: no message of the contract is larger than 64 MiB.
+const ANSWER_MAX: u64 = 64 << 20;
+
+/// Where the echo of that name answers.
+fn key(instance: &str) -> String {
+    format!("{}/echo/{instance}", keys::ROOT)
+}
+
+/// Answers every question with as many bytes as it asks for, until `shutdown`.
+pub fn run<'a>(
+    config: &'a ServiceConfig,
+    session: &'a Session,
+    mut shutdown: Shutdown,
+    on_ready: OnReady,
+) -> Running<'a> {
+    Box::pin(async move {
+        let key = key(&config.instance);
+        let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
+        let _queryable = queryable.map_err(|e| anyhow::anyhow!("cannot serve {key}: {e}"))?;
+        on_ready();
+        shutdown.requested().await;
+        Ok(())
+    })
+}
+
+/// The first eight bytes of a question say how long its answer shall be.
+fn answer(query: &Query) {
+    let question = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
+    let wanted = question.first_chunk().map_or(0, |bytes| u64::from_le_bytes(*bytes));
+    let answer = vec![0_u8; wanted.min(ANSWER_MAX) as usize];
+    if let Err(error) = query.reply(query.key_expr().clone(), answer).wait() {
+        tracing::debug!(%error, "echo not sent");
+    }
+}
+
+/// How long a bare query takes, with a question and an answer of so many bytes (a question has at least
+/// eight), travelling as a shard does in lockstep.
+pub async fn round_trip(
+    session: &Session,
+    instance: &str,
+    (question, answer): (usize, usize),
+    timeout: Duration,
+) -> Result<Duration, AskError> {
+    let mut payload = vec![0_u8; question.max(8)];
+    payload[..8].copy_from_slice(&(answer as u64).to_le_bytes());
+    let started = Instant::now();
+    let replies = session
+        .get(key(instance))
+        .payload(payload)
+        .consolidation(ConsolidationMode::None)
+        .timeout(timeout)
+        .congestion_control(CongestionControl::Block)
+        .priority(Priority::InteractiveLow)
+        .express(true)
+        .with(FifoChannel::new(4))
+        .wait()
+        .map_err(|e| AskError::Send(e.to_string()))?;
+    let reply = replies.recv_async().await.map_err(|_| AskError::NoReply)?;
+    let took = started.elapsed();
+    let sample = reply.into_result().map_err(|_| AskError::Timeout)?;
+    match sample.payload().len() {
+        length if length == answer => Ok(took),
+        length => Err(AskError::Malformed(format!("{length} bytes of {answer}"))),
+    }
+}
