@@ -66,8 +66,13 @@ impl Podman {
     }
 
     fn compose(&self, arguments: &[&str]) -> String {
-        let project = ["-p", "curionav-tested", "-f", "deploy/compose.yaml"];
-        self.expect("podman-compose", &[&project[..], arguments].concat())
+        let project = self.project();
+        self.expect("podman-compose", &[&["-p", &project, "-f", "deploy/compose.yaml"], arguments].concat())
+    }
+
+    /// Networks are the machine's, whoever made them: another run of this test has its own.
+    fn project(&self) -> String {
+        format!("curionav-tested-{}", self.port)
     }
 
     /// An image of `files`, each where it is on this machine or where it is said to be.
@@ -87,12 +92,11 @@ impl Podman {
 impl Drop for Podman {
     fn drop(&mut self) {
         // Whatever has failed: no container, network or mount stays.
-        self.command(
-            "podman-compose",
-            &["-p", "curionav-tested", "-f", "deploy/compose.yaml", "down", "-t", "1"],
-        );
+        let (project, network) = (self.project(), format!("{}_curionav", self.project()));
+        let down = ["-p", &project, "-f", "deploy/compose.yaml", "down", "-t", "1"];
+        self.command("podman-compose", &down);
         self.command("podman", &["rm", "-fa", "-t", "0"]);
-        self.command("podman", &["network", "prune", "-f"]);
+        self.command("podman", &["network", "rm", "-f", &network]);
         self.command("podman", &["rmi", "-fa"]);
         // What is still mounted would keep the folder.
         self.command("umount", &[&self.path("images/overlay").display().to_string()]);

@@ -19,6 +19,7 @@ mod supervise;
 mod tune;
 
 use clap::Parser;
+use curionav_runtime::zenoh_threads::{self, Links};
 
 use crate::arguments::{Arguments, Command};
 use crate::exit::Exit;
@@ -26,6 +27,11 @@ use crate::exit::Exit;
 fn main() -> std::process::ExitCode {
     let arguments = Arguments::parse();
     curionav_runtime::telemetry::init(&arguments.log);
+    match &arguments.command {
+        Command::Router(_) => zenoh_threads::provide(Links::OfRouter),
+        command if service::Kind::of(command).is_some() => zenoh_threads::provide(Links::OfClient),
+        _ => {}
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
     let outcome = match runtime {
         Ok(runtime) => {

@@ -8,7 +8,7 @@ use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_runtime::status::serve_status;
 
-use crate::arguments::{RouterOptions, UpOptions};
+use crate::arguments::{Command, RouterOptions, UpOptions};
 use crate::exit::{BAD_INPUT, Exit, SUCCESS};
 use crate::supervise::{Deployment, up as supervise};
 
@@ -35,6 +35,20 @@ impl Kind {
         Self::Arbiter,
         Self::Simulator,
     ];
+
+    /// The service a command runs, if that is what it does.
+    pub(crate) fn of(command: &Command) -> Option<Self> {
+        Some(match command {
+            Command::Generator(_) => Self::Generator,
+            Command::Cpc(_) => Self::Cpc,
+            Command::Hccdm(_) => Self::Hccdm,
+            Command::Arbiter(_) => Self::Arbiter,
+            Command::Localizer(_) => Self::Localizer,
+            Command::Driver(_) => Self::Driver,
+            Command::Simulator(_) => Self::Simulator,
+            _ => return None,
+        })
+    }
 
     pub(crate) fn name(self) -> &'static str {
         match self {

@@ -32,7 +32,7 @@ pub fn run<'a>(
         let key = key(&config.instance);
         let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
         let _queryable = queryable.map_err(|e| anyhow::anyhow!("cannot serve {key}: {e}"))?;
-        on_ready();
+        on_ready(None);
         shutdown.requested().await;
         Ok(())
     })

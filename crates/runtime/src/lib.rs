@@ -30,3 +30,4 @@ pub mod status;
 pub mod telemetry;
 pub mod topic;
 pub mod warm;
+pub mod zenoh_threads;

@@ -276,8 +276,8 @@ mod tests {
             "# TYPE curionav_refused counter",
             "curionav_refused_total{role=\"cpc\",name=\"a\",robot=\"r1\",reason=\"cold\"} 3",
             "curionav_load{role=\"cpc\",name=\"a\",robot=\"r1\"} 0.5",
-            "curionav_stage_seconds_bucket{le=\"0.005\",role=\"cpc\",name=\"a\",robot=\"r1\",stage=\"generate\"} 1",
-            "curionav_stage_seconds_bucket{le=\"0.002\",role=\"cpc\",name=\"a\",robot=\"r1\",stage=\"generate\"} 0",
+            "curionav_stage_seconds_bucket{role=\"cpc\",name=\"a\",robot=\"r1\",le=\"0.005\",stage=\"generate\"} 1",
+            "curionav_stage_seconds_bucket{role=\"cpc\",name=\"a\",robot=\"r1\",le=\"0.002\",stage=\"generate\"} 0",
             "# EOF",
         ] {
             assert!(text.lines().any(|l| l == line), "`{line}` is not in\n{text}");

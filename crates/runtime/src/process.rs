@@ -14,6 +14,7 @@ use crate::config::ServiceConfig;
 use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, ShutdownTrigger, on_signals, shutdown};
+use crate::zenoh_threads::{self, Links};
 
 /// Where a client looks for a router unless told otherwise.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
@@ -218,6 +219,7 @@ struct ServiceArguments {
 pub fn service_main(role: &'static str, service: Service) -> std::process::ExitCode {
     let arguments = <ServiceArguments as clap::Parser>::parse();
     crate::telemetry::init(&arguments.log);
+    zenoh_threads::provide(Links::OfClient);
     let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
         Ok(runtime) => runtime.block_on(run_service(role, &arguments.options, service)),
         Err(error) => Err(ProcessError::Service(error.into())),

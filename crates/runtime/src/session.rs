@@ -43,20 +43,24 @@ const COMMON: &str = r#"{
   queries_default_timeout: 1000,
   adminspace: { enabled: false },
   transport: {
+    unicast: { open_timeout: 1000 },
     link: { tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
       block: { wait_before_close: 500000 },
       drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
       rx: { max_message_size: 134217728 } },
     shared_memory: { enabled: false } } }"#;
 
-/// How often a lost or missing router is looked for.
-const RETRY: &str = "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }";
+/// How often a lost router is looked for.
+const CONNECT_RETRY: &str = "{ period_init_ms: 100, period_max_ms: 400, period_increase_factor: 2 }";
 
 /// Endpoints as json5.
 fn list(endpoints: &[String]) -> String {
     let quoted: Vec<String> = endpoints.iter().map(|e| format!("{e:?}")).collect();
     format!("[{}]", quoted.join(","))
 }
+
+/// Between two attempts to reach a router for the first time.
+const RETRY: Duration = Duration::from_millis(200);
 
 fn insert(config: &mut Config, key: &str, value: &str) -> Result<(), SessionError> {
     config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
@@ -99,9 +103,11 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
         insert(&mut config, "connect/endpoints", &list(&service.connect))?;
     }
     let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
-    insert(&mut config, "connect/timeout_ms", &timeout.as_millis().to_string())?;
+    // Zenoh spends whatever time it has on the first endpoint before it turns to the next: it gets none, tries
+    // each once, and the waiting is done here.
+    insert(&mut config, "connect/timeout_ms", "0")?;
     insert(&mut config, "connect/exit_on_failure", "true")?;
-    insert(&mut config, "connect/retry", RETRY)?;
+    insert(&mut config, "connect/retry", CONNECT_RETRY)?;
     let no_router = || SessionError::NoRouter {
         endpoints: if service.connect.is_empty() {
             "the configured endpoints".into()
@@ -110,15 +116,19 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
         },
         seconds: timeout.as_secs_f64(),
     };
-    let session = match zenoh::open(config).await {
-        Ok(session) => session,
-        Err(error) => {
-            tracing::debug!(%error, "opening failed");
+    let deadline = tokio::time::Instant::now() + timeout;
+    let session = loop {
+        match tokio::time::timeout_at(deadline, zenoh::open(config.clone())).await {
+            Ok(Ok(session)) => break session,
+            Ok(Err(error)) => tracing::debug!(%error, "opening failed"),
+            Err(_) => return Err(no_router()),
+        }
+        if tokio::time::Instant::now() + RETRY >= deadline {
             return Err(no_router());
         }
+        tokio::time::sleep(RETRY).await;
     };
     // `open` can succeed without a router behind it (a refused certificate is only a warning).
-    let deadline = tokio::time::Instant::now() + timeout;
     while session.info().routers_zid().await.next().is_none() {
         if tokio::time::Instant::now() >= deadline {
             let _ = session.close().await;
@@ -144,7 +154,7 @@ pub async fn router(
         insert(&mut config, "connect/endpoints", &list(others))?;
         insert(&mut config, "connect/timeout_ms", "-1")?;
         insert(&mut config, "connect/exit_on_failure", "false")?;
-        insert(&mut config, "connect/retry", RETRY)?;
+        insert(&mut config, "connect/retry", CONNECT_RETRY)?;
         // Zenoh only warns when a port is taken; ask the system first.
         if let Some(address) = endpoint.strip_prefix("tcp/") {
             TcpListener::bind(address).map_err(|e| SessionError::Listen {

@@ -101,7 +101,7 @@ pub fn service_status() -> ServiceStatus {
         warmed: vec![MAP.to_string()],
         metrics: BTreeMap::from([
             ("curionav_requests_total{role=\"cpc\",name=\"cpc-1\"}".into(), 12_001.0),
-            ("curionav_refused_total{reason=\"overloaded\",role=\"cpc\",name=\"cpc-1\"}".into(), 2.0),
+            ("curionav_refused_total{role=\"cpc\",name=\"cpc-1\",reason=\"overloaded\"}".into(), 2.0),
         ]),
     }
 }

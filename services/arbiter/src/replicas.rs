@@ -1,15 +1,13 @@
 //! What is known of the replicas: who may be given work, how fast each is, who has failed.
 //!
 //! A replica is given work once it has answered a question without candidates: then it is alive and has
-//! derived what the mission needs. One that fails twice in a row loses that standing and is asked again
+//! derived what the mission needs. One that fails once loses that standing and is asked again
 //! until it answers: warming up, probing and the circuit breaker are the same thing. Events and times in,
 //! values out; nothing here waits.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Failures in a row after which a replica is given no more work.
-const FAILURES_MAX: u32 = 2;
 /// Between two probes of a replica that does not answer them.
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
 /// Weight of the newest measurement in the moving average of speeds.
@@ -68,7 +66,6 @@ struct Replica {
     /// Seconds a question and its answer travel, the best of late; infinite until it has been measured.
     way: f64,
     in_flight: u32,
-    failures: u32,
 }
 
 impl Replica {
@@ -123,7 +120,6 @@ impl Replicas {
                 unhindered: 0.0,
                 way: f64::INFINITY,
                 in_flight: 0,
-                failures: 0,
             });
         }
     }
@@ -153,7 +149,7 @@ impl Replicas {
         let Some(replica) = self.find(role, instance) else { return };
         match slots {
             Some(slots) => {
-                (replica.standing, replica.failures) = (Standing::Ready, 0);
+                replica.standing = Standing::Ready;
                 replica.slots = slots.clamp(1, SLOTS_MAX);
             }
             None => replica.standing = Standing::Due(now + PROBE_PAUSE),
@@ -215,7 +211,6 @@ impl Replicas {
     /// A usable answer: `count` candidates in `busy`, which travelled for `way` in all.
     pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration, way: Duration) {
         let Some(replica) = self.find(role, instance) else { return };
-        replica.failures = 0;
         if count > 0 {
             let measured = count as f64 / busy.as_secs_f64().max(1e-6);
             let old = if replica.speed > 0.0 { replica.speed } else { measured };
@@ -225,16 +220,17 @@ impl Replicas {
         }
     }
 
-    /// No usable answer.
+    /// No usable answer. Whoever is overloaded goes on, with less. Whoever is broken is asked for nothing until
+    /// it answers: a second question would be another cycle's that comes to harm, and if all was well the
+    /// answer is here before the next cycle.
     pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration) {
         let Some(replica) = self.find(role, instance) else { return };
         match failure {
             Failure::Overloaded => replica.speed *= 0.5,
-            Failure::Cold => replica.failures = FAILURES_MAX,
-            Failure::Broken => replica.failures += 1,
-        }
-        if replica.failures >= FAILURES_MAX && replica.standing == Standing::Ready {
-            replica.standing = Standing::Due(now);
+            Failure::Cold | Failure::Broken if replica.standing == Standing::Ready => {
+                replica.standing = Standing::Due(now);
+            }
+            Failure::Cold | Failure::Broken => {}
         }
     }
 
@@ -333,18 +329,18 @@ mod tests {
     }
 
     #[test]
-    fn two_failures_in_a_row_end_the_work_until_a_probe_is_answered() {
-        let mut replicas = ready(&[("a", 1)]);
-        replicas.failed("cpc", "a", Failure::Broken, NOW);
-        replicas.answered("cpc", "a", 1, NOW, WAY);
-        replicas.failed("cpc", "a", Failure::Broken, NOW);
-        assert_eq!(replicas.ready("cpc"), ["a"]);
-        replicas.failed("cpc", "a", Failure::Broken, NOW);
-        assert!(replicas.ready("cpc").is_empty());
-        assert_eq!(replicas.take_due(NOW).len(), 1);
-        replicas.probed("cpc", "a", Some(1), NOW);
-        replicas.failed("cpc", "a", Failure::Cold, NOW);
-        assert!(replicas.ready("cpc").is_empty() && replicas.take_due(NOW).len() == 1);
+    fn a_failure_ends_the_work_until_a_probe_is_answered() {
+        for failure in [Failure::Broken, Failure::Cold] {
+            let mut replicas = ready(&[("a", 1)]);
+            replicas.failed("cpc", "a", failure, NOW);
+            assert!(replicas.ready("cpc").is_empty());
+            assert_eq!(replicas.take_due(NOW).len(), 1);
+            // What it is blamed for meanwhile is no reason to ask it again.
+            replicas.failed("cpc", "a", failure, NOW);
+            assert!(replicas.take_due(NOW).is_empty());
+            replicas.probed("cpc", "a", Some(1), NOW);
+            assert_eq!(replicas.ready("cpc"), ["a"]);
+        }
     }
 
     #[test]

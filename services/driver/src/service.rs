@@ -21,7 +21,7 @@ use tokio::sync::watch;
 use zenoh::Session;
 
 use crate::command_counts::{CommandCounts, Stamps};
-use crate::control::{Inputs, command};
+use crate::control::{Inputs, command, on_arrival};
 use crate::desk::Desk;
 use crate::obedience::Obedience;
 
@@ -40,6 +40,8 @@ struct Driver {
     obeyed: watch::Sender<Obedience>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
+    /// Tick of the last command, and the command.
+    told: Option<(u64, Twist)>,
     run: u64,
     counts: CommandCounts,
 }
@@ -70,6 +72,7 @@ pub(crate) async fn run(
         obeyed,
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
+        told: None,
         run: 0,
         counts: CommandCounts::new(),
     };
@@ -179,16 +182,16 @@ impl Driver {
             self.obey(decision);
         }
         let scan = self.scans.of_tick(tick, mission.clock).await.cloned();
+        let robot = convert::robot_model(&mission.robot_model);
+        // In lockstep the base has carried out every command before it measures.
+        let recent = self.told.filter(|(at, _)| mission.clock == Clock::Realtime && at + 1 >= tick);
+        let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state != MissionState::Running {
-            let twist = convert::robot_model(&mission.robot_model).limit(
-                measured(&odometry),
-                Twist::default(),
-                mission.tick_s,
-            );
+            let moving = on_arrival(&odometry, on_its_way, &robot, mission.tick_s);
+            let twist = robot.limit(moving, Twist::default(), mission.tick_s);
             self.publish(&mission, &odometry, twist, "the mission is not running");
             return;
         }
-        let robot = convert::robot_model(&mission.robot_model);
         let obeyed = self.obeyed.borrow().newest().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let stamps = Stamps {
@@ -205,6 +208,7 @@ impl Driver {
             decision: obeyed.as_ref().and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
             robot: &robot,
             period: mission.tick_s,
+            on_its_way,
         });
         self.publish(&mission, &odometry, command.twist, command.reason);
         self.service.counts.record(arrived.elapsed());
@@ -221,6 +225,7 @@ impl Driver {
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
+        self.told = None;
         self.service.report(mission.revision, Ok(())).await
     }
 
@@ -230,7 +235,7 @@ impl Driver {
         self.obeyed.send_if_modified(|obeyed| obeyed.take(decision));
     }
 
-    fn publish(&self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {
+    fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {
         let (epoch, seq) = self.obeyed.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
         let command = wire::Twist {
             epoch,
@@ -243,6 +248,7 @@ impl Driver {
         };
         self.counts.command(reason);
         self.commands.publish(&command, mission.clock);
+        self.told = Some((odometry.tick, twist));
     }
 }
 
@@ -261,10 +267,6 @@ async fn run_over(mut missions: watch::Receiver<Option<Mission>>) {
         })
     };
     let _ = missions.wait_for(over).await;
-}
-
-fn measured(odometry: &Odometry) -> Twist {
-    Twist { v: odometry.v, omega: odometry.omega }
 }
 
 fn remember<T>(of: &mut BTreeMap<u64, T>, tick: u64, value: T) {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::program::{Deployment, Serving, curionav, run, signal, turn, wait_until_running, within};
+use super::program::{Deployment, Serving, curionav, signal, turn, wait_until_running, within};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -46,7 +46,8 @@ fn a_whole_deployment_is_proven_link_by_link() {
 
     // While a run is on: mission, map and every stream as well.
     let endpoint = deployment.endpoint().to_owned();
-    let running = std::thread::spawn(move || run(QUICK, &["--connect", &endpoint, "--speed", "realtime"]));
+    let running =
+        std::thread::spawn(move || curionav(&["run", QUICK, "--connect", &endpoint, "--speed", "realtime"]));
     wait_until_running(deployment.endpoint());
     let (status, report) = doctor(deployment.endpoint(), &[]);
     assert_eq!(status, 0, "{report:#}");
@@ -55,7 +56,8 @@ fn a_whole_deployment_is_proven_link_by_link() {
         assert_eq!(finding["verdict"], "proven", "{finding:#}");
     }
     assert!(of(&report, "cpc cpc-0")[0]["detail"].as_str().unwrap().contains("ready for the mission"));
-    assert_eq!(running.join().unwrap().0.outcome, "reached");
+    assert!(curionav(&["cancel", "robot", "--connect", deployment.endpoint()]).status.success());
+    running.join().unwrap();
 }
 
 #[test]

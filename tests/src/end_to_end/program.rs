@@ -51,7 +51,7 @@ pub(super) fn reference_data(test: &str) -> Option<PathBuf> {
 }
 
 /// Starts `curionav` without reading what it says.
-pub(super) fn spawn(arguments: &[&str]) -> Child {
+pub(crate) fn spawn(arguments: &[&str]) -> Child {
     Command::new(program())
         .args(arguments)
         .current_dir(root())
@@ -89,7 +89,7 @@ pub(crate) fn curionav(arguments: &[&str]) -> Output {
 }
 
 /// Waits for a process at most `limit`; kills it and gives nothing beyond that.
-pub(super) fn wait(child: &mut Child, limit: Duration) -> Option<std::process::ExitStatus> {
+pub(crate) fn wait(child: &mut Child, limit: Duration) -> Option<std::process::ExitStatus> {
     let deadline = Instant::now() + limit;
     loop {
         if let Some(status) = child.try_wait().unwrap() {
@@ -315,13 +315,13 @@ pub(super) fn wait_until_running(endpoint: &str) {
 }
 
 /// Sends a signal by name.
-pub(super) fn signal(name: &str, pid: u32) {
+pub(crate) fn signal(name: &str, pid: u32) {
     let sent = Command::new("kill").args([format!("-{name}"), pid.to_string()]).status().unwrap();
     assert!(sent.success(), "kill -{name} {pid}");
 }
 
 /// Whether a process is there (a zombie is not).
-pub(super) fn is_alive(pid: u32) -> bool {
+pub(crate) fn is_alive(pid: u32) -> bool {
     std::fs::read_to_string(format!("/proc/{pid}/stat"))
         .is_ok_and(|stat| stat.rsplit(')').next().is_some_and(|rest| !rest.trim_start().starts_with('Z')))
 }

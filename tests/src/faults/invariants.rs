@@ -13,13 +13,13 @@ use super::replica::QUEUE;
 use super::world::{SimulatedPeers, World};
 
 /// Metres a robot may go that nothing controls: to a stand from 1 m/s at 0.5 m/s2, and 0.3 s before.
-const UNCONTROLLED_MAX: f64 = 1.0 + 0.3;
+pub(crate) const UNCONTROLLED_MAX: f64 = 1.0 + 0.3;
 /// Metres from its trajectory at which a robot still counts as following it.
 const STRAYED_MAX: f64 = 0.8;
 /// Tasks and timers of a world, messages under way included.
 const LOAD_MAX: usize = 300;
 /// Longest a decision may be followed (`hold.max_age` of the profile), seconds.
-const HORIZON: f64 = 1.2;
+pub(crate) const HORIZON: f64 = 1.2;
 /// Cycles after which everything is as it should be once nothing is wrong any more, and how long these take.
 pub(super) const HEALING: f64 = 5.0 * 0.3;
 
@@ -101,7 +101,12 @@ pub(super) fn after_a_cycle(
 }
 
 /// What a candidate costs in the scene of its report, whole and by term, computed anew.
-fn true_cost(context: &PlanContext, report: &CycleReport, index: usize, terms: &[&str]) -> (f64, Vec<f64>) {
+pub(crate) fn true_cost(
+    context: &PlanContext,
+    report: &CycleReport,
+    index: usize,
+    terms: &[&str],
+) -> (f64, Vec<f64>) {
     let scene = convert::scene(&report.scene).unwrap();
     let candidate = convert::candidates(report.candidates.clone()).unwrap().pick(&[index]);
     let mut scores = Scores::new(1);

@@ -8,7 +8,7 @@ mod degraded_modes;
 mod executor;
 mod fault;
 mod hall;
-mod invariants;
+pub(crate) mod invariants;
 mod lockstep;
 mod replica;
 mod robot;

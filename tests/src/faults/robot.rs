@@ -188,6 +188,7 @@ impl Robot {
             decision: obeyed.and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
             robot: &self.model,
             period,
+            on_its_way: None,
         });
         self.command = Some((self.now(), command.twist));
         command.reason

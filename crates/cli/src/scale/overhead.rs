@@ -40,6 +40,15 @@ pub(super) struct Question {
     pub(super) p50_ms: f64,
 }
 
+/// Medians of the stages of a cycle.
+#[derive(Debug, Serialize)]
+pub(super) struct Stages {
+    pub(super) generate_ms: f64,
+    pub(super) evaluate_ms: f64,
+    pub(super) decide_ms: f64,
+    pub(super) cycle_ms: f64,
+}
+
 /// What the split costs.
 #[derive(Debug, Serialize)]
 pub(super) struct Overhead {
@@ -54,6 +63,9 @@ pub(super) struct Overhead {
     /// What the split adds to the median, in bare queries.
     pub(super) round_trips: f64,
     pub(super) questions: Vec<Question>,
+    /// Where the time goes in either home.
+    pub(super) in_process: Stages,
+    pub(super) processes: Stages,
 }
 
 /// Measures for `seconds`. `processes` must have no replicas yet.
@@ -123,7 +135,8 @@ async fn compare(
     for (question, latency) in questions.iter_mut().zip(&bare) {
         question.p50_ms = latency.percentile_ms(0.5);
     }
-    let [in_process_p50_ms, processes_p50_ms] = cycles.each_ref().map(|times| median_ms(times));
+    let [in_process, processes] = cycles.each_ref().map(|times| stages(times));
+    let (in_process_p50_ms, processes_p50_ms) = (in_process.cycle_ms, processes.cycle_ms);
     let bare_p50_ms = questions.iter().map(|q| q.p50_ms).sum::<f64>() / questions.len().max(1) as f64;
     Ok(Overhead {
         cycles: cycles[0].len(),
@@ -132,28 +145,37 @@ async fn compare(
         bare_p50_ms,
         round_trips: (processes_p50_ms - in_process_p50_ms) / bare_p50_ms,
         questions,
+        in_process,
+        processes,
     })
 }
 
-fn median_ms(times: &[Duration]) -> f64 {
-    let mut sorted = times.to_vec();
-    sorted.sort_unstable();
-    sorted.get(sorted.len() / 2).map_or(0.0, |time| 1e3 * time.as_secs_f64())
+fn stages(times: &[wire::Timings]) -> Stages {
+    let median_ms = |of: &dyn Fn(&wire::Timings) -> u64| {
+        let mut sorted: Vec<u64> = times.iter().map(of).collect();
+        sorted.sort_unstable();
+        sorted.get(sorted.len() / 2).map_or(0.0, |us| *us as f64 / 1e3)
+    };
+    Stages {
+        generate_ms: median_ms(&|t| t.generate_us),
+        evaluate_ms: median_ms(&|t| t.total_us.saturating_sub(t.generate_us + t.arbitrate_us)),
+        decide_ms: median_ms(&|t| t.arbitrate_us),
+        cycle_ms: median_ms(&|t| t.total_us),
+    }
 }
 
 /// Plans every cycle of the rehearsal once more: what was decided, and how long each took.
 async fn replay(
     robot: &Robot,
     rehearsal: &Rehearsal,
-) -> anyhow::Result<(Vec<(String, wire::F64Array)>, Vec<Duration>)> {
+) -> anyhow::Result<(Vec<(String, wire::F64Array)>, Vec<wire::Timings>)> {
     let mut memory = Memory::new(0);
     let (mut decisions, mut times) = (Vec::new(), Vec::new());
     for past in &rehearsal.cycles {
         let scene = past.scene.clone();
         let observation = Observation { belief: scene.belief, people: scene.people };
-        let started = Instant::now();
-        let (decision, _) = cycle::plan(&robot.pool, &robot.context, &mut memory, observation).await?;
-        times.push(started.elapsed());
+        let (decision, report) = cycle::plan(&robot.pool, &robot.context, &mut memory, observation).await?;
+        times.push(report.timings);
         ensure!(decision.degraded.is_empty(), "a cycle was degraded: {}", decision.degraded.join(", "));
         decisions.push((decision.reason, decision.x));
     }

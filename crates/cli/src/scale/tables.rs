@@ -104,15 +104,17 @@ pub(super) fn overhead(o: &Overhead) -> String {
             format!("{:.3} ms", q.p50_ms),
         ]
     };
+    let questions = table(&header, o.questions.iter().map(line));
     let verdict = if o.round_trips <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
+    let header = ["home", "generate", "evaluate", "decide", "cycle p50"];
+    let homes = [("in process", &o.in_process), ("processes", &o.processes)].map(|(home, s)| {
+        let ms = [s.generate_ms, s.evaluate_ms, s.decide_ms, s.cycle_ms].map(|ms| format!("{ms:.3} ms"));
+        [vec![home.to_owned()], ms.to_vec()].concat()
+    });
+    let homes = table(&header, homes.into_iter());
     format!(
-        "{}\ncycle in process: p50 {:.3} ms; over processes: p50 {:.3} ms ({} cycles each)\n\
+        "{questions}\n{homes}\n{} cycles in either home\n\
          the split adds {:.2} bare round trips of {:.3} ms, {verdict} the {ROUND_TRIPS_MAX} allowed",
-        table(&header, o.questions.iter().map(line)),
-        o.in_process_p50_ms,
-        o.processes_p50_ms,
-        o.cycles,
-        o.round_trips,
-        o.bare_p50_ms,
+        o.cycles, o.round_trips, o.bare_p50_ms,
     )
 }

@@ -1,0 +1,197 @@
+//! What can be seen from outside: decisions, commands, reports and odometry, with the time they arrived.
+
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use curionav_arbiter::context::PlanContext;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::fields::Fields;
+use curionav_runtime::membership::Membership;
+use curionav_runtime::query::fetch;
+use curionav_runtime::session;
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::{
+    Action, CycleReport, Decision, Message, Mission, Odometry, ServiceStatus, Twist, keys,
+};
+use zenoh::Session;
+
+/// Cycles in a row that make a robot nominal.
+const NOMINAL_CYCLES: usize = 10;
+/// The recorder's own sleeps; what they last longer, others waited for the processor as well.
+const NAP: Duration = Duration::from_millis(5);
+/// Stalls worth remembering.
+const STALL_MIN: Duration = Duration::from_millis(8);
+const FETCH_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Everything heard, in the order of arrival.
+#[derive(Default)]
+pub(super) struct Record {
+    pub(super) decisions: Vec<(Instant, Decision)>,
+    pub(super) commands: Vec<(Instant, Twist)>,
+    pub(super) odometry: Vec<(Instant, Odometry)>,
+    pub(super) reports: Vec<(Instant, CycleReport)>,
+    /// When this process was kept from the processor, and for how long.
+    pub(super) stalls: Vec<(Instant, Duration)>,
+}
+
+impl Record {
+    /// The last cycles, all on time and as they should be.
+    pub(super) fn nominal_since(&self, from: Instant, cycles: usize) -> bool {
+        let after = self.decisions.iter().rev().take_while(|(at, _)| *at >= from);
+        let last: Vec<&Decision> = after.take(cycles).map(|(_, d)| d).collect();
+        last.len() == cycles
+            && last.iter().all(|d| d.degraded.is_empty() && d.action == Action::Follow)
+            && last.windows(2).all(|pair| pair[0].tick == pair[1].tick + 1)
+    }
+}
+
+/// A client of a router that listens.
+pub(super) struct Recorder {
+    runtime: tokio::runtime::Runtime,
+    session: Session,
+    membership: Membership,
+    record: Arc<Mutex<Record>>,
+}
+
+impl Recorder {
+    /// Listens behind the first of these routers that answers.
+    pub(super) fn start(endpoints: &[String]) -> Self {
+        let runtime =
+            tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+        let config = ServiceConfig { connect: endpoints.to_vec(), ..ServiceConfig::default() };
+        let session = runtime.block_on(session::client(&config)).unwrap();
+        let membership = Membership::follow(&session).unwrap();
+        let recorder = Self { runtime, session, membership, record: Arc::default() };
+        recorder.keep("decision", |record, at, decision| record.decisions.push((at, decision)));
+        recorder.keep("cmd", |record, at, command| record.commands.push((at, command)));
+        recorder.keep("odom", |record, at, odometry| record.odometry.push((at, odometry)));
+        recorder.keep("report", |record, at, report| record.reports.push((at, report)));
+        recorder.watch_stalls();
+        recorder
+    }
+
+    fn keep<M: Message + Send + 'static>(
+        &self,
+        stream: &str,
+        push: impl Fn(&mut Record, Instant, M) + Send + 'static,
+    ) {
+        let inbox = Inbox::<M>::new(&self.session, &keys::robot("robot", stream).unwrap()).unwrap();
+        let record = Arc::clone(&self.record);
+        self.runtime.spawn(async move {
+            while let Some(message) = inbox.next().await {
+                push(&mut locked(&record), Instant::now(), message);
+            }
+        });
+    }
+
+    fn watch_stalls(&self) {
+        let record = Arc::downgrade(&self.record);
+        std::thread::spawn(move || {
+            loop {
+                let begun = Instant::now();
+                std::thread::sleep(NAP);
+                let Some(record) = record.upgrade() else { return };
+                let stall = begun.elapsed() - NAP;
+                if stall > STALL_MIN {
+                    locked(&record).stalls.push((begun, stall));
+                }
+            }
+        });
+    }
+
+    /// What has been heard so far.
+    pub(super) fn record(&self) -> MutexGuard<'_, Record> {
+        locked(&self.record)
+    }
+
+    /// Waits until `condition` holds and gives how long that took since `from`.
+    pub(super) fn await_until(
+        &self,
+        what: &str,
+        from: Instant,
+        limit: Duration,
+        mut condition: impl FnMut(&Self) -> bool,
+    ) -> Duration {
+        while !condition(self) {
+            assert!(from.elapsed() < limit, "not within {} s: {what}; {}", limit.as_secs_f64(), self.last());
+            std::thread::sleep(Duration::from_millis(3));
+        }
+        from.elapsed()
+    }
+
+    /// Waits until the last cycles were as they should be.
+    pub(super) fn await_nominal(&self, what: &str, limit: Duration) {
+        let from = Instant::now();
+        self.await_until(what, from, limit, |r| r.record().nominal_since(from, NOMINAL_CYCLES));
+    }
+
+    /// Waits for so many cycles from now on, however they end.
+    pub(super) fn await_cycles(&self, cycles: usize) {
+        let from = Instant::now();
+        let limit = Duration::from_secs(10);
+        self.await_until("cycles go on", from, limit, |r| {
+            r.record().decisions.iter().rev().take_while(|(at, _)| *at > from).count() >= cycles
+        });
+    }
+
+    /// Whether a replica has announced itself.
+    pub(super) fn is_alive(&self, role: &str, instance: &str) -> bool {
+        self.membership.of(role).iter().any(|i| i == instance)
+    }
+
+    /// Questions a replica has been asked since it started; nothing if it does not answer.
+    pub(super) fn questions(&self, role: &str, instance: &str) -> Option<u64> {
+        let key = keys::status(role, instance).unwrap();
+        let status = self.runtime.block_on(fetch::<ServiceStatus>(&self.session, &key, FETCH_TIMEOUT));
+        status.ok().map(|status| status.requests)
+    }
+
+    /// The mission made ready here as the arbiter has it, to compute costs anew.
+    pub(super) fn context(&self) -> PlanContext {
+        let key = keys::robot("robot", "mission").unwrap();
+        let mission: Mission = self.runtime.block_on(fetch(&self.session, &key, FETCH_TIMEOUT)).unwrap();
+        let fields = {
+            let _inside = self.runtime.enter();
+            Fields::new(&self.session)
+        };
+        PlanContext::new(mission, &fields, true).unwrap()
+    }
+
+    /// The last cycles in a few words, for whoever has to find out why.
+    pub(super) fn last(&self) -> String {
+        let record = self.record();
+        let from = record.decisions.len().saturating_sub(15);
+        let mut said = String::from("the last cycles:\n");
+        for (at, d) in &record.decisions[from..] {
+            said += &format!(
+                "{:6.2} s ago, tick {}, {:?} ({}), {} us, {:?}\n",
+                at.elapsed().as_secs_f64(),
+                d.tick,
+                d.action,
+                d.reason,
+                d.elapsed_us,
+                d.degraded
+            );
+        }
+        for (at, c) in record.commands.iter().rev().take(5) {
+            said += &format!("{:6.2} s ago, {:.2} m/s, {}\n", at.elapsed().as_secs_f64(), c.v, c.reason);
+        }
+        for (at, o) in record.odometry.iter().rev().take(5) {
+            said +=
+                &format!("{:6.2} s ago, tick {}, at {:.2} m/s\n", at.elapsed().as_secs_f64(), o.tick, o.v);
+        }
+        let instances: BTreeSet<String> = self.membership.all().into_values().flatten().collect();
+        said + &format!("alive: {instances:?}")
+    }
+}
+
+fn locked(record: &Mutex<Record>) -> MutexGuard<'_, Record> {
+    record.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        session::close(&self.session);
+    }
+}
