@@ -71,7 +71,7 @@ pub(crate) struct ScaleOptions {
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(super) seconds: Option<f64>,
     /// Batches in flight for each replica while throughput is measured, each a robot's.
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=16))]
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=16))]
     pub(super) in_flight: u16,
     /// Scenario that scenes and candidates are taken from.
     #[arg(long, value_name = "SCENARIO.toml", default_value = "scenarios/paper/env4-s3.toml")]
