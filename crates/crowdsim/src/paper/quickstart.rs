@@ -1,4 +1,4 @@
-//! The first scene a user runs: a small foyer, six people, ten metres to go.
+//! The first scene a user runs: a small foyer, four people, ten metres to go.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::sensor::LaserModel;
@@ -9,7 +9,7 @@ use super::{PaperScene, Plan, SceneError, furnish};
 
 /// Side of a cell, metres.
 const CELL_M: f64 = 0.05;
-const PEOPLE: usize = 6;
+const PEOPLE: usize = 4;
 
 /// Makes the quick start's scene. `seed` draws the people's beats.
 pub fn quickstart(seed: u64) -> Result<PaperScene, SceneError> {
@@ -46,6 +46,6 @@ fn plan() -> Plan {
         goal: Point2::new(11.0, 5.2),
         routes: Vec::new(),
         crowds: vec![(rectangle(2.8, 1.0, 9.6, 8.4), 1.0)],
-        description: "Foyer with six people and landmarks all around: ten metres, half a minute.",
+        description: "Foyer with four people and landmarks all around: ten metres, half a minute.",
     }
 }
