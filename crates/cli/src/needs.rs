@@ -2,12 +2,57 @@
 
 use std::collections::BTreeSet;
 
+use curionav_runtime::config::ServiceConfig;
+use curionav_schemas::ServiceStatus;
+
 use crate::arguments::ConnectOptions;
 
 /// What a robot's own computer runs.
 pub(crate) const ROBOT_ROLES: [&str; 3] = ["driver", "localizer", "arbiter"];
 /// What pools run, for the planner that is the default.
 pub(crate) const POOL_ROLES: [&str; 3] = ["generator", "cpc", "cnc"];
+
+/// Somebody who is alive, and what they say of themselves, if anything.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Alive<'a> {
+    pub(crate) role: &'a str,
+    pub(crate) instance: &'a str,
+    pub(crate) status: Option<&'a ServiceStatus>,
+}
+
+impl<'a> Alive<'a> {
+    fn robot(&self) -> Option<&'a str> {
+        self.status?.robot.as_deref()
+    }
+
+    /// Whether it is what somebody needs. One that says nothing is given the benefit of the doubt.
+    fn fills(&self, need: &Need) -> bool {
+        let for_them = self.status.is_none() || need.robot.as_deref() == self.robot();
+        self.role == need.role && (need.robot.is_none() || for_them)
+    }
+}
+
+/// Every robot that somebody works for; if there is none, the one that is the default.
+pub(crate) fn robots(alive: &[Alive<'_>]) -> BTreeSet<String> {
+    let mut robots: BTreeSet<String> =
+        alive.iter().filter_map(|one| one.robot().map(str::to_owned)).collect();
+    if robots.is_empty() {
+        robots.insert(ServiceConfig::default().robot);
+    }
+    robots
+}
+
+/// What of `needs` nobody fills: in words, and how to mend it.
+pub(crate) fn missing(needs: Vec<Need>, alive: &[Alive<'_>], at: &ConnectOptions) -> Vec<(String, String)> {
+    let absent = needs.into_iter().filter(|need| !alive.iter().any(|one| one.fills(need)));
+    absent
+        .map(|need| {
+            let same_role = alive.iter().filter(|one| one.role == need.role);
+            let taken = same_role.map(|one| one.instance.to_owned()).collect();
+            (need.words(), need.fix(at, &taken))
+        })
+        .collect()
+}
 
 /// A role that somebody must fill.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

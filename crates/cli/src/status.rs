@@ -1,6 +1,5 @@
 //! `curionav status`: who is alive, how loaded, how fast, and who is missing.
 
-use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use comfy_table::Table;
@@ -13,7 +12,7 @@ use serde::Serialize;
 
 use crate::arguments::StatusOptions;
 use crate::exit::{Exit, SUCCESS};
-use crate::needs::{Need, POOL_ROLES};
+use crate::needs::{self, Alive, Need, POOL_ROLES};
 
 /// Tokens of those alive arrive with the declaration; this covers a slow router.
 const SETTLE: Duration = Duration::from_millis(300);
@@ -77,24 +76,14 @@ pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
 /// Who is needed for a robot to drive and is not alive: for every robot that somebody works for, and for the
 /// pools of the default planner.
 fn missing(lines: &[Line], options: &StatusOptions) -> Vec<Missing> {
-    let robot_of = |line: &Line| line.status.as_ref().and_then(|s| s.robot.clone());
-    let mut robots: BTreeSet<String> = lines.iter().filter_map(robot_of).collect();
-    if robots.is_empty() {
-        robots.insert(ServiceConfig::default().robot);
-    }
+    let alive: Vec<Alive<'_>> = lines
+        .iter()
+        .map(|line| Alive { role: &line.role, instance: &line.instance, status: line.status.as_ref() })
+        .collect();
     let pools = POOL_ROLES.map(str::to_owned).into_iter().collect();
-    let fills = |line: &Line, need: &Need| {
-        let theirs = need.robot.is_none() || line.status.is_none() || need.robot == robot_of(line);
-        line.role == need.role && theirs
-    };
-    let needs = Need::of(&robots, &pools).into_iter();
-    let absent = needs.filter(|need| !lines.iter().any(|line| fills(line, need)));
-    absent
-        .map(|need| {
-            let taken = lines.iter().filter(|l| l.role == need.role).map(|l| l.instance.clone()).collect();
-            Missing { what: need.words(), fix: need.fix(&options.at, &taken) }
-        })
-        .collect()
+    let needs = Need::of(&needs::robots(&alive), &pools);
+    let missing = needs::missing(needs, &alive, &options.at).into_iter();
+    missing.map(|(what, fix)| Missing { what, fix }).collect()
 }
 
 fn table(lines: &[Line]) -> Table {

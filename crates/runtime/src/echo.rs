@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 use curionav_schemas::keys;
 use zenoh::handlers::FifoChannel;
 use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::{ConsolidationMode, Query};
+use zenoh::query::{ConsolidationMode, Query, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::process::{OnReady, Running};
 use crate::query::AskError;
+use crate::serve::ServeError;
 use crate::shutdown::Shutdown;
 
 /// Largest answer that is given, bytes: no message of the contract is larger than 64 MiB.
@@ -21,7 +22,14 @@ fn key(instance: &str) -> String {
     format!("{}/echo/{instance}", keys::ROOT)
 }
 
-/// Answers every question with as many bytes as it asks for, until `shutdown`.
+/// Answers every question with as many bytes as it asks for, for as long as it lives.
+pub fn serve(session: &Session, instance: &str) -> Result<Queryable<()>, ServeError> {
+    let key = key(instance);
+    let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
+    queryable.map_err(|e| ServeError { key, reason: e.to_string() })
+}
+
+/// The same as a service, until `shutdown`.
 pub fn run<'a>(
     config: &'a ServiceConfig,
     session: &'a Session,
@@ -29,9 +37,7 @@ pub fn run<'a>(
     on_ready: OnReady,
 ) -> Running<'a> {
     Box::pin(async move {
-        let key = key(&config.instance);
-        let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
-        let _queryable = queryable.map_err(|e| anyhow::anyhow!("cannot serve {key}: {e}"))?;
+        let _serving = serve(session, &config.instance)?;
         on_ready(None);
         shutdown.requested().await;
         Ok(())

@@ -7,7 +7,7 @@ use curionav_schemas::{DecodeError, Message, Reject};
 use zenoh::handlers::FifoChannel;
 use zenoh::pubsub::Subscriber;
 use zenoh::qos::CongestionControl;
-use zenoh::query::{ConsolidationMode, QueryTarget, Queryable};
+use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 use crate::query::AskError;
@@ -136,24 +136,4 @@ impl Listener {
     pub fn heard(&self) -> Heard {
         self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
-}
-
-/// Sends back on `key` what it is asked, for as long as it lives: the bare round trip to compare with.
-pub fn echo(session: &Session, key: &str) -> Result<Queryable<()>, TopicError> {
-    session
-        .declare_queryable(key.to_owned())
-        .callback(|query| {
-            let payload = query.payload().cloned().unwrap_or_default();
-            if let Err(error) = query.reply(query.key_expr().clone(), payload).wait() {
-                tracing::debug!(%error, "echo not sent");
-            }
-        })
-        .wait()
-        .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })
-}
-
-/// The middle one of several times, milliseconds; 0 without any.
-pub fn median_ms(mut times: Vec<Duration>) -> f64 {
-    times.sort_unstable();
-    times.get(times.len() / 2).map_or(0.0, |t| t.as_secs_f64() * 1e3)
 }

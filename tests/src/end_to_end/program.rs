@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 /// Longest a run of these tests may take on a loaded machine.
 const RUN_LIMIT: Duration = Duration::from_secs(240);
@@ -168,6 +169,23 @@ struct ProcessJson {
     metrics: Option<SocketAddr>,
 }
 
+/// Starts the program and waits for the line in which it says that it is ready.
+fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
+    let mut child = Command::new(program())
+        .args(arguments)
+        .env_remove("RUST_LOG")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let ready =
+        serde_json::from_str(&line).unwrap_or_else(|e| panic!("{arguments:?} not ready: {e}: `{line}`"));
+    (child, ready)
+}
+
 /// A running `curionav up`, ended when dropped.
 pub(super) struct Deployment {
     child: Child,
@@ -183,17 +201,7 @@ impl Deployment {
             "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n"
         );
         std::fs::write(file.path(), text).unwrap();
-        let mut child = Command::new(program())
-            .args(["up", file.path().to_str().unwrap(), "--port", "0"])
-            .env_remove("RUST_LOG")
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let ready = serde_json::from_str(&line).unwrap_or_else(|e| panic!("not ready: {e}: `{line}`"));
+        let (child, ready) = serving(&["up", file.path().to_str().unwrap(), "--port", "0"]);
         Self { child, ready, _file: file }
     }
 
@@ -259,18 +267,7 @@ struct OneJson {
 impl Serving {
     /// Starts it and waits until it serves.
     pub(super) fn start(arguments: &[&str]) -> Self {
-        let mut child = Command::new(program())
-            .args(arguments)
-            .env_remove("RUST_LOG")
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let ready =
-            serde_json::from_str(&line).unwrap_or_else(|e| panic!("{arguments:?} not ready: {e}: `{line}`"));
+        let (child, ready) = serving(arguments);
         Self { child, ready }
     }
 

@@ -5,7 +5,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use curionav_arbiter::context::PlanContext;
 use curionav_runtime::generator;
-use curionav_runtime::probe::{RawReply, ask_everybody, median_ms};
+use curionav_runtime::latency::Latency;
+use curionav_runtime::probe::{RawReply, ask_everybody};
 use curionav_schemas::{
     EvaluateRequest, GenerateReply, GenerateRequest, Message, Reject, Scores, ServiceStatus, golden, keys,
 };
@@ -13,7 +14,7 @@ use zenoh::Session;
 
 use super::finding::Finding;
 use crate::arguments::ConnectOptions;
-use crate::needs::{Need, ROBOT_ROLES};
+use crate::needs::{Alive, Need, ROBOT_ROLES};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
@@ -38,7 +39,7 @@ pub(super) struct Instance {
 impl Instance {
     pub(super) async fn ask(session: &Session, role: &str, name: &str) -> anyhow::Result<Self> {
         let key = keys::status(role, name)?;
-        let (mut times, mut offsets) = (Vec::new(), Vec::new());
+        let (mut times, mut offsets) = (Latency::default(), Vec::new());
         let mut instance = Self {
             role: role.to_owned(),
             name: name.to_owned(),
@@ -55,28 +56,22 @@ impl Instance {
             let Some(status) = statuses.first() else { break };
             instance.answering = instance.answering.max(statuses.len());
             instance.bytes += replies.iter().map(RawReply::bytes).sum::<usize>();
-            times.push(took);
+            times.record(took);
             if let Some(theirs) = status.time_s {
                 offsets.push((took, (theirs - asked - took.as_secs_f64() / 2.0) * 1e3));
             }
             instance.status = Some(status.clone());
         }
-        instance.round_trip_ms = median_ms(times);
+        instance.round_trip_ms = times.percentile_ms(0.5);
         // The fastest answer says most exactly what time it was.
         instance.clock_offset_ms =
             offsets.into_iter().min_by_key(|(took, _)| *took).map(|(_, offset)| offset);
         Ok(instance)
     }
 
-    pub(super) fn robot(&self) -> Option<&str> {
-        self.status.as_ref()?.robot.as_deref()
-    }
-
-    /// Whether it is what somebody needs.
-    pub(super) fn fills(&self, need: &Need) -> bool {
-        // One that does not answer is found to be missing by itself.
-        let for_them = need.robot.as_deref() == self.robot() || self.status.is_none();
-        self.role == need.role && (need.robot.is_none() || for_them)
+    /// That it is there. One that does not answer is found to be missing by itself.
+    pub(super) fn alive(&self) -> Alive<'_> {
+        Alive { role: &self.role, instance: &self.name, status: self.status.as_ref() }
     }
 
     fn link(&self) -> String {

@@ -10,14 +10,14 @@ use std::time::Duration;
 
 use clap::Args;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::membership::{Members, Membership};
+use curionav_runtime::membership::Membership;
 use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
 use crate::arguments::ConnectOptions;
 use crate::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
-use crate::needs::{Need, POOL_ROLES};
+use crate::needs::{self, Alive, Need, POOL_ROLES};
 use finding::{Finding, Report};
 use instances::Instance;
 
@@ -106,7 +106,11 @@ async fn examine(
             instances.push(Instance::ask(session, role, name).await?);
         }
     }
-    let robots = robots(options.robot.as_deref(), &instances);
+    let alive: Vec<Alive<'_>> = instances.iter().map(Instance::alive).collect();
+    let robots = match &options.robot {
+        Some(robot) => BTreeSet::from([robot.clone()]),
+        None => needs::robots(&alive),
+    };
     let mut missions = Vec::new();
     for robot in &robots {
         missions.push(robot::Mission::ask(session, robot).await?);
@@ -121,40 +125,11 @@ async fn examine(
         let context = missions.iter().find_map(|mission| mission.context());
         findings.extend(instance.examine(session, &options.at, context, &pools).await?);
     }
-    findings.extend(absent(options, &members, &instances, Need::of(&robots, &pools)));
+    let missing = needs::missing(Need::of(&robots, &pools), &alive, &options.at).into_iter();
+    findings.extend(missing.map(|(what, fix)| Finding::missing(what, "nobody is alive", fix)));
     for mission in &missions {
         findings.extend(mission.findings(&options.at));
     }
     findings.extend(robot::streams(session, &missions, Duration::from_secs_f64(options.listen)).await?);
     Ok(findings)
-}
-
-/// The robots to look after: the one asked for, else all that somebody works for, else the default's.
-fn robots(asked: Option<&str>, instances: &[Instance]) -> BTreeSet<String> {
-    let mut robots: BTreeSet<String> = match asked {
-        Some(robot) => BTreeSet::from([robot.to_owned()]),
-        None => instances.iter().filter_map(|i| i.robot().map(str::to_owned)).collect(),
-    };
-    if robots.is_empty() {
-        robots.insert(ServiceConfig::default().robot);
-    }
-    robots
-}
-
-/// What is needed and not alive.
-fn absent(
-    options: &DoctorOptions,
-    members: &Members,
-    instances: &[Instance],
-    needs: Vec<Need>,
-) -> Vec<Finding> {
-    let none = BTreeSet::new();
-    let alive = |need: &Need| instances.iter().any(|i| i.fills(need));
-    let missing = needs.into_iter().filter(|need| !alive(need));
-    missing
-        .map(|need| {
-            let taken = members.get(&need.role).unwrap_or(&none);
-            Finding::missing(need.words(), "nobody is alive", need.fix(&options.at, taken))
-        })
-        .collect()
 }

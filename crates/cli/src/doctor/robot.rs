@@ -7,7 +7,7 @@ use curionav_planning::occupancy::StaticMap;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::generator;
-use curionav_runtime::probe::{Heard, Listener, ask_everybody, median_ms};
+use curionav_runtime::probe::{Heard, Listener, ask_everybody};
 use curionav_schemas::{
     self as wire, Belief, Decision, MapId, MissionState, OccupancyGrid, Odometry, People, Scan, keys,
 };
@@ -146,7 +146,7 @@ async fn fetch_map(session: &Session, id: MapId) -> anyhow::Result<Result<(Serve
         if grid.hash().0 != id.0 {
             return Err(format!("what is served as map {id} is another map"));
         }
-        Ok((ServedMap { bytes: reply.bytes(), took_ms: median_ms(vec![took]) }, StaticMap::new(grid)))
+        Ok((ServedMap { bytes: reply.bytes(), took_ms: took.as_secs_f64() * 1e3 }, StaticMap::new(grid)))
     };
     Ok(read())
 }

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::probe::{ask_everybody, echo, median_ms};
-use curionav_runtime::session;
+use curionav_runtime::latency::Latency;
+use curionav_runtime::probe::ask_everybody;
+use curionav_runtime::{echo, session};
 use curionav_schemas::{ServiceStatus, keys};
 use zenoh::Session;
 
@@ -16,7 +17,7 @@ const SIZES: [usize; 2] = [64, 100_000];
 /// Questions of each size.
 const QUESTIONS: usize = 15;
 /// Routers announce their key when they open; a client hears of it a moment later.
-const ATTEMPTS: u32 = 20;
+const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Asks across the router from one session to another, and asks the router itself.
@@ -51,27 +52,28 @@ pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow
 /// Median round trip of each size, ms, from `session` to another of our own.
 async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Result<Option<[f64; 2]>> {
     let other = session::client(config).await?;
-    let key = keys::status("doctor", &other.zid().to_string())?;
-    let echoing = echo(&other, &key)?;
+    let name = other.zid().to_string();
+    let echoing = echo::serve(&other, &name)?;
     let mut medians = [0.0; 2];
     let mut outcome = Some(());
     for (size, median) in SIZES.into_iter().zip(&mut medians) {
-        let mut times = Vec::new();
-        let mut attempts = 0;
-        while times.len() < QUESTIONS && attempts < ATTEMPTS + QUESTIONS as u32 {
+        let mut times = Latency::default();
+        let (mut answered, mut attempts) = (0, 0);
+        while answered < QUESTIONS && attempts < ATTEMPTS + QUESTIONS {
             attempts += 1;
-            let question = Some((vec![0; size], "application/octet-stream"));
-            let (replies, took) = ask_everybody(session, &key, question, TIMEOUT).await?;
-            match replies.first() {
-                Some(reply) if reply.bytes() == size => times.push(took),
-                _ => tokio::time::sleep(PAUSE).await,
+            match echo::round_trip(session, &name, (size, size), TIMEOUT).await {
+                Ok(took) => {
+                    times.record(took);
+                    answered += 1;
+                }
+                Err(_) => tokio::time::sleep(PAUSE).await,
             }
         }
-        if times.len() < QUESTIONS {
+        if answered < QUESTIONS {
             outcome = None;
             break;
         }
-        *median = median_ms(times);
+        *median = times.percentile_ms(0.5);
     }
     drop(echoing);
     session::close(&other);

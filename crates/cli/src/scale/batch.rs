@@ -100,29 +100,19 @@ fn candidates(
     moment: &wire::CycleReport,
     count: usize,
 ) -> anyhow::Result<Option<CandidateSet>> {
-    let (steps, dt) = (context.profile.steps, context.profile.dt);
-    let mut all: [Vec<f64>; 5] = Default::default();
-    let mut add = |grown: wire::CandidateSet| {
-        let arrays = [grown.x.0, grown.y.0, grown.heading.0, grown.v.0, grown.omega.0];
-        all.iter_mut().zip(arrays).for_each(|(all, grown)| all.extend(grown));
-        all[0].len() >= count * steps
-    };
     let mut request = context.generate_request((0, 0), &moment.scene, 0, None, None).context("generator")?;
-    let mut enough = add(moment.candidates.clone());
+    let mut sets = vec![convert::candidates(moment.candidates.clone())?];
+    let mut grown = sets[0].len();
     for seed in 0..TREES_MAX {
-        if enough {
+        if grown >= count {
             break;
         }
         request.seed = seed;
         let reply = generator::generate("scale", &request, &context.map, &context.geodesic, &|| false)?;
-        enough = add(reply.candidates);
+        let set = convert::candidates(reply.candidates)?;
+        grown += set.len();
+        sets.push(set);
     }
-    if !enough {
-        return Ok(None);
-    }
-    let [x, y, heading, v, omega] = all.map(|mut values| {
-        values.truncate(count * steps);
-        values
-    });
-    Ok(Some(CandidateSet::new(steps, dt, (0..count as u32).collect(), x, y, heading, v, omega)?))
+    let all = CandidateSet::concat(context.profile.steps, context.profile.dt, &sets);
+    Ok((grown >= count).then(|| all.slice(0..count)))
 }

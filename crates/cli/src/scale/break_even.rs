@@ -47,10 +47,7 @@ pub(super) async fn rows(
     seconds: f64,
     on_row: impl Fn(&Row),
 ) -> Result<Vec<Row>, Exit> {
-    processes.add(service.kind().name(), replicas).await?;
-    let robots = Robots::join(rehearsal, &processes.endpoint, 1, Clock::Lockstep).await?;
-    robots.ready(service.role(), replicas).await?;
-    processes.limit()?;
+    let robots = Robots::with_pool(processes, rehearsal, service, (replicas, 1), Clock::Lockstep).await?;
     let [robot] = robots.all.as_slice() else { return Err(Exit::failed(anyhow::anyhow!("no robot"))) };
     let mut rows = Vec::new();
     for &people in people {

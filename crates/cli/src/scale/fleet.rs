@@ -53,12 +53,9 @@ pub(super) async fn row(
     (replicas, count): (usize, usize),
     seconds: f64,
 ) -> Result<Row, Exit> {
-    processes.add(service.kind().name(), replicas).await?;
-    let robots = Robots::join(rehearsal, &processes.endpoint, count, Clock::Realtime).await?;
-    robots.ready(service.role(), replicas).await?;
-    processes.limit()?;
-    let begin = Instant::now();
-    let used = (processes.used(), processes.used_for_asking());
+    let of = (replicas, count);
+    let robots = Robots::with_pool(processes, rehearsal, service, of, Clock::Realtime).await?;
+    let (begin, before) = (Instant::now(), processes.used());
     let cycles = SETTLING + (seconds / PERIOD.as_secs_f64()).ceil() as u32;
     let mut planning = JoinSet::new();
     for (index, robot) in robots.all.iter().enumerate() {
@@ -71,9 +68,7 @@ pub(super) async fn row(
         let (index, answers) = joined.map_err(|e| Exit::failed(e.into()))?.map_err(Exit::failed)?;
         of_robot[index] = answers;
     }
-    let over = begin.elapsed().as_secs_f64();
-    let cores = (processes.used() - used.0).as_secs_f64() / over;
-    let asking_cores = (processes.used_for_asking() - used.1).as_secs_f64() / over;
+    let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
     let budget = robots.all.first().map(|r| Budget::of_stage(Duration::ZERO, &r.context.mission));
     let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();

@@ -152,9 +152,9 @@ async fn compare(
 
 fn stages(times: &[wire::Timings]) -> Stages {
     let median_ms = |of: &dyn Fn(&wire::Timings) -> u64| {
-        let mut sorted: Vec<u64> = times.iter().map(of).collect();
-        sorted.sort_unstable();
-        sorted.get(sorted.len() / 2).map_or(0.0, |us| *us as f64 / 1e3)
+        let mut latency = Latency::default();
+        times.iter().for_each(|t| latency.record(Duration::from_micros(of(t))));
+        latency.percentile_ms(0.5)
     };
     Stages {
         generate_ms: median_ms(&|t| t.generate_us),

@@ -71,14 +71,25 @@ impl Processes {
         self.router.stop().await;
     }
 
-    /// Processor time the replicas have used together.
-    pub(super) fn used(&self) -> Duration {
-        self.replicas.iter().map(|replica| used(&replica.pid().to_string())).sum()
+    /// Processor time used until now: by the replicas together, and by router and this process, which is what
+    /// asking costs.
+    pub(super) fn used(&self) -> Used {
+        let replicas = self.replicas.iter().map(|replica| used(&replica.pid().to_string())).sum();
+        Used { replicas, asking: used(&self.router.pid().to_string()) + used("self") }
     }
+}
 
-    /// Processor time that the router and this process have used: what asking costs.
-    pub(super) fn used_for_asking(&self) -> Duration {
-        used(&self.router.pid().to_string()) + used("self")
+/// Processor time.
+pub(super) struct Used {
+    replicas: Duration,
+    asking: Duration,
+}
+
+impl Used {
+    /// Processors used on average over the `seconds` since `before`: by replicas, and for asking.
+    pub(super) fn cores_since(&self, before: &Self, seconds: f64) -> (f64, f64) {
+        let cores = |now: Duration, then: Duration| (now - then).as_secs_f64() / seconds;
+        (cores(self.replicas, before.replicas), cores(self.asking, before.asking))
     }
 }
 

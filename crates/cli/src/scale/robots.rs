@@ -18,6 +18,8 @@ use tokio::time::Instant;
 use zenoh::Session;
 
 use super::batch::Batch;
+use super::options::Pooled;
+use super::processes::Processes;
 use super::rehearsal::Rehearsal;
 use crate::exit::Exit;
 
@@ -168,12 +170,22 @@ impl Robots {
         Ok(robots)
     }
 
-    /// Waits until `count` replicas of `role` are ready for every robot.
-    pub(super) async fn ready(&self, role: &str, count: usize) -> Result<(), Exit> {
-        for robot in &self.all {
-            robot.ready(role, count).await?;
+    /// Starts `replicas` of `service`, connects `count` robots, and waits until all are ready for all. From then
+    /// on the quota is in force. It ends with [`Robots::leave`] and [`Processes::dismiss`].
+    pub(super) async fn with_pool(
+        processes: &mut Processes,
+        rehearsal: &Rehearsal,
+        service: Pooled,
+        (replicas, count): (usize, usize),
+        clock: Clock,
+    ) -> Result<Self, Exit> {
+        processes.add(service.kind().name(), replicas).await?;
+        let robots = Self::join(rehearsal, &processes.endpoint, count, clock).await?;
+        for robot in &robots.all {
+            robot.ready(service.role(), replicas).await?;
         }
-        Ok(())
+        processes.limit()?;
+        Ok(robots)
     }
 
     /// The link of one of them.

@@ -44,10 +44,8 @@ pub(super) async fn row(
     (replicas, in_flight): (usize, usize),
     seconds: f64,
 ) -> Result<Row, Exit> {
-    processes.add(service.kind().name(), replicas).await?;
-    let robots = Robots::join(rehearsal, &processes.endpoint, in_flight * replicas, Clock::Lockstep).await?;
-    robots.ready(service.role(), replicas).await?;
-    processes.limit()?;
+    let of = (replicas, in_flight * replicas);
+    let robots = Robots::with_pool(processes, rehearsal, service, of, Clock::Lockstep).await?;
     let half = Duration::from_secs_f64(seconds / 2.0);
     let alone = drive(processes, &robots.all[..1], work, half).await?;
     let busy = drive(processes, &robots.all, work, half).await?;
@@ -85,11 +83,9 @@ async fn drive(
         on_a_thread(&mut asking, keep_asking(Arc::clone(robot), Arc::clone(work), index as u64, end));
     }
     tokio::time::sleep_until(settled.into()).await;
-    let used = (processes.used(), processes.used_for_asking());
+    let before = processes.used();
     tokio::time::sleep_until(end.into()).await;
-    let over = (end - settled).as_secs_f64();
-    let cores = (processes.used() - used.0).as_secs_f64() / over;
-    let asking_cores = (processes.used_for_asking() - used.1).as_secs_f64() / over;
+    let (cores, asking_cores) = processes.used().cores_since(&before, (end - settled).as_secs_f64());
     let mut answers = Vec::new();
     while let Some(joined) = asking.join_next().await {
         let asked = joined.map_err(|e| Exit::failed(e.into()))?;
