@@ -6,6 +6,7 @@
 use ciborium::tag::Captured;
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use serde::ser::{Serialize, Serializer};
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -13,7 +14,8 @@ use std::ops::Deref;
 /// A number with a fixed little-endian form.
 trait Element: Copy {
     fn read(bytes: &[u8]) -> Option<Vec<Self>>;
-    fn write(values: &[Self]) -> Vec<u8>;
+    /// Without a copy where the machine has this order itself.
+    fn write(values: &[Self]) -> Cow<'_, [u8]>;
 }
 
 macro_rules! element {
@@ -24,13 +26,11 @@ macro_rules! element {
                 rest.is_empty().then(|| chunks.iter().map(|chunk| <$number>::from_le_bytes(*chunk)).collect())
             }
 
-            fn write(values: &[Self]) -> Vec<u8> {
-                let mut bytes = vec![0; size_of_val(values)];
-                let (chunks, _) = bytes.as_chunks_mut::<{ size_of::<$number>() }>();
-                for (chunk, value) in chunks.iter_mut().zip(values) {
-                    *chunk = value.to_le_bytes();
+            fn write(values: &[Self]) -> Cow<'_, [u8]> {
+                if cfg!(target_endian = "little") {
+                    return Cow::Borrowed(bytemuck::cast_slice(values));
                 }
-                bytes
+                Cow::Owned(values.iter().flat_map(|value| value.to_le_bytes()).collect())
             }
         }
     )*};

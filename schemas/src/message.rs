@@ -96,12 +96,11 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
 
     /// The CBOR bytes. Does not validate: a peer will refuse what [`Validate::validate`] refuses here.
     fn encode(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(512);
-        #[expect(
-            clippy::expect_used,
-            reason = "a Vec takes all bytes and no type of the contract fails to serialise"
-        )]
-        ciborium::into_writer(self, &mut bytes).expect("encoding into memory");
+        // Counting first is cheap, as arrays count in one go; growing the buffer would copy them again and again.
+        let mut length = Length(0);
+        write(self, &mut length);
+        let mut bytes = Vec::with_capacity(length.0);
+        write(self, &mut bytes);
         bytes
     }
 
@@ -135,6 +134,28 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
         }
         value.validate().map_err(|reject| DecodeError::Invalid { message, reject })?;
         Ok(value)
+    }
+}
+
+fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
+    #[expect(
+        clippy::expect_used,
+        reason = "memory takes all bytes and no type of the contract fails to serialise"
+    )]
+    ciborium::into_writer(message, to).expect("encoding into memory");
+}
+
+/// Counts what is written.
+struct Length(usize);
+
+impl std::io::Write for Length {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0 += bytes.len();
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 

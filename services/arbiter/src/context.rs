@@ -136,7 +136,7 @@ impl PlanContext {
             robot_model: self.mission.robot_model.clone(),
             odometry_noise: self.mission.odometry_noise,
             scene: scene.clone(),
-            candidates: convert::candidates_to_wire(&candidates.slice(range)),
+            candidates: convert::shard_to_wire(candidates, range),
             params: self.parameters.get(metric).cloned().unwrap_or(Value::Map(Vec::new())),
         }
     }

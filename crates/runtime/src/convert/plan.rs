@@ -1,5 +1,7 @@
 //! Candidates and search trees.
 
+use std::ops::Range;
+
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Tree;
 use curionav_schemas::{self as wire, Reject};
@@ -12,16 +14,22 @@ pub fn candidates(c: wire::CandidateSet) -> Result<CandidateSet, Reject> {
 
 /// Candidates.
 pub fn candidates_to_wire(c: &CandidateSet) -> wire::CandidateSet {
+    shard_to_wire(c, 0..c.len())
+}
+
+/// Candidates `range` alone.
+pub fn shard_to_wire(c: &CandidateSet, range: Range<usize>) -> wire::CandidateSet {
+    let states = range.start * c.steps()..range.end * c.steps();
     wire::CandidateSet {
-        count: c.len() as u32,
+        count: range.len() as u32,
         steps: c.steps() as u32,
         dt: c.dt(),
-        id: c.id().into(),
-        x: c.x().into(),
-        y: c.y().into(),
-        heading: c.heading().into(),
-        v: c.v().into(),
-        omega: c.omega().into(),
+        id: c.id()[range].into(),
+        x: c.x()[states.clone()].into(),
+        y: c.y()[states.clone()].into(),
+        heading: c.heading()[states.clone()].into(),
+        v: c.v()[states.clone()].into(),
+        omega: c.omega()[states].into(),
     }
 }
 
