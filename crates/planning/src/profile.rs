@@ -101,7 +101,7 @@ impl Default for Profile {
             normalisation: Normalisation::Fixed,
             distance: DistanceMeasure::Geodesic,
             terms: BTreeMap::from([
-                ("cnc".to_owned(), term(0.106, 4.7, Condition::Always)),
+                ("cnc".to_owned(), term(0.106, 2.2, Condition::Always)),
                 ("cpc".to_owned(), term(0.1, 2.2, Condition::Uncertain)),
                 ("distance".to_owned(), term(2.0, 1.0, Condition::Always)),
             ]),
