@@ -9,6 +9,10 @@ mod end_to_end;
 #[cfg(test)]
 mod faults;
 #[cfg(test)]
+mod foreign_bytes;
+#[cfg(test)]
 mod network;
+#[cfg(test)]
+mod soak;
 #[cfg(test)]
 mod tidiness;

@@ -8,7 +8,8 @@ use curionav_schemas::{self as wire, MapId, Reject, RejectCode, keys};
 use zenoh::Session;
 
 use crate::convert;
-use crate::query::fetch;
+use crate::metrics::Tally;
+use crate::query::fetch_from_all;
 use crate::serve::{ServeError, Server, serve_state};
 use crate::warm::Kept;
 
@@ -17,10 +18,10 @@ const MAPS_KEPT: usize = 4;
 /// A large map over a slow link.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// Serves one map on its key for as long as the server lives.
-pub fn host(session: &Session, map: wire::OccupancyGrid) -> Result<Server, ServeError> {
+/// Serves one map on its key for as long as the server lives; what is refused is added to `refused`.
+pub fn host(session: &Session, map: wire::OccupancyGrid, refused: &Tally) -> Result<Server, ServeError> {
     let key = keys::map(&map.map);
-    serve_state(session, &key, move || Ok(map.clone()))
+    serve_state(session, &key, refused, move || Ok(map.clone()))
 }
 
 /// Fetches maps on a miss and keeps them with their distance fields.
@@ -64,14 +65,17 @@ impl MapStore {
             let missing =
                 |why: String| Reject::new(RejectCode::Cold, format!("map {id} could not be fetched: {why}"));
             let Some((session, runtime)) = &self.source else { return Err(missing("no source".into())) };
-            let grid: wire::OccupancyGrid = runtime
-                .block_on(fetch(session, &keys::map(&id), FETCH_TIMEOUT))
+            let read = |grid: wire::OccupancyGrid| {
+                let grid = convert::occupancy_grid(grid)?;
+                if grid.hash().0 != id.0 {
+                    let reason = format!("what was served as map {id} is another map");
+                    return Err(Reject::new(RejectCode::Invalid, reason));
+                }
+                Ok(grid)
+            };
+            let grid = runtime
+                .block_on(fetch_from_all(session, &keys::map(&id), FETCH_TIMEOUT, read))
                 .map_err(|e| missing(e.to_string()))?;
-            let grid = convert::occupancy_grid(grid)?;
-            if grid.hash().0 != id.0 {
-                let reason = format!("what was served as map {id} is another map");
-                return Err(Reject::new(RejectCode::Invalid, reason));
-            }
             Ok(StaticMap::new(grid))
         })
     }

@@ -37,8 +37,12 @@ impl Membership {
                         members.entry(role).or_default().insert(instance);
                     }
                     SampleKind::Delete => {
-                        if let Some(instances) = members.get_mut(&role) {
+                        let left = members.get_mut(&role).map(|instances| {
                             instances.remove(&instance);
+                            instances.len()
+                        });
+                        if left == Some(0) {
+                            members.remove(&role);
                         }
                     }
                 });

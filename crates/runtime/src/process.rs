@@ -196,14 +196,33 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     if let Some(address) = config.metrics {
         metrics_endpoint::check(address).map_err(|e| ProcessError::Input(e.into()))?;
     }
-    let shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
-    let session = session::client(&config).await?;
+    let mut shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
+    let Some(session) = connect(&config, options.supervised, &mut shutdown).await? else { return Ok(()) };
     let name = format!("{role} {}", config.instance);
     let ready: OnReady =
         Box::new(move |metrics| Ready { metrics, ..Ready::process(name, Vec::new()) }.print());
     let served = service(&config, &session, shutdown, ready).await;
     session::close(&session);
     served.map_err(ProcessError::Service)
+}
+
+/// A session, or nothing if the end is asked for before there is one. Whoever is supervised waits for a router that
+/// is slow to start for as long as it takes: to end and be started again would make it no faster.
+async fn connect(
+    config: &ServiceConfig,
+    supervised: bool,
+    shutdown: &mut Shutdown,
+) -> Result<Option<Session>, SessionError> {
+    loop {
+        let opened = tokio::select! {
+            () = shutdown.requested() => return Ok(None),
+            opened = session::client(config) => opened,
+        };
+        match opened {
+            Err(error @ SessionError::NoRouter { .. }) if supervised => tracing::warn!("{error}"),
+            opened => return opened.map(Some),
+        }
+    }
 }
 
 #[derive(Debug, clap::Parser)]

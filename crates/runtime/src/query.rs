@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use curionav_schemas::{Clock, Message, Reject};
+use zenoh::bytes::Encoding;
 use zenoh::handlers::FifoChannel;
 use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::ConsolidationMode;
+use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 /// Why a question has no answer.
@@ -60,6 +61,17 @@ pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) 
     ask_bytes(session, key, None, timeout, Urgency::Normal).await
 }
 
+/// Asks everybody who serves `key` and takes the first answer that `accept` makes something of: whatever else
+/// is served under the name of something known by its content is passed over.
+pub async fn fetch_from_all<A: Message, T>(
+    session: &Session,
+    key: &str,
+    timeout: Duration,
+    accept: impl Fn(A) -> Result<T, Reject>,
+) -> Result<T, AskError> {
+    exchange(session, key, None, timeout, Urgency::Normal, QueryTarget::All, accept).await
+}
+
 /// As [`ask`], with a question that is already encoded (several replicas get the same bytes).
 pub async fn ask_bytes<A: Message>(
     session: &Session,
@@ -68,6 +80,18 @@ pub async fn ask_bytes<A: Message>(
     timeout: Duration,
     urgency: Urgency<'_>,
 ) -> Result<A, AskError> {
+    exchange(session, key, question, timeout, urgency, QueryTarget::BestMatching, Ok).await
+}
+
+async fn exchange<A: Message, T>(
+    session: &Session,
+    key: &str,
+    question: Option<(Vec<u8>, &'static str)>,
+    timeout: Duration,
+    urgency: Urgency<'_>,
+    target: QueryTarget,
+    accept: impl Fn(A) -> Result<T, Reject>,
+) -> Result<T, AskError> {
     let (congestion, priority) = match urgency {
         Urgency::Shard { clock: Clock::Realtime, .. } => (CongestionControl::Drop, Priority::InteractiveLow),
         Urgency::Shard { clock: Clock::Lockstep, .. } => (CongestionControl::Block, Priority::InteractiveLow),
@@ -75,6 +99,7 @@ pub async fn ask_bytes<A: Message>(
     };
     let mut get = session
         .get(key.to_owned())
+        .target(target)
         .consolidation(ConsolidationMode::None)
         .timeout(timeout)
         .congestion_control(congestion)
@@ -99,16 +124,19 @@ pub async fn ask_bytes<A: Message>(
         match reply.result() {
             Ok(sample) => {
                 let encoding = sample.encoding().to_string();
-                match A::decode(&sample.payload().to_bytes(), Some(&encoding)) {
+                let answer = A::decode(&sample.payload().to_bytes(), Some(&encoding));
+                match answer.map_err(|error| Reject::from(&error)).and_then(&accept) {
                     Ok(answer) => return Ok(answer),
-                    Err(error) => failure = AskError::Malformed(error.to_string()),
+                    Err(reject) => failure = AskError::Malformed(reject.to_string()),
                 }
             }
             Err(error) => {
                 let encoding = error.encoding().to_string();
                 failure = match Reject::decode(&error.payload().to_bytes(), Some(&encoding)) {
                     Ok(reject) => AskError::Rejected(reject),
-                    Err(_) => AskError::Timeout,
+                    // Zenoh says so itself when the time is over, in a text.
+                    Err(_) if encoding == Encoding::ZENOH_STRING.to_string() => AskError::Timeout,
+                    Err(error) => AskError::Malformed(error.to_string()),
                 };
             }
         }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_schemas::{Message, Mission, MissionRequest, keys};
+use curionav_schemas::{Message, Mission, MissionRequest, MissionState, keys};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
@@ -43,7 +43,8 @@ impl RobotService {
     }
 
     /// A service that sends or obeys decisions or commands. Behind a router these have a link of their own,
-    /// so that candidates and reports on the other one cannot hold them up; in process there is no link.
+    /// so that candidates and reports on the other one cannot hold them up; in process there is no link. A router
+    /// that has just been there is waited for.
     pub async fn with_control(
         role: &'static str,
         config: &ServiceConfig,
@@ -51,7 +52,12 @@ impl RobotService {
     ) -> Result<Self, SessionError> {
         let mut service = Self::new(role, config, session);
         if session.info().routers_zid().await.next().is_some() {
-            service.control = session::client(config).await?;
+            service.control = loop {
+                match session::client(config).await {
+                    Err(error @ SessionError::NoRouter { .. }) => tracing::warn!("{error}"),
+                    opened => break opened?,
+                }
+            };
         }
         Ok(service)
     }
@@ -99,7 +105,7 @@ impl RobotService {
     }
 
     /// Tells the driver that this role is prepared for `revision`, or that it cannot be.
-    pub async fn report(&self, revision: u64, prepared: Result<(), String>) -> anyhow::Result<()> {
+    pub async fn report(&self, revision: u64, prepared: &Result<(), String>) -> anyhow::Result<()> {
         let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
         let request = match prepared {
             Ok(()) => MissionRequest::Ready { role, instance, revision },
@@ -109,6 +115,16 @@ impl RobotService {
             }
         };
         tell_driver(&self.session, &self.key("mission")?, &request).await;
+        Ok(())
+    }
+
+    /// Reports once more, if the mission still waits for this role.
+    pub async fn remind(&self, mission: &Mission, prepared: &Result<(), String>) -> anyhow::Result<()> {
+        let named = |roles: &[String]| roles.iter().any(|role| role == self.role);
+        let waits = mission.state == MissionState::Preparing && named(&mission.require);
+        if waits && !named(&mission.ready) {
+            self.report(mission.revision, prepared).await?;
+        }
         Ok(())
     }
 }

@@ -41,7 +41,7 @@ impl Arrival {
 pub struct ServeCounts {
     /// Questions answered.
     pub answered: Counter,
-    /// Questions refused, by the code of the refusal.
+    /// Questions and messages refused by the whole service, by the code of the refusal.
     pub refused: Tally,
     /// Questions waiting or being computed.
     pub in_flight: Gauge,
@@ -55,16 +55,22 @@ pub struct ServeCounts {
 
 impl Default for ServeCounts {
     fn default() -> Self {
-        Self::of(0, 0)
+        Self::of(0, 0, refusals())
     }
 }
 
+/// No refusals yet. One service has one tally, which all its servers and subscribers add to.
+pub fn refusals() -> Tally {
+    let refused = Tally::new(&["reason"]);
+    // A count that is there from the start shows its first increase.
+    RejectCode::ALL.iter().for_each(|code| refused.add_many(&[code.name()], 0));
+    refused
+}
+
 impl ServeCounts {
-    /// Nothing counted yet, by who computes `slots` at once and lets `queue` more wait.
-    pub fn of(slots: usize, queue: usize) -> Self {
-        let refused = Tally::new(&["reason"]);
-        // A count that is there from the start shows its first increase.
-        RejectCode::ALL.iter().for_each(|code| refused.add_many(&[code.name()], 0));
+    /// Nothing counted yet, by who computes `slots` at once and lets `queue` more wait; refusals are added to
+    /// `refused`.
+    pub fn of(slots: usize, queue: usize, refused: Tally) -> Self {
         Self {
             answered: Counter::default(),
             refused,
@@ -87,7 +93,8 @@ impl ServeCounts {
         self.latency.lock().unwrap_or_else(PoisonError::into_inner).record(took);
     }
 
-    fn refuse(&self, reject: &Reject) {
+    /// One more refusal.
+    pub fn refuse(&self, reject: &Reject) {
         self.refused.add(&[reject.code.name()]);
     }
 
@@ -207,7 +214,7 @@ pub fn serve<Q: Message, A: Message>(
     queue: usize,
     handler: impl Fn(Q, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, slots, queue, move |query, arrival| {
+    serve_queries(session, key, (slots, queue), &refusals(), move |query, arrival| {
         let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
         let encoding = query.encoding().map(ToString::to_string);
         let question = Q::decode(&payload, encoding.as_deref()).map_err(|error| Reject::from(&error))?;
@@ -215,25 +222,32 @@ pub fn serve<Q: Message, A: Message>(
     })
 }
 
-/// Answers questions that carry no payload: the current state, a map.
+/// Answers questions that carry no payload: the current state, a map. Those that do carry one, and are refused,
+/// are added to `refused`.
 pub fn serve_state<A: Message>(
     session: &Session,
     key: &str,
+    refused: &Tally,
     state: impl Fn() -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, 1, 64, move |_, _| state())
+    serve_queries(session, key, (1, 64), refused, move |query, _| {
+        if query.payload().is_some_and(|payload| !payload.is_empty()) {
+            return Err(Reject::invalid("payload", "this key is asked without one"));
+        }
+        state()
+    })
 }
 
-/// The general form: `handler` sees the query itself.
+/// The general form: `handler` sees the query itself; what it refuses is added to `refused`.
 pub fn serve_queries<A: Message>(
     session: &Session,
     key: &str,
-    slots: usize,
-    queue: usize,
+    (slots, queue): (usize, usize),
+    refused: &Tally,
     handler: impl Fn(&Query, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let error = |reason: String| ServeError { key: key.into(), reason };
-    let counts = Arc::new(ServeCounts::of(slots.max(1), queue));
+    let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting =
         Arc::new(Waiting { queue: Mutex::new((FairQueue::new(queue), false)), arrived: Condvar::new() });
     let handler = Arc::new(handler);

@@ -68,7 +68,8 @@ pub fn serve_status(
     let (role, instance) = (metrics.role.clone(), metrics.instance.clone());
     let key = keys::status(&role, &instance)
         .map_err(|e| ServeError { key: format!("status of {role}"), reason: e.to_string() })?;
-    serve_state(session, &key, move || {
+    let refused = counts.refused.clone();
+    serve_state(session, &key, &refused, move || {
         let latency = counts.latency();
         Ok(ServiceStatus {
             role: role.clone(),

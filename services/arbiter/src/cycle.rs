@@ -18,15 +18,12 @@ use crate::in_process;
 use crate::peers::Peers;
 use crate::pool::Pool;
 use crate::report;
-
-/// Bits of an epoch that tell arbiters apart which succeed the same one; the rest counts successions.
-const NONCE_BITS: u32 = 20;
+use crate::succession::{Order, Succession};
 
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
-    /// Rises with every restart; no two arbiters share one.
-    pub epoch: u64,
+    succession: Succession,
     /// Rises with every cycle.
     pub seq: u64,
     /// Tick of the last report.
@@ -39,34 +36,27 @@ pub struct Memory {
 impl Memory {
     /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
     pub fn new(nonce: u64) -> Self {
-        Self { epoch: (1 << NONCE_BITS) | (nonce & ((1 << NONCE_BITS) - 1)), ..Self::default() }
+        Self { succession: Succession::new(nonce), ..Self::default() }
     }
 
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
     pub fn fresh(&self) -> Self {
-        Self { epoch: self.epoch, seq: self.seq, ..Self::default() }
+        Self { succession: self.succession.fresh(), seq: self.seq, ..Self::default() }
     }
 
-    /// Makes the epoch greater than that of `last`, the (epoch, seq) of the last decision the driver has
-    /// obeyed, unless this arbiter made it: the driver then obeys this one and no longer the one before.
-    pub fn succeed(&mut self, last: (u64, u64)) {
-        if last > (self.epoch, self.seq) {
-            let nonce = self.epoch & ((1 << NONCE_BITS) - 1);
-            self.epoch = (((last.0 >> NONCE_BITS) + 1) << NONCE_BITS) | nonce;
-        }
+    /// Outranks whoever made the last decision the driver has obeyed, if any.
+    pub fn succeed(&mut self, obeyed: Option<Order>) {
+        self.succession.succeed(obeyed, self.seq);
     }
 
-    /// Whether this arbiter is the one that is obeyed, `last` being the last decision the driver has obeyed and
-    /// `now` the robot's clock. It gives way to one that outranks it, until that one has fallen silent.
-    pub fn is_obeyed(&mut self, last: Option<&wire::Decision>, now: f64) -> bool {
-        let Some(last) = last else { return true };
-        let id = (last.epoch, last.seq);
-        let lives = (0.0..=SILENCE).contains(&(now - last.stamp));
-        if id > (self.epoch, self.seq) && lives {
-            return false;
-        }
-        self.succeed(id);
-        true
+    /// Takes note of a command of the driver: of which decision, and when.
+    pub fn hear(&mut self, command: &wire::Twist) {
+        self.succession.hear((command.epoch, command.seq), command.stamp, self.seq);
+    }
+
+    /// (epoch, seq) of the newest decision.
+    pub fn id(&self) -> Order {
+        (self.succession.epoch(), self.seq)
     }
 
     /// Planning ticks of `period` ticks each between the last report and that of `tick`.
@@ -76,8 +66,6 @@ impl Memory {
     }
 }
 
-/// An arbiter whose newest decision is older than this is taken to be gone, seconds of the robot's clock.
-const SILENCE: f64 = 0.6;
 /// People older than this are no longer acted on, seconds of the robot's clock.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
@@ -103,8 +91,7 @@ pub async fn decide<P: Peers>(
     let seen_from = belief.clone();
     let stop = |memory: &mut Memory, reason: &str, degraded| {
         memory.seq += 1;
-        let id = (memory.epoch, memory.seq);
-        (report::stop(id, &seen_from, mission.tick_s, reason, degraded), None)
+        (report::stop(memory.id(), &seen_from, mission.tick_s, reason, degraded), None)
     };
     if mission.state != wire::MissionState::Running {
         return stop(memory, &format!("the mission is {}", mission.state), false);
@@ -135,7 +122,7 @@ pub async fn plan<P: Peers>(
     let peers = &*pool.peers;
     let started = peers.now();
     memory.seq += 1;
-    let id = (memory.epoch, memory.seq);
+    let id = memory.id();
     let mut degraded = Vec::new();
 
     // Observe: working zone and the two hystereses (Alg. 2, lines 3 to 10).
@@ -265,33 +252,6 @@ fn gather(count: usize, shards: &[Shard]) -> (Scores, BTreeMap<String, u64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn whoever_starts_later_outranks_and_no_two_share_an_epoch() {
-        let (mut first, mut second) = (Memory::new(0xffff_ffff), Memory::new(3));
-        first.seq = 50;
-        let last = (first.epoch, first.seq);
-        second.succeed(last);
-        assert!((second.epoch, second.seq) > (first.epoch, u64::MAX));
-        // Both started at once and know the same last decision.
-        let mut third = Memory::new(4);
-        third.succeed(last);
-        assert_ne!(second.epoch, third.epoch);
-        // Its own last decision is nothing to succeed.
-        second.seq = 9;
-        let epoch = second.epoch;
-        second.succeed((epoch, 9));
-        assert_eq!(second.epoch, epoch);
-    }
-
-    #[test]
-    fn an_arbiter_gives_way_to_its_successor_while_that_one_lives() {
-        let mut old = Memory::new(1);
-        let last = wire::Decision { epoch: old.epoch + 9, seq: 3, stamp: 10.0, ..wire::golden::decision() };
-        assert!(old.is_obeyed(None, 10.0));
-        assert!(!old.is_obeyed(Some(&last), 10.5));
-        assert!(old.is_obeyed(Some(&last), 10.7) && old.epoch > last.epoch);
-    }
 
     #[test]
     fn a_gap_is_what_has_no_report() {

@@ -14,6 +14,7 @@ pub mod pool;
 pub mod replicas;
 pub mod report;
 mod service;
+pub mod succession;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::process::{OnReady, Running};

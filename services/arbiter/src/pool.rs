@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::query::AskError;
+use curionav_runtime::serve::refusals;
 use curionav_schemas::RejectCode;
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
@@ -28,6 +29,8 @@ pub struct Pool<P> {
     pub peers: Arc<P>,
     /// Questions that were of no use, by role and reason.
     pub failures: Tally,
+    /// Answers that could not be understood, with whatever else the service refuses.
+    refused: Tally,
     replicas: Mutex<Replicas>,
     /// Wakes whoever probes: a replica has lost its standing.
     failed: Notify,
@@ -63,11 +66,23 @@ fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
 impl<P: Peers> Pool<P> {
     /// Nobody is known yet.
     pub fn new(peers: Arc<P>) -> Self {
+        Self::counted(peers, refusals())
+    }
+
+    /// Nobody is known yet; answers that cannot be understood are added to `refused`.
+    pub fn counted(peers: Arc<P>, refused: Tally) -> Self {
         Self {
             peers,
             failures: Tally::new(&["pool", "reason"]),
+            refused,
             replicas: Mutex::default(),
             failed: Notify::new(),
+        }
+    }
+
+    fn note_refused(&self, error: &AskError) {
+        if matches!(error, AskError::Malformed(_)) {
+            self.refused.add(&[RejectCode::Malformed.name()]);
         }
     }
 
@@ -162,7 +177,7 @@ impl<P: Peers> Pool<P> {
         self.replicas().asked(role, &instance);
         let in_flight = InFlight { replicas: &self.replicas, role, instance: &instance };
         let sent = self.peers.now();
-        let outcome = ask(instance.clone(), timeout).await;
+        let outcome = ask(instance.clone(), timeout).await.inspect_err(|error| self.note_refused(error));
         drop(in_flight);
         let value = outcome.map(|answer| {
             // Nobody can have been busy for longer than the answer took.
@@ -210,6 +225,7 @@ impl<P: Peers> Pool<P> {
     async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Option<u32>) {
         let slots = self.slots(context, &probe).await;
         if let Err(error) = &slots {
+            self.note_refused(error);
             tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
         }
         (probe, slots.ok())

@@ -10,8 +10,10 @@ use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Belief, Clock, CycleReport, Decision, Mission, MissionState, People};
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{
+    Belief, Clock, CycleReport, Decision, Mission, MissionState, People, RejectCode, Twist,
+};
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
@@ -23,9 +25,7 @@ use crate::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// Cycles between two looks at whom the driver obeys.
-const LOOK_EVERY: u64 = 8;
-/// The driver is on the same robot; if it does not answer it is asked again with every cycle.
+/// The driver is on the same robot; if it does not answer, its commands say whom it obeys.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
 struct Arbiter {
@@ -39,10 +39,12 @@ struct Arbiter {
     reports: Topic<CycleReport>,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
+    /// What came of preparing for the mission.
+    prepared: Result<(), String>,
     keeping_ready: Option<JoinHandle<()>>,
     memory: Memory,
-    /// Whether the driver obeys this arbiter, as far as is known.
-    obeyed: bool,
+    /// What the driver commands, and on whose decision.
+    commands: Inbox<Twist>,
     /// Tick of the last decision.
     planned: Option<u64>,
     counts: CycleCounts,
@@ -55,22 +57,26 @@ pub(crate) async fn run(
     mut shutdown: Shutdown,
     on_ready: OnReady,
 ) -> anyhow::Result<()> {
-    let service = RobotService::with_control("arbiter", config, session).await?;
+    let service = tokio::select! {
+        () = shutdown.requested() => return Ok(()),
+        service = RobotService::with_control("arbiter", config, session) => service?,
+    };
     let missions = service.inbox::<Mission>("mission")?;
     let mut arbiter = Arbiter {
         fields: Fields::new(session),
         in_process: config.in_process,
-        pool: Arc::new(Pool::new(ZenohPeers::new(session)?)),
+        pool: Arc::new(Pool::counted(ZenohPeers::new(session)?, service.counts.refused.clone())),
         beliefs: Latest::new(service.inbox("belief")?),
         people: Latest::new(service.inbox("people")?),
         decisions: service.topic("decision", Flow::Control)?,
         reports: service.topic("report", Flow::Report)?,
+        commands: service.inbox("cmd")?,
         service,
         mission: None,
         context: None,
+        prepared: Ok(()),
         keeping_ready: None,
         memory: Memory::new(nonce()),
-        obeyed: false,
         planned: None,
         counts: CycleCounts::new(),
     };
@@ -110,24 +116,18 @@ fn nonce() -> u64 {
 
 impl Arbiter {
     /// Outranks the arbiter whose decision the driver has obeyed last. If the driver does not answer, what is
-    /// decided here may be refused, and it is asked again with every cycle.
+    /// decided here may be refused until its first command is heard.
     async fn succeed(&mut self) -> anyhow::Result<()> {
-        let last = self.last_obeyed(DRIVER_TIMEOUT).await?;
-        if let Some(Some(last)) = &last {
-            self.memory.succeed((last.epoch, last.seq));
-        }
-        self.obeyed = last.is_some();
-        Ok(())
-    }
-
-    /// The last decision the driver has obeyed, if any; nothing if it does not answer.
-    async fn last_obeyed(&self, timeout: Duration) -> anyhow::Result<Option<Option<Decision>>> {
         let key = self.service.key("decision")?;
-        Ok(match fetch::<Decision>(self.service.session_of("decision"), &key, timeout).await {
-            Ok(last) => Some(Some(last)),
-            Err(AskError::Rejected(_)) => Some(None),
-            Err(_) => None,
-        })
+        match fetch::<Decision>(self.service.session_of("decision"), &key, DRIVER_TIMEOUT).await {
+            Ok(last) => self.memory.succeed(Some((last.epoch, last.seq))),
+            // It has obeyed nobody yet.
+            Err(AskError::Rejected(reject)) if reject.code == RejectCode::Unknown => {
+                self.memory.succeed(None)
+            }
+            Err(error) => tracing::debug!(%error, "the driver does not say whom it obeys"),
+        }
+        Ok(())
     }
 
     /// A mission, or a change of the one at hand.
@@ -135,17 +135,21 @@ impl Arbiter {
         let known = self.mission.as_ref().map(|m| (m.run, m.revision));
         self.mission = Some(mission.clone());
         let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
-        if known == Some((mission.run, mission.revision)) || over {
+        if over {
             return Ok(());
         }
-        let prepared = self.prepare(&mission).await;
+        if known == Some((mission.run, mission.revision)) {
+            // The driver may have been out of reach when it was told.
+            return self.service.remind(&mission, &self.prepared).await;
+        }
+        self.prepared = self.prepare(&mission).await.map_err(|error| error.to_string());
         if known.is_none_or(|(run, _)| run != mission.run) {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.beliefs.clear();
             self.people.clear();
             self.planned = None;
         }
-        self.service.report(mission.revision, prepared.map_err(|error| error.to_string())).await
+        self.service.report(mission.revision, &self.prepared).await
     }
 
     async fn prepare(&mut self, mission: &Mission) -> anyhow::Result<()> {
@@ -190,6 +194,9 @@ impl Arbiter {
 
     /// Plans on every `plan_every`-th tick of the localiser.
     async fn tick(&mut self, mut belief: Belief) -> anyhow::Result<()> {
+        while let Some(command) = self.commands.try_next() {
+            self.memory.hear(&command);
+        }
         let Some(mission) = self.mission.clone() else { return Ok(()) };
         let period = u64::from(mission.plan_every.max(1));
         let due = match mission.clock {
@@ -208,7 +215,6 @@ impl Arbiter {
         self.planned = Some(belief.tick);
         let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
         let context = self.context.as_deref();
-        let now = belief.stamp;
         let (decision, report) =
             cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
@@ -217,10 +223,6 @@ impl Arbiter {
             self.reports.publish(&report, mission.clock);
         }
         self.service.counts.record(started.elapsed());
-        if !self.obeyed || self.memory.seq.is_multiple_of(LOOK_EVERY) {
-            let last = self.last_obeyed(Duration::from_millis(50)).await?;
-            self.obeyed = last.is_some_and(|last| self.memory.is_obeyed(last.as_ref(), now));
-        }
         Ok(())
     }
 }

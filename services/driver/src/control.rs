@@ -23,8 +23,10 @@ pub struct Inputs<'a> {
     pub belief: Option<(&'a Belief, &'a Odometry)>,
     /// Newest scan, and odometry of its tick.
     pub scan: Option<(&'a Scan, &'a Odometry)>,
-    /// Newest decision, and the belief it was made from.
-    pub decision: Option<(&'a Decision, &'a Belief)>,
+    /// Newest decision.
+    pub decision: Option<&'a Decision>,
+    /// The belief it was made from, while that is remembered.
+    pub made_from: Option<&'a Belief>,
     /// What the base can do.
     pub robot: &'a RobotModel,
     /// Seconds until the next command.
@@ -47,7 +49,7 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     let now = inputs.odometry.stamp;
     let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
     let stop = |reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason };
-    let Some((decision, made_from)) = inputs.decision else { return stop("no decision yet") };
+    let Some(decision) = inputs.decision else { return stop("no decision yet") };
     if decision.action == Action::Stop {
         return stop(if decision.arrived { "arrived" } else { "told to stop" });
     }
@@ -59,6 +61,7 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
         return stop("the decision is from another run");
     }
     let Some((belief, at_belief)) = inputs.belief else { return stop("no belief yet") };
+    let Some(made_from) = inputs.made_from else { return stop("the decision's belief is not known") };
     if now - belief.stamp > BELIEF_AGE_MAX {
         return stop("the belief is too old");
     }
@@ -132,7 +135,8 @@ mod tests {
             odometry,
             belief: Some((belief, odometry)),
             scan: Some((scan, odometry)),
-            decision: Some((decision, belief)),
+            decision: Some(decision),
+            made_from: Some(belief),
             robot,
             period: 0.1,
             on_its_way: None,
@@ -173,6 +177,24 @@ mod tests {
         let mut old = scan.clone();
         old.stamp = 9.4;
         assert_eq!(reason(&odometry, &belief, &old, &decision), "the scan is too old");
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_decision_is_said_though_its_belief_is_forgotten() {
+        let robot = RobotModel::default();
+        let (odometry, belief, scan, decision) = moving();
+        let reason = |newest: Option<&Decision>| {
+            let known = inputs(&odometry, &belief, &scan, &decision, &robot);
+            command(&Inputs { decision: newest, made_from: None, ..known }).reason
+        };
+        assert_eq!(reason(None), "no decision yet");
+        assert_eq!(reason(Some(&decision)), "the decision's belief is not known");
+        let old = Decision { stamp: 8.7, ..decision.clone() };
+        assert_eq!(reason(Some(&old)), "the decision has expired");
+        let future = Decision { stamp: 10.3, ..decision.clone() };
+        assert_eq!(reason(Some(&future)), "the decision is from another run");
+        let stop = Decision { action: Action::Stop, arrived: true, ..decision.clone() };
+        assert_eq!(reason(Some(&stop)), "arrived");
     }
 
     #[test]

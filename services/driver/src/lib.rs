@@ -5,6 +5,7 @@
 mod command_counts;
 pub mod control;
 pub mod desk;
+mod mission_key;
 pub mod obedience;
 pub mod proximity;
 mod service;

@@ -1,23 +1,40 @@
 //! Which decisions the driver obeys.
 
 use curionav_schemas::Decision;
+use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
+
+/// What became of a decision.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Taken {
+    /// It is obeyed from now on.
+    Obeyed,
+    /// Not newer than what is obeyed.
+    Older,
+    /// Its epoch is so far ahead that it is no arbiter's.
+    OutOfReach,
+}
 
 /// The newest decision obeyed. A decision counts only if it is newer: of a newer arbiter, or of the same one
-/// and later. So neither a late message nor an arbiter that was replaced but lives on changes anything.
+/// and later. So neither a late message nor an arbiter that was replaced but lives on changes anything. Nor may
+/// the epoch leap: after one near the end of all numbers nobody could be newer.
 #[derive(Debug, Clone, Default)]
 pub struct Obedience {
     newest: Option<Decision>,
 }
 
 impl Obedience {
-    /// Takes a decision if it is newer than every one before; whether it was.
-    pub fn take(&mut self, decision: Decision) -> bool {
+    /// Takes a decision if it is newer than every one before.
+    pub fn take(&mut self, decision: Decision) -> Taken {
         let order = |d: &Decision| (d.epoch, d.seq);
-        let newer = self.newest.as_ref().is_none_or(|newest| order(&decision) > order(newest));
-        if newer {
-            self.newest = Some(decision);
+        if self.newest.as_ref().is_some_and(|newest| order(&decision) <= order(newest)) {
+            return Taken::Older;
         }
-        newer
+        let reach = self.newest.as_ref().map_or(MAX_FIRST_EPOCH, |d| d.epoch.saturating_add(MAX_EPOCH_STEP));
+        if decision.epoch > reach {
+            return Taken::OutOfReach;
+        }
+        self.newest = Some(decision);
+        Taken::Obeyed
     }
 
     /// The decision to follow.
@@ -31,12 +48,30 @@ mod tests {
     use super::*;
     use curionav_schemas::golden;
 
+    fn of(epoch: u64, seq: u64) -> Decision {
+        Decision { epoch, seq, ..golden::decision() }
+    }
+
     #[test]
     fn order_counts_and_arrival_does_not() {
         let mut obedience = Obedience::default();
         let taken = [(1, 5), (1, 4), (1, 5), (1, 6), (3, 1), (2, 99), (1, 7), (3, 2)]
-            .map(|(epoch, seq)| obedience.take(Decision { epoch, seq, ..golden::decision() }));
+            .map(|(epoch, seq)| obedience.take(of(epoch, seq)) == Taken::Obeyed);
         assert_eq!(taken, [true, false, false, true, true, false, false, true]);
         assert_eq!(obedience.newest().map(|d| (d.epoch, d.seq)), Some((3, 2)));
+    }
+
+    #[test]
+    fn no_epoch_shuts_out_those_that_follow() {
+        for first in [1, 1 << 40, MAX_FIRST_EPOCH] {
+            let mut obedience = Obedience::default();
+            assert_eq!(obedience.take(of(u64::MAX, 1)), Taken::OutOfReach);
+            assert_eq!(obedience.take(of(MAX_FIRST_EPOCH + 1, 1)), Taken::OutOfReach);
+            assert_eq!(obedience.take(of(first, u64::MAX)), Taken::Obeyed);
+            assert_eq!(obedience.take(of(u64::MAX, 1)), Taken::OutOfReach);
+            assert_eq!(obedience.take(of(first + MAX_EPOCH_STEP + 1, 1)), Taken::OutOfReach);
+            assert_eq!(obedience.take(of(first + MAX_EPOCH_STEP, 1)), Taken::Obeyed);
+            assert_eq!(obedience.take(of(first + MAX_EPOCH_STEP + 1, 1)), Taken::Obeyed);
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! The driver on its robot.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use curionav_planning::geometry::Twist;
@@ -10,20 +9,19 @@ use curionav_runtime::convert;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::RobotService;
-use curionav_runtime::serve::{Server, serve_queries, serve_state};
+use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, Decision, Message, Mission, MissionRequest, MissionState, Odometry, Reject,
-    RejectCode, Scan,
+    self as wire, Belief, Clock, Decision, Mission, MissionState, Odometry, Reject, RejectCode, Scan,
 };
 use tokio::sync::watch;
 use zenoh::Session;
 
 use crate::command_counts::{CommandCounts, Stamps};
 use crate::control::{Inputs, command, on_arrival};
-use crate::desk::Desk;
-use crate::obedience::Obedience;
+use crate::mission_key;
+use crate::obedience::{Obedience, Taken};
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
@@ -53,11 +51,16 @@ pub(crate) async fn run(
     mut shutdown: Shutdown,
     on_ready: OnReady,
 ) -> anyhow::Result<()> {
-    let service = RobotService::with_control("driver", config, session).await?;
+    let service = tokio::select! {
+        () = shutdown.requested() => return Ok(()),
+        service = RobotService::with_control("driver", config, session) => service?,
+    };
     let (mission_sender, missions) = watch::channel(None);
-    let _desk = serve_desk(session, &service.key("mission")?, mission_sender)?;
+    let refused = service.counts.refused.clone();
+    let _desk = mission_key::serve(session, &service.key("mission")?, &refused, mission_sender)?;
     let (obeyed, last) = watch::channel(Obedience::default());
-    let _last = serve_state(service.session_of("decision"), &service.key("decision")?, move || {
+    let key = service.key("decision")?;
+    let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
         let none = || Reject::new(RejectCode::Unknown, "no decision has been taken yet");
         last.borrow().newest().cloned().ok_or_else(none)
     })?;
@@ -104,32 +107,6 @@ pub(crate) async fn run(
     }
     driver.stop_in_silence();
     Ok(())
-}
-
-/// Serves the mission key: questions without a payload read, others change.
-fn serve_desk(
-    session: &Session,
-    key: &str,
-    changed: watch::Sender<Option<Mission>>,
-) -> anyhow::Result<Server> {
-    let published = Topic::<Mission>::new(session, key, Flow::State)?;
-    let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    let desk = Arc::new(Mutex::new(Desk::new(since_epoch.as_millis() as u64)));
-    let server = serve_queries(session, key, 1, 64, move |query, _| {
-        let mut desk = desk.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(payload) = query.payload() else {
-            let none = || Reject::new(RejectCode::Unknown, "the robot has no mission yet");
-            return desk.mission().cloned().ok_or_else(none);
-        };
-        let encoding = query.encoding().map(ToString::to_string);
-        let request =
-            MissionRequest::decode(&payload.to_bytes(), encoding.as_deref()).map_err(|e| Reject::from(&e))?;
-        let mission = desk.handle(request)?;
-        changed.send_replace(Some(mission.clone()));
-        published.publish(&mission, mission.clock);
-        Ok(mission)
-    })?;
-    Ok(server)
 }
 
 impl Driver {
@@ -205,7 +182,8 @@ impl Driver {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
-            decision: obeyed.as_ref().and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
+            decision: obeyed.as_ref(),
+            made_from: obeyed.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
             period: mission.tick_s,
             on_its_way,
@@ -226,13 +204,21 @@ impl Driver {
         self.odometry_of.clear();
         self.belief_of.clear();
         self.told = None;
-        self.service.report(mission.revision, Ok(())).await
+        self.service.report(mission.revision, &Ok(())).await
     }
 
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
     fn obey(&mut self, decision: Option<Decision>) {
         let Some(decision) = decision else { return };
-        self.obeyed.send_if_modified(|obeyed| obeyed.take(decision));
+        let (id, mut taken) = ((decision.epoch, decision.seq), Taken::Older);
+        self.obeyed.send_if_modified(|obeyed| {
+            taken = obeyed.take(decision);
+            taken == Taken::Obeyed
+        });
+        if taken == Taken::OutOfReach {
+            tracing::warn!(?id, "a decision of nobody's epoch refused");
+            self.service.counts.refuse(&Reject::invalid("epoch", "too far above the last one obeyed"));
+        }
     }
 
     fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {

@@ -32,6 +32,8 @@ struct Localization {
     beliefs: Topic<Belief>,
     mission: Option<Mission>,
     filter: Option<Localizer>,
+    /// What came of preparing for the mission.
+    prepared: Result<(), String>,
     /// The newest belief, for operators.
     newest: Newest,
 }
@@ -54,6 +56,7 @@ pub(crate) async fn run(
         service,
         mission: None,
         filter: None,
+        prepared: Ok(()),
         newest: Newest::default(),
     };
     let mut metrics = localization.service.metrics();
@@ -100,8 +103,12 @@ impl Localization {
     async fn take(&mut self, mission: Mission) -> anyhow::Result<()> {
         let known = self.mission.replace(mission.clone()).map(|k| (k.run, k.revision));
         let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
-        if known == Some((mission.run, mission.revision)) || over {
+        if over {
             return Ok(());
+        }
+        if known == Some((mission.run, mission.revision)) {
+            // The driver may have been out of reach when it was told.
+            return self.service.remind(&mission, &self.prepared).await;
         }
         let same_run = known.is_some_and(|(run, _)| run == mission.run);
         if !same_run {
@@ -122,7 +129,8 @@ impl Localization {
         } else {
             self.start(&mission).await
         };
-        self.service.report(mission.revision, started.map_err(|reject| reject.to_string())).await
+        self.prepared = started.map_err(|reject| reject.to_string());
+        self.service.report(mission.revision, &self.prepared).await
     }
 
     async fn start(&mut self, mission: &Mission) -> Result<(), Reject> {

@@ -11,6 +11,7 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::{Urgency, ask};
+use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, Decision, Mission, MissionRequest, MissionState, Odometry, RunResult, Scan,
@@ -72,15 +73,16 @@ pub(crate) struct Progress {
 }
 
 impl Streams {
-    pub(crate) fn new(session: &Session, robot: &str) -> anyhow::Result<Self> {
+    /// Those of `robot`; what they refuse is added to `counts`.
+    pub(crate) fn new(session: &Session, robot: &str, counts: &Arc<ServeCounts>) -> anyhow::Result<Self> {
         let key = |stream| keys::robot(robot, stream);
         Ok(Self {
             session: session.clone(),
             mission_key: key("mission")?,
-            missions: Arc::new(Inbox::new(session, &key("mission")?)?),
-            beliefs: Latest::new(Inbox::new(session, &key("belief")?)?),
-            decisions: Latest::new(Inbox::new(session, &key("decision")?)?),
-            commands: Latest::new(Inbox::new(session, &key("cmd")?)?),
+            missions: Arc::new(Inbox::counted(session, &key("mission")?, counts)?),
+            beliefs: Latest::new(Inbox::counted(session, &key("belief")?, counts)?),
+            decisions: Latest::new(Inbox::counted(session, &key("decision")?, counts)?),
+            commands: Latest::new(Inbox::counted(session, &key("cmd")?, counts)?),
             scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
             odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
             people: Topic::new(session, &key("people")?, Flow::Sensor)?,

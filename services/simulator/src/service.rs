@@ -39,12 +39,13 @@ pub(crate) async fn run(
     let key = |channel| keys::world(&config.world, channel);
     let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
     let shown = Arc::clone(&status);
-    let _state = serve_state(session, &key("run")?, move || Ok(locked(&shown).clone()))?;
     let (sender, mut injected) = mpsc::channel(1);
     let inject = serve_injection(config, session, &key("scenario")?, Arc::clone(&status), sender)?;
-    let mut streams = Streams::new(session, &config.robot)?;
+    let counts = inject.counts();
+    let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(locked(&shown).clone()))?;
+    let mut streams = Streams::new(session, &config.robot, &counts)?;
     let metrics = Metrics::of_robot("simulator", config);
-    let announced = announce_service(config, &[("data", session)], metrics, inject.counts(), Vec::new)?;
+    let announced = announce_service(config, &[("data", session)], metrics, Arc::clone(&counts), Vec::new)?;
     on_ready(announced.metrics_address());
     tracing::info!(world = %config.world, robot = %config.robot, "simulator ready");
     // The map of the last run stays served: pictures and late services still ask for it.
@@ -58,7 +59,7 @@ pub(crate) async fn run(
             },
         };
         drop(_hosted.take());
-        _hosted = Some(host(session, prepared.map.clone())?);
+        _hosted = Some(host(session, prepared.map.clone(), &counts.refused)?);
         tokio::select! {
             () = play(&mut streams, prepared, &status, &published) => {}
             () = shutdown.requested() => return Ok(()),

@@ -10,4 +10,5 @@ pub(crate) mod program;
 mod real_inputs;
 mod scale;
 mod scenarios;
+mod slow_router;
 mod two_routers;

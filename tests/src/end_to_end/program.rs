@@ -187,7 +187,7 @@ fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
 }
 
 /// A running `curionav up`, ended when dropped.
-pub(super) struct Deployment {
+pub(crate) struct Deployment {
     child: Child,
     ready: ReadyJson,
     _file: tempfile::NamedTempFile,
@@ -195,7 +195,7 @@ pub(super) struct Deployment {
 
 impl Deployment {
     /// Starts one with `replicas` of generator and of each evaluator, on a free port.
-    pub(super) fn start(replicas: usize) -> Self {
+    pub(crate) fn start(replicas: usize) -> Self {
         let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         let text = format!(
             "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n"
@@ -205,7 +205,7 @@ impl Deployment {
         Self { child, ready, _file: file }
     }
 
-    pub(super) fn endpoint(&self) -> &str {
+    pub(crate) fn endpoint(&self) -> &str {
         &self.ready.endpoints[0]
     }
 
@@ -231,7 +231,7 @@ impl Deployment {
         signal("KILL", self.pid(name));
     }
 
-    pub(super) fn pids(&self) -> Vec<u32> {
+    pub(crate) fn pids(&self) -> Vec<u32> {
         self.ready.processes.iter().map(|p| p.pid).collect()
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 use curionav_arbiter::context::PlanContext;
 use curionav_arbiter::cycle::{self, Memory};
 use curionav_arbiter::pool::Pool;
-use curionav_schemas::Decision;
+use curionav_arbiter::succession::Order;
 use tokio::sync::oneshot;
 
 use super::fault::Fault;
@@ -47,47 +47,42 @@ async fn plan(
     context: &PlanContext,
     number: u64,
 ) {
-    let mut memory = Memory::new(number);
-    let last = last_obeyed(world, Duration::from_millis(300)).await;
-    if let Some(Some(last)) = &last {
-        memory.succeed((last.epoch, last.seq));
+    // Smaller with each, so that none outranks the one before unless it has heard of it.
+    let mut memory = Memory::new(!number);
+    if let Some(last) = last_obeyed(world, Duration::from_millis(300)).await {
+        memory.succeed(last);
     }
-    let mut obeyed = last.is_some();
     let mut planned: Option<u64> = None;
     loop {
         seat.heard.notified().await;
-        let (belief, people) = {
-            let desk = seat.desk.lock().unwrap();
-            (desk.belief.clone(), desk.people.clone())
+        let (belief, people, commands) = {
+            let mut desk = seat.desk.lock().unwrap();
+            (desk.belief.clone(), desk.people.clone(), std::mem::take(&mut desk.commands))
         };
+        commands.iter().for_each(|command| memory.hear(command));
         let Some(belief) = belief else { continue };
         let period = u64::from(world.mission.plan_every);
         if planned.is_some_and(|last| belief.tick < last + period) {
             continue;
         }
         planned = Some(belief.tick);
-        let now = belief.stamp;
         let (decision, report) =
             cycle::decide(pool, Some(context), &mut memory, &world.mission, belief, people).await;
         invariants::after_a_cycle(world, context, pool, number, &decision, report.as_ref());
         world.state().decided.push((decision.clone(), report));
         world.send(move |world| world.state().robot.receive(decision.clone()));
-        if !obeyed || memory.seq.is_multiple_of(8) {
-            let last = last_obeyed(world, Duration::from_millis(50)).await;
-            obeyed = last.is_some_and(|last| memory.is_obeyed(last.as_ref(), now));
-        }
     }
 }
 
-/// What the driver answers when it is asked for the last decision it has obeyed; nothing without an answer.
-async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<Decision>> {
+/// What the driver answers when it is asked whose decision it has obeyed last; nothing without an answer.
+async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<Order>> {
     let (sender, answer) = oneshot::channel();
     let sender = std::sync::Mutex::new(Some(sender));
     world.send(move |world| {
-        if world.has(|f| *f == Fault::DriverCrash) {
+        if world.has(|f| matches!(f, Fault::DriverCrash | Fault::NoDriver)) {
             return;
         }
-        let last = world.state().robot.obeyed();
+        let last = world.state().robot.obeyed().map(|d| (d.epoch, d.seq));
         if let Some(sender) = sender.lock().unwrap().take() {
             let _ = sender.send(last);
         }

@@ -30,6 +30,17 @@ const NONSENSE: [Nonsense; 6] = [
     Nonsense::NotANumber,
 ];
 
+/// Of what epoch a decision is that no arbiter has made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Epoch {
+    /// The greatest there is.
+    Last,
+    /// The greatest that the driver accepts.
+    Farthest,
+    /// That of the decision obeyed, and the last one of it.
+    Same,
+}
+
 /// One thing that is wrong. Replicas are named by their number, over all roles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Fault {
@@ -65,6 +76,10 @@ pub(super) enum Fault {
     NoPeople,
     /// The driver is gone, and starts again knowing nothing.
     DriverCrash,
+    /// The arbiters hear nothing of the driver, and the driver hears them.
+    NoDriver,
+    /// A decision that no arbiter has made reaches the driver.
+    Foreign(Epoch),
 }
 
 impl Fault {
@@ -97,7 +112,7 @@ pub(super) struct Episode {
 fn any(rng: &mut Rng, replicas: usize) -> Fault {
     let which = |rng: &mut Rng, n: usize| ((uniform(rng) * n as f64) as usize).min(n - 1);
     let replica = which(rng, replicas);
-    match which(rng, 16) {
+    match which(rng, 18) {
         0 => Fault::Weather {
             delay: 0.001 + 0.06 * uniform(rng),
             loss: 0.4 * uniform(rng),
@@ -117,6 +132,8 @@ fn any(rng: &mut Rng, replicas: usize) -> Fault {
         12 => Fault::OldBelief,
         13 => Fault::NoPeople,
         14 => Fault::Flood,
+        15 => Fault::NoDriver,
+        16 => Fault::Foreign([Epoch::Last, Epoch::Farthest, Epoch::Same][which(rng, 3)]),
         _ => Fault::DriverCrash,
     }
 }

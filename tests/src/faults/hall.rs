@@ -15,11 +15,11 @@ use curionav_schemas::{Clock, MapId, Mission, MissionState, golden};
 const LENGTH: f64 = 30.0;
 const WIDTH: f64 = 8.0;
 const CELL: f64 = 0.2;
-pub(super) const START: Point2 = Point2 { x: 2.0, y: 4.0 };
-const GOAL: Point2 = Point2 { x: 28.0, y: 4.0 };
+pub(crate) const START: Point2 = Point2 { x: 2.0, y: 4.0 };
+pub(crate) const GOAL: Point2 = Point2 { x: 28.0, y: 4.0 };
 
 /// Its map with everything derived from it, shared by all who are prepared.
-pub(super) fn fields() -> (Fields, MapId) {
+pub(crate) fn fields() -> (Fields, MapId) {
     static ALL: OnceLock<(Fields, MapId)> = OnceLock::new();
     ALL.get_or_init(derive).clone()
 }
@@ -51,7 +51,7 @@ fn profile(trees: u32) -> Profile {
 }
 
 /// The mission to drive to the far end, with that many trees.
-pub(super) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
+pub(crate) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
     let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };
     let mut mission = golden::mission();
     mission.map = map;

@@ -15,7 +15,7 @@ use super::world::{SimulatedPeers, World};
 /// Metres a robot may go that nothing controls: to a stand from 1 m/s at 0.5 m/s2, and 0.3 s before.
 pub(crate) const UNCONTROLLED_MAX: f64 = 1.0 + 0.3;
 /// Metres from its trajectory at which a robot still counts as following it.
-const STRAYED_MAX: f64 = 0.8;
+pub(crate) const STRAYED_MAX: f64 = 0.8;
 /// Tasks and timers of a world, messages under way included.
 const LOAD_MAX: usize = 300;
 /// Longest a decision may be followed (`hold.max_age` of the profile), seconds.

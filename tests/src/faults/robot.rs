@@ -5,14 +5,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_driver::control::{Inputs, command};
-use curionav_driver::obedience::Obedience;
+use curionav_driver::obedience::{Obedience, Taken};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
 use curionav_planning::random::{Rng, rng, standard_normal};
 use curionav_runtime::convert;
-use curionav_schemas::{Action, Belief, Decision, Frame, Health, Mission, Odometry, People, Scan, golden};
+use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
+use curionav_schemas::{
+    self as wire, Action, Belief, Decision, Frame, Health, Mission, Odometry, People, Scan, golden,
+};
 
-use super::fault::Fault;
+use super::fault::{Epoch, Fault};
 use super::invariants;
 use super::world::World;
 
@@ -52,6 +55,8 @@ pub(super) struct Robot {
     people: People,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
     pub(super) taken: Vec<(f64, u64, Decision)>,
+    /// How many decisions were refused as nobody's.
+    pub(super) refused: u32,
     pub(super) lives: u64,
     pub(super) driven: Vec<Driven>,
     /// Metres since the robot was last under control or standing.
@@ -91,6 +96,7 @@ impl Robot {
             belief_of: BTreeMap::new(),
             people,
             taken: Vec::new(),
+            refused: 0,
             lives: 0,
             driven: Vec::new(),
             uncontrolled: 0.0,
@@ -103,6 +109,24 @@ impl Robot {
 
     pub(super) fn receive(&mut self, decision: Decision) {
         self.inbox.push(decision);
+    }
+
+    /// A decision that no arbiter has made.
+    pub(super) fn receive_foreign(&mut self, epoch: Epoch) {
+        let obeyed = self.obedience.newest().map(|d| d.epoch);
+        let (epoch, seq) = match epoch {
+            Epoch::Last => (u64::MAX, u64::MAX),
+            Epoch::Farthest => (obeyed.map_or(MAX_FIRST_EPOCH, |epoch| epoch + MAX_EPOCH_STEP), 1),
+            Epoch::Same => (obeyed.unwrap_or(1), u64::MAX),
+        };
+        let (tick, stamp) = (self.tick, self.now());
+        self.receive(Decision { epoch, seq, tick, stamp, action: Action::Stop, ..golden::decision() });
+    }
+
+    /// What is commanded, as the arbiters hear it.
+    fn command(&self) -> wire::Twist {
+        let (epoch, seq) = self.obedience.newest().map_or((0, 0), |d| (d.epoch, d.seq));
+        wire::Twist { epoch, seq, tick: self.tick, stamp: self.now(), ..golden::twist() }
     }
 
     pub(super) fn obeyed(&self) -> Option<Decision> {
@@ -174,8 +198,10 @@ impl Robot {
             remember(&mut self.belief_of, belief.tick, belief);
         }
         for decision in std::mem::take(&mut self.inbox) {
-            if self.obedience.take(decision.clone()) {
-                self.taken.push((self.now(), self.lives, decision));
+            match self.obedience.take(decision.clone()) {
+                Taken::Obeyed => self.taken.push((self.now(), self.lives, decision)),
+                Taken::Older => {}
+                Taken::OutOfReach => self.refused += 1,
             }
         }
         let scan = self.scan();
@@ -185,7 +211,8 @@ impl Robot {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: Some((&scan, &odometry)),
-            decision: obeyed.and_then(|d| Some((d, self.belief_of.get(&d.tick)?))),
+            decision: obeyed,
+            made_from: obeyed.and_then(|d| self.belief_of.get(&d.tick)),
             robot: &self.model,
             period,
             on_its_way: None,
@@ -222,7 +249,7 @@ impl Robot {
 }
 
 /// Metres between `pose` and the state of the trajectory that is due next.
-fn strayed(decision: &Decision, now: f64, pose: Pose2) -> f64 {
+pub(crate) fn strayed(decision: &Decision, now: f64, pose: Pose2) -> f64 {
     let next = (((now - decision.stamp) / decision.dt).ceil() as usize).clamp(1, decision.x.len()) - 1;
     let (dx, dy) = (decision.x[next] - pose.x, decision.y[next] - pose.y);
     (dx * dx + dy * dy).sqrt()
@@ -255,9 +282,24 @@ pub(super) async fn run(world: Arc<World>) {
         tell_arbiters(&world, belief.clone(), people);
         let drives = !world.has(|f| *f == Fault::DriverCrash);
         let reason = drives.then(|| world.state().robot.drive(belief, TICK));
+        if drives && !world.has(|f| *f == Fault::NoDriver) {
+            tell_of_command(&world);
+        }
         world.state().robot.roll(reason);
         invariants::after_a_tick(&world);
         world.executor.sleep(Duration::from_secs_f64(TICK)).await;
+    }
+}
+
+/// What is commanded reaches the arbiters, too.
+fn tell_of_command(world: &Arc<World>) {
+    let (command, seats) = {
+        let state = world.state();
+        (state.robot.command(), state.arbiters.clone())
+    };
+    for seat in seats {
+        let command = command.clone();
+        world.send(move |_| seat.desk.lock().unwrap().commands.push(command.clone()));
     }
 }
 

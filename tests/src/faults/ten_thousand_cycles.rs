@@ -1,11 +1,12 @@
 //! Ten thousand cycles of robots to which everything happens.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::random::{rng, uniform};
 use curionav_schemas::{Action, Clock};
 
-use super::fault::{Episode, Fault, episodes};
+use super::fault::{Episode, Epoch, Fault, episodes};
 use super::world::World;
 use super::{arbiter, hall, invariants, robot};
 
@@ -19,7 +20,12 @@ struct Outcome {
 }
 
 /// Plays one seed through and checks every invariant on the way.
-fn play(seed: u64, pool: [usize; 3], episodes: Vec<Episode>, in_process: bool) -> Outcome {
+pub(super) fn play_world(
+    seed: u64,
+    pool: [usize; 3],
+    episodes: Vec<Episode>,
+    in_process: bool,
+) -> Arc<World> {
     let (fields, map) = hall::fields();
     let world = World::new(
         &fields,
@@ -34,6 +40,11 @@ fn play(seed: u64, pool: [usize; 3], episodes: Vec<Episode>, in_process: bool) -
     world.executor.run(healed + Duration::from_secs(7));
     invariants::at_the_end(&world, healed.as_secs_f64());
     world.executor.end();
+    world
+}
+
+fn play(seed: u64, pool: [usize; 3], episodes: Vec<Episode>, in_process: bool) -> Outcome {
+    let world = play_world(seed, pool, episodes, in_process);
     let state = world.state();
     let trace = state.decided.iter().map(|(d, _)| (d.epoch, d.seq, format!("{:?}", d.action))).collect();
     Outcome {
@@ -104,6 +115,10 @@ fn no_single_fault_takes_the_robot_out_of_control() {
         Fault::OldBelief,
         Fault::NoPeople,
         Fault::DriverCrash,
+        Fault::NoDriver,
+        Fault::Foreign(Epoch::Last),
+        Fault::Foreign(Epoch::Farthest),
+        Fault::Foreign(Epoch::Same),
     ];
     for fault in faults {
         for in_process in [true, false] {

@@ -11,7 +11,7 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
     Belief, Clock, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People,
-    Scores,
+    Scores, Twist,
 };
 use tokio::sync::Notify;
 
@@ -33,6 +33,8 @@ pub(super) type Name = (String, String);
 pub(super) struct Desk {
     pub(super) belief: Option<Belief>,
     pub(super) people: Option<People>,
+    /// Of the driver, since it was last read.
+    pub(super) commands: Vec<Twist>,
 }
 
 #[derive(Default)]
@@ -151,6 +153,7 @@ impl World {
             // The second one goes; should only one be left, it stays.
             Fault::SecondArbiter => self.stop_newest_arbiter(),
             Fault::DriverCrash if begins => self.state().robot.crash_driver(),
+            Fault::Foreign(epoch) if begins => self.state().robot.receive_foreign(epoch),
             _ => {}
         }
     }

@@ -50,11 +50,10 @@ fn scored_by_every_metric_in_its_own_scene(record: &Record, context: &PlanContex
     }
 }
 
-/// 4, (epoch, seq) rises, in what is decided and in what is obeyed.
+/// 4, (epoch, seq) rises in what is obeyed. What is decided need not be obeyed: an arbiter that heard nothing of
+/// the one before when it started begins with an epoch of its own.
 fn rising(record: &Record) {
-    let decided: Vec<_> = record.decisions.iter().map(|(_, d)| (d.epoch, d.seq)).collect();
     let obeyed: Vec<_> = record.commands.iter().map(|(_, c)| (c.epoch, c.seq)).collect();
-    assert!(decided.is_sorted_by(|a, b| a < b), "decisions out of order");
     assert!(obeyed.is_sorted(), "commands of decisions out of order");
 }
 

@@ -10,7 +10,7 @@ use curionav_arbiter::dispatch;
 use curionav_arbiter::peers::{Peers, ZenohPeers};
 use curionav_arbiter::pool::Pool;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::serve::Server;
+use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::{map_store, session};
 use curionav_schemas::{self as wire, Clock};
 use tokio::task::JoinSet;
@@ -159,7 +159,8 @@ impl Robots {
         let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
         let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
         let host = connect().await?;
-        let map = map_store::host(&host, rehearsal.map.clone()).map_err(|e| Exit::network(e.into()))?;
+        let map = map_store::host(&host, rehearsal.map.clone(), &refusals())
+            .map_err(|e| Exit::network(e.into()))?;
         let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
         for index in 0..count {
             let session = connect().await?;

@@ -1,0 +1,46 @@
+//! A supervised service that starts long before its router.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, Command, Stdio};
+
+use super::program::{program, root, turn};
+use crate::soak::process::port_for_a_restart;
+
+/// Ended when dropped.
+struct Started(Child);
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn start(arguments: &[&str]) -> Started {
+    let mut command = Command::new(program());
+    command
+        .args(arguments)
+        .args(["--supervised", "--log", "warn"])
+        .current_dir(root())
+        .env_remove("RUST_LOG");
+    let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    Started(command.spawn().unwrap())
+}
+
+#[test]
+fn a_supervised_service_waits_for_a_router_that_is_slow_to_start() {
+    let _turn = turn();
+    let endpoint = format!("tcp/127.0.0.1:{}", port_for_a_restart());
+    let mut file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    writeln!(file, "connect_timeout_s = 0.3").unwrap();
+    let config = file.path().to_str().unwrap();
+    let mut arbiter = start(&["arbiter", "--config", config, "--connect", &endpoint]);
+    // It has waited for three times as long as it would have, alone.
+    let complaints = BufReader::new(arbiter.0.stderr.take().unwrap()).lines();
+    let waited = complaints.map_while(Result::ok).filter(|line| line.contains("no router answered")).take(3);
+    assert_eq!(waited.count(), 3, "it has ended");
+    let _router = start(&["router", "--listen", &endpoint]);
+    let mut ready = String::new();
+    BufReader::new(arbiter.0.stdout.take().unwrap()).read_line(&mut ready).unwrap();
+    assert!(ready.contains("arbiter"), "{ready:?}");
+}

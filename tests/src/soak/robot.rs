@@ -1,0 +1,204 @@
+//! One robot at 10 Hz: its base, its localiser, its missions.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use curionav_arbiter::context::PlanContext;
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
+use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{
+    self as wire, Belief, Clock, CycleReport, Decision, MapId, Mission, MissionRequest, MissionState,
+    Odometry, People, Scan, keys,
+};
+use zenoh::Session;
+
+use super::base::{Base, TICK};
+use super::watch::{Violations, Watch};
+use crate::faults::hall::{self, GOAL, START};
+
+/// How long the driver is asked again for what it must take, whatever else fails and however busy the machine is.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Longest without driving, whatever fails in between, and again: preparing for a new goal included.
+const STANDSTILL_MAX: Duration = Duration::from_secs(30);
+
+pub(super) struct Robot {
+    session: Session,
+    mission_key: String,
+    mission: Mission,
+    watch: Mutex<Watch>,
+    violations: Violations,
+    /// Longest that a tick came late, and the sum, seconds.
+    pub(super) lateness: Mutex<(f64, f64)>,
+}
+
+impl Robot {
+    /// Robot `name`, driving to and fro in a hall of its own.
+    pub(super) fn new(
+        name: &str,
+        seed: u64,
+        session: &Session,
+        (fields, map): &(Fields, MapId),
+        violations: &Violations,
+    ) -> Self {
+        let mut mission = hall::mission(*map, seed, Clock::Realtime, 1);
+        mission.robot = name.to_owned();
+        (mission.tick_s, mission.time_scale, mission.plan_every) = (TICK, 1.0, 1);
+        mission.require = vec!["arbiter".into()];
+        // A goal of its own: every pool holds the fields of many.
+        let aside = (seed % 7) as f64 * 0.5 - 1.5;
+        let start = Pose2::new(START.x, START.y + aside, 0.0);
+        mission.initial_pose = convert::pose_to_wire(start);
+        (mission.goal_x, mission.goal_y) = (GOAL.x, GOAL.y + aside);
+        let mut back = mission.clone();
+        (back.goal_x, back.goal_y) = (start.x, start.y);
+        let contexts = [mission.clone(), back].map(|m| Arc::new(PlanContext::new(m, fields, true).unwrap()));
+        let watch = Mutex::new(Watch::new(name, contexts.to_vec(), violations.clone()));
+        Self {
+            session: session.clone(),
+            mission_key: keys::robot(name, "mission").unwrap(),
+            mission,
+            watch,
+            violations: violations.clone(),
+            lateness: Mutex::default(),
+        }
+    }
+
+    pub(super) fn name(&self) -> &str {
+        &self.mission.robot
+    }
+
+    pub(super) fn watch(&self) -> MutexGuard<'_, Watch> {
+        self.watch.lock().unwrap()
+    }
+
+    /// Closes its link.
+    pub(super) fn leave(&self) {
+        curionav_runtime::session::close(&self.session);
+    }
+
+    fn topic<M: wire::Message>(&self, stream: &str) -> Topic<M> {
+        let key = keys::robot(&self.mission.robot, stream).unwrap();
+        Topic::new(&self.session, &key, Flow::Sensor).unwrap()
+    }
+
+    fn inbox<M: wire::Message>(&self, stream: &str) -> Inbox<M> {
+        Inbox::new(&self.session, &keys::robot(&self.mission.robot, stream).unwrap()).unwrap()
+    }
+
+    /// Asks the driver until it takes it.
+    async fn request(&self, request: &MissionRequest) {
+        let timeout = Duration::from_secs(2);
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE {
+            let asked =
+                ask::<_, Mission>(&self.session, &self.mission_key, request, timeout, Urgency::Normal);
+            if asked.await.is_ok() {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        self.violations.check(false, "the driver takes missions", || self.mission.robot.clone());
+    }
+
+    /// Sets its mission and waits until it runs.
+    pub(super) async fn begin(&self) {
+        self.request(&MissionRequest::Set { mission: Box::new(self.mission.clone()) }).await;
+        let begun = Instant::now();
+        while begun.elapsed() < PATIENCE {
+            let mission: Option<Mission> =
+                fetch(&self.session, &self.mission_key, Duration::from_secs(1)).await.ok();
+            if mission.is_some_and(|m| m.state == MissionState::Running) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+        self.violations.check(false, "the mission begins", || self.mission.robot.clone());
+    }
+
+    /// Sends it to the other end of the hall.
+    fn turn_round(self: &Arc<Self>) {
+        let to_start = {
+            let mut watch = self.watch();
+            watch.preparing_since = Some(Instant::now());
+            watch.counts.goals += 1;
+            watch.counts.goals % 2 == 1
+        };
+        let there = (self.mission.goal_x, self.mission.goal_y);
+        let here = (self.mission.initial_pose.x, self.mission.initial_pose.y);
+        let (x, y) = if to_start { here } else { there };
+        let robot = Arc::clone(self);
+        tokio::spawn(async move { robot.request(&MissionRequest::Goal { x, y, heading: None }).await });
+    }
+
+    /// Tick after tick, the first after `phase`, until `end`.
+    pub(super) async fn run(self: Arc<Self>, phase: Duration, end: Arc<AtomicBool>) {
+        let mut base = Base::new(&self.mission);
+        self.watch().followed_at = Instant::now();
+        let decisions = self.inbox::<Decision>("decision");
+        let commands = self.inbox::<wire::Twist>("cmd");
+        let reports = self.inbox::<CycleReport>("report");
+        let odometry = self.topic::<Odometry>("odom");
+        let scans = self.topic::<Scan>("scan");
+        let beliefs = self.topic::<Belief>("belief");
+        let people = self.topic::<People>("people");
+        let mut command = None;
+        let first = tokio::time::Instant::now() + phase;
+        let mut pace = tokio::time::interval_at(first, Duration::from_secs_f64(TICK));
+        pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        while !end.load(Ordering::Relaxed) {
+            let due = pace.tick().await;
+            self.note_lateness(due.elapsed().as_secs_f64());
+            let arrived = self.hear(&decisions, &reports, &commands, &mut command);
+            let driven = command.as_ref().map(|c: &wire::Twist| (c.stamp, Twist { v: c.v, omega: c.omega }));
+            let metres = base.roll(driven);
+            self.watch().rolled(base.now(), metres, base.twist.v, command.as_ref());
+            people.publish(&base.people(), Clock::Realtime);
+            scans.publish(&base.scan(), Clock::Realtime);
+            beliefs.publish(&base.belief(), Clock::Realtime);
+            odometry.publish(&base.odometry(), Clock::Realtime);
+            let (preparing, stands) = {
+                let watch = self.watch();
+                (watch.preparing_since.is_some(), watch.followed_at.elapsed())
+            };
+            self.violations.check(stands < STANDSTILL_MAX, "5, it drives again", || {
+                format!("{} has not for {stands:?}, preparing: {preparing}", self.mission.robot)
+            });
+            if arrived && !preparing {
+                self.turn_round();
+            }
+        }
+    }
+
+    /// Takes what has arrived; whether the robot has, too.
+    fn hear(
+        &self,
+        decisions: &Inbox<Decision>,
+        reports: &Inbox<CycleReport>,
+        commands: &Inbox<wire::Twist>,
+        newest: &mut Option<wire::Twist>,
+    ) -> bool {
+        let mut watch = self.watch();
+        let mut arrived = false;
+        while let Some(decision) = decisions.try_next() {
+            arrived = decision.arrived;
+            watch.decided(decision);
+        }
+        while let Some(report) = reports.try_next() {
+            watch.reported(&report);
+        }
+        while let Some(command) = commands.try_next() {
+            watch.commanded(&command);
+            *newest = Some(command);
+        }
+        arrived
+    }
+
+    fn note_lateness(&self, late: f64) {
+        let mut lateness = self.lateness.lock().unwrap();
+        *lateness = (lateness.0.max(late), lateness.1 + late);
+    }
+}
