@@ -18,18 +18,33 @@ from .errors import (
     CurionavError,
     DecodeError,
     EncodeError,
+    EvaluatorError,
     MessageError,
     NoAnswer,
     Rejected,
     RunFailed,
     ScenarioError,
 )
-from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
+from .evaluation import Evaluator, evaluator
+from .messages import (
+    CandidateSet,
+    Clock,
+    CycleReport,
+    Decision,
+    EvaluateRequest,
+    Mission,
+    OccupancyGrid,
+    People,
+    RunStatus,
+    Scene,
+)
 from .result import Result
 from .run import Run
 from .scenario import Scenario
+from .serving import EvaluatorServer
 
 __all__ = [
+    "CandidateSet",
     "Clock",
     "ConnectionFailed",
     "CurionavError",
@@ -38,10 +53,15 @@ __all__ = [
     "DecodeError",
     "Deployment",
     "EncodeError",
+    "EvaluateRequest",
+    "Evaluator",
+    "EvaluatorError",
+    "EvaluatorServer",
     "MessageError",
     "Mission",
     "NoAnswer",
     "OccupancyGrid",
+    "People",
     "Rejected",
     "Result",
     "Run",
@@ -49,6 +69,8 @@ __all__ = [
     "RunStatus",
     "Scenario",
     "ScenarioError",
+    "Scene",
     "Service",
     "connect",
+    "evaluator",
 ]

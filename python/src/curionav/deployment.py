@@ -12,6 +12,7 @@ import zenoh
 
 from . import keys
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected
+from .evaluation import Evaluator
 from .messages import (
     Cancel,
     ChangeGoal,
@@ -27,6 +28,7 @@ from .messages import (
 )
 from .run import Run
 from .scenario import Scenario
+from .serving import EvaluatorServer
 from .session import alive, ask, open_session
 
 A = TypeVar("A", bound=Message)
@@ -111,6 +113,21 @@ class Deployment:
             scenario=tables, files=files, profile=planner, seed=seed, clock=clock, time_scale=time_scale
         )
         return Run(self._open(), request, world, robot)
+
+    def serve(
+        self, evaluator: Evaluator, instance: str | None = None, *, slots: int = 1, queue: int = 16
+    ) -> EvaluatorServer:
+        """Answers for an evaluator written in Python, on threads of this process, until the server is closed.
+
+        A profile takes it in by a term of its metric's name. For several processes use ``python -m curionav.serve``.
+
+        Args:
+            evaluator: A function decorated with `curionav.evaluator`.
+            instance: Name of this replica. Default: one that nobody else has.
+            slots: Questions computed at once, each on a thread of its own.
+            queue: Questions that may wait; more are refused as ``overloaded``.
+        """
+        return EvaluatorServer(self._open(), evaluator, instance, slots, queue)
 
     def status(self) -> list[Service]:
         """Every service that is alive, by role and name; only some roles keep counts."""

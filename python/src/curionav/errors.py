@@ -32,6 +32,20 @@ class Rejected(CurionavError):  # noqa: N818
         self.code = code
 
 
+class EvaluatorError(CurionavError):
+    """An evaluator's function raised, was late, or gave anything but one finite cost >= 0 a candidate.
+
+    Attributes:
+        metric: Which evaluator.
+        reason: What is wrong, for a person.
+    """
+
+    def __init__(self, metric: str, reason: str) -> None:
+        super().__init__(f"{metric} {reason}")
+        self.metric = metric
+        self.reason = reason
+
+
 class RunFailed(CurionavError):  # noqa: N818
     """A run ended without a result: it was cancelled, a service was lost, or the world went on to another run."""
 

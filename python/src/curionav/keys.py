@@ -31,13 +31,23 @@ def robot(name: str, stream: str) -> str:
 
 
 def world(name: str, channel: str) -> str:
-    """Channel of a simulated world: ``scenario``, ``people``, ``run``."""
+    """Channel of a simulated world: ``scenario``, ``robot``, ``people``, ``run``."""
     return f"{ROOT}/world/{_chunk(name)}/{_chunk(channel)}"
 
 
 def grid(identity: bytes) -> str:
     """Where the map with this hash (32 bytes) can be asked for."""
     return f"{ROOT}/map/{identity.hex()}"
+
+
+def evaluate(metric: str, instance: str) -> str:
+    """Where one evaluator of a metric answers."""
+    return f"{ROOT}/evaluate/{_chunk(metric)}/{_chunk(instance)}"
+
+
+def live(role: str, instance: str) -> str:
+    """The liveliness token of a service, declared after its queryable."""
+    return f"{ROOT}/live/{_chunk(role)}/{_chunk(instance)}"
 
 
 def status(role: str, instance: str) -> str:

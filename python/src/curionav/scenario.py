@@ -61,6 +61,21 @@ class Scenario:
         """A scenario from tables made in Python; they are copied. ``base`` is where the names of files start from."""
         return cls(copy.deepcopy(data), base)
 
+    def with_term(self, metric: str, weight: float = 1.0, scale: float = 1.0, when: str = "always") -> Scenario:
+        """The scenario with one more term in its planner's profile, in place of one of the same name.
+
+        Args:
+            metric: Which metric, such as that of an `Evaluator`.
+            weight: How much it counts; 0 takes the term out.
+            scale: The cost a state of a candidate, in the metric's unit, that counts as one: a candidate adds
+                ``weight * cost / (scale * states)``.
+            when: ``always``, or ``uncertain``: only while the robot is unsure where it is.
+        """
+        changed = Scenario(copy.deepcopy(self.data), self.base)
+        terms = changed.data.setdefault("profile", {}).setdefault("terms", {})
+        terms[metric] = {"scale": float(scale), "weight": float(weight), "when": when}
+        return changed
+
     def files(self) -> dict[str, bytes]:
         """Content of every file the scenario names, by the name it is sent under.
 

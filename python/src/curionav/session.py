@@ -184,6 +184,12 @@ def subscribe(session: zenoh.Session, key: str, put: Callable[[zenoh.Sample], No
     return session.declare_subscriber(key, handler)
 
 
+def answer_queries(session: zenoh.Session, key: str, answer: Callable[[zenoh.Query], None]) -> zenoh.Queryable[None]:
+    """Calls ``answer`` with every query on ``key``, on Zenoh's thread; the query ends when it is dropped."""
+    handler: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(answer, indirect=False)
+    return session.declare_queryable(key, handler, complete=True)
+
+
 def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | None, timeout: float) -> M:
     """Asks ``key`` and waits for the first usable answer.
 

@@ -109,6 +109,11 @@ impl PlanContext {
         self.in_process && (role == generator::ROLE || self.local.contains_key(role))
     }
 
+    /// Whether `role` is a metric that only services of its own compute, whatever the configuration.
+    pub fn is_foreign(&self, role: &str) -> bool {
+        role != generator::ROLE && !self.local.contains_key(role)
+    }
+
     /// The in-process evaluator of a metric, for falling back.
     pub fn local(&self, metric: &str) -> Option<&Arc<dyn Evaluator>> {
         self.local.get(metric)

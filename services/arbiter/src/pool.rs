@@ -1,6 +1,7 @@
 //! Asking the pool: one question to one replica at a time, to another when that one fails or is late, and
 //! probes that keep every replica ready.
 
+use std::collections::BTreeMap;
 use std::future::Future;
 use std::pin::pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -34,6 +35,8 @@ pub struct Pool<P> {
     replicas: Mutex<Replicas>,
     /// Wakes whoever probes: a replica has lost its standing.
     failed: Notify,
+    /// What the last probe of a role failed with: for people.
+    unready: Mutex<BTreeMap<String, String>>,
 }
 
 /// A usable answer: what was asked for, and how much work it was.
@@ -77,6 +80,16 @@ impl<P: Peers> Pool<P> {
             refused,
             replicas: Mutex::default(),
             failed: Notify::new(),
+            unready: Mutex::default(),
+        }
+    }
+
+    /// Why no replica of `role` is ready, in words.
+    pub fn why_unready(&self, role: &str) -> String {
+        let unready = self.unready.lock().unwrap_or_else(PoisonError::into_inner);
+        match unready.get(role).filter(|_| !self.peers.alive(role).is_empty()) {
+            Some(why) => format!("no replica of `{role}` gets ready: {why}"),
+            None => format!("no replica of `{role}` is alive"),
         }
     }
 
@@ -227,6 +240,8 @@ impl<P: Peers> Pool<P> {
         if let Err(error) = &slots {
             self.note_refused(error);
             tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
+            let mut unready = self.unready.lock().unwrap_or_else(PoisonError::into_inner);
+            unready.insert(probe.role.clone(), format!("{}: {error}", probe.instance));
         }
         (probe, slots.ok())
     }

@@ -25,6 +25,8 @@ use crate::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
+/// How long it waits for a metric that is not built in. Nobody else can compute it, so the mission is then refused.
+const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// The driver is on the same robot; if it does not answer, its commands say whom it obeys.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
@@ -169,27 +171,35 @@ impl Arbiter {
         self.counts.follow(roles.map(str::to_owned));
         let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
         self.keeping_ready = Some(tokio::spawn(async move { pool.keep_ready(&of).await }));
-        self.wait_for_pool(&context).await;
+        self.wait_for_pool(&context).await?;
         self.context = Some(context);
         Ok(())
     }
 
-    async fn wait_for_pool(&self, context: &PlanContext) {
+    async fn wait_for_pool(&self, context: &PlanContext) -> anyhow::Result<()> {
         let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_metrics()).collect();
-        let deadline = tokio::time::Instant::now() + POOL_PATIENCE;
+        let started = tokio::time::Instant::now();
         // Every replica that is alive now should be ready, and there should be one of each role.
         let missing = |role: &&&str| {
             let (ready, alive) = (self.pool.replicas().ready(role).len(), self.pool.peers.alive(role).len());
             ready == 0 || ready < alive
         };
         while let Some(role) = roles.iter().find(missing) {
-            // What cannot be had here is worth any wait: without it nothing can be followed.
-            if context.is_replaceable(role) && tokio::time::Instant::now() >= deadline {
+            // What cannot be had here is worth a longer wait: without it nothing can be followed.
+            if context.is_replaceable(role) && started.elapsed() >= POOL_PATIENCE {
                 tracing::warn!(role, "not every replica is ready; what is missing is computed in process");
-                return;
+                return Ok(());
+            }
+            if context.is_foreign(role) && started.elapsed() >= FOREIGN_PATIENCE {
+                if !self.pool.replicas().ready(role).is_empty() {
+                    tracing::warn!(role, "not every replica is ready");
+                    return Ok(());
+                }
+                anyhow::bail!("terms.{role}: {}", self.pool.why_unready(role));
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
+        Ok(())
     }
 
     /// Plans on every `plan_every`-th tick of the localiser.

@@ -2,6 +2,7 @@
 //!
 //! To the other services it is a robot: it gives `scan`, `odom` and `people` and takes `cmd`.
 
+mod crowd;
 mod inject;
 mod record;
 mod run;

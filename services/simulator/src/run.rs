@@ -20,6 +20,7 @@ use curionav_schemas::{
 use tokio::sync::watch;
 use zenoh::Session;
 
+use crate::crowd::LiveCrowd;
 use crate::inject::Prepared;
 use crate::record::Record;
 
@@ -41,6 +42,7 @@ pub(crate) struct Streams {
     scans: Topic<Scan>,
     odometry: Topic<Odometry>,
     people: Topic<wire::People>,
+    crowd: LiveCrowd,
     heard: Heard,
 }
 
@@ -73,8 +75,13 @@ pub(crate) struct Progress {
 }
 
 impl Streams {
-    /// Those of `robot`; what they refuse is added to `counts`.
-    pub(crate) fn new(session: &Session, robot: &str, counts: &Arc<ServeCounts>) -> anyhow::Result<Self> {
+    /// Those of `robot` and of a live crowd; what they refuse is added to `counts`.
+    pub(crate) fn new(
+        session: &Session,
+        robot: &str,
+        crowd: LiveCrowd,
+        counts: &Arc<ServeCounts>,
+    ) -> anyhow::Result<Self> {
         let key = |stream| keys::robot(robot, stream);
         Ok(Self {
             session: session.clone(),
@@ -86,6 +93,7 @@ impl Streams {
             scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
             odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
             people: Topic::new(session, &key("people")?, Flow::Sensor)?,
+            crowd,
             heard: Heard::default(),
         })
     }
@@ -167,6 +175,7 @@ impl Streams {
         self.beliefs.clear();
         self.decisions.clear();
         self.commands.clear();
+        self.crowd.begin();
         self.heard = Heard::default();
         match current.state {
             MissionState::Running => Ok(current),
@@ -197,8 +206,12 @@ impl Streams {
             }
             mission.clone_from(&changed);
             check_goes_on(mission)?;
+            let people_known = tokio::select! {
+                known = self.crowd.take_in(world, mission) => known?,
+                () = end_of_mission(&missions, &mut changed) => continue,
+            };
             let observation = world.observe();
-            self.publish(&observation, world, mission.clock);
+            self.publish(&observation, world, mission.clock, people_known);
             let (belief, decisions, command) = tokio::select! {
                 answers = self.answers(world, mission) => answers?,
                 () = end_of_mission(&missions, &mut changed) => continue,
@@ -229,10 +242,13 @@ impl Streams {
         }
     }
 
-    fn publish(&self, observation: &Observation, world: &World, clock: Clock) {
+    /// What the sensors say; of people nothing while nobody knows where they are.
+    fn publish(&self, observation: &Observation, world: &World, clock: Clock, people_known: bool) {
         let (tick, stamp) = (observation.tick, observation.stamp);
         let laser = &world.scenario().laser;
-        self.people.publish(&convert::people_to_wire(&observation.people, tick, stamp), clock);
+        if people_known {
+            self.people.publish(&convert::people_to_wire(&observation.people, tick, stamp), clock);
+        }
         self.scans.publish(
             &Scan {
                 tick,

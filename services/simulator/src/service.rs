@@ -16,6 +16,7 @@ use curionav_schemas::{InjectRequest, Reject, RejectCode, RunState, RunStatus, k
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 
+use crate::crowd::LiveCrowd;
 use crate::inject::{Prepared, prepare};
 use crate::run::{Progress, Streams};
 
@@ -43,7 +44,8 @@ pub(crate) async fn run(
     let inject = serve_injection(config, session, &key("scenario")?, Arc::clone(&status), sender)?;
     let counts = inject.counts();
     let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(locked(&shown).clone()))?;
-    let mut streams = Streams::new(session, &config.robot, &counts)?;
+    let crowd = LiveCrowd::new(session, &config.world, &counts)?;
+    let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;
     let metrics = Metrics::of_robot("simulator", config);
     let announced = announce_service(config, &[("data", session)], metrics, Arc::clone(&counts), Vec::new)?;
     on_ready(announced.metrics_address());

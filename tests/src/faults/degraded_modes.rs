@@ -1,11 +1,15 @@
 //! What the robot does when something it needs is not there: the table "Degraded modes" of
 //! `docs/operations.md`, a test a line.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_schemas::{Action, Clock, Decision};
+use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_runtime::convert;
+use curionav_schemas::{Action, Clock, Decision, Evaluated};
 
-use super::fault::{Episode, Fault};
+use super::fault::{Episode, Fault, Nonsense};
+use super::replica::FOREIGN;
 use super::robot::Driven;
 use super::world::World;
 use super::{arbiter, hall, robot};
@@ -29,7 +33,23 @@ impl Mode {
     fn with_trees(trees: u32, pool: [usize; 3], fault: Option<Fault>, in_process: bool) -> Self {
         let (fields, map) = hall::fields();
         let mission = hall::mission(map, 1001, Clock::Realtime, trees);
-        let world = World::new(&fields, mission, in_process, pool);
+        Self::in_world(World::new(&fields, mission, in_process, pool), fault)
+    }
+
+    /// A robot whose profile has a term that is not built in, with one replica of it, to which `fault` happens.
+    fn with_foreign_term(fault: Option<Fault>, in_process: bool) -> Self {
+        let (fields, map) = hall::fields();
+        let mut mission = hall::mission(map, 1001, Clock::Realtime, 1);
+        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
+        let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+        profile.terms.insert(FOREIGN.to_owned(), term);
+        mission.profile = convert::to_value(&profile).unwrap();
+        let world = World::new(&fields, mission, in_process, [2, 2, 2]);
+        world.start_replica((FOREIGN.to_owned(), format!("{FOREIGN}-0")));
+        Self::in_world(world, fault)
+    }
+
+    fn in_world(world: Arc<World>, fault: Option<Fault>) -> Self {
         arbiter::start(&world);
         world.executor.spawn(robot::run(world.clone()));
         let (from, until) = (Duration::from_secs_f64(FROM), Duration::from_secs(60));
@@ -103,6 +123,32 @@ fn without_a_cnc_pool_and_left_to_itself_it_never_sets_off() {
     let mode = Mode::of([2, 2, 0], None, false);
     assert!(mode.says("not evaluated (cnc)"));
     assert!(mode.decisions.iter().all(|d| d.action == Action::Stop) && mode.stands_after() == 0.0);
+}
+
+#[test]
+fn a_term_that_is_not_built_in_counts_like_any_other() {
+    for in_process in [true, false] {
+        let mode = Mode::with_foreign_term(None, in_process);
+        assert!(mode.drives_at_the_end());
+        assert!(mode.decisions.iter().all(|d| d.evaluated.get(FOREIGN) == Some(&Evaluated::Pool)));
+    }
+}
+
+#[test]
+fn without_a_replica_of_a_metric_that_is_not_built_in_it_holds_and_stops() {
+    // By name: cnc-0, cnc-1, comfort-0. Gone, hung, and answering nonsense come to the same.
+    for fault in [Fault::Crash(2), Fault::Hang(2), Fault::Garbage(2, Nonsense::NotANumber)] {
+        for in_process in [true, false] {
+            let mode = Mode::with_foreign_term(Some(fault), in_process);
+            assert!(mode.says("not evaluated (comfort)"), "{fault:?}");
+            assert!(
+                mode.decisions.iter().any(|d| d.action == Action::Hold),
+                "{fault:?}: the tail comes first"
+            );
+            assert!(!mode.drives_at_the_end(), "{fault:?}");
+            assert!(mode.stands_after() < HOLD_AND_BRAKE, "{fault:?}: {:.1} s", mode.stands_after());
+        }
+    }
 }
 
 #[test]

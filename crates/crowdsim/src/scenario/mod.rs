@@ -16,7 +16,8 @@ use serde::{Deserialize, Serialize};
 
 pub use error::{ScenarioError, field_line};
 pub use people::{
-    Motion, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode, Walker,
+    Motion, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode,
+    Walker,
 };
 
 /// One scenario. Positions are in the map frame, metres; headings in radians.
@@ -200,6 +201,8 @@ people = "working-zone"
 plan_every = 1
 [people]
 radius = 0.3
+kind = "live"
+live_patience_s = 4.0
 motion = "hrvo"
 [people.hrvo]
 max_neighbors = 8
@@ -238,6 +241,7 @@ weights = { cpc = 2.0 }
         assert!(scenario.recorded[0].repeat);
         assert_eq!((scenario.people.motion, scenario.people.hrvo.max_neighbors), (Motion::Hrvo, 8));
         assert_eq!(scenario.people.hrvo.max_speed_factor, 1.3);
+        assert_eq!((scenario.people.kind, scenario.people.live_patience_s), (PeopleKind::Live, 4.0));
         let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
         assert_eq!(back, scenario);
         let mut bytes = Vec::new();
@@ -301,6 +305,7 @@ weights = { cpc = 2.0 }
         assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");
         assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint");
         assert_refused("name = \"full\"", "name = \"a/b\"", "name");
+        assert_refused("live_patience_s = 4.0", "live_patience_s = 0", "people.live_patience_s");
         assert_refused("max_neighbors = 8", "max_neighbors = 0", "people.hrvo.max_neighbors");
         assert_refused("max_accel = 1.5", "max_accel = -1", "people.hrvo.max_accel");
     }

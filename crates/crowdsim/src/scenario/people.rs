@@ -39,6 +39,13 @@ impl PerceivedPeople {
 pub struct PeopleParams {
     /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
     pub radius: f64,
+    /// Whether somebody else plays further people while the run goes on.
+    #[serde(skip_serializing_if = "PeopleKind::is_scenario")]
+    pub kind: PeopleKind,
+    /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: whoever
+    /// plays a crowd may start after the run, or load a model first.
+    #[serde(skip_serializing_if = "is_default_patience")]
+    pub live_patience_s: f64,
     /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
     #[serde(skip_serializing_if = "Motion::is_scripted")]
     pub motion: Motion,
@@ -49,7 +56,36 @@ pub struct PeopleParams {
 
 impl Default for PeopleParams {
     fn default() -> Self {
-        Self { radius: 0.25, motion: Motion::Scripted, hrvo: HrvoParams::default() }
+        Self {
+            radius: 0.25,
+            kind: PeopleKind::Scenario,
+            live_patience_s: LIVE_PATIENCE_S,
+            motion: Motion::Scripted,
+            hrvo: HrvoParams::default(),
+        }
+    }
+}
+
+const LIVE_PATIENCE_S: f64 = 10.0;
+
+fn is_default_patience(seconds: &f64) -> bool {
+    *seconds == LIVE_PATIENCE_S
+}
+
+/// Where people come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PeopleKind {
+    /// From `[[walkers]]` and `[[recorded]]` alone.
+    #[default]
+    Scenario,
+    /// Also from outside: whatever is published as the people of the world, tick by tick.
+    Live,
+}
+
+impl PeopleKind {
+    fn is_scenario(&self) -> bool {
+        *self == Self::Scenario
     }
 }
 

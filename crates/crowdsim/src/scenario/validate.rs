@@ -118,6 +118,7 @@ fn clock(c: &Clock) -> Check {
 
 fn people(p: &PeopleParams) -> Check {
     within("people.radius", p.radius, 0.05, 2.0, "metres")?;
+    within("people.live_patience_s", p.live_patience_s, 0.1, 600.0, "seconds")?;
     let h = &p.hrvo;
     within("people.hrvo.neighbor_distance", h.neighbor_distance, 0.1, 100.0, "metres")?;
     within("people.hrvo.max_neighbors", f64::from(h.max_neighbors), 1.0, MAX_NEIGHBORS, "people")?;

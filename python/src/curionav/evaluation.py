@@ -1,0 +1,181 @@
+"""Evaluators written in Python: a function from a scene and candidates to one cost a candidate."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from . import keys
+from .array import F64
+from .errors import EvaluatorError
+from .kinds import MAX_MAGNITUDE
+from .messages import CandidateSet, EvaluateRequest, People, Scene
+
+BUILT_IN = frozenset({"cnc", "cpc", "distance", "risk"})
+"""Metrics the services compute themselves: a function of that name would be mixed with theirs."""
+
+
+class Evaluator:
+    """A metric and the function that computes it; made by `evaluator`. Calling it calls the function.
+
+    Attributes:
+        metric: Name of the metric, as in the profile's ``terms``.
+    """
+
+    def __init__(self, metric: str, function: Callable[..., Any]) -> None:
+        if not keys.is_name(metric):
+            raise ValueError(f"metric {metric[:64]!r} must be 1 to 64 of the characters a-z, 0-9, `_` and `-`")
+        if metric in BUILT_IN:
+            raise ValueError(f"metric {metric!r} is built in: choose another name")
+        self.metric = metric
+        self._function = function
+        self._takes_request = _positional(function) == 3
+        self.__doc__ = function.__doc__
+        self.__name__ = getattr(function, "__name__", metric)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the function gives, unchecked."""
+        return self._function(*arguments)
+
+    def __repr__(self) -> str:
+        return f"Evaluator({self.metric!r}, {self.__name__})"
+
+    def costs(self, request: EvaluateRequest) -> F64:
+        """The checked costs of a request's candidates, shape [count].
+
+        Raises:
+            EvaluatorError: The function raised, or gave anything but one finite cost >= 0 a candidate.
+        """
+        if not request.candidates.count:
+            return np.empty(0)
+        arguments = [request.scene, request.candidates]
+        try:
+            found = self._function(*arguments, request) if self._takes_request else self._function(*arguments)
+        except Exception as error:
+            raise EvaluatorError(self.metric, f"raised {type(error).__name__}: {error}{_place(error)}") from error
+        return self._checked(found, request.candidates.count)
+
+    def trial(self, request: EvaluateRequest) -> F64:
+        """Tries the function on two candidates, among nobody and among two people, before work depends on it.
+
+        Gives no costs. ``request`` is one without candidates; what it says of map, goal and robot holds.
+
+        Raises:
+            EvaluatorError: As `costs`, or a candidate's cost changes with its neighbours in the batch.
+        """
+        pair = _two_candidates(request)
+        for people in (_people(request.scene, 0), _people(request.scene, 2)):
+            scene = dataclasses.replace(request.scene, people=people)
+
+            def asked(candidates: CandidateSet, scene: Scene = scene) -> F64:
+                return self.costs(dataclasses.replace(request, scene=scene, candidates=candidates))
+
+            together = asked(pair)
+            alone = np.concatenate([asked(part(pair, index)) for index in range(pair.count)])
+            if not np.allclose(together, alone, rtol=1e-6, atol=1e-9):
+                raise EvaluatorError(
+                    self.metric,
+                    f"the cost of a candidate changes with its neighbours: {together} for two together, {alone} for "
+                    "each alone; a batch is cut into parts, so do not scale or rank costs within it",
+                )
+        return np.empty(0)
+
+    def _checked(self, found: Any, count: int) -> F64:
+        try:
+            cost = np.asarray(found, np.float64)
+        except (TypeError, ValueError) as error:
+            raise EvaluatorError(self.metric, f"gave no array of numbers: {error}") from error
+        if cost.shape != (count,):
+            raise EvaluatorError(self.metric, f"gave an array of shape {cost.shape}, expected ({count},)")
+        usable = (cost >= 0.0) & (cost <= MAX_MAGNITUDE)  # a NaN is neither
+        if not usable.all():
+            index = int(np.flatnonzero(~usable)[0])
+            raise EvaluatorError(self.metric, f"cost[{index}] is {cost[index]}, not a finite number >= 0")
+        return cost
+
+
+def evaluator(metric: str) -> Callable[[Callable[..., Any]], Evaluator]:
+    """Makes a function an evaluator of ``metric``.
+
+    The function takes a `Scene` and a `CandidateSet`, and if it has a third parameter the whole `EvaluateRequest`
+    (goal, map, robot). It gives one finite cost >= 0 a candidate, shape [count]; lower is better. A candidate's cost
+    must not depend on the others: a batch is cut into parts, over as many replicas as there are.
+
+    >>> @evaluator("tempo")
+    ... def tempo(scene, candidates):
+    ...     "Metres a second missing to 1 m/s."
+    ...     return abs(1.0 - candidates.v).mean(axis=1)
+    >>> tempo.metric
+    'tempo'
+    """
+
+    def decorate(function: Callable[..., Any]) -> Evaluator:
+        return Evaluator(metric, function)
+
+    return decorate
+
+
+def _positional(function: Callable[..., Any]) -> int:
+    parameters = inspect.signature(function).parameters.values()
+    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+    count = sum(1 for p in parameters if p.kind in kinds)
+    needed = sum(1 for p in parameters if p.kind in kinds and p.default is inspect.Parameter.empty)
+    if any(p.kind is inspect.Parameter.KEYWORD_ONLY and p.default is p.empty for p in parameters):
+        needed = count + 4
+    if count < 2 or needed > 3:
+        raise TypeError("an evaluator takes (scene, candidates) or (scene, candidates, request)")
+    return 3 if needed == 3 else 2
+
+
+def _place(error: Exception) -> str:
+    """Where in the user's code an exception came from."""
+    frames = traceback.extract_tb(error.__traceback__)[1:]
+    return f" (line {frames[0].lineno} of {frames[0].name})" if frames else ""
+
+
+def part(candidates: CandidateSet, index: int) -> CandidateSet:
+    """The candidate at ``index`` alone."""
+    rows = slice(index, index + 1)
+    arrays = {name: getattr(candidates, name)[rows] for name in ("id", "x", "y", "heading", "v", "omega")}
+    return dataclasses.replace(candidates, count=1, **arrays)
+
+
+def _two_candidates(request: EvaluateRequest) -> CandidateSet:
+    """One stands where the robot is, one drives ahead at 0.5 m/s."""
+    steps, dt, belief = request.candidates.steps, request.candidates.dt, request.scene.belief
+    v = np.repeat([[0.0], [0.5]], steps, axis=1)
+    way = v * dt * np.arange(1, steps + 1)
+    return CandidateSet(
+        count=2,
+        steps=steps,
+        dt=dt,
+        id=np.arange(2, dtype=np.uint32),
+        x=belief.x + way * np.cos(belief.heading),
+        y=belief.y + way * np.sin(belief.heading),
+        heading=np.full((2, steps), belief.heading),
+        v=v,
+        omega=np.zeros((2, steps)),
+    )
+
+
+def _people(scene: Scene, count: int) -> People:
+    """The first ``count`` of: one person 2 m ahead who comes nearer, one 3 m behind who stands."""
+    belief = scene.belief
+    ahead, speed = np.array([2.0, -3.0])[:count], np.array([-1.0, 0.0])[:count]
+    cos, sin = np.cos(belief.heading), np.sin(belief.heading)
+    return People(
+        tick=scene.tick,
+        stamp=scene.stamp,
+        frame="map",
+        radius=0.25,
+        id=np.arange(count, dtype=np.uint32),
+        x=belief.x + ahead * cos,
+        y=belief.y + ahead * sin,
+        vx=speed * cos,
+        vy=speed * sin,
+    )
