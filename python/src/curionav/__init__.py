@@ -12,6 +12,7 @@ Units are SI and radians, poses are in the map frame. The messages are in `curio
 
 from __future__ import annotations
 
+from .crowd import Crowd, CrowdStep
 from .deployment import Deployment, Service, connect
 from .errors import (
     ConnectionFailed,
@@ -47,6 +48,8 @@ __all__ = [
     "CandidateSet",
     "Clock",
     "ConnectionFailed",
+    "Crowd",
+    "CrowdStep",
     "CurionavError",
     "CycleReport",
     "Decision",

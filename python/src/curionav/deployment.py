@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import zenoh
 
 from . import keys
+from .crowd import Crowd, CrowdFunction
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
 from .messages import (
@@ -86,6 +87,7 @@ class Deployment:
         *,
         world: str = "world",
         robot: str = "robot",
+        crowd: CrowdFunction | None = None,
     ) -> Run:
         """Injects a scenario into a simulated world and starts its run.
 
@@ -98,6 +100,9 @@ class Deployment:
             time_scale: Simulated seconds a second of wall time, with a realtime clock.
             world: Name of the simulated world.
             robot: Name of the robot in it.
+            crowd: Plays further people: a function from a `CrowdStep` to ``(x, y)``, ``(x, y, vx, vy)`` or
+                ``(x, y, vx, vy, ids)``; m and m/s, map frame. It is called once a tick, on a thread of its own; what it
+                raises ends the run. The scenario's people become ``kind = "live"``.
 
         Raises:
             Rejected: The scenario was refused, with the field and the reason, or a run is under way there.
@@ -108,11 +113,19 @@ class Deployment:
             scenario = Scenario.from_dict(scenario)
         elif not isinstance(scenario, Scenario):
             scenario = Scenario.load(scenario)
-        tables, files = scenario.packed()
+        tables, files = (scenario if crowd is None else scenario.with_live_people()).packed()
         request = InjectRequest(
             scenario=tables, files=files, profile=planner, seed=seed, clock=clock, time_scale=time_scale
         )
-        return Run(self._open(), request, world, robot)
+        return Run(self._open(), request, world, robot, crowd)
+
+    def crowd(self, world: str = "world") -> Crowd:
+        """The people of a simulated world, to be played from here tick by tick.
+
+        For runs that others inject, or where `inject` with ``crowd`` is not enough. The scenario must say so:
+        ``[people] kind = "live"``, or `Scenario.with_live_people`.
+        """
+        return Crowd(self._open(), world)
 
     def serve(
         self, evaluator: Evaluator, instance: str | None = None, *, slots: int = 1, queue: int = 16

@@ -12,6 +12,7 @@ from typing import TypeVar
 import zenoh
 
 from . import keys
+from .crowd import CrowdFunction, CrowdThread
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
 from .messages import (
     Cancel,
@@ -58,7 +59,14 @@ class Run:
         refused: Messages that could not be understood and were passed over.
     """
 
-    def __init__(self, session: zenoh.Session, request: InjectRequest, world: str, robot: str) -> None:
+    def __init__(
+        self,
+        session: zenoh.Session,
+        request: InjectRequest,
+        world: str,
+        robot: str,
+        crowd: CrowdFunction | None = None,
+    ) -> None:
         self._session = session
         self._run_key = keys.world(world, "run")
         self._mission_key = keys.robot(robot, "mission")
@@ -70,6 +78,8 @@ class Run:
         self._heard = time.monotonic()
         self._attempts = 0
         self._closed = False
+        self._crowd: CrowdThread | None = None
+        self._cancelling = False
         self.refused = 0
         self._stale = self._order_before(decision_key)
         self._newest_report = self._stale
@@ -79,11 +89,15 @@ class Run:
             self._subscribers.append(subscribe(session, self._run_key, self._statuses.put))
             self._subscribers.append(subscribe(session, keys.robot(robot, "report"), self._reports.put))
             self._subscribers.append(subscribe(session, decision_key, self._decisions.put))
+            if crowd is not None:
+                self._crowd = CrowdThread(session, world, crowd, self._news.tell)
             self._status = ask(session, keys.world(world, "scenario"), RunStatus, request, _INJECT_TIMEOUT)
         except BaseException:
             self.close()
             raise
         self.id = self._status.run
+        if self._crowd is not None:
+            self._crowd.start()
 
     def _order_before(self, key: str) -> tuple[int, int]:
         """(epoch, seq) of the last decision before this run: what is not after it belongs to an earlier one."""
@@ -199,6 +213,8 @@ class Run:
     def close(self) -> None:
         """Stops listening; the run itself goes on. Does nothing the second time."""
         self._closed = True
+        if self._crowd is not None:
+            self._crowd.close()
         while self._subscribers:
             with contextlib.suppress(zenoh.ZError):
                 self._subscribers.pop().undeclare()
@@ -219,12 +235,23 @@ class Run:
         finally:
             self.close()
 
+    def _check_crowd(self) -> None:
+        """A crowd that has failed ends the run: nobody would play it any more."""
+        failure = self._crowd.failure if self._crowd is not None else None
+        if failure is not None and not self._closed and not self._cancelling:
+            self._cancelling = True
+            with contextlib.suppress(CurionavError):
+                self.cancel()
+            raise RunFailed(f"the crowd failed: {type(failure).__name__}: {failure}") from failure
+
     def _ended(self) -> bool:
         return self._status.state in ("finished", "failed")
 
     def _goes_on(self) -> bool:
         """Whether the run goes on, by what was published; asks when nothing has been for a while."""
         self._take_in()
+        if not self._ended():
+            self._check_crowd()
         if not self._ended() and not self._closed and time.monotonic() - self._heard >= _POLL_PERIOD:
             self._poll()
         return not self._ended()

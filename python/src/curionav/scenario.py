@@ -76,6 +76,16 @@ class Scenario:
         terms[metric] = {"scale": float(scale), "weight": float(weight), "when": when}
         return changed
 
+    def with_live_people(self, patience_s: float = 10.0) -> Scenario:
+        """The scenario with people who are played from outside, beside those it has.
+
+        Args:
+            patience_s: How long a run waits for them before it is given up, s of wall time.
+        """
+        changed = Scenario(copy.deepcopy(self.data), self.base)
+        changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
+        return changed
+
     def files(self) -> dict[str, bytes]:
         """Content of every file the scenario names, by the name it is sent under.
 

@@ -184,6 +184,17 @@ def subscribe(session: zenoh.Session, key: str, put: Callable[[zenoh.Sample], No
     return session.declare_subscriber(key, handler)
 
 
+def publish(session: zenoh.Session, key: str, message: Message) -> None:
+    """Sends one message that must not be lost."""
+    session.put(
+        key,
+        message.encode(),
+        encoding=message.encoding(),
+        congestion_control=zenoh.CongestionControl.BLOCK,
+        express=True,
+    )
+
+
 def answer_queries(session: zenoh.Session, key: str, answer: Callable[[zenoh.Query], None]) -> zenoh.Queryable[None]:
     """Calls ``answer`` with every query on ``key``, on Zenoh's thread; the query ends when it is dropped."""
     handler: zenoh.handlers.Callback[zenoh.Query] = zenoh.handlers.Callback(answer, indirect=False)

@@ -111,7 +111,11 @@ pub(crate) fn true_cost(
     let candidate = convert::candidates(report.candidates.clone()).unwrap().pick(&[index]);
     let mut scores = Scores::new(1);
     for metric in terms {
-        let cost = context.local(metric).unwrap().evaluate(&scene, &candidate, &|| false).unwrap();
+        let cost = match context.local(metric) {
+            Some(evaluator) => evaluator.evaluate(&scene, &candidate, &|| false).unwrap(),
+            // Somebody else's: nobody here can compute it anew.
+            None => vec![report.terms.iter().find(|t| t.metric == *metric).unwrap().raw.0[index]],
+        };
         scores.insert(metric, 0, &cost).unwrap();
     }
     let totals = total_costs(&context.profile, scene.uncertain, candidate.steps(), &scores);
