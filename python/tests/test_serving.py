@@ -134,7 +134,7 @@ def test_a_function_that_fails_is_handled_as_any_failing_replica(
         assert server.last_failure
     degraded = [d for d in decisions if d.degraded]
     assert degraded, "it is told"
-    assert {d.stamp for d in degraded} <= {0.9, 1.2, 1.5}
+    assert all(0.8 < d.stamp < 1.6 for d in degraded)
     assert all(d.degraded == ["not evaluated (keep-right)"] and d.action != "follow" for d in degraded)
     assert result.outcome == "reached", "and the robot goes on once it is well again"
 
@@ -183,10 +183,10 @@ def test_one_that_is_late_in_real_time_is_handled_as_any_failing_replica(
 def test_one_that_never_works_refuses_the_mission_with_the_reason(
     connected: curionav.Deployment, scenario: Scenario
 ) -> None:
-    ranked = Evaluator("keep-right", lambda scene, candidates: candidates.v.sum(axis=1) / candidates.v.max())
+    ranked = Evaluator("keep-right", lambda scene, candidates: candidates.v.sum(axis=1) / (1.0 + candidates.v.max()))
     with (
         connected.serve(ranked) as server,
-        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica .* gets ready: .* neighbours"),
+        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica gets ready: .* neighbours"),
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)
@@ -197,7 +197,7 @@ def test_a_metric_nobody_computes_refuses_the_mission_with_the_reason(
     connected: curionav.Deployment, scenario: Scenario
 ) -> None:
     with (
-        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica of `keep-right` is alive"),
+        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica gets ready: none is alive"),
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)

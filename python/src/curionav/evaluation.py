@@ -61,26 +61,26 @@ class Evaluator:
         return self._checked(found, request.candidates.count)
 
     def trial(self, request: EvaluateRequest) -> F64:
-        """Tries the function on two candidates, among nobody and among two people, before work depends on it.
+        """Tries the function on three candidates, among nobody and among two people, before work depends on it.
 
         Gives no costs. ``request`` is one without candidates; what it says of map, goal and robot holds.
 
         Raises:
             EvaluatorError: As `costs`, or a candidate's cost changes with its neighbours in the batch.
         """
-        pair = _two_candidates(request)
+        three = _three_candidates(request)
         for people in (_people(request.scene, 0), _people(request.scene, 2)):
             scene = dataclasses.replace(request.scene, people=people)
 
             def asked(candidates: CandidateSet, scene: Scene = scene) -> F64:
                 return self.costs(dataclasses.replace(request, scene=scene, candidates=candidates))
 
-            together = asked(pair)
-            alone = np.concatenate([asked(part(pair, index)) for index in range(pair.count)])
+            together = asked(three)
+            alone = np.concatenate([asked(part(three, index)) for index in range(three.count)])
             if not np.allclose(together, alone, rtol=1e-6, atol=1e-9):
                 raise EvaluatorError(
                     self.metric,
-                    f"the cost of a candidate changes with its neighbours: {together} for two together, {alone} for "
+                    f"the cost of a candidate changes with its neighbours: {together} for three together, {alone} for "
                     "each alone; a batch is cut into parts, so do not scale or rank costs within it",
                 )
         return np.empty(0)
@@ -145,21 +145,22 @@ def part(candidates: CandidateSet, index: int) -> CandidateSet:
     return dataclasses.replace(candidates, count=1, **arrays)
 
 
-def _two_candidates(request: EvaluateRequest) -> CandidateSet:
-    """One stands where the robot is, one drives ahead at 0.5 m/s."""
+def _three_candidates(request: EvaluateRequest) -> CandidateSet:
+    """Arcs from where the robot is: slow to the right, ahead, fast to the left."""
     steps, dt, belief = request.candidates.steps, request.candidates.dt, request.scene.belief
-    v = np.repeat([[0.0], [0.5]], steps, axis=1)
-    way = v * dt * np.arange(1, steps + 1)
+    v = np.repeat([[0.25], [0.5], [1.0]], steps, axis=1)
+    omega = np.repeat([[-0.3], [0.0], [0.3]], steps, axis=1)
+    heading = belief.heading + np.cumsum(omega * dt, axis=1)
     return CandidateSet(
-        count=2,
+        count=3,
         steps=steps,
         dt=dt,
-        id=np.arange(2, dtype=np.uint32),
-        x=belief.x + way * np.cos(belief.heading),
-        y=belief.y + way * np.sin(belief.heading),
-        heading=np.full((2, steps), belief.heading),
+        id=np.arange(3, dtype=np.uint32),
+        x=belief.x + np.cumsum(v * dt * np.cos(heading), axis=1),
+        y=belief.y + np.cumsum(v * dt * np.sin(heading), axis=1),
+        heading=heading,
         v=v,
-        omega=np.zeros((2, steps)),
+        omega=omega,
     )
 
 

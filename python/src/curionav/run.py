@@ -134,24 +134,33 @@ class Run:
         ended_at: float | None = None
         while True:
             seen = self._news.count
-            item = mailbox.take()
-            if item is not None:
-                found = self._decode(message, item)
-                if found is not None and (found.epoch, found.seq) > self._stale:
-                    if isinstance(found, CycleReport):
-                        self._newest_report = (found.epoch, found.seq)
-                    yield found
-            elif self._closed:
-                return
-            elif self._goes_on():
+            found = self._next(mailbox, message)
+            if found is not None:
+                yield found
+            elif self._goes_on() and not self._closed:
                 self._news.wait(seen, _POLL_PERIOD)
             else:
-                # What was sent before the end may still be on its way behind it.
                 ended_at = ended_at or time.monotonic()
-                left = ended_at + _LAST_REPORT - time.monotonic()
-                if left <= 0.0 or complete():
+                left = self._left(ended_at, complete)
+                if left <= 0.0:
                     return
                 self._news.wait(seen, left)
+
+    def _next(self, mailbox: Mailbox, message: type[M]) -> M | None:
+        """The next message of this run that is here."""
+        while (item := mailbox.take()) is not None:
+            found = self._decode(message, item)
+            if found is not None and (found.epoch, found.seq) > self._stale:
+                if isinstance(found, CycleReport):
+                    self._newest_report = (found.epoch, found.seq)
+                return found
+        return None
+
+    def _left(self, ended_at: float, complete: Callable[[], bool]) -> float:
+        """How long to wait for what was sent before the end and may still be on its way behind it, s."""
+        if self._closed or complete():
+            return 0.0
+        return ended_at + _LAST_REPORT - time.monotonic()
 
     def _decode(self, message: type[A], item: tuple[bytes, str]) -> A | None:
         try:
@@ -182,13 +191,19 @@ class Run:
         while True:
             seen = self._news.count
             if not self._goes_on():
-                break
-            left = _POLL_PERIOD if deadline is None else min(deadline - time.monotonic(), _POLL_PERIOD)
-            if left <= 0.0:
-                raise TimeoutError(f"the run still goes on after {timeout:g} s")
-            if self._closed:
-                raise RunFailed("the run was closed before it ended")
-            self._news.wait(seen, left)
+                return self._result()
+            self._news.wait(seen, self._patience(timeout, deadline))
+
+    def _patience(self, timeout: float | None, deadline: float | None) -> float:
+        """How long to wait for news before looking again, s."""
+        left = _POLL_PERIOD if deadline is None else min(deadline - time.monotonic(), _POLL_PERIOD)
+        if left <= 0.0:
+            raise TimeoutError(f"the run still goes on after {timeout:g} s")
+        if self._closed:
+            raise RunFailed("the run was closed before it ended")
+        return left
+
+    def _result(self) -> Result:
         if self._status.result is None:
             raise RunFailed(self._status.error or "the run ended without a result")
         return Result.of(self._status.result)
@@ -252,9 +267,13 @@ class Run:
         self._take_in()
         if not self._ended():
             self._check_crowd()
-        if not self._ended() and not self._closed and time.monotonic() - self._heard >= _POLL_PERIOD:
+        if self._is_to_be_asked():
             self._poll()
         return not self._ended()
+
+    def _is_to_be_asked(self) -> bool:
+        """Whether so little has been heard that the status is asked for, which takes time."""
+        return not self._ended() and not self._closed and time.monotonic() - self._heard >= _POLL_PERIOD
 
     def _take_in(self) -> None:
         while (item := self._statuses.take()) is not None:

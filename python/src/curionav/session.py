@@ -6,6 +6,8 @@ the caller's thread, which therefore stays interruptible, and no thread of ours 
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import json
 import os
 import threading
@@ -129,6 +131,7 @@ class News:
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
+        self._wakers: set[Callable[[], object]] = set()
         self.count = 0
 
     def tell(self) -> None:
@@ -136,11 +139,35 @@ class News:
         with self._changed:
             self.count += 1
             self._changed.notify_all()
+            wakers = tuple(self._wakers)
+        for wake in wakers:
+            # The loop of a waiter may have been closed meanwhile.
+            with contextlib.suppress(RuntimeError):
+                wake()
 
     def wait(self, seen: int, seconds: float) -> None:
         """Waits until there is more than at the count ``seen``, at most ``seconds``."""
         with self._changed:
             self._changed.wait_for(lambda: self.count != seen, max(seconds, 0.0))
+
+    async def wait_async(self, seen: int, seconds: float) -> None:
+        """The same without holding up the running event loop."""
+        came = asyncio.Event()
+        loop = asyncio.get_running_loop()
+
+        def wake() -> object:
+            return loop.call_soon_threadsafe(came.set)
+
+        with self._changed:
+            if self.count != seen:
+                return
+            self._wakers.add(wake)
+        try:
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(came.wait(), max(seconds, 0.0))
+        finally:
+            with self._changed:
+                self._wakers.discard(wake)
 
 
 class Mailbox:

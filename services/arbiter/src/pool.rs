@@ -35,8 +35,8 @@ pub struct Pool<P> {
     replicas: Mutex<Replicas>,
     /// Wakes whoever probes: a replica has lost its standing.
     failed: Notify,
-    /// What the last probe of a role failed with: for people.
-    unready: Mutex<BTreeMap<String, String>>,
+    /// With what the last probe of a role was refused.
+    refusals: Mutex<BTreeMap<String, String>>,
 }
 
 /// A usable answer: what was asked for, and how much work it was.
@@ -80,17 +80,14 @@ impl<P: Peers> Pool<P> {
             refused,
             replicas: Mutex::default(),
             failed: Notify::new(),
-            unready: Mutex::default(),
+            refusals: Mutex::default(),
         }
     }
 
-    /// Why no replica of `role` is ready, in words.
-    pub fn why_unready(&self, role: &str) -> String {
-        let unready = self.unready.lock().unwrap_or_else(PoisonError::into_inner);
-        match unready.get(role).filter(|_| !self.peers.alive(role).is_empty()) {
-            Some(why) => format!("no replica of `{role}` gets ready: {why}"),
-            None => format!("no replica of `{role}` is alive"),
-        }
+    /// Why a replica of `role` that is alive has refused to get ready, if the last one asked has.
+    pub fn refusal(&self, role: &str) -> Option<String> {
+        let refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
+        refusals.get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
     }
 
     fn note_refused(&self, error: &AskError) {
@@ -240,9 +237,17 @@ impl<P: Peers> Pool<P> {
         if let Err(error) = &slots {
             self.note_refused(error);
             tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
-            let mut unready = self.unready.lock().unwrap_or_else(PoisonError::into_inner);
-            unready.insert(probe.role.clone(), format!("{}: {error}", probe.instance));
         }
+        let mut refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
+        match &slots {
+            Err(AskError::Rejected(reject)) => {
+                refusals.insert(probe.role.clone(), format!("{}: {reject}", probe.instance));
+            }
+            _ => {
+                refusals.remove(&probe.role);
+            }
+        }
+        drop(refusals);
         (probe, slots.ok())
     }
 

@@ -190,12 +190,17 @@ impl Arbiter {
                 tracing::warn!(role, "not every replica is ready; what is missing is computed in process");
                 return Ok(());
             }
-            if context.is_foreign(role) && started.elapsed() >= FOREIGN_PATIENCE {
-                if !self.pool.replicas().ready(role).is_empty() {
-                    tracing::warn!(role, "not every replica is ready");
-                    return Ok(());
+            if context.is_foreign(role) {
+                let refusal = self.pool.refusal(role);
+                let patience = if refusal.is_some() { POOL_PATIENCE } else { FOREIGN_PATIENCE };
+                if started.elapsed() >= patience {
+                    if !self.pool.replicas().ready(role).is_empty() {
+                        tracing::warn!(role, "not every replica is ready");
+                        return Ok(());
+                    }
+                    let why = refusal.unwrap_or_else(|| "none is alive, or none answers".into());
+                    anyhow::bail!("terms.{role}: no replica gets ready: {why}");
                 }
-                anyhow::bail!("terms.{role}: {}", self.pool.why_unready(role));
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
