@@ -131,11 +131,21 @@ def test_a_bad_scenario_is_rejected_with_field_and_reason(
     field: str,
     reason: str,
 ) -> None:
-    with pytest.raises(curionav.Rejected) as refusal:
-        connected.inject(Scenario.from_dict(hall(directory) | change, directory), planner)
-    assert refusal.value.field == field
-    assert reason in refusal.value.reason
-    assert refusal.value.code == "invalid"
+    bad = Scenario.from_dict(hall(directory) | change, directory)
+    for ask in (connected.inject, connected.validate):
+        with pytest.raises(curionav.Rejected) as refusal:
+            ask(bad, planner)
+        assert refusal.value.field == field
+        assert reason in refusal.value.reason
+        assert refusal.value.code == "invalid"
+
+
+def test_a_good_scenario_is_valid_and_checking_it_runs_nothing(
+    connected: curionav.Deployment, scenario: Scenario
+) -> None:
+    with connected.inject(scenario, clock="realtime") as run:
+        connected.validate(scenario.with_term("comfort").with_live_people())
+        assert run.status().state in ("preparing", "running")
 
 
 def test_a_world_nobody_simulates_is_not_waited_for(connected: curionav.Deployment, scenario: Scenario) -> None:

@@ -92,7 +92,7 @@ pub fn every_map() -> String {
     format!("{ROOT}/map/*")
 }
 
-/// A channel of a simulated world: `scenario`, `robot`, `people`, `run`.
+/// A channel of a simulated world: `scenario`, `check`, `robot`, `people`, `run`.
 ///
 /// # Errors
 /// As [`robot`].

@@ -108,6 +108,12 @@ class AsyncDeployment:
 
         return Opening(opened)
 
+    async def validate(
+        self, scenario: Scenario | str | Path | dict[str, Any], planner: str | None = None, *, world: str = "world"
+    ) -> None:
+        """As `curionav.Deployment.validate`."""
+        await asyncio.to_thread(self._blocking.validate, scenario, planner, world=world)
+
     def serve(
         self, evaluator: Evaluator, instance: str | None = None, *, slots: int = 1, queue: int = 16
     ) -> EvaluatorServer:

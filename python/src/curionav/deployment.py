@@ -25,6 +25,7 @@ from .messages import (
     OccupancyGrid,
     Pause,
     Resume,
+    RunStatus,
     ServiceStatus,
 )
 from .run import Run
@@ -38,6 +39,8 @@ _TIMEOUT = 2.0
 """For questions about small things, seconds."""
 _MAP_TIMEOUT = 10.0
 """For a map of up to 16 MB, seconds."""
+_CHECK_TIMEOUT = 30.0
+"""Reading maps and recordings takes the simulator a while, seconds."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,12 @@ def connect(
         ConnectionFailed: No router answered in time, or the configuration was refused.
     """
     return Deployment(open_session(endpoint, namespace, config, timeout))
+
+
+def _scenario(given: Scenario | str | Path | dict[str, Any]) -> Scenario:
+    if isinstance(given, Scenario):
+        return given
+    return Scenario.from_dict(given) if isinstance(given, dict) else Scenario.load(given)
 
 
 class Deployment:
@@ -109,15 +118,26 @@ class Deployment:
             ScenarioError: The scenario cannot be sent: a file it names is missing.
             NoAnswer: No simulator of this world is there.
         """
-        if isinstance(scenario, dict):
-            scenario = Scenario.from_dict(scenario)
-        elif not isinstance(scenario, Scenario):
-            scenario = Scenario.load(scenario)
-        tables, files = (scenario if crowd is None else scenario.with_live_people()).packed()
+        found = _scenario(scenario)
+        tables, files = (found if crowd is None else found.with_live_people()).packed()
         request = InjectRequest(
             scenario=tables, files=files, profile=planner, seed=seed, clock=clock, time_scale=time_scale
         )
         return Run(self._open(), request, world, robot, crowd)
+
+    def validate(
+        self, scenario: Scenario | str | Path | dict[str, Any], planner: str | None = None, *, world: str = "world"
+    ) -> None:
+        """Checks a scenario as `inject` would, map and routes included, and runs nothing.
+
+        Raises:
+            Rejected: It would be refused, with the field and the reason.
+            ScenarioError: It cannot be sent: a file it names is missing.
+            NoAnswer: No simulator of this world is there.
+        """
+        tables, files = _scenario(scenario).packed()
+        request = InjectRequest(scenario=tables, files=files, profile=planner, seed=1, clock="lockstep", time_scale=1.0)
+        self._ask(keys.world(world, "check"), RunStatus, request, _CHECK_TIMEOUT)
 
     def crowd(self, world: str = "world") -> Crowd:
         """The people of a simulated world, to be played from here tick by tick.

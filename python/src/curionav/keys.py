@@ -31,7 +31,7 @@ def robot(name: str, stream: str) -> str:
 
 
 def world(name: str, channel: str) -> str:
-    """Channel of a simulated world: ``scenario``, ``robot``, ``people``, ``run``."""
+    """Channel of a simulated world: ``scenario``, ``check``, ``robot``, ``people``, ``run``."""
     return f"{ROOT}/world/{_chunk(name)}/{_chunk(channel)}"
 
 

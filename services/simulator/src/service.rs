@@ -44,6 +44,11 @@ pub(crate) async fn run(
     let inject = serve_injection(config, session, &key("scenario")?, Arc::clone(&status), sender)?;
     let counts = inject.counts();
     let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(locked(&shown).clone()))?;
+    let (robot, shown) = (config.robot.clone(), Arc::clone(&status));
+    // As injecting, but nothing is run, whatever goes on meanwhile.
+    let _checks = serve(session, &key("check")?, 1, 4, move |request: InjectRequest, _| {
+        prepare(&request, &robot).map(|_| locked(&shown).clone()).map_err(Reject::from)
+    })?;
     let crowd = LiveCrowd::new(session, &config.world, &counts)?;
     let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;
     let metrics = Metrics::of_robot("simulator", config);

@@ -1,0 +1,121 @@
+"""The asyncio variant, against a real deployment."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live import Up, deployment, hall
+
+import curionav
+import curionav.aio
+from curionav import Scenario
+
+pytestmark = pytest.mark.live
+
+RUN_TIMEOUT = 120.0
+
+
+@pytest.fixture(scope="module")
+def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("aio")
+
+
+@pytest.fixture(scope="module")
+def up(directory: Path) -> Iterator[Up]:
+    with deployment(directory) as running:
+        yield running
+
+
+@pytest.fixture
+def scenario(directory: Path) -> Scenario:
+    return Scenario.from_dict(hall(directory), directory)
+
+
+def test_a_run_gives_every_cycle_while_the_loop_goes_on(up: Up, scenario: Scenario) -> None:
+    beats = 0
+
+    async def beat() -> None:
+        nonlocal beats
+        while True:
+            beats += 1
+            await asyncio.sleep(0.01)
+
+    async def main() -> None:
+        heart = asyncio.create_task(beat())
+        async with curionav.aio.connect(up.endpoint) as deployment:
+            services = await deployment.status()
+            assert len(services) == len(up.pids) - 1
+            await deployment.validate(scenario)
+            async with deployment.inject(scenario, seed=3) as run:
+                reports = [report async for report in run]
+                decisions = [decision async for decision in run.decisions()]
+                result = await run.wait(RUN_TIMEOUT)
+            assert len(reports) == len(decisions) == result.cycles.count
+            assert (await deployment.grid(reports[0].map)).cells.shape == (60, 120)
+            run = await deployment.inject(scenario, clock="realtime")
+            with pytest.raises(TimeoutError):
+                await run.wait(0.2)
+            before, started = beats, time.monotonic()
+            async for _ in run.decisions():
+                if time.monotonic() - started > 1.0:
+                    break
+            assert beats - before > 30, "the loop was held up"
+            await run.cancel()
+            await run.close()
+            assert run.status().state == "failed"
+        heart.cancel()
+
+    asyncio.run(main())
+
+
+def test_leaving_the_block_cancels_a_run_and_errors_come_through(up: Up, scenario: Scenario) -> None:
+    def stumbling(step: curionav.CrowdStep) -> Any:
+        raise LookupError("nobody there")
+
+    async def main() -> None:
+        async with await curionav.aio.connect(up.endpoint) as deployment:
+            with pytest.raises(curionav.Rejected):
+                await deployment.inject({"name": "bad"})
+            async with deployment.inject(scenario, clock="realtime") as run:
+                await anext(run.reports())
+            assert run.status().state == "failed"
+            with pytest.raises(curionav.RunFailed, match="nobody there"):
+                async with deployment.inject(scenario, crowd=stumbling) as run:
+                    await run.wait(RUN_TIMEOUT)
+
+    asyncio.run(main())
+    assert not [t for t in threading.enumerate() if t.name.startswith("curionav")]
+
+
+def test_ctrl_c_ends_a_program_and_cancels_its_run(up: Up, directory: Path) -> None:
+    code = (
+        "import asyncio, curionav, curionav.aio, sys; sys.path.insert(0, sys.argv[3])\n"
+        "from pathlib import Path; from live import hall\n"
+        "d = Path(sys.argv[2])\n"
+        "async def main():\n"
+        "    async with curionav.aio.connect(sys.argv[1]) as c:\n"
+        "        s = curionav.Scenario.from_dict(hall(d), d)\n"
+        "        async with c.inject(s, clock='realtime', time_scale=0.2) as run:\n"
+        "            async for report in run: print(report.seq, flush=True)\n"
+        "asyncio.run(main())\n"
+    )
+    arguments = [sys.executable, "-c", code, up.endpoint, str(directory), str(Path(__file__).parent)]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline(), "no report came"
+        started = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=20)
+    assert "KeyboardInterrupt" in errors
+    assert time.monotonic() - started < 10.0
+    with curionav.connect(up.endpoint) as connection:
+        assert connection.mission().state in ("cancelled", "finished")
