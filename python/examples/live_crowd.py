@@ -47,10 +47,7 @@ def main() -> int:
         print(f"skipped: no recording at {file.resolve()}")
         return 0
     crowd = Recording(file, recorded["start_s"])
-    with (
-        curionav.connect(options.connect) as deployment,
-        deployment.inject(scenario, seed=options.seed, crowd=crowd) as run,
-    ):
+    with curionav.connect(options.connect) as c, c.inject(scenario, seed=options.seed, crowd=crowd) as run:
         for report in run:
             print(f"{report.scene.stamp:5.1f} s  {len(report.scene.people.id)} people near, {report.decision.action}")
         result = run.wait()

@@ -18,14 +18,14 @@ FOYER = Path(__file__).parents[2] / "scenarios" / "quickstart.toml"
 
 @curionav.evaluator("keep-right")
 def keep_right(scene: curionav.Scene, candidates: curionav.CandidateSet) -> np.ndarray:
-    """Metres short of 2 m to whoever is met on the robot's right, summed over states; people walk on as they do."""
+    """Metres short of 4 m to whoever is on the robot's right, summed over states; people walk on as they do."""
     cost = np.zeros(candidates.count)
     ahead = candidates.dt * np.arange(1, candidates.steps + 1)
     people = scene.people
     for x, y, vx, vy in zip(people.x, people.y, people.vx, people.vy, strict=True):
         east, north = x + vx * ahead - candidates.x, y + vy * ahead - candidates.y
         is_right = np.sin(candidates.heading) * east > np.cos(candidates.heading) * north
-        cost += np.where(is_right, np.maximum(2.0 - np.hypot(east, north), 0.0), 0.0).sum(axis=1)
+        cost += np.where(is_right, np.maximum(4.0 - np.hypot(east, north), 0.0), 0.0).sum(axis=1)
     return cost
 
 
@@ -36,7 +36,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     scenario = curionav.Scenario.load(FOYER)
-    scenario.data["walkers"] = [{"route": [[9.5, 4.4], [1.5, 4.4]], "speed": 0.6, "mode": "once"}]
+    scenario.data["walkers"] = [{"route": [[9.5, 4.1], [1.5, 4.1]], "speed": 0.6, "mode": "once"}]
     scenario.data["robot"].update(goal=[10.5, 4.4], initial_sigma=[0.1, 0.1, 0.05])
     with curionav.connect(options.connect) as deployment, deployment.serve(keep_right) as server:
         ways = []
