@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import curionav
 from curionav import keys
@@ -76,7 +77,7 @@ def people(count: int, near: tuple[float, float] = (16.0, 16.0)) -> People:
 def report(count: int, steps: int) -> CycleReport:
     """A cycle report of a batch of that size."""
     golden = CycleReport.decode((GOLDEN / "cycle_report.cbor").read_bytes())
-    raw = np.linspace(1.0, 2.0, count)
+    raw = np.asarray(np.linspace(1.0, 2.0, count), np.float64)
     terms = [
         TermReport(metric=metric, weight=1.0, scale=1.0, active=True, raw=raw, evaluated="pool")
         for metric in ("cnc", "cpc", "distance")
@@ -96,7 +97,7 @@ def request(count: int, steps: int) -> EvaluateRequest:
 
 
 @curionav.evaluator("discomfort")
-def discomfort(scene: curionav.Scene, candidates: CandidateSet) -> np.ndarray:
+def discomfort(scene: curionav.Scene, candidates: CandidateSet) -> NDArray[np.float64]:
     """How far candidates come closer to people than 1.5 m; people walk on as they do."""
     around = scene.people
     ahead = candidates.dt * np.arange(1, candidates.steps + 1)

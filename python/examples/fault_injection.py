@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 import curionav
 
@@ -20,7 +21,7 @@ FAULTS = [(3.0, 4.0, "raises"), (7.0, 8.0, "late"), (11.0, 12.0, "nan")]  # from
 
 
 @curionav.evaluator("smooth")
-def smooth(scene: curionav.Scene, candidates: curionav.CandidateSet) -> np.ndarray:
+def smooth(scene: curionav.Scene, candidates: curionav.CandidateSet) -> NDArray[np.float64]:
     """Turning, in rad/s over all states; at times it fails."""
     fault = next((what for since, until, what in FAULTS if since <= scene.stamp < until), None)
     if fault == "raises":

@@ -10,8 +10,10 @@ import argparse
 import importlib.util
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import curionav
 
@@ -45,7 +47,7 @@ class JuPedSimCrowd:
                 )
                 self.simulation.add_agent(agent)
 
-    def __call__(self, step: curionav.CrowdStep) -> tuple[np.ndarray, ...]:
+    def __call__(self, step: curionav.CrowdStep) -> tuple[NDArray[Any], ...]:
         """Everybody at this step: x, y, vx, vy, id."""
         before = {}
         for agent in self.simulation.agents():

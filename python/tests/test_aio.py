@@ -59,6 +59,7 @@ def test_a_run_gives_every_cycle_while_the_loop_goes_on(up: Up, scenario: Scenar
                 reports = [report async for report in run]
                 decisions = [decision async for decision in run.decisions()]
                 result = await run.wait(RUN_TIMEOUT)
+            assert [status async for status in run.progress()][-1].state == "finished"
             assert len(reports) == len(decisions) == result.cycles.count
             assert (await deployment.grid(reports[0].map)).cells.shape == (60, 120)
             run = await deployment.inject(scenario, clock="realtime")

@@ -79,6 +79,15 @@ def test_a_run_gives_every_cycle_and_a_result(connected: curionav.Deployment, sc
     assert grid.cells.shape == (60, 120)
 
 
+def test_progress_ends_with_the_run(connected: curionav.Deployment, scenario: Scenario) -> None:
+    with connected.inject(scenario, seed=1003, clock="realtime", time_scale=4.0) as run:
+        told = list(run.progress())
+    assert len(told) > 3
+    assert told[-1].state == "finished"
+    assert [status.tick for status in told] == sorted(status.tick for status in told)
+    assert told[-1].distance_to_goal < 0.6 < told[0].distance_to_goal or told[0].state == "preparing"
+
+
 def test_equal_seeds_give_equal_decisions(connected: curionav.Deployment, scenario: Scenario) -> None:
     digests = []
     for seed in (1, 1, 2):

@@ -216,6 +216,20 @@ class AsyncRun:
         """Where the run stands: the newest that is known."""
         return self._run.status()
 
+    async def progress(self) -> AsyncIterator[RunStatus]:
+        """Where the run stands, whenever the simulator says so; ends with the run's end."""
+        run = self._run
+        told: RunStatus | None = None
+        while True:
+            seen = run._news.count
+            goes_on = await self._goes_on()
+            if run._status is not told:
+                told = run._status
+                yield told
+            if not goes_on or run._closed:
+                return
+            await run._news.wait_async(seen, _POLL_PERIOD)
+
     async def wait(self, timeout: float | None = None) -> Result:
         """Waits for the end of the run and gives its result; errors as of `curionav.Run.wait`."""
         run = self._run

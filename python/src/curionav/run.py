@@ -177,6 +177,19 @@ class Run:
         self._take_in()
         return self._status
 
+    def progress(self) -> Iterator[RunStatus]:
+        """Where the run stands, whenever the simulator says so (five times a second); ends with the run's end."""
+        told: RunStatus | None = None
+        while True:
+            seen = self._news.count
+            goes_on = self._goes_on()
+            if self._status is not told:
+                told = self._status
+                yield told
+            if not goes_on or self._closed:
+                return
+            self._news.wait(seen, _POLL_PERIOD)
+
     def wait(self, timeout: float | None = None) -> Result:
         """Waits for the end of the run and gives its result.
 
