@@ -253,6 +253,18 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
         server.close()
 
 
+def test_closing_the_connection_ends_what_was_served_and_played(up: Up) -> None:
+    before = threading.active_count()
+    connection = curionav.connect(up.endpoint)
+    server, crowd = connection.serve(KEEP, slots=3), connection.crowd()
+    connection.close()
+    assert server.wait(0.0)
+    assert list(crowd) == []
+    assert threading.active_count() == before
+    server.close()
+    crowd.close()
+
+
 FILE = """
 import curionav, numpy as np, os
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import weakref
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -85,6 +86,7 @@ class Deployment:
 
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session
+        self._owned: weakref.WeakSet[EvaluatorServer | Crowd] = weakref.WeakSet()
 
     def inject(
         self,
@@ -145,7 +147,9 @@ class Deployment:
         For runs that others inject, or where `inject` with ``crowd`` is not enough. The scenario must say so:
         ``[people] kind = "live"``, or `Scenario.with_live_people`.
         """
-        return Crowd(self._open(), world)
+        crowd = Crowd(self._open(), world)
+        self._owned.add(crowd)
+        return crowd
 
     def serve(
         self, evaluator: Evaluator, instance: str | None = None, *, slots: int = 1, queue: int = 16
@@ -160,7 +164,9 @@ class Deployment:
             slots: Questions computed at once, each on a thread of its own.
             queue: Questions that may wait; more are refused as ``overloaded``.
         """
-        return EvaluatorServer(self._open(), evaluator, instance, slots, queue)
+        server = EvaluatorServer(self._open(), evaluator, instance, slots, queue)
+        self._owned.add(server)
+        return server
 
     def status(self) -> list[Service]:
         """Every service that is alive, by role and name; only some roles keep counts."""
@@ -211,7 +217,9 @@ class Deployment:
         return grid
 
     def close(self) -> None:
-        """Closes the connection; runs go on without it. Does nothing the second time."""
+        """Closes the connection, its evaluators and crowds; runs go on without it. Does nothing the second time."""
+        for owned in list(self._owned):
+            owned.close()
         if not self._session.is_closed():
             self._session.close()
 
