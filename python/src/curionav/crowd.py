@@ -22,7 +22,7 @@ from . import keys
 from .array import F64, U32
 from .errors import DecodeError, EncodeError
 from .messages import Odometry, People
-from .session import Mailbox, News, publish, subscribe
+from .session import Mailbox, News, close_at_exit, publish, subscribe
 
 _MAILBOX_BYTES = 1 << 20
 """Ticks that may wait: thousands; in lockstep there is one."""
@@ -113,6 +113,7 @@ class Crowd:
 
     def __init__(self, session: zenoh.Session, world: str) -> None:
         self._session = session
+        close_at_exit(self, session)
         self._key = keys.world(world, "people")
         self._news = News()
         self._ticks = Mailbox(self._news, _MAILBOX_BYTES)

@@ -32,7 +32,7 @@ from .messages import (
 from .run import Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
-from .session import alive, ask, open_session
+from .session import alive, ask, close_at_exit, open_session
 
 A = TypeVar("A", bound=Message)
 
@@ -86,6 +86,7 @@ class Deployment:
 
     def __init__(self, session: zenoh.Session) -> None:
         self._session = session
+        close_at_exit(self, session)
         self._owned: weakref.WeakSet[EvaluatorServer | Crowd] = weakref.WeakSet()
 
     def inject(

@@ -24,7 +24,7 @@ from .messages import (
     RunStatus,
 )
 from .result import Result
-from .session import Mailbox, News, ask, subscribe
+from .session import Mailbox, News, ask, close_at_exit, subscribe
 
 M = TypeVar("M", CycleReport, Decision)
 A = TypeVar("A", bound=Message)
@@ -68,6 +68,7 @@ class Run:
         crowd: CrowdFunction | None = None,
     ) -> None:
         self._session = session
+        close_at_exit(self, session)
         self._run_key = keys.world(world, "run")
         self._mission_key = keys.robot(robot, "mission")
         decision_key = keys.robot(robot, "decision")

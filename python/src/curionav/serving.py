@@ -23,7 +23,7 @@ from .errors import CurionavError, DecodeError, EvaluatorError
 from .evaluation import Evaluator
 from .fair_queue import FairQueue
 from .messages import EvaluateRequest, Message, Reject, Scores, ServiceStatus
-from .session import answer_queries
+from .session import answer_queries, close_at_exit
 
 _PREPARED_MAX = 256
 """Missions a replica remembers to be prepared for."""
@@ -56,6 +56,7 @@ class EvaluatorServer:
     def __init__(
         self, session: zenoh.Session, evaluator: Evaluator, instance: str | None, slots: int, queue: int
     ) -> None:
+        close_at_exit(self, session)
         if slots < 1 or queue < 1:
             raise ValueError(f"slots and queue must be at least 1, found {slots} and {queue}")
         self.metric = evaluator.metric

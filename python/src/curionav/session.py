@@ -7,11 +7,13 @@ the caller's thread, which therefore stays interruptible, and no thread of ours 
 from __future__ import annotations
 
 import asyncio
+import atexit
 import contextlib
 import json
 import os
 import threading
 import time
+import weakref
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
@@ -124,6 +126,25 @@ def _open(settings: zenoh.Config, where: str, timeout: float) -> zenoh.Session:
         return opened[0]
     abandoned.set()
     raise ConnectionFailed(_no_router(where, timeout)) from (failed[0] if failed else None)
+
+
+_users: weakref.WeakKeyDictionary[object, zenoh.Session] = weakref.WeakKeyDictionary()
+
+
+def close_at_exit(user: object, session: zenoh.Session) -> None:
+    """Closes ``session`` at the end of the program if ``user`` still has it then.
+
+    A session that is dropped while Python ends waits ten seconds for its callbacks, which can no longer run.
+    """
+    _users[user] = session
+
+
+@atexit.register
+def _close_all() -> None:
+    for session in list(_users.values()):
+        with contextlib.suppress(zenoh.ZError):
+            if not session.is_closed():
+                session.close()
 
 
 class News:
