@@ -7,8 +7,8 @@ mod planning;
 mod world;
 
 pub use planning::{
-    candidate_set, cycle_report, decision, evaluate_request, generate_reply, generate_request, scores, stop,
-    tree, tree_of_two_roots, twist,
+    candidate_set, cycle_report, decision, evaluate_request, explained_cycle_report, generate_reply,
+    generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
 };
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
@@ -62,6 +62,8 @@ pub fn all() -> Vec<Golden> {
         golden("evaluate_request", &evaluate_request()),
         golden("scores", &scores()),
         golden("cycle_report", &cycle_report()),
+        golden("cycle_report.explained", &explained_cycle_report()),
+        golden("memory", &memory()),
         golden("occupancy_grid", &occupancy_grid()),
         golden("inject_request", &inject_request()),
         golden("run_status", &run_status()),

@@ -34,7 +34,8 @@ fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
     Ok(format!("{ROOT}/{family}/{}/{}", names[0], names[1]))
 }
 
-/// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`.
+/// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`,
+/// `memory`.
 ///
 /// # Errors
 /// A name is not [allowed](check_id); so for every function here.
@@ -106,6 +107,15 @@ pub fn world(world: &str, channel: &str) -> Result<String, KeyError> {
 /// As [`robot`].
 pub fn live(role: &str, instance: &str) -> Result<String, KeyError> {
     key("live", [role, instance])
+}
+
+/// A channel of every simulated world.
+///
+/// # Errors
+/// As [`robot`].
+pub fn every_world(channel: &str) -> Result<String, KeyError> {
+    check_id(channel)?;
+    Ok(format!("{ROOT}/world/*/{channel}"))
 }
 
 /// The liveliness tokens of a role.

@@ -23,6 +23,7 @@ pub mod golden;
 pub mod keys;
 pub mod limits;
 mod map;
+mod memory;
 mod message;
 mod mission;
 mod model;
@@ -45,6 +46,7 @@ pub use decision::{Action, Decision, Evaluated, Twist};
 pub use evaluate::{EvaluateRequest, Scores};
 pub use generate::{GenerateReply, GenerateRequest};
 pub use map::{MapId, MapIdError, OccupancyGrid};
+pub use memory::{Memory, Previous};
 pub use message::{DecodeError, Message, Validate};
 pub use mission::{Clock, Mission, MissionRequest, MissionState};
 pub use model::{Footprint, LaserModel, OdometryNoise, Pose, RobotModel};
@@ -57,6 +59,17 @@ pub use sensing::{Frame, Odometry, People, Scan};
 pub use service::ServiceStatus;
 pub use tree::{NO_PARENT, Tree};
 pub use world::{InjectRequest, RunState, RunStatus};
+
+/// The contract itself: all `*.cddl` files as one text. A message's rule has its name.
+pub const CDDL: &str = concat!(
+    include_str!("../0-basics.cddl"),
+    include_str!("../decision.cddl"),
+    include_str!("../mission.cddl"),
+    include_str!("../planning.cddl"),
+    include_str!("../sensing.cddl"),
+    include_str!("../service.cddl"),
+    include_str!("../world.cddl"),
+);
 
 /// Version of the contract, in every key (`@v1`) and every encoding string (`.v1`).
 pub const VERSION: u32 = 1;

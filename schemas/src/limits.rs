@@ -19,6 +19,8 @@ pub const MAX_TREE_NODES: usize = 16_384;
 pub const MAX_EDGE_WIDTH: usize = 256;
 /// Further arrays of a search tree, one a generator-specific quantity.
 pub const MAX_TREE_EXTRAS: usize = 16;
+/// Search trees an arbiter carries on: a profile may ask for eight.
+pub const MAX_TREES: usize = 8;
 /// Cells in a map: 200 m x 200 m at 0.05 m; sixteen megabytes.
 pub const MAX_MAP_CELLS: usize = 16_000_000;
 /// Bytes of UTF-8 in a text: a reason fits in a line or two.

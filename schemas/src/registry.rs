@@ -4,8 +4,8 @@ use crate::limits::{KIB, MAX_MAP_CELLS, MIB};
 use crate::message::{DecodeError, Message};
 use crate::{
     Belief, CandidateSet, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest,
-    InjectRequest, Mission, MissionRequest, OccupancyGrid, Odometry, People, Reject, RunResult, RunStatus,
-    Scan, Scene, Scores, ServiceStatus, Tree, Twist,
+    InjectRequest, Memory, Mission, MissionRequest, OccupancyGrid, Odometry, People, Reject, RunResult,
+    RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
 };
 
 /// What is known of a message without its type.
@@ -63,6 +63,7 @@ messages! {
     CandidateSet "candidate_set" 12 * MIB;
     Tree "tree" 12 * MIB;
     CycleReport "cycle_report" 20 * MIB;
+    Memory "memory" 25 * MIB;
     GenerateRequest "generate_request" 13 * MIB;
     GenerateReply "generate_reply" 25 * MIB;
     EvaluateRequest "evaluate_request" 13 * MIB;

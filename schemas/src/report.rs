@@ -1,6 +1,6 @@
 //! A planning cycle in full, for recorders and viewers.
 
-use crate::array::F64Array;
+use crate::array::{F64Array, U32Array};
 use crate::candidates::CandidateSet;
 use crate::check;
 use crate::decision::{Decision, Evaluated};
@@ -26,15 +26,62 @@ pub struct TermReport {
     pub raw: F64Array,
     /// Who evaluated it.
     pub evaluated: Evaluated,
+    /// `[count]` weighted costs: what it adds to the total; empty if it was not evaluated.
+    #[serde(default, skip_serializing_if = "is_empty")]
+    pub cost: F64Array,
+    /// Indices of the candidates it has not scored, whose raw and weighted costs are 0.
+    #[serde(default, skip_serializing_if = "has_none")]
+    pub missing: U32Array,
+    /// Index of the candidate that would have been followed by this term alone; so for those below. All are absent
+    /// if none was followed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub alone: Option<u32>,
+    /// With a weight of 0; absent if it is the only term.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub without: Option<u32>,
+    /// With its weight doubled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doubled: Option<u32>,
+    /// With its weight halved.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub halved: Option<u32>,
+}
+
+fn is_empty(array: &F64Array) -> bool {
+    array.is_empty()
+}
+
+fn has_none(array: &U32Array) -> bool {
+    array.is_empty()
+}
+
+/// Refuses an index beyond `candidates`.
+fn exists(field: &str, index: Option<u32>, candidates: usize) -> Result<(), Reject> {
+    match index {
+        Some(index) if index as usize >= candidates => {
+            Err(Reject::invalid(field, "there is no such candidate"))
+        }
+        _ => Ok(()),
+    }
 }
 
 impl TermReport {
     fn validate(&self, candidates: usize) -> Result<(), Reject> {
+        let indices = [
+            ("missing", self.missing.iter().copied().max()),
+            ("alone", self.alone),
+            ("without", self.without),
+            ("doubled", self.doubled),
+            ("halved", self.halved),
+        ];
+        indices.into_iter().try_for_each(|(field, index)| exists(field, index, candidates))?;
+        check::at_most("missing", self.missing.len(), candidates)?;
         check::id("metric", &self.metric)?;
         check::numbers(&[("weight", self.weight)])?;
         check::positive(&[("scale", self.scale)])?;
-        let expected = if self.raw.is_empty() { 0 } else { candidates };
-        check::arrays(expected, &[("raw", &self.raw)])
+        let all_or_none = |array: &F64Array| if array.is_empty() { 0 } else { candidates };
+        check::arrays(all_or_none(&self.raw), &[("raw", &self.raw)])?;
+        check::arrays(all_or_none(&self.cost), &[("cost", &self.cost)])
     }
 }
 
@@ -106,13 +153,19 @@ pub struct CycleReport {
     pub candidates: CandidateSet,
     /// What each would cost, term by term.
     pub terms: Vec<TermReport>,
-    /// `[count]` total costs; 0 for a rejected candidate.
+    /// `[count]` total costs, the sum of the active terms'; 0 for a candidate that one of them has not scored.
     pub total: F64Array,
     /// `[count]` why a candidate was rejected; empty if it was not.
     pub rejected: Vec<String>,
     /// Index of the candidate chosen; absent if none was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<u32>,
+    /// Index of the candidate that would have been followed without the chosen one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runner_up: Option<u32>,
+    /// Its total minus that of the chosen one; negative if cost alone did not decide.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
     /// What was decided.
     pub decision: Decision,
     /// Where the time went.
@@ -137,9 +190,9 @@ impl Validate for CycleReport {
         check::arrays(count, &[("total", &self.total)])?;
         check::length("rejected", self.rejected.len(), count)?;
         check::texts("rejected", &self.rejected, count)?;
-        if self.chosen.is_some_and(|chosen| chosen >= self.candidates.count) {
-            return Err(Reject::invalid("chosen", "there is no such candidate"));
-        }
+        exists("chosen", self.chosen, count)?;
+        exists("runner_up", self.runner_up, count)?;
+        check::optional("margin", self.margin)?;
         check::part("decision", &self.decision)?;
         check::part("timings", &self.timings)?;
         check::at_most("crowds", self.crowds.len(), MAX_PEOPLE)?;

@@ -79,6 +79,11 @@ fn golden_bytes_survive_a_round_trip() {
 }
 
 #[test]
+fn the_crate_carries_the_whole_contract() {
+    assert_eq!(curionav_schemas::CDDL, cddl());
+}
+
+#[test]
 fn every_message_has_an_example() {
     let shown: BTreeSet<_> = golden::all().iter().map(|golden| golden.message).collect();
     assert_eq!(shown, MESSAGES.iter().map(|message| message.name).collect());

@@ -6,6 +6,9 @@ use clap::{Args, Parser, Subcommand};
 use curionav_runtime::process::ServiceOptions;
 
 use crate::doctor::DoctorOptions;
+use crate::explain::ExplainOptions;
+use crate::record::RecordOptions;
+use crate::replay::ReplayOptions;
 use crate::scale::ScaleOptions;
 
 /// Cross crowds without getting lost and without bothering people.
@@ -90,6 +93,45 @@ pub(crate) enum Command {
     ///
     /// Exit status: 0 all well; 1 something is missing; 2 bad input; 3 no router.
     Doctor(DoctorOptions),
+    /// Record everything robots see, decide and do, to look at and to plan again.
+    ///
+    /// Listens until it is interrupted (Ctrl-C). OUT.mcap opens in Foxglove and in Rerun: map, laser, people,
+    /// candidates by cost, path, log. Beside these it holds every message as it was sent, for `replay` and `explain`. A
+    /// recording that is killed lacks its last second at most; `replay` and `explain` read it as it is.
+    ///
+    ///   curionav record drive.mcap                         every robot behind the router on this machine
+    ///   curionav record drive.mcap --robot r1 --connect tcp/10.0.0.1:7447
+    ///   curionav run scenarios/quickstart.toml --record drive.mcap
+    ///   curionav record whole.mcap --recover killed.mcap   what is left of a killed one, for viewers that want an index
+    ///
+    /// Exit status: 0 recorded; 1 nothing came, or the disk is full; 2 bad argument, or OUT.mcap exists; 3 no router.
+    #[command(verbatim_doc_comment)]
+    Record(RecordOptions),
+    /// Plan every cycle of a recording again, in this process, and say where decisions differ.
+    ///
+    /// Each cycle starts from what was recorded: scene, search trees and the trajectory being driven. With the planner
+    /// and version of the recording no decision differs. With --planner another planner is asked what it would have
+    /// done at each of these moments; one with another generator grows trees of its own along the recording.
+    ///
+    ///   curionav replay drive.mcap                         must say: 0 differ
+    ///   curionav replay drive.mcap --planner distance-only
+    ///
+    /// Exit status: 0 no decision differs; 1 some do; 2 the recording cannot be read, is of another version, or holds
+    /// nothing to plan.
+    #[command(verbatim_doc_comment)]
+    Replay(ReplayOptions),
+    /// Say why a cycle was decided as it was: every candidate's costs, and what other weights would have led to.
+    ///
+    ///   curionav explain drive.mcap --cycle 57             a cycle of a recording; without --cycle the last one
+    ///   curionav explain --robot r1                        the next cycle of a robot that is driving
+    ///
+    /// The cost of a candidate is the sum of weight x raw cost / scale over the terms whose condition holds (of the
+    /// paper: w1 weighs cpc, w2 cnc, w3 distance). What another weight would have led to is computed by the arbiter in
+    /// the cycle itself, collisions included.
+    ///
+    /// Exit status: 0 explained; 1 no such cycle; 2 bad input; 3 no router, or no report came.
+    #[command(verbatim_doc_comment)]
+    Explain(ExplainOptions),
     /// Measure what more replicas bring, for how many robots, and what the split into processes costs.
     ///
     /// Drives through a scenario to have real scenes and candidates, starts a router and replicas of one service
@@ -150,6 +192,9 @@ pub(crate) struct RunOptions {
     /// Print exactly one JSON object on standard output.
     #[arg(long)]
     pub(crate) json: bool,
+    /// Record the run into this file, as `curionav record` does.
+    #[arg(long, value_name = "OUT.mcap")]
+    pub(crate) record: Option<PathBuf>,
     /// Drive the services of a running deployment instead of embedding them.
     #[arg(long, value_name = "ENDPOINT")]
     pub(crate) connect: Option<String>,

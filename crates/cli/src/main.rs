@@ -5,11 +5,15 @@ mod bench;
 mod doctor;
 mod embedded;
 mod exit;
+mod explain;
 mod mission;
 mod needs;
 mod output;
 mod package;
 mod picture;
+mod record;
+mod recording;
+mod replay;
 mod run;
 mod scale;
 mod scenario;
@@ -74,6 +78,9 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Cancel(options) => mission::cancel(options).await,
         Command::Status(options) => status::status(options).await,
         Command::Doctor(options) => doctor::doctor(options).await,
+        Command::Record(options) => record::record(options).await,
+        Command::Replay(options) => replay::replay(options).await,
+        Command::Explain(options) => explain::explain(options).await,
         Command::Scale(options) => scale::scale(options, &log).await,
         Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::scenario(command),

@@ -70,19 +70,27 @@ pub(crate) fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) 
     Ok(Package { scenario, request, path: path.to_owned(), text })
 }
 
+/// A planner by a built-in profile's name or a profile file.
+pub(crate) fn read_profile(name: &str) -> anyhow::Result<Profile> {
+    if let Some(profile) = Profile::builtin(name) {
+        return Ok(profile);
+    }
+    let path = PathBuf::from(name);
+    if path.extension().is_none_or(|e| e != "toml") {
+        let known: Vec<&str> = Profile::names().collect();
+        bail!("planner profile `{name}` is not built in (known: {}) nor a .toml file", known.join(", "));
+    }
+    let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
+    Profile::from_toml(&text).with_context(|| path.display().to_string())
+}
+
 /// The profile's name; a profile file goes into the scenario's overrides, whole.
 fn choose_profile(scenario: &mut Scenario, wanted: Option<&str>) -> anyhow::Result<String> {
     let name = wanted.unwrap_or(&scenario.planner.profile).to_owned();
     if Profile::builtin(&name).is_some() {
         return Ok(name);
     }
-    let path = PathBuf::from(&name);
-    if path.extension().is_none_or(|e| e != "toml") {
-        let known: Vec<&str> = Profile::names().collect();
-        bail!("planner profile `{name}` is not built in (known: {}) nor a .toml file", known.join(", "));
-    }
-    let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
-    let profile = Profile::from_toml(&text).with_context(|| path.display().to_string())?;
+    let profile = read_profile(&name)?;
     let mut profile = match &scenario.profile {
         Some(overrides) => profile.with_overrides(overrides).context("the scenario's [profile]")?,
         None => profile,

@@ -19,6 +19,7 @@ use crate::embedded::Embedded;
 use crate::exit::Exit;
 use crate::output;
 use crate::package::{self, Choice, Package};
+use crate::record;
 
 /// The simulator answers an injection once it has checked everything.
 const INJECT_TIMEOUT: Duration = Duration::from_secs(30);
@@ -29,6 +30,8 @@ const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 /// Attempts to cancel, and the time between them.
 const CANCEL_ATTEMPTS: u32 = 5;
 const CANCEL_RETRY: Duration = Duration::from_millis(100);
+/// Reports have the lowest priority: they may arrive this long after the end of the run.
+const LAST_REPORTS: Duration = Duration::from_millis(500);
 /// Questions about the status that may fail in a row before the simulator is given up.
 const STATUS_ATTEMPTS: u32 = 5;
 
@@ -49,14 +52,14 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     config.check().map_err(Exit::bad_input)?;
     let finished = if options.connect.is_some() {
         let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
-        let finished = follow_or_cancel(&session, &config, &package, &options).await;
+        let finished = recorded(&session, &config, &package, &options).await;
         session::close(&session);
         finished?
     } else {
         let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
         let session = embedded.session.clone();
         let finished = tokio::select! {
-            finished = follow_or_cancel(&session, &config, &package, &options) => finished,
+            finished = recorded(&session, &config, &package, &options) => finished,
             failure = embedded.failure() => Err(Exit::network(failure)),
         };
         embedded.stop().await;
@@ -99,6 +102,28 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
         }
     }
     Ok(output::exit_code(result))
+}
+
+/// Follows the run, and records it if that is wanted.
+async fn recorded(
+    session: &Session,
+    config: &ServiceConfig,
+    package: &Package,
+    options: &RunOptions,
+) -> Result<Finished, Exit> {
+    let Some(path) = &options.record else {
+        return follow_or_cancel(session, config, package, options).await;
+    };
+    let recorder = record::of_run(session, path, config)?;
+    let finished = follow_or_cancel(session, config, package, options).await;
+    // What has been decided may still be on its way, last in line.
+    if options.connect.is_some() {
+        tokio::time::sleep(LAST_REPORTS).await;
+    }
+    let tally = recorder.finish().await.map_err(Exit::failed);
+    let finished = finished?;
+    eprintln!("{}", record::summary(path, &tally?));
+    Ok(finished)
 }
 
 async fn follow_or_cancel(

@@ -13,7 +13,7 @@ use crate::ready::tell_driver;
 use crate::serve::ServeCounts;
 use crate::session::{self, SessionError};
 use crate::status::{Announced, announce_service};
-use crate::topic::{Flow, Inbox, Topic};
+use crate::topic::{Flow, Inbox, OnDemand, Topic};
 
 /// Missions are small and local.
 const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
@@ -80,6 +80,11 @@ impl RobotService {
     /// A publisher on a stream.
     pub fn topic<M: Message>(&self, stream: &str, flow: Flow) -> anyhow::Result<Topic<M>> {
         Ok(Topic::new(self.session_of(stream), &self.key(stream)?, flow)?)
+    }
+
+    /// A publisher on a stream that is made only while somebody listens.
+    pub fn on_demand<M: Message>(&self, stream: &str, flow: Flow) -> anyhow::Result<OnDemand<M>> {
+        Ok(OnDemand::new(self.session_of(stream), &self.key(stream)?, flow)?)
     }
 
     /// The metrics every service has; add to them what is peculiar to this one.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use curionav_schemas::{Clock, Message, Reject};
 use zenoh::handlers::{RingChannel, RingChannelHandler};
 use zenoh::key_expr::KeyExpr;
-use zenoh::pubsub::Subscriber;
+use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
@@ -82,6 +82,35 @@ impl<M: Message> Topic<M> {
         if let Err(error) = sent {
             tracing::warn!(key = %self.key, %error, "not published");
         }
+    }
+}
+
+/// A typed publisher of what is not worth making unless somebody listens.
+pub struct OnDemand<M> {
+    topic: Topic<M>,
+    /// Is told by the network whether anybody has subscribed.
+    listeners: Publisher<'static>,
+}
+
+impl<M: Message> OnDemand<M> {
+    /// A publisher on `key`.
+    pub fn new(session: &Session, key: &str, flow: Flow) -> Result<Self, TopicError> {
+        let topic = Topic::new(session, key, flow)?;
+        let listeners = session
+            .declare_publisher(key.to_owned())
+            .wait()
+            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+        Ok(Self { topic, listeners })
+    }
+
+    /// Whether somebody listens. Nobody, if that is not known.
+    pub fn is_heard(&self) -> bool {
+        self.listeners.matching_status().wait().is_ok_and(|status| status.matching())
+    }
+
+    /// Sends one message, as [`Topic::publish`] does.
+    pub fn publish(&self, message: &M, clock: Clock) {
+        self.topic.publish(message, clock);
     }
 }
 

@@ -98,7 +98,7 @@ class Part(Kind):
         given = {}
         for field in _fields(type(value)):
             found = getattr(value, field.name)
-            if not field.optional or found != field.default:
+            if not field.optional or not _equal(found, field.default):
                 given[field.name] = _at(field.name, field.kind.give, found, inner)
         value.check()
         return given

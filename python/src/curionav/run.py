@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import TypeVar
@@ -14,6 +15,7 @@ import zenoh
 from . import keys
 from .crowd import CrowdFunction, CrowdThread
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected, RunFailed
+from .explain import Explanation
 from .messages import (
     Cancel,
     CycleReport,
@@ -31,6 +33,9 @@ A = TypeVar("A", bound=Message)
 
 MAILBOX_BYTES = 256 << 20
 """Reports or decisions that may wait to be read: a long run with small reports, or a minute with the largest."""
+
+RECENT_REPORTS = 64
+"""Reports that have been given are kept for `Run.explain`; one takes some 100 kB."""
 
 _INJECT_TIMEOUT = 30.0
 """Reading maps and recordings takes the simulator a while, seconds."""
@@ -84,6 +89,7 @@ class Run:
         self.refused = 0
         self._stale = self._order_before(decision_key)
         self._newest_report = self._stale
+        self._recent: deque[CycleReport] = deque(maxlen=RECENT_REPORTS)
         self._subscribers: list[zenoh.Subscriber[None]] = []
         try:
             # Before the injection, so that nothing of the run is missed.
@@ -115,7 +121,27 @@ class Run:
 
     def reports(self) -> Iterator[CycleReport]:
         """The account of each planning cycle, as they come; ends with the run. Each report is given once."""
-        return self._follow(self._reports, CycleReport, self._reports_complete)
+        for report in self._follow(self._reports, CycleReport, self._reports_complete):
+            self._recent.append(report)
+            yield report
+
+    def explain(self, cycle: int | CycleReport | None = None, top: int = 10) -> Explanation:
+        """Why a cycle was decided as it was: in words, and as a table of candidates and their costs.
+
+        Args:
+            cycle: A report, or the number (``seq``) of one of the last `RECENT_REPORTS` that this run has given;
+                ``None`` for the newest of them.
+            top: Candidates in the table; 0 for all.
+
+        Raises:
+            KeyError: There is no such report.
+        """
+        if isinstance(cycle, CycleReport):
+            return Explanation(cycle, top)
+        known = [report for report in self._recent if cycle is None or report.seq == cycle]
+        if not known:
+            raise KeyError(f"no report of cycle {cycle} has been given; iterate over the run to get them")
+        return Explanation(known[-1], top)
 
     def decisions(self) -> Iterator[Decision]:
         """The decisions alone, also those of cycles without a report; ends with the run. Each is given once."""

@@ -3,7 +3,8 @@
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use crate::{
     Action, CandidateSet, Crowd, CycleReport, Decision, EvaluateRequest, Evaluated, F64Array, Footprint,
-    GenerateReply, GenerateRequest, MetricTime, NO_PARENT, Scores, TermReport, Timings, Tree, Twist,
+    GenerateReply, GenerateRequest, Memory, MetricTime, NO_PARENT, Previous, Scores, TermReport, Timings,
+    Tree, Twist, U32Array,
 };
 use std::collections::BTreeMap;
 
@@ -176,7 +177,20 @@ pub fn twist() -> Twist {
 }
 
 fn term(metric: &str, raw: F64Array, evaluated: Evaluated) -> TermReport {
-    TermReport { metric: metric.into(), weight: 1.0, scale: 0.5, active: true, raw, evaluated }
+    TermReport {
+        metric: metric.into(),
+        weight: 1.0,
+        scale: 0.5,
+        active: true,
+        raw,
+        evaluated,
+        cost: F64Array::default(),
+        missing: U32Array::default(),
+        alone: None,
+        without: None,
+        doubled: None,
+        halved: None,
+    }
 }
 
 /// A cycle with three terms, in which one candidate was rejected.
@@ -196,6 +210,8 @@ pub fn cycle_report() -> CycleReport {
         total: vec![0.0, 0.88].into(),
         rejected: vec!["collision at 0.6 s".into(), String::new()],
         chosen: Some(1),
+        runner_up: None,
+        margin: None,
         decision: decision(),
         timings: Timings {
             generate_us: 5_900,
@@ -208,5 +224,76 @@ pub fn cycle_report() -> CycleReport {
         },
         crowds: vec![Crowd { x: 3.55, y: 0.15, sigma: 1.5, weight: 1.0, members: 2 }],
         gap: 0,
+    }
+}
+
+/// The same with three candidates, of which one was not scored and two were close, and what each term had to say.
+pub fn explained_cycle_report() -> CycleReport {
+    let plain = cycle_report();
+    let more = |array: F64Array, further: [f64; 3]| F64Array([array.0, further.to_vec()].concat());
+    let pair = candidate_set();
+    let candidates = CandidateSet {
+        count: 3,
+        id: vec![4, 9, 12].into(),
+        x: more(pair.x, [1.5, 1.7, 1.9]),
+        y: more(pair.y, [-0.4, -0.5, -0.6]),
+        heading: more(pair.heading, [0.3, -0.1, -0.2]),
+        v: more(pair.v, [0.7, 0.7, 0.7]),
+        omega: more(pair.omega, [-0.1, -0.2, -0.1]),
+        ..pair
+    };
+    CycleReport {
+        candidates,
+        terms: vec![
+            TermReport {
+                cost: vec![0.22, 0.14, 0.04].into(),
+                alone: Some(2),
+                without: Some(1),
+                doubled: Some(2),
+                halved: Some(1),
+                ..term("cnc", vec![0.11, 0.07, 0.02].into(), Evaluated::Pool)
+            },
+            TermReport {
+                cost: vec![0.0, 0.74, 0.88].into(),
+                missing: vec![0].into(),
+                alone: Some(1),
+                without: Some(2),
+                doubled: Some(1),
+                halved: Some(2),
+                ..term("cpc", vec![0.0, 0.37, 0.44].into(), Evaluated::Local)
+            },
+            plain.terms[2].clone(),
+        ],
+        total: vec![0.0, 0.88, 0.92].into(),
+        rejected: vec!["not scored by `cpc`".into(), String::new(), String::new()],
+        runner_up: Some(2),
+        margin: Some(0.04),
+        ..plain
+    }
+}
+
+/// What was carried into that cycle: a trajectory under way, one tree grown and one not yet.
+pub fn memory() -> Memory {
+    Memory {
+        robot: "r1".into(),
+        epoch: 2,
+        seq: 14,
+        run: 1,
+        revision: 3,
+        version: "0.1.0".into(),
+        uncertain: true,
+        members: vec![7, 11].into(),
+        previous: Some(Previous {
+            candidate: Some(3),
+            stamp: 3.9,
+            valid_for_s: 1.2,
+            dt: 0.3,
+            x: vec![1.25, 1.5].into(),
+            y: vec![-0.5, -0.4].into(),
+            heading: vec![0.3, 0.3].into(),
+            v: vec![0.8, 0.8].into(),
+            omega: vec![0.0, -0.1].into(),
+        }),
+        trees: vec![tree(), Tree::default()],
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use curionav_planning::arbitration::{self, Observer, Previous, Scores, arbitrate};
+use curionav_planning::arbitration::{self, Observer, Previous, Scores, Trajectory, arbitrate, explain};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
@@ -37,6 +37,53 @@ impl Memory {
     /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
     pub fn new(nonce: u64) -> Self {
         Self { succession: Succession::new(nonce), ..Self::default() }
+    }
+
+    /// The memory that was carried into a recorded cycle: what is planned next is that cycle. Trees are only what
+    /// they were if the generator is.
+    pub fn recall(memory: wire::Memory) -> Result<Self, Reject> {
+        let previous =
+            memory.previous.map(|p| {
+                Trajectory::new(p.dt, p.x.0, p.y.0, p.heading.0, p.v.0, p.omega.0).map(|trajectory| {
+                    Previous { trajectory, candidate: p.candidate, stamp: p.stamp, valid_for: p.valid_for_s }
+                })
+            });
+        let previous = previous.transpose().map_err(|e| Reject::invalid("previous", e.to_string()))?;
+        Ok(Self {
+            epoch: memory.epoch,
+            seq: memory.seq.saturating_sub(1),
+            reported: None,
+            observer: Observer::resume(memory.uncertain, memory.members.0),
+            trees: memory.trees.into_iter().map(|tree| Some(tree).filter(|t| !t.x.is_empty())).collect(),
+            previous,
+        })
+    }
+
+    /// What is carried into the next cycle of `mission`, for whoever records it.
+    pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
+        let previous = self.previous.as_ref().map(|p| wire::Previous {
+            candidate: p.candidate,
+            stamp: p.stamp,
+            valid_for_s: p.valid_for,
+            dt: p.trajectory.dt(),
+            x: p.trajectory.x().into(),
+            y: p.trajectory.y().into(),
+            heading: p.trajectory.heading().into(),
+            v: p.trajectory.v().into(),
+            omega: p.trajectory.omega().into(),
+        });
+        wire::Memory {
+            robot: mission.robot.clone(),
+            epoch: self.epoch,
+            seq: self.seq + 1,
+            run: mission.run,
+            revision: mission.revision,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            uncertain: self.observer.is_uncertain(),
+            members: self.observer.members().into(),
+            previous,
+            trees: self.trees.iter().map(|tree| tree.clone().unwrap_or_default()).collect(),
+        }
     }
 
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
@@ -164,6 +211,7 @@ pub async fn plan<P: Peers>(
         goal: context.goal,
     };
     let verdict = arbitrate(&decision_context, &candidates, &scores, memory.previous.as_ref());
+    let explanation = explain(&decision_context, &candidates, &verdict, memory.previous.as_ref());
     memory.previous = Previous::of(&verdict.decision, stamp);
     let us = |time: Duration| time.as_micros() as u64;
     let timings = Timings {
@@ -180,6 +228,7 @@ pub async fn plan<P: Peers>(
         &scene,
         &candidates,
         &verdict,
+        &explanation,
         &scores,
         decision.clone(),
         timings,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use curionav_planning::arbitration::{self, Scores, Verdict};
+use curionav_planning::arbitration::{self, Explanation, Scores, Verdict};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::hccdm::Hccdm;
 use curionav_planning::scene::Scene;
@@ -84,23 +84,15 @@ pub(crate) fn cycle(
     scene: &Scene,
     candidates: &CandidateSet,
     verdict: &Verdict,
+    explanation: &Explanation,
     scores: &Scores,
     decision: Decision,
     timings: Timings,
     gap: u64,
 ) -> CycleReport {
-    let count = candidates.len();
-    let terms = context.profile.terms.iter().map(|(metric, term)| {
-        let complete = scores.missing(metric).is_empty();
-        let raw = (0..count).filter(|_| complete).map(|i| scores.cost(metric, i).unwrap_or(0.0)).collect();
-        TermReport {
-            metric: metric.clone(),
-            weight: term.weight,
-            scale: term.scale,
-            active: decision.evaluated.contains_key(metric),
-            raw,
-            evaluated: decision.evaluated.get(metric).copied().unwrap_or(Evaluated::None),
-        }
+    let terms = context.profile.terms.keys().map(|metric| {
+        let evaluated = decision.evaluated.get(metric).copied();
+        term(context, verdict, explanation, scores, metric, evaluated)
     });
     let crowds =
         Hccdm::build(&scene.people, &context.profile.hccdm, context.profile.steps, context.profile.dt);
@@ -119,6 +111,8 @@ pub(crate) fn cycle(
             .map(|r| r.as_ref().map(ToString::to_string).unwrap_or_default())
             .collect(),
         chosen: verdict.chosen.map(|i| i as u32),
+        runner_up: explanation.runner_up.map(|i| i as u32),
+        margin: explanation.margin,
         decision,
         timings,
         crowds: crowds
@@ -133,5 +127,37 @@ pub(crate) fn cycle(
             })
             .collect(),
         gap,
+    }
+}
+
+/// What one term of the profile cost and wanted; `evaluated` is absent while its condition does not hold.
+fn term(
+    context: &PlanContext,
+    verdict: &Verdict,
+    explanation: &Explanation,
+    scores: &Scores,
+    metric: &str,
+    evaluated: Option<Evaluated>,
+) -> TermReport {
+    let missing = scores.missing(metric);
+    let some = !scores.is_empty() && missing.len() < scores.len();
+    let raw = (0..scores.len()).filter(|_| some).map(|i| scores.cost(metric, i).unwrap_or(0.0));
+    let costs = verdict.totals.terms.iter().find(|term| term.metric == metric).filter(|_| some);
+    let influence = explanation.terms.iter().find(|term| term.metric == metric);
+    let index = |i: Option<usize>| i.map(|i| i as u32);
+    let settings = &context.profile.terms[metric];
+    TermReport {
+        metric: metric.to_owned(),
+        weight: settings.weight,
+        scale: settings.scale,
+        active: evaluated.is_some(),
+        raw: raw.collect(),
+        evaluated: evaluated.unwrap_or(Evaluated::None),
+        cost: costs.map(|c| c.cost.iter().map(|c| c.unwrap_or(0.0)).collect()).unwrap_or_default(),
+        missing: missing.iter().filter(|_| some).map(|&i| i as u32).collect(),
+        alone: influence.and_then(|i| index(i.alone)),
+        without: influence.and_then(|i| index(i.without)),
+        doubled: influence.and_then(|i| index(i.doubled)),
+        halved: influence.and_then(|i| index(i.halved)),
     }
 }

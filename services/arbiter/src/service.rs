@@ -10,9 +10,9 @@ use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_runtime::topic::{Flow, Inbox, OnDemand, Topic};
 use curionav_schemas::{
-    Belief, Clock, CycleReport, Decision, Mission, MissionState, People, RejectCode, Twist,
+    self as wire, Belief, Clock, CycleReport, Decision, Mission, MissionState, People, RejectCode, Twist,
 };
 use tokio::task::JoinHandle;
 use zenoh::Session;
@@ -39,6 +39,7 @@ struct Arbiter {
     people: Latest<People>,
     decisions: Topic<Decision>,
     reports: Topic<CycleReport>,
+    memories: OnDemand<wire::Memory>,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
     /// What came of preparing for the mission.
@@ -73,6 +74,7 @@ pub(crate) async fn run(
         decisions: service.topic("decision", Flow::Control)?,
         reports: service.topic("report", Flow::Report)?,
         commands: service.inbox("cmd")?,
+        memories: service.on_demand("memory", Flow::Report)?,
         service,
         mission: None,
         context: None,
@@ -230,11 +232,16 @@ impl Arbiter {
         self.planned = Some(belief.tick);
         let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
         let context = self.context.as_deref();
+        let carried = self.memories.is_heard().then(|| self.memory.to_wire(&mission));
         let (decision, report) =
             cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
         self.decisions.publish(&decision, mission.clock);
         self.counts.record(&decision, report.as_ref());
         if let Some(report) = report {
+            // Before the report: who has the one can wait for the other.
+            if let Some(carried) = carried {
+                self.memories.publish(&carried, mission.clock);
+            }
             self.reports.publish(&report, mission.clock);
         }
         self.service.counts.record(started.elapsed());

@@ -8,6 +8,7 @@ mod doctor;
 mod metrics;
 pub(crate) mod program;
 mod real_inputs;
+mod recording;
 mod scale;
 mod scenarios;
 mod slow_router;

@@ -59,7 +59,7 @@ pub fn arbitrate(
     })
 }
 
-type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
+pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
 
 fn decide(
     context: &Context<'_>,
@@ -78,7 +78,7 @@ fn decide(
     }
     let order = preference(context, candidates, &totals, &rejected, previous);
     let mut chosen = None;
-    for &Rank { index, slow, .. } in &order {
+    for &Contender { index, slow, .. } in &order {
         let trajectory = Trajectory::of(candidates, index);
         match first_collision(&trajectory) {
             Some(collision) => rejected[index] = Some(Rejection::Collides(collision)),
@@ -135,39 +135,53 @@ fn reject_unseen(
     None
 }
 
-struct Rank {
-    index: usize,
-    slow: bool,
-    cost: f64,
+/// A candidate that may be followed unless it collides.
+pub(super) struct Contender {
+    pub(super) index: usize,
+    /// It competes only if no other is free (D4).
+    pub(super) slow: bool,
+    /// What is taken off its cost for going on with the previous decision.
+    pub(super) discount: f64,
 }
 
-/// Indices of the candidates that may be followed, best first: fast before slow, then by cost, then by
-/// id.
+/// Those for whom `may_compete` holds, in their order.
+pub(super) fn contenders(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    may_compete: &[bool],
+    previous: Option<&Previous>,
+) -> Vec<Contender> {
+    let persistence = context.profile.persistence;
+    let tail = previous.filter(|_| persistence.margin > 0.0).and_then(|p| valid_tail(context, p).ok());
+    (0..candidates.len())
+        .filter(|&i| may_compete[i])
+        .map(|index| {
+            let continues = tail
+                .as_ref()
+                .is_some_and(|tail| mean_distance(candidates, index, tail) <= persistence.same_within);
+            let discount = if continues { persistence.margin } else { 0.0 };
+            Contender { index, slow: is_slow(context, candidates, index), discount }
+        })
+        .collect()
+}
+
+/// Who may be followed, best first: fast before slow, then by cost, then by id.
 fn preference(
     context: &Context<'_>,
     candidates: &CandidateSet,
     totals: &Totals,
     rejected: &[Option<Rejection>],
     previous: Option<&Previous>,
-) -> Vec<Rank> {
-    let persistence = context.profile.persistence;
-    let tail = previous.filter(|_| persistence.margin > 0.0).and_then(|p| valid_tail(context, p).ok());
-    let mut order: Vec<Rank> = (0..candidates.len())
-        .filter(|&i| rejected[i].is_none())
-        .filter_map(|index| {
-            let continues = tail
-                .as_ref()
-                .is_some_and(|tail| mean_distance(candidates, index, tail) <= persistence.same_within);
-            let discount = if continues { persistence.margin } else { 0.0 };
-            let cost = totals.total[index]? - discount;
-            Some(Rank { index, slow: is_slow(context, candidates, index), cost })
-        })
-        .collect();
+) -> Vec<Contender> {
+    let may_compete: Vec<bool> = rejected.iter().map(Option::is_none).collect();
+    let contenders = contenders(context, candidates, &may_compete, previous);
+    let mut order: Vec<(f64, Contender)> =
+        contenders.into_iter().filter_map(|c| Some((totals.total[c.index]? - c.discount, c))).collect();
     let id = candidates.id();
-    order.sort_by(|a, b| {
-        a.slow.cmp(&b.slow).then(a.cost.total_cmp(&b.cost)).then(id[a.index].cmp(&id[b.index]))
+    order.sort_by(|(cost_a, a), (cost_b, b)| {
+        a.slow.cmp(&b.slow).then(cost_a.total_cmp(cost_b)).then(id[a.index].cmp(&id[b.index]))
     });
-    order
+    order.into_iter().map(|(_, contender)| contender).collect()
 }
 
 /// Whether D4 holds a candidate back: its mean speed is too low, and it neither ends at the goal, where

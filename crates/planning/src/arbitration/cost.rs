@@ -29,6 +29,16 @@ impl Totals {
     pub fn missing_metric(&self, index: usize) -> Option<&str> {
         self.terms.iter().find(|term| term.cost[index].is_none()).map(|term| term.metric.as_str())
     }
+
+    /// L' of each candidate with the weight of each term times `factor(metric)`; `None` where [`Totals::total`] is.
+    pub fn reweighted(&self, factor: impl Fn(&str) -> f64) -> Vec<Option<f64>> {
+        let factors: Vec<f64> = self.terms.iter().map(|term| factor(&term.metric)).collect();
+        let sum = |i: usize| {
+            let terms = self.terms.iter().zip(&factors);
+            terms.fold(Some(0.0), |sum, (term, factor)| Some(sum? + factor * term.cost[i]?))
+        };
+        (0..self.total.len()).map(sum).collect()
+    }
 }
 
 /// Weighs the scores of a scene that is `uncertain` or not, of candidates with `steps` states each.

@@ -1,32 +1,132 @@
-//! How close a decision was, and who wanted what: for reports and people.
+//! How close a decision was, who wanted what, and what other weights would have led to: for reports and people.
+//!
+//! Every answer is found as the decision itself is: the least total among what is scored, reachable and free of
+//! collision. A candidate that the decision had no need to check is checked here before it is named.
 
-use crate::arbitration::Verdict;
+use std::cell::RefCell;
 
-/// A verdict seen from outside. Indices are those of the batch.
-#[derive(Debug, Clone, PartialEq)]
+use crate::arbitration::arbiter::{CollisionCheck, Contender, contenders};
+use crate::arbitration::{Context, Previous, Rejection, Totals, Trajectory, Verdict};
+use crate::candidates::CandidateSet;
+use crate::collision::CollisionChecker;
+
+/// A verdict seen from outside. Indices are those of the batch; all is empty if no candidate was followed, for then
+/// no weights would have led to one.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Explanation {
-    /// The candidate of least total besides the chosen one, among those not rejected. It was not
-    /// checked for collisions if the chosen one was free at once.
+    /// The candidate that would have been followed without the chosen one.
     pub runner_up: Option<usize>,
-    /// Its total minus that of the chosen one; below zero only if persistence kept a dearer one.
+    /// Its total minus that of the chosen one; below zero only if the chosen one was not preferred for its cost:
+    /// it is faster (D4) or goes on with what was decided before.
     pub margin: Option<f64>,
-    /// By active term: the candidate that the term alone would have chosen, among those not rejected.
-    pub by_term: Vec<(String, Option<usize>)>,
+    /// What each active term had to say.
+    pub terms: Vec<TermInfluence>,
 }
 
-impl Verdict {
-    /// Explains this verdict about candidates with these ids.
-    pub fn explain(&self, id: &[u32]) -> Explanation {
-        let running: Vec<usize> = (0..self.rejected.len()).filter(|&i| self.rejected[i].is_none()).collect();
-        let least = |cost: &[Option<f64>], except: Option<usize>| {
-            let scored = running.iter().filter(|&&i| Some(i) != except).filter_map(|&i| Some((i, cost[i]?)));
-            scored.min_by(|(i, a), (j, b)| a.total_cmp(b).then(id[*i].cmp(&id[*j]))).map(|(i, _)| i)
+/// Which candidate would have been followed, had one term another weight.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TermInfluence {
+    /// The term's metric.
+    pub metric: String,
+    /// By this term alone.
+    pub alone: Option<usize>,
+    /// With a weight of zero; absent if no other term is left.
+    pub without: Option<usize>,
+    /// With twice the weight.
+    pub doubled: Option<usize>,
+    /// With half the weight.
+    pub halved: Option<usize>,
+}
+
+/// Explains `verdict`, the outcome of [`arbitrate`](crate::arbitration::arbitrate) for the same inputs.
+pub fn explain(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    verdict: &Verdict,
+    previous: Option<&Previous>,
+) -> Explanation {
+    let Context { profile, scene, map, robot, .. } = *context;
+    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
+    explain_by(context, candidates, verdict, previous, &|trajectory| {
+        checker.first_collision(trajectory.x(), trajectory.y(), trajectory.heading(), trajectory.dt())
+    })
+}
+
+pub(super) fn explain_by(
+    context: &Context<'_>,
+    candidates: &CandidateSet,
+    verdict: &Verdict,
+    previous: Option<&Previous>,
+    first_collision: &CollisionCheck<'_>,
+) -> Explanation {
+    let Some(chosen) = verdict.chosen else { return Explanation::default() };
+    let totals = &verdict.totals;
+    let field = Field {
+        candidates,
+        contenders: contenders(context, candidates, &may_compete(verdict), previous),
+        free: RefCell::new(verdict.rejected.iter().map(known).collect()),
+        first_collision,
+    };
+    field.free.borrow_mut()[chosen] = Some(true);
+    let runner_up = field.best(&totals.total, Some(chosen));
+    let margin = runner_up.and_then(|second| Some(totals.total[second]? - totals.total[chosen]?));
+    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.metric)).collect();
+    Explanation { runner_up, margin, terms }
+}
+
+/// Whether nothing but its cost, its speed or a collision stands against each candidate.
+fn may_compete(verdict: &Verdict) -> Vec<bool> {
+    let barred = |r: &Option<Rejection>| {
+        matches!(r, Some(Rejection::NotScored { .. } | Rejection::Unreachable { .. }))
+    };
+    verdict.rejected.iter().map(|rejection| !barred(rejection)).collect()
+}
+
+/// What the decision has found out about a candidate's freedom.
+fn known(rejection: &Option<Rejection>) -> Option<bool> {
+    matches!(rejection, Some(Rejection::Collides(_))).then_some(false)
+}
+
+/// Those who compete, and what is known of their freedom so far.
+struct Field<'a> {
+    candidates: &'a CandidateSet,
+    contenders: Vec<Contender>,
+    free: RefCell<Vec<Option<bool>>>,
+    first_collision: &'a CollisionCheck<'a>,
+}
+
+impl Field<'_> {
+    fn influence(&self, totals: &Totals, metric: &str) -> TermInfluence {
+        let with = |factor: f64| {
+            self.best(&totals.reweighted(|other| if other == metric { factor } else { 1.0 }), None)
         };
-        let total = &self.totals.total;
-        let runner_up = self.chosen.and_then(|chosen| least(total, Some(chosen)));
-        let margin = self.chosen.zip(runner_up).and_then(|(a, b)| Some(total[b]? - total[a]?));
-        let by_term =
-            self.totals.terms.iter().map(|term| (term.metric.clone(), least(&term.cost, None))).collect();
-        Explanation { runner_up, margin, by_term }
+        TermInfluence {
+            metric: metric.to_owned(),
+            alone: self.best(&totals.reweighted(|other| if other == metric { 1.0 } else { 0.0 }), None),
+            without: if totals.terms.len() > 1 { with(0.0) } else { None },
+            doubled: with(2.0),
+            halved: with(0.5),
+        }
+    }
+
+    /// The one to be followed for these totals, if `except` was not there.
+    fn best(&self, total: &[Option<f64>], except: Option<usize>) -> Option<usize> {
+        let id = self.candidates.id();
+        let cost = |c: &Contender| total[c.index].unwrap_or(f64::INFINITY) - c.discount;
+        loop {
+            let free = self.free.borrow();
+            let open = self.contenders.iter().filter(|c| Some(c.index) != except);
+            let best = open.filter(|c| free[c.index] != Some(false)).min_by(|a, b| {
+                a.slow.cmp(&b.slow).then(cost(a).total_cmp(&cost(b))).then(id[a.index].cmp(&id[b.index]))
+            })?;
+            let (index, is_free) = (best.index, free[best.index]);
+            drop(free);
+            let is_free = is_free
+                .unwrap_or_else(|| (self.first_collision)(&Trajectory::of(self.candidates, index)).is_none());
+            self.free.borrow_mut()[index] = Some(is_free);
+            if is_free {
+                return Some(index);
+            }
+        }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! [`Observer`] turns beliefs and people into the scene of a cycle; [`Scores`] gathers raw costs from
 //! wherever they were computed; [`arbitrate`] weighs them into the total L' of eqs. 5 and 6, takes the
-//! least among what can be followed, and always ends in a [`Decision`]. [`Verdict::explain`] says how
-//! close it was. Nothing here knows a metric by name: the profile lists them.
+//! least among what can be followed, and always ends in a [`Decision`]. [`explain`] says how close it
+//! was. Nothing here knows a metric by name: the profile lists them.
 
 mod arbiter;
 mod cost;
@@ -16,7 +16,7 @@ mod trajectory;
 pub use arbiter::{Context, Verdict, arbitrate};
 pub use cost::{TermCosts, Totals, total_costs};
 pub use decision::{Action, Decision, Lack, Previous, PreviousState, Reason, Rejection};
-pub use explanation::Explanation;
+pub use explanation::{Explanation, TermInfluence, explain};
 pub use observer::Observer;
 pub use scores::{ScoreError, Scores};
 pub use trajectory::Trajectory;

@@ -15,6 +15,22 @@ pub struct Observer {
 }
 
 impl Observer {
+    /// One that goes on after a scene that was `uncertain` or not and held the people `members`.
+    pub fn resume(uncertain: bool, mut members: Vec<u32>) -> Self {
+        members.sort_unstable();
+        Self { uncertain, members }
+    }
+
+    /// Whether the last scene was uncertain.
+    pub fn is_uncertain(&self) -> bool {
+        self.uncertain
+    }
+
+    /// Ids of those whom the last scene held, ascending.
+    pub fn members(&self) -> &[u32] {
+        &self.members
+    }
+
     /// The scene at `stamp` seconds of the robot's clock. `people` is everybody the tracker reports, in
     /// any order; the scene holds those inside the Working Zone, by ascending id.
     pub fn form_scene(

@@ -7,7 +7,18 @@ contract is ``schemas/*.cddl``; these classes have its names.
 from __future__ import annotations
 
 from ..record import Message, Record
-from .decision import Crowd, CycleReport, Decision, Evaluated, MetricTime, TermReport, Timings, Twist
+from .decision import (
+    Crowd,
+    CycleReport,
+    Decision,
+    Evaluated,
+    Memory,
+    MetricTime,
+    Previous,
+    TermReport,
+    Timings,
+    Twist,
+)
 from .mission import (
     Cancel,
     ChangeGoal,
@@ -58,6 +69,7 @@ MESSAGES: dict[str, type[Message]] = {
         CandidateSet,
         Tree,
         CycleReport,
+        Memory,
         GenerateRequest,
         GenerateReply,
         EvaluateRequest,
@@ -94,6 +106,7 @@ __all__ = [
     "Health",
     "InjectRequest",
     "LaserModel",
+    "Memory",
     "Message",
     "MetricTime",
     "Metrics",
@@ -107,6 +120,7 @@ __all__ = [
     "PeopleTrace",
     "Polygon",
     "Pose",
+    "Previous",
     "Record",
     "Reject",
     "Resume",

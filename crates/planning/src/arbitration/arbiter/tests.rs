@@ -6,6 +6,7 @@ use crate::geometry::Pose2;
 use crate::numerics::sin_cos;
 use crate::profile::Normalisation;
 
+mod explanation;
 mod hall;
 mod properties;
 
@@ -212,17 +213,4 @@ fn persistence_keeps_the_previous_way_unless_another_is_clearly_better() {
     assert_eq!(taken(&hall), Some(1));
     hall.profile.persistence.margin = 0.03;
     assert_eq!(taken(&hall), Some(0));
-}
-
-#[test]
-fn an_explanation_says_how_close_it_was_and_who_wanted_what() {
-    let s = scores(&[("cnc", &[1.378, 0.0, 0.689]), ("distance", &[26.0, 78.0, 52.0])]);
-    let verdict = Hall::new().arbitrate(&three(), &s, None);
-    // totals: 1 + 1, 0 + 3, 0.5 + 2
-    let explanation = verdict.explain(three().id());
-    assert_eq!((verdict.chosen, explanation.runner_up), (Some(0), Some(2)));
-    assert!((explanation.margin.unwrap() - 0.5).abs() < 1e-12);
-    assert_eq!(explanation.by_term, [("cnc".to_owned(), Some(1)), ("distance".to_owned(), Some(0))]);
-    let nothing = Hall::new().arbitrate(&CandidateSet::empty(STEPS, DT), &Scores::new(0), None).explain(&[]);
-    assert_eq!((nothing.runner_up, nothing.margin), (None, None));
 }

@@ -1,0 +1,130 @@
+//! `curionav explain`: why a cycle was decided as it was.
+
+mod table;
+mod words;
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::session;
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::{CycleReport, keys};
+
+use crate::arguments::ConnectOptions;
+use crate::exit::{Exit, SUCCESS};
+use crate::recording::{Item, Reader};
+
+/// A robot that drives reports several times a second.
+const REPORT_TIMEOUT: Duration = Duration::from_secs(5);
+
+#[derive(Debug, Args)]
+pub(crate) struct ExplainOptions {
+    /// A recording. Without one, a robot that is driving is listened to.
+    #[arg(value_name = "IN.mcap", required_unless_present = "robot")]
+    recording: Option<PathBuf>,
+    /// Robot; may be left out if a recording has but one.
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
+    /// Cycle, by its number (`seq`). Default: the last of the recording, the next of a robot that is driving.
+    #[arg(long, value_name = "N")]
+    cycle: Option<u64>,
+    /// Candidates in the table, cheapest first; 0 shows all.
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    top: usize,
+    #[command(flatten)]
+    at: ConnectOptions,
+}
+
+pub(crate) async fn explain(options: ExplainOptions) -> Result<u8, Exit> {
+    let report = match (&options.recording, &options.robot) {
+        (Some(recording), robot) => recorded(recording, robot.as_deref(), options.cycle)?,
+        (None, Some(robot)) => live(robot, &options).await?,
+        (None, None) => return Err(Exit::bad_input(anyhow::anyhow!("name a recording or a robot"))),
+    };
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    {
+        println!("{}\n{}", words::words(&report), table::table(&report, options.top));
+    }
+    Ok(SUCCESS)
+}
+
+/// The report of a cycle of a recording; of the last one with that number, should it be there for several missions.
+fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<CycleReport, Exit> {
+    let mut reader = Reader::open(path).map_err(Exit::bad_input)?;
+    let mut found: Option<CycleReport> = None;
+    let mut robots = BTreeSet::new();
+    let (mut first, mut last) = (u64::MAX, 0);
+    while let Some(item) = reader.next().map_err(Exit::bad_input)? {
+        let Item::Report(report) = item else { continue };
+        if robot.is_some_and(|robot| robot != report.robot) {
+            continue;
+        }
+        robots.insert(report.robot.clone());
+        (first, last) = (first.min(report.seq), last.max(report.seq));
+        if cycle.is_none_or(|cycle| cycle == report.seq) {
+            found = Some(*report);
+        }
+    }
+    if robots.len() > 1 {
+        let robots: Vec<String> = robots.into_iter().collect();
+        let which =
+            format!("{} holds several robots, name one with --robot: {}", path.display(), robots.join(", "));
+        return Err(Exit::bad_input(anyhow::anyhow!(which)));
+    }
+    found.ok_or_else(|| {
+        let whose = robot.map_or(String::new(), |robot| format!(" of robot {robot}"));
+        let there = match last {
+            0 => "none".to_owned(),
+            _ => format!("cycles {first} to {last}"),
+        };
+        Exit::failed(anyhow::anyhow!("{}: no such cycle{whose}; there are {there}", path.display()))
+    })
+}
+
+/// The next report of a robot, or the one of the cycle asked for.
+async fn live(robot: &str, options: &ExplainOptions) -> Result<CycleReport, Exit> {
+    let key = keys::robot(robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
+    let config = ServiceConfig {
+        connect: vec![options.at.connect.clone()],
+        namespace: options.at.namespace.clone(),
+        ..ServiceConfig::default()
+    };
+    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+    let found = listen(&session, &key, robot, options.cycle).await;
+    session::close(&session);
+    found
+}
+
+async fn listen(
+    session: &zenoh::Session,
+    key: &str,
+    robot: &str,
+    cycle: Option<u64>,
+) -> Result<CycleReport, Exit> {
+    let reports = Inbox::<CycleReport>::new(session, key).map_err(|e| Exit::network(e.into()))?;
+    loop {
+        let report = match tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await {
+            Ok(Some(report)) => report,
+            _ => {
+                return Err(Exit::network(anyhow::anyhow!(
+                    "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav \
+                     status`",
+                    REPORT_TIMEOUT.as_secs()
+                )));
+            }
+        };
+        match cycle {
+            Some(cycle) if report.seq < cycle => {}
+            Some(cycle) if report.seq > cycle => {
+                return Err(Exit::failed(anyhow::anyhow!(
+                    "robot {robot} is at cycle {} already; record it to look back (`curionav record`)",
+                    report.seq
+                )));
+            }
+            _ => return Ok(report),
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! `curionav record`: a deployment into a file.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::session;
+use curionav_runtime::shutdown::on_signals;
+use zenoh::Session;
+
+use crate::arguments::ConnectOptions;
+use crate::exit::{Exit, SUCCESS};
+use crate::recording::{Recorder, Scope, Tally, recover};
+
+#[derive(Debug, Args)]
+pub(crate) struct RecordOptions {
+    /// File to write; must not exist.
+    #[arg(value_name = "OUT.mcap")]
+    path: PathBuf,
+    /// Record this robot alone.
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
+    /// Listen to nobody: copy what is left of a killed recording, with an index.
+    #[arg(long, value_name = "KILLED.mcap", conflicts_with = "robot")]
+    recover: Option<PathBuf>,
+    #[command(flatten)]
+    at: ConnectOptions,
+}
+
+pub(crate) async fn record(options: RecordOptions) -> Result<u8, Exit> {
+    if let Some(killed) = &options.recover {
+        let messages = recover(killed, &options.path).map_err(Exit::bad_input)?;
+        eprintln!("{}: {messages} messages", options.path.display());
+        return Ok(SUCCESS);
+    }
+    let config = ServiceConfig {
+        connect: vec![options.at.connect.clone()],
+        namespace: options.at.namespace.clone(),
+        ..ServiceConfig::default()
+    };
+    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+    let scope = Scope { robot: options.robot, world: None };
+    let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);
+    let ended = match recorder {
+        Ok(mut recorder) => {
+            eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
+            tokio::select! {
+                () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
+                failure = recorder.failure() => Err(Exit::failed(failure)),
+            }
+        }
+        Err(exit) => Err(exit),
+    };
+    session::close(&session);
+    let tally = ended?;
+    eprintln!("{}", summary(&options.path, &tally));
+    if tally.written == 0 {
+        let robots = "no robot said anything: is one driving, in this namespace? See `curionav status`";
+        return Err(Exit::failed(anyhow::anyhow!(robots)));
+    }
+    Ok(SUCCESS)
+}
+
+/// Starts to record one run.
+pub(crate) fn of_run(session: &Session, path: &Path, config: &ServiceConfig) -> Result<Recorder, Exit> {
+    let scope = Scope { robot: Some(config.robot.clone()), world: Some(config.world.clone()) };
+    Recorder::start(session, path, &scope).map_err(Exit::bad_input)
+}
+
+/// One line about a finished recording.
+pub(crate) fn summary(path: &Path, tally: &Tally) -> String {
+    let size = std::fs::metadata(path).map_or(0.0, |data| data.len() as f64 / 1e6);
+    let mut line = format!(
+        "{}: {} messages, {} planning cycles, {size:.1} MB",
+        path.display(),
+        tally.written,
+        tally.cycles
+    );
+    if tally.lost > 0 {
+        line += &format!("; {} messages lost, the disk was too slow", tally.lost);
+    }
+    if tally.refused > 0 {
+        line += &format!("; {} messages not understood", tally.refused);
+    }
+    line
+}

@@ -1,0 +1,124 @@
+//! An MCAP file being written: complete chunks are on disk within a second, so that a killed recording loses no more.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use curionav_schemas::{CDDL, Message};
+use foxglove::Encode;
+use mcap::records::MessageHeader;
+use mcap::{Compression, WriteOptions, Writer};
+
+use super::{MESSAGE_ENCODING, SCHEMA_ENCODING};
+
+/// Bytes of messages in a chunk: readers load whole chunks.
+const CHUNK: u64 = 1 << 20;
+/// Longest a message waits for its chunk to be full.
+const FLUSH_PERIOD: Duration = Duration::from_secs(1);
+
+/// A channel of the file.
+struct Channel {
+    id: u16,
+    sequence: u32,
+}
+
+pub(super) struct RecordingWriter {
+    file: Writer<BufWriter<File>>,
+    channels: HashMap<String, Channel>,
+    flushed: Instant,
+    messages: u64,
+}
+
+impl RecordingWriter {
+    /// Starts a file where there is none yet.
+    pub(super) fn create(path: &Path) -> anyhow::Result<Self> {
+        let file = File::create_new(path).with_context(|| format!("cannot create {}", path.display()))?;
+        let options = WriteOptions::new()
+            .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
+            .compression(Some(Compression::Lz4))
+            .chunk_size(Some(CHUNK));
+        let mut file = options.create(BufWriter::new(file))?;
+        // From here on it is an MCAP file, whatever happens.
+        file.flush()?;
+        Ok(Self { file, channels: HashMap::new(), flushed: Instant::now(), messages: 0 })
+    }
+
+    /// A message of the contract, as it was sent. Times are nanoseconds.
+    pub(super) fn contract<M: Message>(
+        &mut self,
+        topic: &str,
+        bytes: &[u8],
+        time: u64,
+    ) -> anyhow::Result<()> {
+        if !self.channels.contains_key(topic) {
+            // The first rule of a CDDL text is what it describes.
+            let rules = format!("curionav = {}\n{CDDL}", M::NAME);
+            self.open(topic, M::SCHEMA, SCHEMA_ENCODING, rules.as_bytes(), MESSAGE_ENCODING)?;
+        }
+        self.write(topic, bytes, time)
+    }
+
+    /// A message that Foxglove and Rerun can draw.
+    pub(super) fn picture<M: Encode>(&mut self, topic: &str, message: &M, time: u64) -> anyhow::Result<()> {
+        if !self.channels.contains_key(topic) {
+            let schema = M::get_schema().context("a message without a schema")?;
+            self.open(topic, &schema.name, &schema.encoding, &schema.data, &M::get_message_encoding())?;
+        }
+        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or_default());
+        message.encode(&mut bytes).map_err(|e| anyhow::anyhow!("{topic}: {e}"))?;
+        self.write(topic, &bytes, time)
+    }
+
+    fn open(
+        &mut self,
+        topic: &str,
+        schema: &str,
+        schema_encoding: &str,
+        data: &[u8],
+        encoding: &str,
+    ) -> anyhow::Result<()> {
+        let schema = self.file.add_schema(schema, schema_encoding, data)?;
+        let id = self.file.add_channel(schema, topic, encoding, &BTreeMap::new())?;
+        self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
+        Ok(())
+    }
+
+    fn write(&mut self, topic: &str, bytes: &[u8], time: u64) -> anyhow::Result<()> {
+        let Some(channel) = self.channels.get_mut(topic) else { return Ok(()) };
+        let header = MessageHeader {
+            channel_id: channel.id,
+            sequence: channel.sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        channel.sequence = channel.sequence.wrapping_add(1);
+        self.messages += 1;
+        self.file.write_to_known_channel(&header, bytes)?;
+        Ok(())
+    }
+
+    /// Puts on disk what has waited long enough.
+    pub(super) fn flush_if_due(&mut self) -> anyhow::Result<()> {
+        if self.flushed.elapsed() >= FLUSH_PERIOD {
+            self.flushed = Instant::now();
+            self.file.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Messages written so far.
+    pub(super) fn messages(&self) -> u64 {
+        self.messages
+    }
+
+    /// Completes the file with its index.
+    pub(super) fn finish(mut self) -> anyhow::Result<()> {
+        self.file.finish()?;
+        let file = self.file.into_inner().into_inner().map_err(|e| e.into_error())?;
+        file.sync_all()?;
+        Ok(())
+    }
+}
