@@ -1,0 +1,422 @@
+"""What the viewer draws, from messages, recordings and a live deployment."""
+
+from __future__ import annotations
+
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from contract import ROOT
+from live import deployment, hall
+
+rr = pytest.importorskip("rerun", reason="skipped: no rerun-sdk; pip install './python[viewer]'")
+pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer]'")
+
+import drive  # noqa: E402
+from rerun.chunk import RrdReader  # noqa: E402
+
+import curionav  # noqa: E402
+from curionav import Scenario  # noqa: E402
+from curionav.messages import LaserModel, Message, OccupancyGrid, Pose  # noqa: E402
+from curionav_view import colours, command, heat, output, recording, shapes, words  # noqa: E402
+from curionav_view.story import Story  # noqa: E402
+
+TICKS = 20
+PROGRAM = [sys.executable, "-m", "curionav_view"]
+
+
+def drawn(path: Path) -> dict[str, list[Any]]:
+    """The chunks of a file as record batches, by entity."""
+    found: dict[str, list[Any]] = {}
+    for chunk in RrdReader(path).stream().to_chunks():
+        found.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
+    return found
+
+
+def values(batches: list[Any], component: str) -> list[Any]:
+    """What was logged of a component, row by row."""
+    return [v for batch in batches if component in batch.schema.names for v in batch.column(component).to_pylist()]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+    """The made-up drive, drawn and read back."""
+    path = tmp_path_factory.mktemp("view") / "drive.rrd"
+    stream = rr.RecordingStream("curionav")
+    stream.save(path)
+    story = Story(stream)
+    for _, message in drive.drive(TICKS):
+        story.draw(message)
+    stream.disconnect()
+    return drawn(path)
+
+
+def test_everything_the_story_needs_is_drawn(whole: dict[str, list[Any]]) -> None:
+    expected = """
+        /map/floor /map/information /map/density /robot /robot/body /robot/scan /robot/comfort /eye
+        /belief/ellipse /belief/trail /truth/robot /truth/way /people/bodies /people/velocities
+        /people/crowds /plan/candidates /plan/rejected /plan/chosen /plan/goal /decision /events
+        /modes/driving /modes/localisation /modes/services /plots/uncertainty/l /plots/uncertainty/threshold
+        /plots/uncertainty/error /plots/person/nearest /plots/person/comfortable /plots/speed/driven
+        /plots/speed/commanded /plots/cycle/total /plots/cycle/generate /plots/cycle/cnc
+    """
+    assert set(expected.split()) <= whole.keys()
+
+
+def test_everything_moves_on_the_robots_clock_and_the_cycles(whole: dict[str, list[Any]]) -> None:
+    for path in ("/robot", "/robot/scan", "/people/bodies", "/plan/candidates", "/truth/robot", "/plots/speed/driven"):
+        timed = [batch for batch in whole[path] if "robot_time" in batch.schema.names]
+        stamps = [t.total_seconds() for batch in timed for t in batch.column("robot_time").to_pylist()]
+        cycles = [c for batch in timed for c in batch.column("cycle").to_pylist()]
+        assert sorted(stamps) == pytest.approx([0.1 * tick for tick in range(TICKS)]), path
+        # What came before its cycle's decision belongs to the cycle before.
+        assert min(cycles) == 0, path
+        assert max(cycles) in (TICKS - 2, TICKS - 1), path
+    for path, batches in whole.items():
+        assert not any({"log_time", "log_tick"} & set(batch.schema.names) for batch in batches), path
+
+
+def test_candidates_are_coloured_by_cost_and_the_chosen_one_is_thick(whole: dict[str, list[Any]]) -> None:
+    strips = values(whole["/plan/candidates"], "LineStrips3D:strips")
+    shades = values(whole["/plan/candidates"], "LineStrips3D:colors")
+    refused = values(whole["/plan/rejected"], "LineStrips3D:strips")
+    assert {len(cycle) for cycle in refused} == {4}
+    assert {len(cycle) for cycle in strips} == {len(cycle) for cycle in shades} == {20}
+    # The cheapest is last, on top.
+    assert all(shade[-1] == 0xFDE725FF for shade in shades)
+    assert np.isfinite(np.array(strips)).all()
+    chosen = values(whole["/plan/chosen"], "LineStrips3D:radii")
+    assert min(r for row in chosen for r in row) > 2 * max(
+        r for row in values(whole["/plan/candidates"], "LineStrips3D:radii") for r in row
+    )
+
+
+def test_plots_hold_the_numbers_of_the_messages(whole: dict[str, list[Any]]) -> None:
+    traces = [v for row in values(whole["/plots/uncertainty/l"], "Scalars:scalars") for v in row]
+    assert traces == pytest.approx([float(np.trace(drive.belief(tick).covariance)) for tick in range(TICKS)])
+    nearest = [v for row in values(whole["/plots/person/nearest"], "Scalars:scalars") for v in row]
+    first = drive.people(0)
+    assert nearest[0] == pytest.approx(np.hypot(first.x - 1.0, first.y - 3.0).min())
+    error = [v for row in values(whole["/plots/uncertainty/error"], "Scalars:scalars") for v in row]
+    assert error == pytest.approx([0.1] * TICKS)
+    assert {v for row in values(whole["/plots/cycle/total"], "Scalars:scalars") for v in row} == {9.0}
+    assert {v for row in values(whole["/plots/uncertainty/threshold"], "Scalars:scalars") for v in row} == {0.1}
+
+
+def test_lanes_and_events_say_what_changes_and_nothing_else(whole: dict[str, list[Any]]) -> None:
+    lanes = {
+        path: values(whole[f"/modes/{path}"], "StateChange:state") for path in ("driving", "localisation", "services")
+    }
+    assert lanes["driving"] == [["follow"]]
+    assert lanes["localisation"] == [["curious"], ["sure"]]
+    assert lanes["services"] == [["healthy"], ["degraded"], ["healthy"]]
+    events = Counter(text for row in values(whole["/events"], "TextLog:text") for text in row)
+    assert (
+        events["Follow: least cost"]
+        == events["degraded: cnc: local"]
+        == events["run finished: reached after 5.0 s"]
+        == 1
+    )
+    assert events["mission finished: reached"] == 1
+
+
+def test_the_words_share_out_the_whole_cost() -> None:
+    for tick in (0, TICKS - 1):
+        report, mission = drive.report(tick), drive.mission()
+        kept = np.array([not why for why in report.rejected])
+        shares = [words.weighted(report, term, mission, kept) for term in report.terms if term.active]
+        assert np.sum(shares, axis=0)[kept] == pytest.approx(report.total[kept])
+        text = words.decision(report, mission, 2.5)
+        assert "Follow: least cost" in text
+        assert "nearest person 2.5 m" in text
+        assert "4 x hits a wall" in text
+        assert ("**uncertain**" in text) == (tick == 0)
+        assert ("| cpc | 2 | not asked | | |" in text) == (tick != 0)
+
+
+def test_words_need_no_mission_and_no_choice() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    report = dataclasses.replace(drive.report(3), chosen=None)
+    assert "No candidate was taken; 20 of 24" in words.decision(report, None, None)
+
+
+def test_colours_are_colours_whatever_the_number() -> None:
+    numbers = np.array([-1e9, 0.0, 0.3, 1.0, 7.0, math.nan, math.inf, -math.inf])
+    for ramp in (colours.cost, colours.density, colours.information):
+        found = ramp(numbers)
+        assert found.dtype == np.uint8
+        assert found.shape == (8, 4)
+        assert (found[0] == found[1]).all()
+        assert (found[3] == found[4]).all()
+    assert colours.density(0.0)[3] == colours.information(0.0)[3] == 0
+
+
+def test_density_is_the_mixture_of_the_crowds() -> None:
+    crowds = drive.report(0).crowds
+    field = heat.density(crowds, 6.0, 4.0)
+    for row, column in ((10, 20), (45, 41), (79, 79)):
+        x, y = field.x + (column + 0.5) * field.cell, field.y + (row + 0.5) * field.cell
+        expected = sum(
+            c.weight / (2 * math.pi * c.sigma) * math.exp(-0.5 * ((x - c.x) ** 2 + (y - c.y) ** 2) / c.sigma)
+            for c in crowds
+        )
+        assert field.values[row, column] == pytest.approx(expected)
+    # As many people as there are, but for what lies outside.
+    assert field.values.sum() * field.cell**2 == pytest.approx(5.0, rel=0.02)
+    assert not heat.density([], 0.0, 0.0).values.any()
+
+
+def information(cells: np.ndarray[Any, np.dtype[np.int8]], reach: float) -> np.ndarray[Any, np.dtype[np.float64]]:
+    grid = OccupancyGrid(
+        width=cells.shape[1], height=cells.shape[0], resolution=0.1, origin=Pose(x=0.0, y=0.0, heading=0.0),
+        cells=cells, map=bytes(32),
+    )  # fmt: skip
+    laser = LaserModel(
+        robot_from_laser=Pose(x=0.0, y=0.0, heading=0.0), fov=math.tau, beams=181, range_max=reach, range_sigma=0.03
+    )
+    return heat.information(grid, laser, {"sigma": 0.2, "beams": 20, "correlation": 4.0}).values
+
+
+def test_a_laser_tells_nothing_in_the_open_and_more_between_walls() -> None:
+    cells = np.zeros((100, 100), np.int8)
+    cells[:, 0] = 100
+    one_wall = information(cells, 2.0)
+    assert not one_wall[:, 25:].any()
+    assert (one_wall[20:80, 5:15] > 0.0).all()
+    cells[:, 30] = 100
+    two_walls = information(cells, 2.0)
+    assert (two_walls[20:80, 15] > one_wall[20:80, 15]).all()
+    # 20 beams of 0.2 m, four of which tell as much as one, each with 1 / cos^2 of 1 at least.
+    assert two_walls.max() >= 20 / (0.2**2 * 4.0) * 0.5
+    assert not information(np.full((10, 10), 100, np.int8), 2.0).any()
+
+
+def test_the_ellipse_holds_what_the_covariance_says() -> None:
+    belief = drive.belief(0)
+    strips = shapes.ellipse(belief).strips
+    assert strips is not None
+    points = np.asarray(strips.as_arrow_array().to_pylist()[0])[:, :2] - (belief.x, belief.y)
+    inverse = np.linalg.inv(np.asarray(belief.covariance)[:2, :2])
+    # 95 % of a two-dimensional Gaussian lie within a Mahalanobis distance of sqrt(5.991).
+    assert np.einsum("ij,jk,ik->i", points, inverse, points) == pytest.approx(np.full(len(points), 5.991), rel=1e-3)
+
+
+def test_people_seen_from_the_robot_are_put_on_the_map() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    belief = dataclasses.replace(drive.belief(0), x=2.0, y=1.0, heading=math.pi / 2)
+    seen = dataclasses.replace(drive.people(0, "robot"), x=np.ones(5), y=np.zeros(5), vx=np.ones(5), vy=np.zeros(5))
+    x, y, vx, vy = shapes.in_map(seen, belief)
+    assert (x[0], y[0], vx[0], vy[0]) == pytest.approx((2.0, 2.0, 0.0, 1.0))
+
+
+def test_a_large_batch_is_thinned_out_and_keeps_its_best() -> None:
+    order = np.arange(2000)
+    kept = shapes._drawn(order)
+    assert len(kept) == shapes.MAX_DRAWN
+    assert (kept[0], kept[-1]) == (0, 1999)
+
+
+# ---- recordings ----
+
+
+def show(*arguments: object) -> subprocess.CompletedProcess[str]:
+    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    return subprocess.run(
+        [*PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False, env=environment
+    )
+
+
+def test_a_recording_becomes_what_was_live(tmp_path: Path, whole: dict[str, list[Any]]) -> None:
+    file = drive.record(tmp_path / "out.mcap", drive.drive(TICKS))
+    done = show(file, "--save", tmp_path / "out.rrd")
+    assert done.returncode == 0, done.stderr
+    assert "144 messages" in done.stderr
+    again = drawn(tmp_path / "out.rrd")
+    assert again.keys() - {"/__properties"} == whole.keys() - {"/__properties"}
+    for path, component in (("/plots/uncertainty/l", "Scalars:scalars"), ("/plan/chosen", "LineStrips3D:strips")):
+        assert values(again[path], component) == values(whole[path], component)
+
+
+def test_a_recording_that_was_cut_short_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
+    file = drive.record(tmp_path / "out.mcap", drive.drive(60))
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    count = sum(1 for _ in recording.messages(file))
+    assert 50 < count < 420
+
+
+def test_a_recording_of_two_robots_asks_which(tmp_path: Path) -> None:
+    sent = drive.drive(2)
+    other = [(key.replace("/robot/robot/", "/robot/r2/"), message) for key, message in sent]
+    file = drive.record(tmp_path / "two.mcap", sent + other)
+    assert recording.robots(file) == ["r2", "robot"]
+    with pytest.raises(recording.BadRecording, match="--robot: r2, robot"):
+        next(recording.messages(file))
+    with pytest.raises(recording.BadRecording, match="no robot `r3`"):
+        next(recording.messages(file, "r3"))
+    assert Counter(m.NAME for m in recording.messages(file, "r2"))["scan"] == 2
+
+
+def test_a_message_that_is_not_understood_costs_only_itself(tmp_path: Path) -> None:
+    class Broken(Message):
+        NAME = "scan"
+
+        def encode(self) -> bytes:
+            return b"\x00"
+
+    sent = drive.drive(3)
+    sent.insert(5, (sent[2][0], Broken()))
+    file = drive.record(tmp_path / "broken.mcap", sent)
+    assert Counter(m.NAME for m in recording.messages(file))["scan"] == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "mend"),
+    [
+        (["missing.mcap"], 1, "cannot read missing.mcap"),
+        ([__file__], 1, "no MCAP recording"),
+        (["--connect", "tcp/127.0.0.1:1"], 1, "curionav up"),
+        (["--save", "no/such/directory/x.rrd"], 2, "no directory"),
+        (["--robot", "R 2"], 2, "a name is"),
+        (["--web", "--spawn"], 2, "choose one"),
+        (["--port", "70000"], 2, "no port"),
+    ],
+)
+def test_errors_say_what_is_missing(tmp_path: Path, arguments: list[str], code: int, mend: str) -> None:
+    save = [] if {"--save", "--web"} & set(arguments) else ["--save", str(tmp_path / "x.rrd")]
+    done = show(*arguments, *save)
+    assert done.returncode == code, done.stderr
+    assert mend in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_without_a_screen_the_ways_around_it_are_named() -> None:
+    if sys.platform in ("darwin", "win32"):
+        pytest.skip("skipped: there is always a screen here")
+    done = show()
+    assert done.returncode == 2
+    assert "--web" in done.stderr
+    assert "--save" in done.stderr
+
+
+def test_without_rerun_the_package_to_install_is_named(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert command.main(["--save", "x.rrd"]) == 2
+    assert "rerun-sdk and mcap is not installed: pip install 'curionav[viewer]'" in capsys.readouterr().err
+
+
+def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        command.main(["--help"])
+    text = capsys.readouterr().out
+    for word in ("examples:", "--web", "--save", "curionav up", "ssh -L", "status:"):
+        assert word in text
+
+
+def test_the_page_and_its_server_end_with_the_program(tmp_path: Path) -> None:
+    file = drive.record(tmp_path / "out.mcap", drive.drive(5))
+    process = subprocess.Popen(
+        [*PROGRAM, str(file), "--web", "--no-browser", "--port", "0", "--web-port", "0"],
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    try:
+        assert "open http://127.0.0.1:" in process.stderr.readline()
+        assert "messages of" in process.stderr.readline()
+        children = subprocess.run(
+            ["ps", "-o", "pid=", "--ppid", str(process.pid)], capture_output=True, text=True, check=False
+        )
+        started = [int(pid) for pid in children.stdout.split()]
+        assert started
+        process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0
+    finally:
+        process.kill()
+        process.wait()
+        process.stderr.close()
+    for pid in started:
+        gone(pid)
+
+
+def gone(pid: int) -> None:
+    deadline = time.monotonic() + 5.0
+    while time.monotonic() < deadline:
+        try:
+            os.kill(pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    pytest.fail(f"{pid} is still there")
+
+
+def test_a_further_run_gets_a_file_of_its_own(tmp_path: Path) -> None:
+    with output.Output(output.Wanted(spawn=False, save=tmp_path / "x.rrd")) as out:
+        for name in ("one", "two"):
+            out.recording(name).log("/a", rr.Scalars(1.0))
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x-2.rrd", "x.rrd"]
+    assert all("/a" in drawn(p) for p in tmp_path.iterdir())
+
+
+# ---- live ----
+
+
+@pytest.mark.live
+def test_a_live_run_is_drawn_from_its_start_to_its_end(tmp_path: Path) -> None:
+    with deployment(tmp_path) as up, curionav.connect(up.endpoint) as connection:
+        arguments = ["--connect", up.endpoint, "--save", str(tmp_path / "live.rrd"), "--once"]
+        viewer = subprocess.Popen([*PROGRAM, *arguments], stderr=subprocess.PIPE, text=True)
+        assert viewer.stderr is not None
+        try:
+            # It says so once it listens and finds nothing to do.
+            assert "waiting for a run" in viewer.stderr.readline()
+            scenario = Scenario.from_dict(hall(tmp_path), tmp_path)
+            with connection.inject(scenario, seed=3) as run:
+                result = run.wait(120.0)
+            assert viewer.wait(60) == 0
+        finally:
+            viewer.kill()
+            viewer.wait()
+            viewer.stderr.close()
+    found = drawn(tmp_path / "live.rrd")
+    assert {"/map/floor", "/map/information", "/plan/candidates", "/people/bodies", "/truth/robot"} <= found.keys()
+    uncertainties = values(found["/plots/uncertainty/l"], "Scalars:scalars")
+    assert len(uncertainties) == result.cycles.count
+
+
+@pytest.mark.live
+def test_ctrl_c_ends_a_live_viewer_at_once_and_leaves_a_whole_file(tmp_path: Path) -> None:
+    with deployment(tmp_path) as up:
+        viewer = subprocess.Popen(
+            [*PROGRAM, "--connect", up.endpoint, "--save", str(tmp_path / "x.rrd"), "--robot", "nobody"],
+            stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        assert viewer.stderr is not None
+        try:
+            assert "no robot `nobody` answers yet; there is robot: choose with --robot" in viewer.stderr.readline()
+            begin = time.monotonic()
+            viewer.send_signal(signal.SIGINT)
+            assert viewer.wait(10) == 0
+            assert time.monotonic() - begin < 5.0
+        finally:
+            viewer.kill()
+            viewer.wait()
+            viewer.stderr.close()
+
+
+def test_the_documentation_has_its_picture() -> None:
+    picture = ROOT / "docs" / "images" / "viewer.png"
+    if not (ROOT / "docs").is_dir():
+        pytest.skip("skipped: no docs beside the package")
+    assert 20_000 < picture.stat().st_size < 300_000
+    assert (ROOT / "docs" / "viewer.md").read_text().count("\n") <= 60
