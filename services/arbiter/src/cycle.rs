@@ -50,7 +50,7 @@ impl Memory {
             });
         let previous = previous.transpose().map_err(|e| Reject::invalid("previous", e.to_string()))?;
         Ok(Self {
-            epoch: memory.epoch,
+            succession: Succession::resume(memory.epoch),
             seq: memory.seq.saturating_sub(1),
             reported: None,
             observer: Observer::resume(memory.uncertain, memory.members.0),
@@ -74,7 +74,7 @@ impl Memory {
         });
         wire::Memory {
             robot: mission.robot.clone(),
-            epoch: self.epoch,
+            epoch: self.succession.epoch(),
             seq: self.seq + 1,
             run: mission.run,
             revision: mission.revision,

@@ -40,6 +40,11 @@ impl Succession {
         Self { epoch: (1 << NONCE_BITS) | nonce_of(nonce), ..Self::default() }
     }
 
+    /// That of an arbiter which decided under `epoch`, when a recorded cycle is planned once more.
+    pub fn resume(epoch: u64) -> Self {
+        Self { epoch, introduced: true, heard: None }
+    }
+
     /// Rises with every succession; no two arbiters share one.
     pub fn epoch(&self) -> u64 {
         self.epoch
