@@ -145,7 +145,7 @@ impl Robot {
         let scans = self.topic::<Scan>("scan");
         let beliefs = self.topic::<Belief>("belief");
         let people = self.topic::<People>("people");
-        let mut command = None;
+        let (mut command, mut complained) = (None, false);
         let first = tokio::time::Instant::now() + phase;
         let mut pace = tokio::time::interval_at(first, Duration::from_secs_f64(TICK));
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
@@ -164,9 +164,16 @@ impl Robot {
                 let watch = self.watch();
                 (watch.preparing_since.is_some(), watch.followed_at.elapsed())
             };
-            self.violations.check(stands < STANDSTILL_MAX, "5, it drives again", || {
-                format!("{} has not for {stands:?}, preparing: {preparing}", self.mission.robot)
-            });
+            // Said once each time it stands.
+            if stands < STANDSTILL_MAX {
+                complained = false;
+            } else if !complained {
+                complained = true;
+                self.violations.check(false, "5, it drives again", || {
+                    let (name, at, words) = (self.name(), base.pose, self.watch().last_words());
+                    format!("{name} has not for {stands:.1?}, preparing: {preparing}, at {at:?}: {words}")
+                });
+            }
             if arrived && !preparing {
                 self.turn_round();
             }

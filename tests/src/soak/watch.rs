@@ -89,6 +89,7 @@ pub(super) struct Watch {
     /// With when each came.
     decisions: BTreeMap<(u64, u64), (Instant, Decision)>,
     obeyed: (u64, u64),
+    commanded_because: String,
     uncontrolled: f64,
     pub(super) preparing_since: Option<Instant>,
     /// When it last followed a decision, and longest between two times, seconds.
@@ -108,6 +109,7 @@ impl Watch {
             violations,
             decisions: BTreeMap::new(),
             obeyed: (0, 0),
+            commanded_because: String::new(),
             uncontrolled: 0.0,
             preparing_since: None,
             followed_at: Instant::now(),
@@ -194,6 +196,7 @@ impl Watch {
         let id = (command.epoch, command.seq);
         self.check(id >= self.obeyed, "4, (epoch, seq) rises", || format!("{id:?} after {:?}", self.obeyed));
         self.obeyed = id;
+        self.commanded_because.clone_from(&command.reason);
         if !follows(command) {
             return;
         }
@@ -211,6 +214,16 @@ impl Watch {
         let age = command.stamp - decision.stamp;
         let in_time = age <= decision.valid_for_s.min(HORIZON) + 1e-9;
         self.check(in_time, "1, no command from a decision past its horizon", || format!("{age:.2} s old"));
+    }
+
+    /// What it decided and was commanded last, for whoever asks why it stands.
+    pub(super) fn last_words(&self) -> String {
+        let decision = self.decisions.last_key_value().map(|(id, (came, d))| {
+            let (ago, degraded) = (came.elapsed(), &d.degraded);
+            format!("decision {id:?} {ago:.1?} ago, {:?}: {} {degraded:?}", d.action, d.reason)
+        });
+        let commanded = format!("obeys {:?}, {}", self.obeyed, self.commanded_because);
+        format!("{}; {commanded}", decision.unwrap_or_else(|| "no decision".to_owned()))
     }
 
     /// After a tick: how far the robot went on which command, and where it stands.
