@@ -39,6 +39,9 @@ impl Validate for Memory {
         check::id("robot", &self.robot)?;
         check::text("version", &self.version)?;
         check::at_most("members", self.members.len(), MAX_PEOPLE)?;
+        if !self.members.is_sorted_by(|a, b| a < b) {
+            return Err(Reject::invalid("members", "the ids must rise"));
+        }
         if let Some(previous) = &self.previous {
             check::part("previous", previous)?;
         }
