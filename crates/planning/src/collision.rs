@@ -56,7 +56,7 @@ pub struct Collision {
 ///
 /// Where the robot already stands closer than its margins ask, they shrink to the present distance
 /// (less a little slack) but not below bodily contact, so that margins alone can never freeze the robot.
-/// If the estimate even says contact, going away stays legal and nothing else does.
+/// If the estimate even says contact, turning on the spot and going away stay legal and nothing else does.
 #[derive(Debug, Clone)]
 pub struct CollisionChecker<'a> {
     map: &'a StaticMap,
@@ -70,7 +70,7 @@ pub struct CollisionChecker<'a> {
     belief_variance: f64,
     /// Room between the shape and walls asked of every pose, metres; negative if it touches one already.
     wall_room: f64,
-    /// Clearance of the centre now, metres, if the robot is said to touch a wall.
+    /// Distance of the centre from walls now, between cells, metres, if the robot is said to touch one.
     touching_wall: Option<f64>,
     /// Most that may be asked of the gap between shape and each person, metres.
     person_cap: Vec<f64>,
@@ -132,7 +132,8 @@ impl<'a> CollisionChecker<'a> {
         self.wall_room =
             if self.polygon { 0.0 } else { (clearance - radius - cell).clamp(0.0, self.wall_room) };
         if !self.wall_clear(self.start) {
-            self.touching_wall = Some(clearance);
+            self.touching_wall =
+                Some(self.map.to_obstacle.between_cells(&self.map.grid, self.start.position()));
             self.wall_room = clearance - radius - cell;
         }
     }
@@ -185,9 +186,11 @@ impl<'a> CollisionChecker<'a> {
             }
             from = to;
         }
-        // Away from the wall it touches, not along it: or every cycle could go one cell nearer.
-        let end = self.map.to_obstacle.clearance(&self.map.grid, from.position());
-        let stays = !x.is_empty() && self.touching_wall.is_some_and(|now| end <= now);
+        // Away from the wall it touches, not along it: or every cycle could go one cell nearer. A turn on the spot
+        // goes nowhere, and who faces the wall needs it to get away at all.
+        let moves = from.position() != self.start.position();
+        let end = || self.map.to_obstacle.between_cells(&self.map.grid, from.position());
+        let stays = self.touching_wall.is_some_and(|now| moves && end() <= now);
         stays.then(|| Collision { step: x.len() - 1, time: (x.len() - 1) as f64 * dt, with: Obstacle::Wall })
     }
 

@@ -50,6 +50,24 @@ impl DistanceField {
         grid.locate(p).map_or(0.0, |(c, r)| self.cell(r * self.width + c))
     }
 
+    /// Distance at a point, bilinear between the centres of the four cells around it, metres: it grows with
+    /// every step away from a wall, not only with every cell. Cells outside the grid count as 0.
+    pub fn between_cells(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
+        let (u, v) = grid.grid_from_map(p);
+        let (u, v) = (u - 0.5, v - 0.5);
+        let (column, row) = (u.floor(), v.floor());
+        let cell = |c: f64, r: f64| {
+            let inside = c >= 0.0 && r >= 0.0 && c < self.width as f64 && r < self.height as f64;
+            if inside { self.cell(r as usize * self.width + c as usize) } else { 0.0 }
+        };
+        let along = |r: f64| {
+            let (a, b) = (cell(column, r), cell(column + 1.0, r));
+            a + (u - column) * (b - a)
+        };
+        let (low, high) = (along(row), along(row + 1.0));
+        low + (v - row) * (high - low)
+    }
+
     /// A lower bound of the distance from the point to the nearest target cell's area, metres: what
     /// collision checks compare with a radius. Half a cell's diagonal on either side is given away.
     pub fn clearance(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
@@ -137,5 +155,19 @@ mod tests {
                 assert!((field.cell(i) - nearest).abs() < 1e-5, "seed {seed} cell {i}");
             }
         }
+    }
+
+    #[test]
+    fn between_cells_distances_grow_evenly_away_from_a_wall() {
+        let cells = (0..100).map(|i| if i % 10 == 0 { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(10, 10, 0.2, Pose2::new(1.0, 2.0, 0.0), cells).unwrap();
+        let field = DistanceField::to_obstacle(&grid);
+        for k in 0..80 {
+            // The wall's centres are at 1.1.
+            let x = 1.1 + 0.02 * f64::from(k);
+            let found = field.between_cells(&grid, Point2::new(x, 3.03));
+            assert!((found - (x - 1.1)).abs() < 1e-6, "{x}: {found}");
+        }
+        assert_eq!(field.between_cells(&grid, Point2::new(-5.0, 3.0)), 0.0);
     }
 }

@@ -13,6 +13,10 @@ struct Walkers {
 }
 
 impl Walkers {
+    fn none() -> Self {
+        Self::random(0, &hall(&[]), &[], 0)
+    }
+
     fn random(count: u32, map: &StaticMap, keep_away: &[Point2], seed: u64) -> Self {
         let mut r = rng(seed, 77);
         let mut w = Self {
@@ -84,8 +88,14 @@ struct Drive {
 }
 
 /// Plans every 0.3 s, takes the candidate with the least sum of distances to go, and tracks it.
-fn drive(world: &World, start: Pose2, goal: Point2, walkers: &mut Walkers, seed: u64) -> Drive {
-    let generator = RrtStarGenerator::default();
+fn drive(
+    generator: &RrtStarGenerator,
+    world: &World,
+    start: Pose2,
+    goal: Point2,
+    walkers: &mut Walkers,
+    seed: u64,
+) -> Drive {
     let robot = &world.robot;
     let contact = robot.radius() + walkers.people.radius;
     let (mut pose, mut twist, mut tree) = (start, Twist::default(), None);
@@ -105,7 +115,10 @@ fn drive(world: &World, start: Pose2, goal: Point2, walkers: &mut Walkers, seed:
             let scene = scene(tick, pose, twist, &walkers.people);
             let tail: Vec<Pose2> = chosen.as_ref().map_or(Vec::new(), |(set, _, _, at)| {
                 let passed = ((tick - at) / 3) as usize;
-                (passed.min(13)..13).map(|k| Pose2::new(set.x()[k], set.y()[k], set.heading()[k])).collect()
+                let steps = set.steps();
+                (passed.min(steps)..steps)
+                    .map(|k| Pose2::new(set.x()[k], set.y()[k], set.heading()[k]))
+                    .collect()
             });
             let begin = std::time::Instant::now();
             let answer = generator.generate(&world.input(&scene, Some(&tail)), tree.take(), seed, &|| false);
@@ -188,13 +201,30 @@ fn the_goal_is_reached_without_contact_alone_and_among_twenty_walkers() {
     for count in [0, 20] {
         for seed in 0..5 {
             let mut walkers = Walkers::random(count, &world.map, &[start.position(), goal], seed);
-            let d = drive(&world, start, goal, &mut walkers, seed);
+            let d = drive(&RrtStarGenerator::default(), &world, start, goal, &mut walkers, seed);
             println!(
                 "{count} walkers, seed {seed}: reached {} in {:.1} s, {:.1} m, {} contacts, {} cycles without candidate, generate {:.2} ms mean {:.2} ms worst",
                 d.reached, d.seconds, d.length, d.contacts, d.stops, d.mean_ms, d.worst_ms
             );
             assert!(d.reached, "{count} walkers, seed {seed}: not reached in {:.0} s", d.seconds);
             assert_eq!(d.contacts, 0, "{count} walkers, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
+    let goal = Point2::new(16.0, 29.0);
+    let world = World::new(hall(&[]), goal);
+    for steps in [8, 13] {
+        let mut generator = RrtStarGenerator::default();
+        generator.params.candidates.steps = steps;
+        for k in 0..16 {
+            // A tenth of a metre too near.
+            let start = Pose2::new(12.0, 29.6, std::f64::consts::TAU * f64::from(k) / 16.0);
+            let d = drive(&generator, &world, start, goal, &mut Walkers::none(), 1);
+            println!("{steps} steps, {start:?}: {:.1} s, {} stops", d.seconds, d.stops);
+            assert!(d.reached && d.seconds < 30.0, "{steps} steps, {start:?}: {:.0} s", d.seconds);
         }
     }
 }
