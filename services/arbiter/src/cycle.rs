@@ -254,7 +254,8 @@ async fn evaluate<P: Peers>(
     let stage = Budget::of_stage(started, &context.mission);
     let request =
         |metric: &str, range| context.evaluate_request(metric, id, scene_message, candidates, range);
-    let shards = dispatch::evaluate(pool, &remote, id.1, candidates.len(), request, stage).await;
+    let robot = &context.mission.robot;
+    let shards = dispatch::evaluate(pool, &remote, robot, candidates.len(), request, stage).await;
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =

@@ -17,11 +17,6 @@ use futures_util::stream::FuturesUnordered;
 use crate::budget::Budget;
 use crate::peers::{GENERATOR, Peers};
 use crate::pool::{Answer, Pool};
-use crate::replicas::Lane;
-
-/// Candidates below which a batch is not cut further, whatever is known of the replicas: a query costs more than
-/// scoring them.
-const SHARD_MIN: f64 = 16.0;
 
 /// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
@@ -72,12 +67,12 @@ pub struct Shard {
     pub elapsed: Duration,
 }
 
-/// Scores `count` candidates of cycle `seq` under each of `metrics`, all shards at once. `request` makes the
-/// question for (metric, candidates).
+/// Scores `count` candidates of `robot` under each of `metrics`, all shards at once. `request` makes the question for
+/// (metric, candidates).
 pub async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     metrics: &[String],
-    seq: u64,
+    robot: &str,
     count: usize,
     request: impl Fn(&str, Range<usize>) -> EvaluateRequest + Sync,
     budget: Budget,
@@ -85,11 +80,7 @@ pub async fn evaluate<P: Peers>(
     let started = pool.peers.now();
     let mut open = FuturesUnordered::new();
     for metric in metrics {
-        let mut lanes = pool.replicas().lanes(metric);
-        // Where there are more lanes than shards, each has its turn.
-        let turn = (seq % lanes.len().max(1) as u64) as usize;
-        lanes.rotate_left(turn);
-        lanes.truncate(shards_worth_asking(count, &lanes));
+        let lanes = pool.replicas().lanes(metric, robot, count);
         let speeds: Vec<f64> = lanes.iter().map(|lane| lane.speed).collect();
         for (index, (lane, range)) in lanes.into_iter().zip(shards(count, &speeds)).enumerate() {
             if range.is_empty() {
@@ -143,13 +134,6 @@ fn fits(scores: &Scores, request: &EvaluateRequest, metric: &str) -> bool {
         && scores.cost.len() == request.candidates.count as usize
 }
 
-/// Into how many shards a batch is worth being cut.
-fn shards_worth_asking(count: usize, lanes: &[Lane]) -> usize {
-    let measured: Vec<f64> = lanes.iter().map(|lane| lane.worth).filter(|worth| *worth > 0.0).collect();
-    let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
-    ((count as f64 / mean.max(SHARD_MIN)) as usize).max(1)
-}
-
 /// Contiguous ranges that cover `count` candidates, one a lane, as long as its speed is great.
 fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
     let total: f64 = speeds.iter().sum();
@@ -179,17 +163,6 @@ mod tests {
                 assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count} over {lanes}");
             }
         }
-    }
-
-    #[test]
-    fn a_batch_is_cut_only_as_far_as_it_is_worth() {
-        let lane = |worth| Lane { instance: "a".into(), speed: 1.0, worth };
-        // Nobody has been measured: 16 is the least.
-        assert_eq!(shards_worth_asking(100, &[lane(0.0), lane(0.0)]), 6);
-        assert_eq!(shards_worth_asking(15, &[]), 1);
-        // 300 on average of the two that have.
-        assert_eq!(shards_worth_asking(1000, &[lane(200.0), lane(400.0), lane(0.0)]), 3);
-        assert_eq!(shards_worth_asking(100, &[lane(3.0)]), 6);
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod cycle_counts;
 pub mod dispatch;
 mod growth;
 mod in_process;
+pub mod lanes;
 pub mod peers;
 pub mod pool;
 pub mod replicas;

@@ -8,8 +8,12 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use crate::lanes::{self, Lane};
+
 /// Between two probes of a replica that does not answer them.
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
+/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses.
+const PAUSES_MAX: u32 = 3;
 /// Weight of the newest measurement in the moving average of speeds.
 const NEWEST: f64 = 0.3;
 /// No replica counts as slower than this share of the fastest: it would never be measured again.
@@ -66,6 +70,10 @@ struct Replica {
     /// Seconds a question and its answer travel, the best of late; infinite until it has been measured.
     way: f64,
     in_flight: u32,
+    /// Questions it has failed since its last usable answer.
+    failures: u32,
+    /// The batch of its role it had a part of last; zero before it has had any.
+    batch: u64,
 }
 
 impl Replica {
@@ -81,17 +89,6 @@ impl Replica {
     }
 }
 
-/// One slot that is free, and how fast it is, in any unit.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lane {
-    /// Whose slot.
-    pub instance: String,
-    /// Greater than zero.
-    pub speed: f64,
-    /// Candidates from which on a shard is worth its way; zero until it has been measured.
-    pub worth: f64,
-}
-
 /// A replica to be probed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Probe {
@@ -105,6 +102,8 @@ pub struct Probe {
 #[derive(Debug, Default)]
 pub struct Replicas {
     of: BTreeMap<String, BTreeMap<String, Replica>>,
+    /// Batches each role has been given.
+    batches: BTreeMap<String, u64>,
 }
 
 impl Replicas {
@@ -120,6 +119,8 @@ impl Replicas {
                 unhindered: 0.0,
                 way: f64::INFINITY,
                 in_flight: 0,
+                failures: 0,
+                batch: 0,
             });
         }
     }
@@ -163,22 +164,18 @@ impl Replicas {
         replicas.filter(|(_, r)| ready(r)).map(|(instance, _)| instance.clone()).collect()
     }
 
-    /// Every free slot of the role, one slot of each replica before the second of any.
-    pub fn lanes(&self, role: &str) -> Vec<Lane> {
-        let Some(replicas) = self.of.get(role) else { return Vec::new() };
-        let ready = || replicas.iter().filter(|(_, r)| r.standing == Standing::Ready);
-        let fastest = ready().map(|(_, r)| r.speed).fold(0.0, f64::max);
-        // One that has not been measured gets as much as the fastest.
-        let speed = |r: &Replica| match (r.speed > 0.0, fastest > 0.0) {
-            (true, _) => r.speed.max(SLOWEST * fastest),
-            (false, true) => fastest,
-            (false, false) => 1.0,
-        };
-        let most = ready().map(|(_, r)| r.slots.saturating_sub(r.in_flight)).max().unwrap_or(0);
-        (0..most)
-            .flat_map(|slot| ready().filter(move |(_, r)| r.in_flight + slot < r.slots))
-            .map(|(instance, r)| Lane { instance: instance.clone(), speed: speed(r), worth: r.worth() })
-            .collect()
+    /// The free slots that `robot`'s next batch of `count` candidates goes to, one a shard.
+    pub fn lanes(&mut self, role: &str, robot: &str, count: usize) -> Vec<Lane> {
+        let batch = self.batches.entry(role.to_owned()).or_default();
+        *batch += 1;
+        let Some(replicas) = self.of.get_mut(role) else { return Vec::new() };
+        let chosen = lanes::choose(free_slots(replicas, *batch), robot, count);
+        for lane in &chosen {
+            if let Some(replica) = replicas.get_mut(&lane.instance) {
+                replica.batch = *batch;
+            }
+        }
+        chosen
     }
 
     /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest.
@@ -211,6 +208,7 @@ impl Replicas {
     /// A usable answer: `count` candidates in `busy`, which travelled for `way` in all.
     pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration, way: Duration) {
         let Some(replica) = self.find(role, instance) else { return };
+        replica.failures = 0;
         if count > 0 {
             let measured = count as f64 / busy.as_secs_f64().max(1e-6);
             let old = if replica.speed > 0.0 { replica.speed } else { measured };
@@ -228,7 +226,10 @@ impl Replicas {
         match failure {
             Failure::Overloaded => replica.speed *= 0.5,
             Failure::Cold | Failure::Broken if replica.standing == Standing::Ready => {
-                replica.standing = Standing::Due(now);
+                replica.standing = Standing::Due(now + PROBE_PAUSE * replica.failures.min(PAUSES_MAX));
+                replica.failures = replica.failures.saturating_add(1);
+                // What it was before says nothing of what it will be when it is back.
+                (replica.speed, replica.unhindered, replica.way) = (0.0, 0.0, f64::INFINITY);
             }
             Failure::Cold | Failure::Broken => {}
         }
@@ -249,6 +250,29 @@ impl Replicas {
     }
 }
 
+/// Every slot of a role that may be given a part of its batch number `batch`.
+fn free_slots(replicas: &BTreeMap<String, Replica>, batch: u64) -> Vec<Lane> {
+    let ready = || replicas.iter().filter(|(_, r)| r.standing == Standing::Ready);
+    let fastest = ready().map(|(_, r)| r.speed).fold(0.0, f64::max);
+    // One that has not been measured gets as much as the fastest.
+    let speed = |r: &Replica| match (r.speed > 0.0, fastest > 0.0) {
+        (true, _) => r.speed.max(SLOWEST * fastest),
+        (false, true) => fastest,
+        (false, false) => 1.0,
+    };
+    ready()
+        .flat_map(|(instance, r)| {
+            (0..r.slots.saturating_sub(r.in_flight)).map(move |slot| Lane {
+                instance: instance.clone(),
+                slot,
+                speed: speed(r),
+                worth: r.worth(),
+                since: batch - r.batch,
+            })
+        })
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -267,8 +291,10 @@ mod tests {
         replicas
     }
 
+    /// Every free slot, by name.
     fn lanes(replicas: &Replicas) -> Vec<(String, f64)> {
-        replicas.lanes("cpc").into_iter().map(|l| (l.instance, l.speed)).collect()
+        let all = replicas.of.get("cpc").map(|of| free_slots(of, 1)).unwrap_or_default();
+        all.into_iter().map(|l| (l.instance, l.speed)).collect()
     }
 
     #[test]
@@ -313,7 +339,7 @@ mod tests {
     #[test]
     fn a_shard_is_worth_its_way_and_a_busy_replica_is_asked_less_often() {
         let mut replicas = ready(&[("a", 1)]);
-        let worth = |replicas: &Replicas| replicas.lanes("cpc")[0].worth;
+        let worth = |replicas: &Replicas| free_slots(&replicas.of["cpc"], 1)[0].worth;
         assert_eq!(worth(&replicas), 0.0);
         // 1000 candidates in 10 ms are 100 in the 1 ms of the way.
         replicas.answered("cpc", "a", 1000, Duration::from_millis(10), WAY);
@@ -341,6 +367,21 @@ mod tests {
             replicas.probed("cpc", "a", Some(1), NOW);
             assert_eq!(replicas.ready("cpc"), ["a"]);
         }
+    }
+
+    #[test]
+    fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
+        let mut replicas = ready(&[("a", 1)]);
+        let fail = |replicas: &mut Replicas| {
+            replicas.failed("cpc", "a", Failure::Broken, NOW);
+            let due = replicas.next_due().unwrap();
+            assert_eq!(replicas.take_due(due).len(), 1);
+            replicas.probed("cpc", "a", Some(1), due);
+            (due - NOW).as_millis()
+        };
+        assert_eq!([0; 5].map(|_| fail(&mut replicas)), [0, 200, 400, 600, 600]);
+        replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+        assert_eq!(fail(&mut replicas), 0);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use curionav_planning::profile::{Condition, Profile, Term};
 use curionav_runtime::convert;
 use curionav_schemas::{Action, Clock, Decision, Evaluated};
 
+use super::base::TICK;
 use super::fault::{Episode, Fault, Nonsense};
 use super::replica::FOREIGN;
 use super::robot::Driven;
@@ -61,8 +62,8 @@ impl Mode {
         let decisions = state.decided.iter().map(|(decision, _)| decision.clone());
         // A decision's stamp is when the robot saw what it is about: one tick before, it was still well.
         Self {
-            decisions: decisions.filter(|d| d.stamp > FROM + robot::TICK).collect(),
-            ticks: state.robot.driven.iter().filter(|t| t.now > FROM + robot::TICK).cloned().collect(),
+            decisions: decisions.filter(|d| d.stamp > FROM + TICK).collect(),
+            ticks: state.robot.driven.iter().filter(|t| t.now > FROM + TICK).cloned().collect(),
         }
     }
 

@@ -38,7 +38,7 @@ pub(super) fn after_a_tick(world: &Arc<World>) {
     if follows {
         let (_, stamp, valid_for) = tick.obeyed.unwrap_or_default();
         // The command was given at the start of the tick.
-        let age = tick.now - super::robot::TICK - stamp;
+        let age = tick.now - super::base::TICK - stamp;
         check(
             world,
             age <= valid_for.min(HORIZON) + 1e-9,
@@ -135,7 +135,7 @@ pub(super) fn at_the_end(world: &Arc<World>, healed: f64) {
         });
     }
     let after: Vec<_> = state.robot.taken.iter().filter(|(_, _, d)| d.stamp > healed + HEALING).collect();
-    let due = ((state.robot.now() - healed - HEALING) / 0.3) as usize;
+    let due = ((state.robot.base.now() - healed - HEALING) / 0.3) as usize;
     check(world, after.len() + 1 >= due, "5, nominal within 5 cycles of healing", || {
         format!("{} decisions obeyed of {due} that were due", after.len())
     });

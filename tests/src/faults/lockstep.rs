@@ -10,9 +10,9 @@ use curionav_arbiter::pool::Pool;
 use curionav_planning::random::rng;
 use curionav_schemas::Clock;
 
+use super::base::TICK;
 use super::fault::{Episode, Fault, episodes};
 use super::hall;
-use super::robot::TICK;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
 
 /// Planning cycles of a run.
@@ -52,7 +52,7 @@ async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
         for tick in 0..CYCLES * period {
             let (belief, people) = {
                 let mut state = world.state();
-                (state.robot.belief(), state.robot.people())
+                (state.robot.base.belief(), state.robot.base.people())
             };
             if tick % period == 0 {
                 let people = Some(people);

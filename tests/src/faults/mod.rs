@@ -4,6 +4,7 @@
 //! are the real ones. Simulated are the network, processes that come, hang and go, the localiser and the base.
 
 mod arbiter;
+pub(crate) mod base;
 mod degraded_modes;
 mod executor;
 mod fault;

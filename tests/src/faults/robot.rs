@@ -1,4 +1,4 @@
-//! The robot: a base with a watchdog, a localiser that is nearly right, and the real driver's judgement.
+//! The robot: a simulated base and the real driver's judgement.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,22 +7,14 @@ use std::time::Duration;
 use curionav_driver::control::{Inputs, command};
 use curionav_driver::obedience::{Obedience, Taken};
 use curionav_planning::geometry::{Pose2, Twist};
-use curionav_planning::motion::{RobotModel, step};
-use curionav_planning::random::{Rng, rng, standard_normal};
-use curionav_runtime::convert;
 use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
-use curionav_schemas::{
-    self as wire, Action, Belief, Decision, Frame, Health, Mission, Odometry, People, Scan, golden,
-};
+use curionav_schemas::{self as wire, Action, Belief, Decision, Mission, Odometry, People, golden};
 
+use super::base::{Base, TICK};
 use super::fault::{Epoch, Fault};
 use super::invariants;
 use super::world::World;
 
-/// Seconds between two ticks.
-pub(super) const TICK: f64 = 0.1;
-/// The base stops by itself without a command for this long, seconds.
-const COMMAND_AGE_MAX: f64 = 0.3;
 /// Ticks the driver remembers, as in production.
 const REMEMBERED: usize = 64;
 
@@ -42,17 +34,12 @@ pub(super) struct Driven {
 }
 
 pub(super) struct Robot {
-    model: RobotModel,
-    rng: Rng,
-    pub(super) tick: u64,
-    pub(super) pose: Pose2,
-    twist: Twist,
+    pub(super) base: Base,
     command: Option<(f64, Twist)>,
     inbox: Vec<Decision>,
     obedience: Obedience,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
-    people: People,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
     pub(super) taken: Vec<(f64, u64, Decision)>,
     /// How many decisions were refused as nobody's.
@@ -65,46 +52,19 @@ pub(super) struct Robot {
 
 impl Robot {
     pub(super) fn new(mission: &Mission) -> Self {
-        let model = convert::robot_model(&mission.robot_model);
-        let mut rng = rng(mission.seed, 78);
-        let n = 6;
-        let mut draw = |scale: f64, mean: f64| -> Vec<f64> {
-            (0..n).map(|_| mean + scale * standard_normal(&mut rng)).collect()
-        };
-        let (x, y, vx, vy) = (draw(6.0, 14.0), draw(1.5, 4.0), draw(0.3, -0.2), draw(0.2, 0.0));
-        let people = People {
-            tick: 0,
-            stamp: 0.0,
-            frame: Frame::Map,
-            radius: 0.25,
-            id: (0..n as u32).collect::<Vec<_>>().into(),
-            x: x.into(),
-            y: y.into(),
-            vx: vx.into(),
-            vy: vy.into(),
-        };
         Self {
-            model,
-            rng,
-            tick: 0,
-            pose: convert::pose(mission.initial_pose),
-            twist: Twist::default(),
+            base: Base::new(mission),
             command: None,
             inbox: Vec::new(),
             obedience: Obedience::default(),
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
-            people,
             taken: Vec::new(),
             refused: 0,
             lives: 0,
             driven: Vec::new(),
             uncontrolled: 0.0,
         }
-    }
-
-    pub(super) fn now(&self) -> f64 {
-        self.tick as f64 * TICK
     }
 
     pub(super) fn receive(&mut self, decision: Decision) {
@@ -119,14 +79,14 @@ impl Robot {
             Epoch::Farthest => (obeyed.map_or(MAX_FIRST_EPOCH, |epoch| epoch + MAX_EPOCH_STEP), 1),
             Epoch::Same => (obeyed.unwrap_or(1), u64::MAX),
         };
-        let (tick, stamp) = (self.tick, self.now());
+        let (tick, stamp) = (self.base.tick, self.base.now());
         self.receive(Decision { epoch, seq, tick, stamp, action: Action::Stop, ..golden::decision() });
     }
 
     /// What is commanded, as the arbiters hear it.
     fn command(&self) -> wire::Twist {
         let (epoch, seq) = self.obedience.newest().map_or((0, 0), |d| (d.epoch, d.seq));
-        wire::Twist { epoch, seq, tick: self.tick, stamp: self.now(), ..golden::twist() }
+        wire::Twist { epoch, seq, tick: self.base.tick, stamp: self.base.now(), ..golden::twist() }
     }
 
     pub(super) fn obeyed(&self) -> Option<Decision> {
@@ -146,65 +106,21 @@ impl Robot {
         self.lives += 1;
     }
 
-    pub(super) fn odometry(&self) -> Odometry {
-        let (Pose2 { x, y, heading }, Twist { v, omega }) = (self.pose, self.twist);
-        Odometry { tick: self.tick, stamp: self.now(), x, y, heading, v, omega }
-    }
-
-    /// What the localiser believes: nearly the truth, and certain of it for two seconds out of four.
-    pub(super) fn belief(&mut self) -> Belief {
-        let variance = if (self.tick / 20).is_multiple_of(2) { 0.01 } else { 0.06 };
-        let mut near = |value: f64| value + 0.02 * standard_normal(&mut self.rng);
-        let (x, y, heading) = (near(self.pose.x), near(self.pose.y), self.pose.heading);
-        let covariance = vec![variance, 0.0, 0.0, 0.0, variance, 0.0, 0.0, 0.0, 0.01];
-        Belief {
-            tick: self.tick,
-            stamp: self.now(),
-            x,
-            y,
-            heading,
-            covariance: covariance.into(),
-            v: self.twist.v,
-            omega: self.twist.omega,
-            health: Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true },
-        }
-    }
-
-    /// Everybody, a tick later than before; who leaves the hall comes back at the other end.
-    pub(super) fn people(&mut self) -> People {
-        let people = &mut self.people;
-        (people.tick, people.stamp) = (self.tick, self.tick as f64 * TICK);
-        for i in 0..people.x.0.len() {
-            people.x.0[i] = (people.x.0[i] + TICK * people.vx.0[i]).rem_euclid(30.0);
-            people.y.0[i] = (people.y.0[i] + TICK * people.vy.0[i]).rem_euclid(8.0);
-        }
-        people.clone()
-    }
-
-    /// An empty hall: what is close is for the tests of the guard.
-    fn scan(&self) -> Scan {
-        let mut scan = golden::scan();
-        (scan.tick, scan.stamp) = (self.tick, self.now());
-        let range_max = scan.range_max as f32;
-        scan.ranges.0.fill(range_max);
-        scan
-    }
-
     /// The driver's tick.
     pub(super) fn drive(&mut self, belief: Option<Belief>, period: f64) -> &'static str {
-        let odometry = self.odometry();
-        remember(&mut self.odometry_of, self.tick, odometry.clone());
+        let odometry = self.base.odometry();
+        remember(&mut self.odometry_of, self.base.tick, odometry.clone());
         if let Some(belief) = belief {
             remember(&mut self.belief_of, belief.tick, belief);
         }
         for decision in std::mem::take(&mut self.inbox) {
             match self.obedience.take(decision.clone()) {
-                Taken::Obeyed => self.taken.push((self.now(), self.lives, decision)),
+                Taken::Obeyed => self.taken.push((self.base.now(), self.lives, decision)),
                 Taken::Older => {}
                 Taken::OutOfReach => self.refused += 1,
             }
         }
-        let scan = self.scan();
+        let scan = self.base.scan();
         let obeyed = self.obedience.newest();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let command = command(&Inputs {
@@ -213,11 +129,11 @@ impl Robot {
             scan: Some((&scan, &odometry)),
             decision: obeyed,
             made_from: obeyed.and_then(|d| self.belief_of.get(&d.tick)),
-            robot: &self.model,
+            robot: &self.base.model,
             period,
             on_its_way: None,
         });
-        self.command = Some((self.now(), command.twist));
+        self.command = Some((self.base.now(), command.twist));
         command.reason
     }
 
@@ -227,20 +143,15 @@ impl Robot {
         self.roll(Some(reason));
     }
 
-    /// The base's tick: the command while it is recent, else to a stand.
+    /// The base's tick.
     fn roll(&mut self, reason: Option<&'static str>) {
-        let fresh = self.command.filter(|(at, _)| self.now() - at <= COMMAND_AGE_MAX + 1e-9);
-        let wanted = fresh.map_or(Twist::default(), |(_, twist)| twist);
-        self.twist = self.model.limit(self.twist, wanted, TICK);
-        let from = self.pose;
-        self.pose = step(self.pose, self.twist, TICK);
-        self.tick += 1;
+        let distance = self.base.roll(self.command);
         let decision = self.obedience.newest().filter(|d| d.action != Action::Stop);
-        let strayed = decision.map_or(0.0, |d| strayed(d, self.now(), self.pose));
+        let strayed = decision.map_or(0.0, |d| strayed(d, self.base.now(), self.base.pose));
         self.driven.push(Driven {
-            now: self.now(),
-            distance: from.position().distance(self.pose.position()),
-            v: self.twist.v,
+            now: self.base.now(),
+            distance,
+            v: self.base.twist.v,
             reason,
             obeyed: self.obedience.newest().map(|d| ((d.epoch, d.seq), d.stamp, d.valid_for_s)),
             strayed,
@@ -267,7 +178,7 @@ pub(super) async fn run(world: Arc<World>) {
     let mut last_belief = None;
     loop {
         let belief = {
-            let fresh = world.state().robot.belief();
+            let fresh = world.state().robot.base.belief();
             if world.has(|f| *f == Fault::NoLocalizer) {
                 None
             } else if world.has(|f| *f == Fault::OldBelief) {
@@ -277,7 +188,7 @@ pub(super) async fn run(world: Arc<World>) {
                 Some(fresh)
             }
         };
-        let people = world.state().robot.people();
+        let people = world.state().robot.base.people();
         let people = (!world.has(|f| *f == Fault::NoPeople)).then_some(people);
         tell_arbiters(&world, belief.clone(), people);
         let drives = !world.has(|f| *f == Fault::DriverCrash);

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::figures::{Figures, measured};
 use super::invariants;
-use super::replicas::await_work;
+use super::replicas::{answered, await_work};
 use super::site::{Layout, POOL, Site};
 
 /// The lease is a second, and one side may wait for the other's.
@@ -31,15 +31,18 @@ fn is_met(figures: &Figures) -> bool {
 
 fn cut_and_mended(site: &mut Site, set_cut: impl Fn(&Site, bool)) -> Figures {
     site.recorder().await_nominal("nominal before the fault", Duration::from_secs(20));
+    const CUT_OFF: [(&str, &str); 3] = [("cnc", "hccdm-1"), ("cpc", "cpc-1"), ("generator", "generator-1")];
+    let before = CUT_OFF.map(|(role, instance)| answered(site, role, instance));
     let from = Instant::now();
     set_cut(site, true);
     let detected = site.recorder().await_until("gone", from, GONE_LIMIT, |r| !r.is_alive("cnc", "hccdm-1"));
     site.recorder().await_cycles(5);
     let returned = Instant::now();
     set_cut(site, false);
-    await_work(site, "cnc", "hccdm-1", returned);
-    await_work(site, "cpc", "cpc-1", returned);
-    let recovered = await_work(site, "generator", "generator-1", returned);
+    let mut recovered = Duration::ZERO;
+    for ((role, instance), before) in CUT_OFF.into_iter().zip(before) {
+        recovered = await_work(site, role, instance, before, returned);
+    }
     let figures = Figures::since(&site.recorder().record(), from);
     Figures { detected: Some(detected), recovered: Some(recovered), ..figures }
 }

@@ -14,13 +14,13 @@ use curionav_runtime::{convert, session};
 use curionav_schemas::{ServiceStatus, keys};
 use zenoh::Session;
 
-use super::base::TICK;
 use super::fault::Outage;
 use super::fleet::{Fleet, POOL, REPLICAS, robot};
 use super::memory::Memory;
 use super::robot::Robot;
 use super::watch::Violations;
 use crate::end_to_end::program::turn;
+use crate::faults::base::TICK;
 use crate::faults::hall;
 
 /// Robots of a long run, and of a short one, which shares its machine with other tests.

@@ -6,7 +6,6 @@
 //! for the long version.
 
 mod account;
-mod base;
 mod fault;
 mod fleet;
 mod hall_of_robots;

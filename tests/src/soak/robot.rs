@@ -16,8 +16,8 @@ use curionav_schemas::{
 };
 use zenoh::Session;
 
-use super::base::{Base, TICK};
 use super::watch::{Violations, Watch};
+use crate::faults::base::{Base, TICK};
 use crate::faults::hall::{self, GOAL, START};
 
 /// How long the driver is asked again for what it must take, whatever else fails and however busy the machine is.

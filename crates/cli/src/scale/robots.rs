@@ -102,7 +102,8 @@ impl Robot {
                     self.context.evaluate_request(metric, (1, seq), &batch.message, &batch.candidates, range)
                 };
                 let (metrics, count) = ([metric.clone()], batch.candidates.len());
-                let shards = dispatch::evaluate(&self.pool, &metrics, seq, count, question, stage).await;
+                let robot = &self.context.mission.robot;
+                let shards = dispatch::evaluate(&self.pool, &metrics, robot, count, question, stage).await;
                 let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
                 let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
                 Ok(Answer {

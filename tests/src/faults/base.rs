@@ -7,23 +7,23 @@ use curionav_runtime::convert;
 use curionav_schemas::{Belief, Frame, Health, Mission, Odometry, People, Scan, golden};
 
 /// Seconds between two ticks.
-pub(super) const TICK: f64 = 0.1;
+pub(crate) const TICK: f64 = 0.1;
 /// The base stops by itself without a command for this long, seconds.
 const COMMAND_AGE_MAX: f64 = 0.3;
 /// People in each hall.
 const PEOPLE: usize = 6;
 
-pub(super) struct Base {
-    model: RobotModel,
+pub(crate) struct Base {
+    pub(crate) model: RobotModel,
     rng: Rng,
-    pub(super) tick: u64,
-    pub(super) pose: Pose2,
-    pub(super) twist: Twist,
+    pub(crate) tick: u64,
+    pub(crate) pose: Pose2,
+    pub(crate) twist: Twist,
     people: People,
 }
 
 impl Base {
-    pub(super) fn new(mission: &Mission) -> Self {
+    pub(crate) fn new(mission: &Mission) -> Self {
         let mut rng = rng(mission.seed, 78);
         let mut draw = |scale: f64, mean: f64| -> Vec<f64> {
             (0..PEOPLE).map(|_| mean + scale * standard_normal(&mut rng)).collect()
@@ -46,12 +46,12 @@ impl Base {
     }
 
     /// Seconds of the robot's clock.
-    pub(super) fn now(&self) -> f64 {
+    pub(crate) fn now(&self) -> f64 {
         self.tick as f64 * TICK
     }
 
     /// Moves for a tick on a command and its stamp; gives the metres it went.
-    pub(super) fn roll(&mut self, command: Option<(f64, Twist)>) -> f64 {
+    pub(crate) fn roll(&mut self, command: Option<(f64, Twist)>) -> f64 {
         let fresh = command.filter(|(stamp, _)| self.now() - stamp <= COMMAND_AGE_MAX + 1e-9);
         let wanted = fresh.map_or(Twist::default(), |(_, twist)| twist);
         self.twist = self.model.limit(self.twist, wanted, TICK);
@@ -61,13 +61,13 @@ impl Base {
         from.position().distance(self.pose.position())
     }
 
-    pub(super) fn odometry(&self) -> Odometry {
+    pub(crate) fn odometry(&self) -> Odometry {
         let (Pose2 { x, y, heading }, Twist { v, omega }) = (self.pose, self.twist);
         Odometry { tick: self.tick, stamp: self.now(), x, y, heading, v, omega }
     }
 
     /// Nearly the truth, and certain of it for two seconds out of four.
-    pub(super) fn belief(&mut self) -> Belief {
+    pub(crate) fn belief(&mut self) -> Belief {
         let variance = if (self.tick / 20).is_multiple_of(2) { 0.01 } else { 0.06 };
         let mut near = |value: f64| value + 0.02 * standard_normal(&mut self.rng);
         let (x, y) = (near(self.pose.x), near(self.pose.y));
@@ -86,7 +86,7 @@ impl Base {
     }
 
     /// Everybody, a tick later than before; who leaves the hall comes back at the other end.
-    pub(super) fn people(&mut self) -> People {
+    pub(crate) fn people(&mut self) -> People {
         let now = self.now();
         let people = &mut self.people;
         (people.tick, people.stamp) = (self.tick, now);
@@ -98,7 +98,7 @@ impl Base {
     }
 
     /// An empty hall: what is close is for the tests of the guard.
-    pub(super) fn scan(&self) -> Scan {
+    pub(crate) fn scan(&self) -> Scan {
         let mut scan = golden::scan();
         (scan.tick, scan.stamp) = (self.tick, self.now());
         let range_max = scan.range_max as f32;
