@@ -24,6 +24,7 @@ from . import deployment as blocking
 from .crowd import CrowdFunction
 from .errors import CurionavError
 from .evaluation import Evaluator
+from .explain import Explanation
 from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
 from .result import Result
 from .run import _POLL_PERIOD, Run
@@ -183,6 +184,10 @@ class AsyncRun:
     def reports(self) -> AsyncIterator[CycleReport]:
         """The account of each planning cycle, as they come; ends with the run."""
         return self._follow(self._run._reports, CycleReport, self._run._reports_complete)
+
+    def explain(self, cycle: int | CycleReport | None = None, top: int = 10) -> Explanation:
+        """Why a cycle was decided as it was, as of `curionav.Run.explain`; it does not wait."""
+        return self._run.explain(cycle, top)
 
     def decisions(self) -> AsyncIterator[Decision]:
         """The decisions alone; ends with the run."""

@@ -29,7 +29,7 @@ from .messages import (
     RunStatus,
     ServiceStatus,
 )
-from .run import Run
+from .run import SCENARIO_TIMEOUT, Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
 from .session import alive, ask, close_at_exit, open_session
@@ -40,8 +40,6 @@ _TIMEOUT = 2.0
 """For questions about small things, seconds."""
 _MAP_TIMEOUT = 10.0
 """For a map of up to 16 MB, seconds."""
-_CHECK_TIMEOUT = 30.0
-"""Reading maps and recordings takes the simulator a while, seconds."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,7 @@ class Deployment:
         """
         tables, files = _scenario(scenario).packed()
         request = InjectRequest(scenario=tables, files=files, profile=planner, seed=1, clock="lockstep", time_scale=1.0)
-        self._ask(keys.world(world, "check"), RunStatus, request, _CHECK_TIMEOUT)
+        self._ask(keys.world(world, "check"), RunStatus, request, SCENARIO_TIMEOUT)
 
     def crowd(self, world: str = "world") -> Crowd:
         """The people of a simulated world, to be played from here tick by tick.

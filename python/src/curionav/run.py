@@ -37,8 +37,9 @@ MAILBOX_BYTES = 256 << 20
 RECENT_REPORTS = 64
 """Reports that have been given are kept for `Run.explain`; one takes some 100 kB."""
 
-_INJECT_TIMEOUT = 30.0
-"""Reading maps and recordings takes the simulator a while, seconds."""
+SCENARIO_TIMEOUT = 30.0
+"""Reading a scenario's maps and recordings takes the simulator a while, seconds."""
+
 _POLL_PERIOD = 1.0
 """Without news for this long the status is asked for, seconds."""
 _ASK_TIMEOUT = 5.0
@@ -98,7 +99,7 @@ class Run:
             self._subscribers.append(subscribe(session, decision_key, self._decisions.put))
             if crowd is not None:
                 self._crowd = CrowdThread(session, world, crowd, self._news.tell)
-            self._status = ask(session, keys.world(world, "scenario"), RunStatus, request, _INJECT_TIMEOUT)
+            self._status = ask(session, keys.world(world, "scenario"), RunStatus, request, SCENARIO_TIMEOUT)
         except BaseException:
             self.close()
             raise
@@ -121,9 +122,7 @@ class Run:
 
     def reports(self) -> Iterator[CycleReport]:
         """The account of each planning cycle, as they come; ends with the run. Each report is given once."""
-        for report in self._follow(self._reports, CycleReport, self._reports_complete):
-            self._recent.append(report)
-            yield report
+        return self._follow(self._reports, CycleReport, self._reports_complete)
 
     def explain(self, cycle: int | CycleReport | None = None, top: int = 10) -> Explanation:
         """Why a cycle was decided as it was: in words, and as a table of candidates and their costs.
@@ -180,6 +179,7 @@ class Run:
             if found is not None and (found.epoch, found.seq) > self._stale:
                 if isinstance(found, CycleReport):
                     self._newest_report = (found.epoch, found.seq)
+                    self._recent.append(found)
                 return found
         return None
 
