@@ -7,6 +7,7 @@ of our own compute and answer. They are daemons, so that a function that never r
 from __future__ import annotations
 
 import contextlib
+import functools
 import logging
 import threading
 import time
@@ -67,7 +68,7 @@ class EvaluatorServer:
         self._evaluator = evaluator
         self._slots = slots
         self._queue = FairQueue[Waiting](queue)
-        self._in_flight = 0
+        self._computing = 0
         self._prepared: dict[tuple[object, ...], None] = {}
         self._latencies: deque[float] = deque(maxlen=_LATENCIES)
         self._said: dict[str, float] = {}
@@ -97,8 +98,6 @@ class EvaluatorServer:
     def _admit(self, query: zenoh.Query) -> None:
         attachment = query.attachment
         robot = attachment.to_bytes().decode("utf-8", "replace") if attachment is not None else ""
-        with self._lock:
-            self._in_flight += 1
         # Who says nothing about whose work it is shares a line with all who do not.
         refused = self._queue.push(robot if keys.is_name(robot) else "", (query, time.monotonic()))
         if refused is not None:
@@ -113,13 +112,17 @@ class EvaluatorServer:
     def _work(self) -> None:
         while (waiting := self._queue.pop()) is not None:
             query, arrived = waiting
+            with self._lock:
+                self._computing += 1
             try:
                 self._answer(query, arrived)
             except Exception:
                 # The next question finds the replica alive, whatever was wrong with this one.
                 _log.exception("%s: a question could not be answered", self.instance)
-            with self._lock:
-                self._latencies.append(time.monotonic() - arrived)
+            finally:
+                with self._lock:
+                    self._computing -= 1
+                    self._latencies.append(time.monotonic() - arrived)
 
     def _answer(self, query: zenoh.Query, arrived: float) -> None:
         payload = query.payload
@@ -180,14 +183,12 @@ class EvaluatorServer:
     def _refuse(self, query: zenoh.Query, code: str, reason: str, field: str | None = None) -> None:
         with self._lock:
             self.refused[code] += 1
-            self._in_flight -= 1
         with query:
             _reply(query, Reject(reason=_cut(reason), field=_cut(field) if field else None, code=code))
 
     def _settle(self, query: zenoh.Query, scores: Message) -> None:
         with self._lock:
             self.answered += 1
-            self._in_flight -= 1
         with query:
             _reply(query, scores)
 
@@ -196,20 +197,23 @@ class EvaluatorServer:
     def status(self) -> ServiceStatus:
         """What it says about itself to ``curionav status``."""
         with self._lock:
-            times = np.array(self._latencies or [0.0]) * 1e3
-            return ServiceStatus(
-                role=self.metric,
-                instance=self.instance,
-                version=_version(),
-                uptime_s=time.monotonic() - self._started,
-                time_s=time.time(),
-                load=max(self._in_flight, 0) / self._slots,
-                requests=self.answered,
-                rejected=self.refused.total(),
-                p50_ms=float(np.percentile(times, 50)),
-                p99_ms=float(np.percentile(times, 99)),
-                warmed=[],
-            )
+            latencies = list(self._latencies)
+            in_flight = len(self._queue) + self._computing
+            answered, refused = self.answered, self.refused.total()
+        p50, p99 = np.percentile(latencies or [0.0], [50.0, 99.0]) * 1e3
+        return ServiceStatus(
+            role=self.metric,
+            instance=self.instance,
+            version=_version(),
+            uptime_s=time.monotonic() - self._started,
+            time_s=time.time(),
+            load=in_flight / self._slots,
+            requests=answered,
+            rejected=refused,
+            p50_ms=float(p50),
+            p99_ms=float(p99),
+            warmed=[],
+        )
 
     def wait(self, timeout: float | None = None) -> bool:
         """Waits until it is closed, at most ``timeout`` s; whether it is. Ctrl-C gets through."""
@@ -283,6 +287,7 @@ def _reply(query: zenoh.Query, message: Message) -> None:
         _log.debug("reply not sent: %s", error)
 
 
+@functools.cache
 def _version() -> str:
     try:
         return f"python-{metadata.version('curionav')}"
