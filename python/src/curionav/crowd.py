@@ -69,12 +69,12 @@ def people(  # noqa: PLR0917 - the columns of a table of people
         ids: Whole numbers, steady over time, below 4 billion; default: 0, 1, 2 and so on.
 
     Raises:
-        EncodeError: The arrays do not fit together, or hold what is no finite number.
+        EncodeError: A column is no array of numbers. Whether the columns fit together is checked as they are sent.
     """
     try:
-        xs, ys = np.atleast_1d(np.asarray(x, np.float64)), np.atleast_1d(np.asarray(y, np.float64))
+        xs = _column(x)
         still = np.zeros(xs.size)
-        found = People(
+        return People(
             tick=step.tick,
             stamp=step.time,
             frame="map",
@@ -82,18 +82,16 @@ def people(  # noqa: PLR0917 - the columns of a table of people
             radius=0.25,
             id=_whole(np.arange(xs.size) if ids is None else ids),
             x=xs,
-            y=ys,
-            vx=_speeds(vx, still),
-            vy=_speeds(vy, still),
+            y=_column(y),
+            vx=still if vx is None else _column(vx),
+            vy=still if vy is None else _column(vy),
         )
     except (TypeError, ValueError) as error:
         raise EncodeError(People.NAME, "", str(error)) from error
-    found.encode()
-    return found
 
 
-def _speeds(given: ArrayLike | None, still: F64) -> F64:
-    return still if given is None else np.atleast_1d(np.asarray(given, np.float64))
+def _column(given: ArrayLike) -> F64:
+    return np.atleast_1d(np.asarray(given, np.float64))
 
 
 def _whole(ids: ArrayLike) -> U32:
