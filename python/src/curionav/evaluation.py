@@ -34,7 +34,7 @@ class Evaluator:
             raise ValueError(f"metric {metric!r} is built in: choose another name")
         self.metric = metric
         self._function = function
-        self._takes_request = _positional(function) == 3
+        self._takes_request = _takes_request(function)
         self.__doc__ = function.__doc__
         self.__name__ = getattr(function, "__name__", metric)
 
@@ -120,16 +120,16 @@ def evaluator(metric: str) -> Callable[[Callable[..., Any]], Evaluator]:
     return decorate
 
 
-def _positional(function: Callable[..., Any]) -> int:
-    parameters = inspect.signature(function).parameters.values()
-    kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    count = sum(1 for p in parameters if p.kind in kinds)
-    needed = sum(1 for p in parameters if p.kind in kinds and p.default is inspect.Parameter.empty)
-    if any(p.kind is inspect.Parameter.KEYWORD_ONLY and p.default is p.empty for p in parameters):
-        needed = count + 4
-    if count < 2 or needed > 3:
-        raise TypeError("an evaluator takes (scene, candidates) or (scene, candidates, request)")
-    return 3 if needed == 3 else 2
+def _takes_request(function: Callable[..., Any]) -> bool:
+    """Whether a function takes the whole request too; a parameter with a default is its own."""
+    signature = inspect.signature(function)
+    for count in (2, 3):
+        try:
+            signature.bind(*range(count))
+        except TypeError:
+            continue
+        return count == 3
+    raise TypeError("an evaluator takes (scene, candidates) or (scene, candidates, request)")
 
 
 def _place(error: Exception) -> str:

@@ -50,13 +50,13 @@ class Explanation:
         self.top = top
 
     def candidates(self) -> list[Candidate]:
-        """Every candidate: the chosen one, those that ran by cost, then those rejected."""
+        """Every candidate: the chosen one, those that ran, those rejected; each by cost, those without one last."""
         report = self.report
-        order = sorted(
-            range(report.candidates.count),
-            key=lambda i: (report.chosen != i, bool(report.rejected[i]), float(report.total[i]), i),
-        )
-        return [self._candidate(i) for i in order]
+
+        def rank(i: int) -> tuple[bool, bool, bool, float, int]:
+            return report.chosen != i, bool(report.rejected[i]), bool(self._lacking(i)), float(report.total[i]), i
+
+        return [self._candidate(i) for i in sorted(range(report.candidates.count), key=rank)]
 
     def what_if(self) -> list[WhatIf]:
         """What other weights would have led to; empty if no candidate was followed or the arbiter is older."""
@@ -81,10 +81,14 @@ class Explanation:
     def _id(self, index: int) -> int:
         return int(self.report.candidates.id[index])
 
+    def _lacking(self, index: int) -> set[str]:
+        """The metrics that have not scored a candidate."""
+        return {term.metric for term in self.report.terms if term.missing is not None and index in term.missing}
+
     def _candidate(self, index: int) -> Candidate:
         report = self.report
         scored = [term for term in report.terms if len(term.raw)]
-        lacking = {term.metric for term in scored if term.missing is not None and index in term.missing}
+        lacking = self._lacking(index)
 
         def column(term: TermReport, raw: bool) -> float | None:
             array = term.raw if raw else term.cost

@@ -71,7 +71,7 @@ class Scenario:
                 ``weight * cost / (scale * states)``.
             when: ``always``, or ``uncertain``: only while the robot is unsure where it is.
         """
-        changed = Scenario(copy.deepcopy(self.data), self.base)
+        changed = Scenario.from_dict(self.data, self.base)
         terms = changed.data.setdefault("profile", {}).setdefault("terms", {})
         terms[metric] = {"scale": float(scale), "weight": float(weight), "when": when}
         return changed
@@ -82,7 +82,7 @@ class Scenario:
         Args:
             patience_s: How long a run waits for them before it is given up, s of wall time.
         """
-        changed = Scenario(copy.deepcopy(self.data), self.base)
+        changed = Scenario.from_dict(self.data, self.base)
         changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
         return changed
 

@@ -16,7 +16,6 @@ import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
-from types import FrameType
 
 from .deployment import connect
 from .errors import CurionavError
@@ -27,7 +26,8 @@ _RESTARTS_A_MINUTE = 5
 _STOP_TIMEOUT = 5.0
 """How long a replica may take to end, seconds."""
 _LOOK_PERIOD = 0.2
-_LINK_PERIOD = 1.0
+_WAKE_PERIOD = 1.0
+"""Length of the pieces a wait is cut into, so that Ctrl-C gets through on every system, seconds."""
 
 _log = logging.getLogger("curionav")
 
@@ -50,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
     if options.replicas < 1 or options.slots < 1 or options.queue < 1:
         parser.error("replicas, slots and queue must be at least 1")
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
-    signal.signal(signal.SIGTERM, _terminated)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         if options.replicas > 1:
             _load(options.file)
@@ -68,10 +68,6 @@ def main(arguments: list[str] | None = None) -> int:
 
 class _BadFileError(Exception):
     """The file cannot be served."""
-
-
-def _terminated(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
 
 
 def _load(file: str) -> list[Evaluator]:
@@ -101,7 +97,7 @@ def _serve(options: argparse.Namespace) -> int:
         if options.child:
             # Its end of the pipe closes with the parent, however that one ends.
             threading.Thread(target=_until_end_of_input, args=(ended,), daemon=True).start()
-        while not ended.wait(_LINK_PERIOD):
+        while not ended.wait(_WAKE_PERIOD):
             pass
     return 0
 
