@@ -18,6 +18,11 @@ def golden_files() -> list[tuple[Path, str]]:
     return [(SCHEMAS / "golden" / name, rule) for name, rule in pairs]
 
 
+def golden(name: str) -> bytes:
+    """The bytes of a golden message, such as ``cycle_report``."""
+    return (SCHEMAS / "golden" / f"{name}.cbor").read_bytes()
+
+
 @lru_cache
 def validator(rule: str) -> pycddl.Schema:
     """The CDDL of a message; the first rule of a text is the one validated."""

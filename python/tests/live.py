@@ -6,7 +6,9 @@ import json
 import os
 import signal
 import subprocess
+import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +20,20 @@ from contract import ROOT
 
 READY_TIMEOUT = 60.0
 STOP_TIMEOUT = 20.0
+RUN_TIMEOUT = 120.0
+"""For a run in lockstep, on a busy machine."""
+
+_PREAMBLE = """
+import sys, time
+sys.path.insert(0, sys.argv[3])
+import curionav
+from live import hall
+from pathlib import Path
+endpoint, directory = sys.argv[1], Path(sys.argv[2])
+scenario = curionav.Scenario.from_dict(hall(directory), directory)
+slowly = dict(clock="realtime", time_scale=0.2)
+def here(*ignored): print("here", flush=True)
+"""
 
 
 def program() -> Path:
@@ -71,6 +87,27 @@ def deployment(directory: Path, **fields: str) -> Iterator[Up]:
                 process.kill()
                 process.wait()
         process.stdout.close()
+
+
+def interrupted(code: str, up: Up, directory: Path) -> None:
+    """Runs a program and presses Ctrl-C once it calls ``here()``: it ends soon, by a ``KeyboardInterrupt``.
+
+    Further names it finds: ``curionav``, the deployment's ``endpoint``, the ``scenario`` of `hall`, and ``slowly``, how
+    to inject it so that it does not end by itself.
+    """
+    arguments = [sys.executable, "-c", _PREAMBLE + code, up.endpoint, str(directory), str(Path(__file__).parent)]
+    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "here\n", "it did not get there"
+            started = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=20)
+        finally:
+            process.kill()
+    assert time.monotonic() - started < 10.0
+    assert "KeyboardInterrupt" in errors
+    assert process.returncode != 0
 
 
 def hall(directory: Path) -> dict[str, Any]:

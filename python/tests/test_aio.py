@@ -3,41 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-import signal
-import subprocess
-import sys
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from live import Up, deployment, hall
+from live import RUN_TIMEOUT, Up, interrupted
 
 import curionav
 import curionav.aio
 from curionav import Scenario
 
 pytestmark = pytest.mark.live
-
-RUN_TIMEOUT = 120.0
-
-
-@pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("aio")
-
-
-@pytest.fixture(scope="module")
-def up(directory: Path) -> Iterator[Up]:
-    with deployment(directory) as running:
-        yield running
-
-
-@pytest.fixture
-def scenario(directory: Path) -> Scenario:
-    return Scenario.from_dict(hall(directory), directory)
 
 
 def test_a_run_gives_every_cycle_while_the_loop_goes_on(up: Up, scenario: Scenario) -> None:
@@ -78,6 +56,19 @@ def test_a_run_gives_every_cycle_while_the_loop_goes_on(up: Up, scenario: Scenar
     asyncio.run(main())
 
 
+def test_a_run_explains_the_cycles_it_has_given(up: Up, scenario: Scenario) -> None:
+    async def main() -> None:
+        async with curionav.aio.connect(up.endpoint) as deployment, deployment.inject(scenario, seed=3) as run:
+            with pytest.raises(KeyError):
+                run.explain()
+            reports = [report async for report in run]
+            assert run.explain().report is reports[-1]
+            assert run.explain(reports[-2].seq).report is reports[-2]
+            assert f"cycle {reports[-2].seq} at" in str(run.explain(reports[-2].seq, top=3))
+
+    asyncio.run(main())
+
+
 def test_leaving_the_block_cancels_a_run_and_errors_come_through(up: Up, scenario: Scenario) -> None:
     def stumbling(step: curionav.CrowdStep) -> Any:
         raise LookupError("nobody there")
@@ -98,25 +89,14 @@ def test_leaving_the_block_cancels_a_run_and_errors_come_through(up: Up, scenari
 
 
 def test_ctrl_c_ends_a_program_and_cancels_its_run(up: Up, directory: Path) -> None:
-    code = (
-        "import asyncio, curionav, curionav.aio, sys; sys.path.insert(0, sys.argv[3])\n"
-        "from pathlib import Path; from live import hall\n"
-        "d = Path(sys.argv[2])\n"
-        "async def main():\n"
-        "    async with curionav.aio.connect(sys.argv[1]) as c:\n"
-        "        s = curionav.Scenario.from_dict(hall(d), d)\n"
-        "        async with c.inject(s, clock='realtime', time_scale=0.2) as run:\n"
-        "            async for report in run: print(report.seq, flush=True)\n"
-        "asyncio.run(main())\n"
-    )
-    arguments = [sys.executable, "-c", code, up.endpoint, str(directory), str(Path(__file__).parent)]
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline(), "no report came"
-        started = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=20)
-    assert "KeyboardInterrupt" in errors
-    assert time.monotonic() - started < 10.0
+    code = """
+import asyncio, curionav.aio
+async def main():
+    async with curionav.aio.connect(endpoint) as deployment:
+        async with deployment.inject(scenario, **slowly) as run:
+            async for report in run: here()
+asyncio.run(main())
+"""
+    interrupted(code, up, directory)
     with curionav.connect(up.endpoint) as connection:
         assert connection.mission().state in ("cancelled", "finished")

@@ -3,38 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from live import Up, deployment, hall
+from live import RUN_TIMEOUT, Up, hall
 
 import curionav
 from curionav import CrowdStep, Scenario
 
-RUN_TIMEOUT = 120.0
 FIRST_LIVE_ID = 1_000_000
 
 live = pytest.mark.live
-
-
-@pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("crowd")
-
-
-@pytest.fixture(scope="module")
-def up(directory: Path) -> Iterator[Up]:
-    with deployment(directory) as running:
-        yield running
-
-
-@pytest.fixture
-def connected(up: Up) -> Iterator[curionav.Deployment]:
-    with curionav.connect(up.endpoint) as connection:
-        yield connection
 
 
 def scenario(directory: Path, *standing: tuple[float, float]) -> Scenario:

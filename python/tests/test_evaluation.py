@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contract import SCHEMAS
+from contract import golden
 
 import curionav
 from curionav.evaluation import Evaluator, part
@@ -16,7 +16,7 @@ from curionav.messages import CandidateSet, EvaluateRequest, Scene
 
 
 def request() -> EvaluateRequest:
-    return EvaluateRequest.decode((SCHEMAS / "golden" / "evaluate_request.cbor").read_bytes())
+    return EvaluateRequest.decode(golden("evaluate_request"))
 
 
 def warm_up() -> EvaluateRequest:

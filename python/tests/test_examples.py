@@ -7,28 +7,20 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from contract import ROOT
-from live import Up, deployment
+from live import Up
 
 pytestmark = [
     pytest.mark.live,
     pytest.mark.skipif(sys.version_info < (3, 11), reason="skipped: no TOML reader before Python 3.11"),
+    pytest.mark.skipif(not (ROOT / "scenarios").is_dir(), reason="skipped: no scenarios beside the package"),
 ]
 
 PYTHON = ROOT / "python"
 TIMEOUT = 240.0
-
-
-@pytest.fixture(scope="module")
-def up(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Up]:
-    if not (ROOT / "scenarios").is_dir():
-        pytest.skip("skipped: no scenarios beside the package")
-    with deployment(tmp_path_factory.mktemp("examples")) as running:
-        yield running
 
 
 def run(up: Up, name: str, *arguments: str) -> str:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from contract import SCHEMAS
+from dataclasses import replace
+
+from contract import golden
 
 from curionav.explain import Explanation
 from curionav.messages import CycleReport
 
 
 def report(name: str) -> CycleReport:
-    return CycleReport.decode((SCHEMAS / "golden" / f"{name}.cbor").read_bytes())
+    return CycleReport.decode(golden(name))
 
 
 def test_words_and_table_say_what_the_report_says() -> None:
@@ -28,6 +30,15 @@ def test_words_and_table_say_what_the_report_says() -> None:
     assert [(row.id, row.remark) for row in rows] == [(9, "chosen"), (12, "next"), (4, "not scored by `cpc`")]
     assert rows[0].terms == {"cnc": 0.14, "cpc": 0.74}
     assert (rows[2].cost, rows[2].raw["cpc"], rows[2].raw["cnc"]) == (None, None, 0.11)
+
+
+def test_what_a_term_has_not_scored_comes_after_what_was_rejected_with_a_cost() -> None:
+    # Their totals are 0: by cost alone they would lead the rejected.
+    explained = report("cycle_report.explained")
+    crashed = replace(explained, rejected=[why or "hits a wall" for why in explained.rejected])
+    rows = Explanation(crashed).candidates()
+    assert [(row.id, row.cost is None) for row in rows] == [(9, False), (12, False), (4, True)]
+    assert explained.total[explained.candidates.id == 4] == 0.0
 
 
 def test_a_report_of_an_older_arbiter_is_no_reason_to_guess() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import cbor2
 import numpy as np
 import pytest
-from contract import SCHEMAS, golden_files, validator
+from contract import SCHEMAS, golden, golden_files, validator
 
 from curionav.messages import MESSAGES, CycleReport, MissionRequest, OccupancyGrid, Polygon, SetMission
 
@@ -46,10 +46,6 @@ def test_keys_a_reader_does_not_know_are_passed_over(path: Path, rule: str) -> N
     message = cbor2.loads(path.read_bytes())
     message["of_a_later_version"] = [1, {"a": cbor2.CBORTag(86, b"")}]
     assert MESSAGES[rule].decode(cbor2.dumps(message)) == MESSAGES[rule].decode(path.read_bytes())
-
-
-def golden(name: str) -> bytes:
-    return (SCHEMAS / "golden" / f"{name}.cbor").read_bytes()
 
 
 def test_arrays_have_their_shapes_and_are_views_of_the_bytes() -> None:

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from live import Up, deployment
+from live import Up, interrupted
 
 import curionav
 
 pytestmark = pytest.mark.live
 
 PREAMBLE = """
-import sys, threading, time
-sys.path.insert(0, sys.argv[3])
-import curionav
-from live import hall
-from pathlib import Path
-directory = Path(sys.argv[2])
-scenario = curionav.Scenario.from_dict(hall(directory), directory)
-deployment = curionav.connect(sys.argv[1])
-def here(*ignored): print("here", flush=True)
+deployment = curionav.connect(endpoint)
 def hang(*ignored):
     here()
     while True: time.sleep(1.0)
@@ -33,7 +20,6 @@ def watch(run):
     next(run.reports())
     here()
     return run
-slowly = dict(clock="realtime", time_scale=0.2)
 """
 
 # What a program does when it is interrupted, once it has said "here".
@@ -50,39 +36,9 @@ PLACES = {
 }
 
 
-@pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("interrupts")
-
-
-@pytest.fixture(scope="module")
-def up(directory: Path) -> Iterator[Up]:
-    with deployment(directory) as running:
-        yield running
-
-
 @pytest.mark.parametrize("place", PLACES)
 def test_ctrl_c_ends_a_program(up: Up, directory: Path, place: str) -> None:
-    arguments = [
-        sys.executable,
-        "-c",
-        PREAMBLE + PLACES[place],
-        up.endpoint,
-        str(directory),
-        str(Path(__file__).parent),
-    ]
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            assert process.stdout.readline() == "here\n"
-            started = time.monotonic()
-            process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=20)
-        finally:
-            process.kill()
-    assert time.monotonic() - started < 10.0
-    assert "KeyboardInterrupt" in errors
-    assert process.returncode != 0
+    interrupted(PREAMBLE + PLACES[place], up, directory)
     with curionav.connect(up.endpoint) as connection:
         assert not {s.role for s in connection.status()} & {"idle", "hung"}, "its replicas are gone"
         if "inject" in PLACES[place]:

@@ -16,36 +16,12 @@ from typing import Any
 import numpy as np
 import pytest
 from contract import ROOT, validator
-from live import Up, deployment, hall
+from live import RUN_TIMEOUT, Up, deployment, hall, interrupted
 
 import curionav
 from curionav import Scenario
 
 pytestmark = pytest.mark.live
-
-RUN_TIMEOUT = 120.0
-
-
-@pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("live")
-
-
-@pytest.fixture(scope="module")
-def up(directory: Path) -> Iterator[Up]:
-    with deployment(directory) as running:
-        yield running
-
-
-@pytest.fixture
-def connected(up: Up) -> Iterator[curionav.Deployment]:
-    with curionav.connect(up.endpoint) as connection:
-        yield connection
-
-
-@pytest.fixture
-def scenario(directory: Path) -> Scenario:
-    return Scenario.from_dict(hall(directory), directory)
 
 
 def test_a_run_gives_every_cycle_and_a_result(connected: curionav.Deployment, scenario: Scenario) -> None:
@@ -236,23 +212,11 @@ def test_a_program_that_forgets_to_close_still_ends(up: Up) -> None:
 def test_ctrl_c_ends_a_program_that_follows_a_run_and_cancels_the_run(
     up: Up, connected: curionav.Deployment, directory: Path
 ) -> None:
-    code = (
-        "import curionav, sys; sys.path.insert(0, sys.argv[3])\n"
-        "from pathlib import Path; from live import hall\n"
-        "d = Path(sys.argv[2])\n"
-        "with curionav.connect(sys.argv[1]) as c:\n"
-        "    with c.inject(curionav.Scenario.from_dict(hall(d), d), clock='realtime', time_scale=0.2) as run:\n"
-        "        for report in run: print(report.seq, flush=True)\n"
-    )
-    arguments = [sys.executable, "-c", code, up.endpoint, str(directory), str(Path(__file__).parent)]
-    with subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline(), "no report came"
-        started = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=20)
-    assert "KeyboardInterrupt" in errors
-    assert time.monotonic() - started < 10.0
+    code = """
+with curionav.connect(endpoint) as deployment, deployment.inject(scenario, **slowly) as run:
+    for report in run: here()
+"""
+    interrupted(code, up, directory)
     assert connected.mission().state in ("cancelled", "finished")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import cbor2
 import numpy as np
 import pytest
-from contract import SCHEMAS, validator
+from contract import golden, validator
 
 from curionav import DecodeError, EncodeError
 from curionav.messages import (
@@ -26,8 +26,9 @@ from curionav.messages import (
 Change = Callable[[dict[str, Any]], object]
 
 
-def golden(name: str) -> dict[str, Any]:
-    message: dict[str, Any] = cbor2.loads((SCHEMAS / "golden" / f"{name}.cbor").read_bytes())
+def tables(name: str) -> dict[str, Any]:
+    """A golden message, to be spoilt."""
+    message: dict[str, Any] = cbor2.loads(golden(name))
     return message
 
 
@@ -80,7 +81,7 @@ def put(path: str, value: object) -> Change:
     ],
 )
 def test_a_bad_field_is_named(change: Change, field: str) -> None:
-    message = golden("cycle_report")
+    message = tables("cycle_report")
     change(message)
     with pytest.raises(DecodeError) as error:
         CycleReport.decode(cbor2.dumps(message))
@@ -90,16 +91,16 @@ def test_a_bad_field_is_named(change: Change, field: str) -> None:
 
 
 def test_only_a_stop_comes_without_a_trajectory() -> None:
-    message = golden("decision.stop")
+    message = tables("decision.stop")
     assert Decision.decode(cbor2.dumps(message)).x.shape == (0,)
     with pytest.raises(DecodeError, match="only `stop`"):
         Decision.decode(cbor2.dumps({**message, "action": "hold"}))
 
 
 def test_a_tree_leads_to_a_root() -> None:
-    tree = Tree.decode((SCHEMAS / "golden" / "tree.cbor").read_bytes())
+    tree = Tree.decode(golden("tree"))
     root = 2**32 - 1
-    two = Tree.decode((SCHEMAS / "golden" / "tree.two_roots.cbor").read_bytes())
+    two = Tree.decode(golden("tree.two_roots"))
     assert two.parent.tolist() == [root, 0, root]
     assert two.extra["side"].ravel().tolist() == [0, 0, 1]
 
@@ -128,8 +129,8 @@ def test_a_tree_leads_to_a_root() -> None:
         b"\x5b" + b"\xff" * 8,
         b"\x81" * 10_000,
         b"\xa2" + b"\x63run\x01" * 2,
-        (SCHEMAS / "golden" / "run_status.cbor").read_bytes() + b"\x00",
-        (SCHEMAS / "golden" / "run_status.cbor").read_bytes()[:-1],
+        golden("run_status") + b"\x00",
+        golden("run_status")[:-1],
     ],
 )
 def test_what_is_not_one_whole_item_is_refused(data: bytes) -> None:
@@ -138,7 +139,7 @@ def test_what_is_not_one_whole_item_is_refused(data: bytes) -> None:
 
 
 def test_no_flipped_or_missing_byte_raises_anything_but_a_decode_error() -> None:
-    whole = (SCHEMAS / "golden" / "cycle_report.cbor").read_bytes()
+    whole = golden("cycle_report")
     seed = 7
     random = np.random.default_rng(seed)
     refused = 0
@@ -159,7 +160,7 @@ def test_a_message_over_its_limit_is_not_parsed() -> None:
 
 
 def test_the_encoding_is_that_of_the_message_and_the_version() -> None:
-    data = (SCHEMAS / "golden" / "scores.cbor").read_bytes()
+    data = golden("scores")
     Scores.decode(data, "application/cbor;curionav.scores.v1")
     for other in ["application/cbor;curionav.scores.v2", "application/cbor;curionav.scan.v1", "text/plain"]:
         with pytest.raises(DecodeError, match="encoding"):

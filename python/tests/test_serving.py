@@ -9,43 +9,19 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from live import Up, deployment, hall, program
+from live import RUN_TIMEOUT, Up, program
 
 import curionav
 from curionav import CandidateSet, Decision, Scenario, Scene
 from curionav.evaluation import Evaluator
 
 pytestmark = pytest.mark.live
-
-RUN_TIMEOUT = 120.0
-
-
-@pytest.fixture(scope="module")
-def directory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("serving")
-
-
-@pytest.fixture(scope="module")
-def up(directory: Path) -> Iterator[Up]:
-    with deployment(directory) as running:
-        yield running
-
-
-@pytest.fixture
-def connected(up: Up) -> Iterator[curionav.Deployment]:
-    with curionav.connect(up.endpoint) as connection:
-        yield connection
-
-
-@pytest.fixture
-def scenario(directory: Path) -> Scenario:
-    return Scenario.from_dict(hall(directory), directory)
 
 
 def left_of_centre(scene: Scene, candidates: CandidateSet) -> Any:
@@ -240,9 +216,7 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
         threads = [threading.Thread(target=one) for _ in range(6)]
         for thread in threads:
             thread.start()
-        deadline = time.monotonic() + 5.0
-        while len(outcomes) < 3 and time.monotonic() < deadline:
-            time.sleep(0.01)
+        wait_for(lambda: len(outcomes) >= 3, 5.0)
         # One is computed, two wait, three found no room and were told so while the others still wait.
         assert outcomes == ["overloaded"] * 3
         assert server.status().load == 3.0
