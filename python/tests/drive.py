@@ -137,7 +137,7 @@ def people(tick: int, frame: str = "map") -> People:
 
 
 def report(tick: int) -> CycleReport:
-    """A cycle at every tick; the third candidate is chosen, every sixth rejected."""
+    """A cycle at every tick; the third candidate is chosen, whatever it costs, every sixth rejected."""
     here = belief(tick)
     uncertain = bool(np.trace(here.covariance) > THRESHOLD)
     turn = np.linspace(-1.0, 1.0, COUNT)[:, None]
@@ -152,21 +152,26 @@ def report(tick: int) -> CycleReport:
         "cpc": np.linspace(0.1, 0.9, COUNT),
         "distance": np.linspace(20.0, 43.0, COUNT),
     }
+    asked = {
+        metric: term for metric, term in mission().profile["terms"].items() if uncertain or term["when"] == "always"
+    }
+    cost = {metric: term["weight"] * raw[metric] / (term["scale"] * STEPS) for metric, term in asked.items()}
     terms = [
         TermReport(
             metric=metric,
             weight=term["weight"],
             scale=term["scale"],
-            active=metric != "cpc" or uncertain,
-            raw=raw[metric] if metric != "cpc" or uncertain else np.zeros(0),
+            active=metric in asked,
+            raw=raw[metric] if metric in asked else np.zeros(0),
             evaluated="local" if metric == "distance" else "pool",
+            cost=cost.get(metric, np.zeros(0)),
         )
         for metric, term in mission().profile["terms"].items()
     ]
     rejected = ["hits a wall" if i % 6 == 5 else "" for i in range(COUNT)]
-    total = sum(t.weight * t.raw / (t.scale * STEPS) for t in terms if t.active)
-    total = np.where([bool(why) for why in rejected], 0.0, total)
+    total = np.where([bool(why) for why in rejected], 0.0, sum(cost.values()))
     chosen = 2
+    runner_up = min((i for i in range(COUNT) if i != chosen and not rejected[i]), key=lambda i: float(total[i]))
     decision = Decision(
         epoch=1,
         seq=tick,
@@ -210,6 +215,8 @@ def report(tick: int) -> CycleReport:
         total=total,
         rejected=rejected,
         chosen=chosen,
+        runner_up=runner_up,
+        margin=float(total[runner_up] - total[chosen]),
         decision=decision,
         timings=Timings(
             generate_us=5000,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from contract import ROOT
-from live import deployment, hall
+from live import RUN_TIMEOUT, deployment, hall
 
 rr = pytest.importorskip("rerun", reason="skipped: no rerun-sdk; pip install './python[viewer]'")
 pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer]'")
@@ -132,14 +132,29 @@ def test_the_words_share_out_the_whole_cost() -> None:
     for tick in (0, TICKS - 1):
         report, mission = drive.report(tick), drive.mission()
         kept = np.array([not why for why in report.rejected])
-        shares = [words.weighted(report, term, mission, kept) for term in report.terms if term.active]
+        shares = [term.cost for term in report.terms if term.active and term.cost is not None]
         assert np.sum(shares, axis=0)[kept] == pytest.approx(report.total[kept])
         text = words.decision(report, mission, 2.5)
+        rows = [line.split("|") for line in text.splitlines() if line.endswith(("| pool |", "| local |"))]
+        assert report.chosen is not None
+        assert len(rows) == len(shares)
+        assert sum(float(row[4]) for row in rows) == pytest.approx(report.total[report.chosen], abs=0.002)
         assert "Follow: least cost" in text
         assert "nearest person 2.5 m" in text
         assert "4 x hits a wall" in text
         assert ("**uncertain**" in text) == (tick == 0)
         assert ("| cpc | 2 | not asked | | |" in text) == (tick != 0)
+
+
+@pytest.mark.parametrize(
+    ("margin", "said"),
+    [(0.25, ", 0.25 better than the next;"), (-0.25, ", 0.25 worse than the next;"), (None, ";")],
+)
+def test_the_words_give_the_margin_as_the_arbiter_has_it(margin: float | None, said: str) -> None:
+    import dataclasses  # noqa: PLC0415
+
+    report = dataclasses.replace(drive.report(3), margin=margin)
+    assert f"Cost {report.total[2]:.3f}{said} 20 of 24 candidates" in words.decision(report, None, None)
 
 
 def test_words_need_no_mission_and_no_choice() -> None:
@@ -382,7 +397,7 @@ def test_a_live_run_is_drawn_from_its_start_to_its_end(tmp_path: Path) -> None:
             assert "waiting for a run" in viewer.stderr.readline()
             scenario = Scenario.from_dict(hall(tmp_path), tmp_path)
             with connection.inject(scenario, seed=3) as run:
-                result = run.wait(120.0)
+                result = run.wait(RUN_TIMEOUT)
             assert viewer.wait(60) == 0
         finally:
             viewer.kill()

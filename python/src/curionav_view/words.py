@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from numpy.typing import NDArray
 
-from curionav.array import F64
 from curionav.messages import CycleReport, Decision, Mission, TermReport
 
 _DONE = {"follow": "Follow", "hold": "Hold", "stop": "Stop"}
@@ -21,7 +19,7 @@ def decision(report: CycleReport, mission: Mission | None, nearest: float | None
         "",
         _place(report, mission, nearest),
         "",
-        *_costs(report, mission),
+        *_costs(report),
     ]
     if made.degraded:
         lines += ["", "**Not as it should be:** " + "; ".join(made.degraded)]
@@ -45,16 +43,14 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
     return " · ".join(parts)
 
 
-def _costs(report: CycleReport, mission: Mission | None) -> list[str]:
-    """The chosen candidate's cost, term by term, and by how much it is the best."""
-    kept = np.array([not why for why in report.rejected], bool)
+def _costs(report: CycleReport) -> list[str]:
+    """The chosen candidate's cost, term by term, and how much dearer the next would have been."""
+    kept = sum(not why for why in report.rejected)
     count = report.candidates.count
     if report.chosen is None:
-        return [f"No candidate was taken; {int(kept.sum())} of {count} could be driven."]
-    costs = np.sort(report.total[kept])
-    margin = f", {costs[1] - costs[0]:.3g} better than the next" if len(costs) > 1 else ""
+        return [f"No candidate was taken; {kept} of {count} could be driven."]
     lines = [
-        f"Cost {report.total[report.chosen]:.3f}{margin}; {int(kept.sum())} of {count} candidates could be driven.",
+        f"Cost {report.total[report.chosen]:.3f}{_margin(report)}; {kept} of {count} candidates could be driven.",
         "",
         "| term | weight | raw | cost | scored by |",
         "|---|---|---|---|---|",
@@ -64,20 +60,23 @@ def _costs(report: CycleReport, mission: Mission | None) -> list[str]:
             lines.append(f"| {term.metric} | {term.weight:g} | not asked | | |")
             continue
         raw = float(term.raw[report.chosen])
-        share = f"{weighted(report, term, mission, kept)[report.chosen]:.3f}" if term.active else "(off)"
+        share = _share(term, report.chosen)
         lines.append(f"| {term.metric} | {term.weight:g} | {raw:.3g} | {share} | {term.evaluated} |")
     return lines
 
 
-def weighted(report: CycleReport, term: TermReport, mission: Mission | None, kept: NDArray[np.bool_]) -> F64:
-    """What a term adds to the cost of each candidate: per state of a fixed scale, or by the span of those kept."""
-    raw = np.asarray(term.raw)
-    if mission is not None and mission.profile.get("normalisation") == "min-max" and kept.any():
-        low, span = raw[kept].min(), np.ptp(raw[kept])
-        scaled = (raw - low) / (span or 1.0)
-    else:
-        scaled = raw / (term.scale * report.candidates.steps)
-    return np.asarray(term.weight * scaled)
+def _margin(report: CycleReport) -> str:
+    """How much better it is than the next; worse if cost alone did not decide."""
+    if report.margin is None:
+        return ""
+    return f", {abs(report.margin):.3g} {'better' if report.margin >= 0.0 else 'worse'} than the next"
+
+
+def _share(term: TermReport, chosen: int) -> str:
+    """What a term adds to the cost of the chosen candidate; an arbiter of an older version does not say."""
+    if not term.active:
+        return "(off)"
+    return "" if term.cost is None or len(term.cost) == 0 else f"{term.cost[chosen]:.3f}"
 
 
 def threshold(mission: Mission | None) -> float | None:
