@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from curionav.errors import CurionavError
 from curionav.keys import is_name
+from curionav.messages import Mission
 
 if TYPE_CHECKING:
     from .output import Output, Wanted
@@ -156,7 +157,7 @@ def _replay(options: argparse.Namespace, output: Output, wanted: Wanted) -> None
     run: int | None = None
     count = 0
     for message in recording.messages(options.recording, options.robot):
-        started = getattr(message, "run", None) if type(message).__name__ == "Mission" else None
+        started = message.run if isinstance(message, Mission) else None
         if story is None or (started is not None and run is not None and started != run):
             grid = story.grid if story is not None else None
             story = Story(output.recording(options.recording.stem, live=False))

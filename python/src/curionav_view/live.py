@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from curionav import Deployment, keys
 from curionav.errors import CurionavError, DecodeError, NoAnswer, Rejected
 from curionav.messages import MESSAGES, Message, Mission, OccupancyGrid
-from curionav.session import Mailbox, News, ask, open_session, subscribe
+from curionav.session import Mailbox, News, open_session, subscribe
 
 from .story import Story
 
@@ -18,9 +18,8 @@ STREAMS = ("scan", "odom", "people", "belief", "mission", "decision", "cmd", "re
 """What is listened to of a robot."""
 MAILBOX_BYTES = 128 << 20
 """Messages that may wait to be drawn; a lockstep run may be faster than the eye, and is drawn behind."""
-ENCODING = "application/cbor;curionav."
+_KINDS = {kind.encoding(): kind for kind in MESSAGES.values()}
 _POLL = 0.5
-_TIMEOUT = 2.0
 _LATE = 1.5
 """What still comes after the end of a run: the last reports, and the result, seconds."""
 
@@ -43,7 +42,6 @@ class Live:
     """Listens to a robot and draws what it hears.
 
     Attributes:
-        received: Messages that came.
         refused: Messages that could not be understood and were passed over.
     """
 
@@ -58,7 +56,6 @@ class Live:
         self._maps: dict[bytes, OccupancyGrid] = {}
         self._asked = 0.0
         self._over: float | None = None
-        self.received = 0
         self.refused = 0
         wanted = [keys.robot(source.robot, stream) for stream in STREAMS] + [keys.world(source.world, "run")]
         self._subscribers = [subscribe(self._session, key, self._mail.put) for key in wanted]
@@ -80,7 +77,7 @@ class Live:
     def _join(self) -> None:
         """Takes in a run that is under way already."""
         try:
-            mission = ask(self._session, keys.robot(self._source.robot, "mission"), Mission, None, _TIMEOUT)
+            mission = self._deployment.mission(self._source.robot)
         except Rejected:
             self._say(f"robot `{self._source.robot}` has had nothing to do yet; waiting for a run")
         except (NoAnswer, DecodeError):
@@ -99,8 +96,7 @@ class Live:
         return sorted({status.robot for status in services if status is not None and status.robot})
 
     def _receive(self, data: bytes, encoding: str) -> None:
-        self.received += 1
-        kind = MESSAGES.get(encoding.removeprefix(ENCODING).rpartition(".")[0])
+        kind = _KINDS.get(encoding)
         try:
             if kind is None:
                 raise DecodeError(encoding[:96], "", "is no message of this version")
