@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import signal
 import socket
@@ -189,17 +190,20 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
     from curionav.session import ask  # noqa: PLC0415
 
     go = threading.Event()
+    # None is late, however long it is held.
+    asked = dataclasses.replace(request(), budget_ms=60_000)
 
     def held(scene: Scene, candidates: CandidateSet) -> Any:
-        if scene.stamp == request().scene.stamp and candidates.count == request().candidates.count:
+        if scene.stamp == asked.scene.stamp and candidates.count == asked.candidates.count:
             go.wait(10.0)
         return np.zeros(candidates.count)
 
     with curionav.connect(up.endpoint) as serving, curionav.connect(up.endpoint) as asking:
         server = serving.serve(Evaluator("held", held), "one", slots=1, queue=2)
         key = keys.evaluate("held", "one")
+        wait_for(lambda: any(s.instance == "one" for s in asking.status()))
         with pytest.raises(curionav.Rejected) as cold:
-            ask(asking._session, key, Scores, request(), 5.0)
+            ask(asking._session, key, Scores, asked, 5.0)
         assert cold.value.code == "cold"
         go.set()
         ask(asking._session, key, Scores, warm_up(), 5.0)
@@ -208,7 +212,7 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
 
         def one() -> None:
             try:
-                scores = ask(asking._session, key, Scores, request(), 8.0)
+                scores = ask(asking._session, key, Scores, asked, 8.0)
                 outcomes.append(f"scored {scores.cost.size}")
             except curionav.Rejected as refusal:
                 outcomes.append(refusal.code)
@@ -225,7 +229,7 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
         for thread in threads:
             thread.join()
         assert len(outcomes) == 6
-        assert set(outcomes[3:]) <= {f"scored {request().candidates.count}", "stopped"}
+        assert set(outcomes[3:]) <= {f"scored {asked.candidates.count}", "stopped"}
         server.close()
 
 
