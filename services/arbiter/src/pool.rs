@@ -139,7 +139,7 @@ impl<P: Peers> Pool<P> {
                     Some((instance, Err(error))) => {
                         tracing::warn!(role, instance, %error, "no usable answer");
                         if waited_for.iter().any(|w| w.0 == instance && !w.1) {
-                            self.hold_against(role, &instance, failure(&error));
+                            self.hold_against(role, &instance, failure(&error), budget);
                         }
                         waited_for.retain(|w| w.0 != instance);
                         next = self.replicas().spare(role, &asked);
@@ -148,28 +148,28 @@ impl<P: Peers> Pool<P> {
                 },
                 () = &mut half, if !half_over => {
                     half_over = true;
-                    self.are_late(role, &mut waited_for);
+                    self.are_late(role, &mut waited_for, budget);
                     next = self.replicas().spare(role, &asked);
                 }
                 () = &mut end => {
-                    self.are_late(role, &mut waited_for);
+                    self.are_late(role, &mut waited_for, budget);
                     return None;
                 }
             }
         }
     }
 
-    fn are_late(&self, role: &str, waited_for: &mut [(String, bool)]) {
+    fn are_late(&self, role: &str, waited_for: &mut [(String, bool)], budget: Budget) {
         for (instance, counted) in waited_for.iter_mut().filter(|w| !w.1) {
             tracing::warn!(role, instance, "no answer in time");
-            self.hold_against(role, instance, Failure::Broken);
+            self.hold_against(role, instance, Failure::Broken, budget);
             *counted = true;
         }
     }
 
-    fn hold_against(&self, role: &str, instance: &str, failure: Failure) {
+    fn hold_against(&self, role: &str, instance: &str, failure: Failure, budget: Budget) {
         self.failures.add(&[role, failure.name()]);
-        self.replicas().failed(role, instance, failure, self.peers.now());
+        self.replicas().failed(role, instance, failure, self.peers.now(), budget.clock);
         self.failed.notify_one();
     }
 

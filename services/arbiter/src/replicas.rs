@@ -8,11 +8,14 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use curionav_schemas::Clock;
+
 use crate::lanes::{self, Lane};
 
 /// Between two probes of a replica that does not answer them.
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
-/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses.
+/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of
+/// real time.
 const PAUSES_MAX: u32 = 3;
 /// Weight of the newest measurement in the moving average of speeds.
 const NEWEST: f64 = 0.3;
@@ -221,12 +224,16 @@ impl Replicas {
     /// No usable answer. Whoever is overloaded goes on, with less. Whoever is broken is asked for nothing until
     /// it answers: a second question would be another cycle's that comes to harm, and if all was well the
     /// answer is here before the next cycle.
-    pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration) {
+    ///
+    /// In real time it is left alone the longer the more often it has failed. In lockstep the robot waits for
+    /// whoever works, and how fast its time passes must not matter.
+    pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration, clock: Clock) {
         let Some(replica) = self.find(role, instance) else { return };
         match failure {
             Failure::Overloaded => replica.speed *= 0.5,
             Failure::Cold | Failure::Broken if replica.standing == Standing::Ready => {
-                replica.standing = Standing::Due(now + PROBE_PAUSE * replica.failures.min(PAUSES_MAX));
+                let pauses = if clock == Clock::Realtime { replica.failures.min(PAUSES_MAX) } else { 0 };
+                replica.standing = Standing::Due(now + PROBE_PAUSE * pauses);
                 replica.failures = replica.failures.saturating_add(1);
                 // What it was before says nothing of what it will be when it is back.
                 (replica.speed, replica.unhindered, replica.way) = (0.0, 0.0, f64::INFINITY);
@@ -358,11 +365,11 @@ mod tests {
     fn a_failure_ends_the_work_until_a_probe_is_answered() {
         for failure in [Failure::Broken, Failure::Cold] {
             let mut replicas = ready(&[("a", 1)]);
-            replicas.failed("cpc", "a", failure, NOW);
+            replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
             assert!(replicas.ready("cpc").is_empty());
             assert_eq!(replicas.take_due(NOW).len(), 1);
             // What it is blamed for meanwhile is no reason to ask it again.
-            replicas.failed("cpc", "a", failure, NOW);
+            replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
             assert!(replicas.take_due(NOW).is_empty());
             replicas.probed("cpc", "a", Some(1), NOW);
             assert_eq!(replicas.ready("cpc"), ["a"]);
@@ -373,7 +380,7 @@ mod tests {
     fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
         let mut replicas = ready(&[("a", 1)]);
         let fail = |replicas: &mut Replicas| {
-            replicas.failed("cpc", "a", Failure::Broken, NOW);
+            replicas.failed("cpc", "a", Failure::Broken, NOW, Clock::Realtime);
             let due = replicas.next_due().unwrap();
             assert_eq!(replicas.take_due(due).len(), 1);
             replicas.probed("cpc", "a", Some(1), due);
@@ -391,7 +398,7 @@ mod tests {
             replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
         }
         for _ in 0..9 {
-            replicas.failed("cpc", "a", Failure::Overloaded, NOW);
+            replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Realtime);
         }
         assert_eq!(lanes(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
     }
