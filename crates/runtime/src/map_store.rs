@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_planning::occupancy::StaticMap;
+use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_schemas::{self as wire, MapId, Reject, RejectCode, keys};
 use zenoh::Session;
 
@@ -22,6 +22,15 @@ const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 pub fn host(session: &Session, map: wire::OccupancyGrid, refused: &Tally) -> Result<Server, ServeError> {
     let key = keys::map(&map.map);
     serve_state(session, &key, refused, move || Ok(map.clone()))
+}
+
+/// What is served as map `id`, if it is that map; for [`fetch_from_all`].
+pub fn accept(id: MapId, served: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
+    let grid = convert::occupancy_grid(served)?;
+    if grid.hash().0 != id.0 {
+        return Err(Reject::new(RejectCode::Invalid, format!("what was served as map {id} is another map")));
+    }
+    Ok(grid)
 }
 
 /// Fetches maps on a miss and keeps them with their distance fields.
@@ -65,16 +74,8 @@ impl MapStore {
             let missing =
                 |why: String| Reject::new(RejectCode::Cold, format!("map {id} could not be fetched: {why}"));
             let Some((session, runtime)) = &self.source else { return Err(missing("no source".into())) };
-            let read = |grid: wire::OccupancyGrid| {
-                let grid = convert::occupancy_grid(grid)?;
-                if grid.hash().0 != id.0 {
-                    let reason = format!("what was served as map {id} is another map");
-                    return Err(Reject::new(RejectCode::Invalid, reason));
-                }
-                Ok(grid)
-            };
             let grid = runtime
-                .block_on(fetch_from_all(session, &keys::map(&id), FETCH_TIMEOUT, read))
+                .block_on(fetch_from_all(session, &keys::map(&id), FETCH_TIMEOUT, |grid| accept(id, grid)))
                 .map_err(|e| missing(e.to_string()))?;
             Ok(StaticMap::new(grid))
         })

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-use super::program::{Deployment, Serving, curionav, signal, turn, wait_until_running, within};
+use super::program::{Deployment, Serving, curionav, run, signal, turn, wait_until_running, within};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -58,6 +58,35 @@ fn a_whole_deployment_is_proven_link_by_link() {
     assert!(of(&report, "cpc cpc-0")[0]["detail"].as_str().unwrap().contains("ready for the mission"));
     assert!(curionav(&["cancel", "robot", "--connect", deployment.endpoint()]).status.success());
     running.join().unwrap();
+
+    // Cancelled, and its map gone with who has served it: nothing is missing.
+    deployment.kill("simulator-0");
+    let is_noted = || {
+        let (status, report) = doctor(deployment.endpoint(), &[]);
+        status == 0 && of(&report, "map of robot").iter().any(|finding| finding["verdict"] == "note")
+    };
+    assert!(within(Duration::from_secs(20), is_noted), "{:#}", doctor(deployment.endpoint(), &[]).1);
+}
+
+#[test]
+fn robots_with_different_planners_need_not_ask_the_same_of_a_pool() {
+    let _turn = turn();
+    let deployment = Deployment::start(1);
+    let at = ["--connect", deployment.endpoint()];
+    let _other = ["driver", "localizer", "arbiter", "simulator"].map(|role| {
+        Serving::start(&[&[role, "--robot", "a", "--world", "a", "--instance", "a"], &at[..]].concat())
+    });
+    // The first in the alphabet has no use for CPC, the other one has.
+    let seed = ["--seed", "1000"];
+    let with_cnc_alone = ["--robot", "a", "--world", "a", "--planner", "cnc-only"];
+    for planner in [&with_cnc_alone[..], &[]] {
+        assert_eq!(run(QUICK, &[planner, &seed, &at].concat()).1, 0);
+    }
+    let (status, report) = doctor(deployment.endpoint(), &[]);
+    assert_eq!(status, 0, "{report:#}");
+    for pool in ["cpc cpc-0", "cnc hccdm-0", "generator generator-0"] {
+        assert!(of(&report, pool)[0]["detail"].as_str().unwrap().contains("ready for the mission"));
+    }
 }
 
 #[test]

@@ -74,21 +74,25 @@ impl Instance {
         Alive { role: &self.role, instance: &self.name, status: self.status.as_ref() }
     }
 
+    /// What it does.
+    pub(super) fn role(&self) -> &str {
+        &self.role
+    }
+
     fn link(&self) -> String {
         format!("{} {}", self.role, self.name)
     }
 
-    /// What there is to say about it. `context` is a mission to be asked about, `pools` the roles of pools.
+    /// What there is to say about it. `context` is of a mission that asks its role for work, if there is one.
     pub(super) async fn examine(
         &self,
         session: &Session,
         at: &ConnectOptions,
         context: Option<&PlanContext>,
-        pools: &BTreeSet<String>,
     ) -> anyhow::Result<Vec<Finding>> {
         let link = self.link();
         let is_pool = !ROBOT_ROLES.contains(&self.role.as_str()) && self.role != "simulator";
-        let work = if is_pool { Some(self.work(session, context, pools).await?) } else { None };
+        let work = if is_pool { Some(self.work(session, context).await?) } else { None };
         let Some(status) = &self.status else {
             return Ok(vec![match work {
                 Some(Ok(work)) => Finding::proven(link, format!("keeps no status; {work}")),
@@ -193,9 +197,7 @@ impl Instance {
         &self,
         session: &Session,
         context: Option<&PlanContext>,
-        pools: &BTreeSet<String>,
     ) -> anyhow::Result<Result<String, String>> {
-        let context = context.filter(|_| pools.contains(&self.role));
         if self.role == generator::ROLE {
             let request = match context {
                 Some(context) => GenerateRequest { budget_ms: budget_ms(), ..context.warm_up_generator()? },

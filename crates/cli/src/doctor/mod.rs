@@ -122,8 +122,9 @@ async fn examine(
         asked_of_pools
     };
     for instance in &instances {
-        let context = missions.iter().find_map(|mission| mission.context());
-        findings.extend(instance.examine(session, &options.at, context, &pools).await?);
+        // Robots may have different planners: of a mission that has no use for it, nobody can be asked.
+        let context = missions.iter().find_map(|mission| mission.asking(instance.role()));
+        findings.extend(instance.examine(session, &options.at, context).await?);
     }
     let missing = needs::missing(Need::of(&robots, &pools), &alive, &options.at).into_iter();
     findings.extend(missing.map(|(what, fix)| Finding::missing(what, "nobody is alive", fix)));

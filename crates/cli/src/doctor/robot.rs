@@ -1,15 +1,15 @@
 //! One robot: its mission, the map of it, and its streams.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use curionav_arbiter::context::PlanContext;
 use curionav_planning::occupancy::StaticMap;
-use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_runtime::generator;
 use curionav_runtime::probe::{Heard, Listener, ask_everybody};
+use curionav_runtime::query::{AskError, fetch_from_all};
+use curionav_runtime::{generator, map_store};
 use curionav_schemas::{
-    self as wire, Belief, Decision, MapId, MissionState, OccupancyGrid, Odometry, People, Scan, keys,
+    self as wire, Belief, Decision, MapId, Message, MissionState, Odometry, People, Scan, keys,
 };
 use zenoh::Session;
 
@@ -43,7 +43,7 @@ impl Mission {
         let mut found =
             Self { robot: robot.to_owned(), driver: !replies.is_empty(), mission, map: None, context: None };
         let Some(mission) = found.mission.clone() else { return Ok(found) };
-        match fetch_map(session, mission.map).await? {
+        match fetch_map(session, mission.map).await {
             Ok((served, map)) => {
                 found.map = Some(Ok(served));
                 let fields = Fields::of_maps([map]);
@@ -55,9 +55,13 @@ impl Mission {
         Ok(found)
     }
 
-    /// What pools are to be asked about.
-    pub(super) fn context(&self) -> Option<&PlanContext> {
+    fn context(&self) -> Option<&PlanContext> {
         self.context.as_ref()?.as_ref().ok()
+    }
+
+    /// What a pool is to be asked about, if the mission asks `role` for work.
+    pub(super) fn asking(&self, role: &str) -> Option<&PlanContext> {
+        self.context().filter(|_| self.pool_roles().iter().any(|asked| asked == role))
     }
 
     /// The roles its mission asks pools for; none without a mission.
@@ -82,6 +86,12 @@ impl Mission {
             return if self.driver { vec![has_none] } else { Vec::new() };
         };
         let mut findings = vec![state_of(link, mission)];
+        // What is over needs no map any more, and nobody has to serve it.
+        let is_over = matches!(mission.state, MissionState::Finished | MissionState::Cancelled);
+        let fault = |link: String, detail: String, fix: String| match is_over {
+            true => Finding::note(link, detail, fix),
+            false => Finding::missing(link, detail, fix),
+        };
         let link = format!("map of {}", self.robot);
         match &self.map {
             Some(Ok(map)) => {
@@ -96,7 +106,7 @@ impl Mission {
                 (finding.bytes, finding.round_trip_ms) = (Some(map.bytes as u64), Some(map.took_ms));
                 findings.push(finding);
             }
-            Some(Err(reason)) => findings.push(Finding::missing(
+            Some(Err(reason)) => findings.push(fault(
                 link,
                 reason.clone(),
                 format!(
@@ -107,10 +117,10 @@ impl Mission {
             None => {}
         }
         if let Some(Err(reason)) = &self.context {
-            findings.push(Finding::missing(
+            findings.push(fault(
                 format!("mission of {}: plan", self.robot),
                 format!("cannot be planned: {reason}"),
-                "set a mission with another goal or profile",
+                "set a mission with another goal or profile".into(),
             ));
         }
         findings
@@ -137,18 +147,20 @@ fn state_of(link: String, mission: &wire::Mission) -> Finding {
     }
 }
 
-async fn fetch_map(session: &Session, id: MapId) -> anyhow::Result<Result<(ServedMap, StaticMap), String>> {
-    let (replies, took) = ask_everybody(session, &keys::map(&id), None, MAP_TIMEOUT).await?;
-    let Some(reply) = replies.first() else { return Ok(Err(format!("nobody serves map {id}"))) };
-    let read = || {
-        let grid: OccupancyGrid = reply.decode().ok_or("refused")?.map_err(|e| e.to_string())?;
-        let grid = convert::occupancy_grid(grid).map_err(|e| e.to_string())?;
-        if grid.hash().0 != id.0 {
-            return Err(format!("what is served as map {id} is another map"));
-        }
-        Ok((ServedMap { bytes: reply.bytes(), took_ms: took.as_secs_f64() * 1e3 }, StaticMap::new(grid)))
+async fn fetch_map(session: &Session, id: MapId) -> Result<(ServedMap, StaticMap), String> {
+    let started = Instant::now();
+    let read = |served: wire::OccupancyGrid| {
+        let bytes = served.encode().len();
+        Ok((bytes, map_store::accept(id, served)?))
     };
-    Ok(read())
+    match fetch_from_all(session, &keys::map(&id), MAP_TIMEOUT, read).await {
+        Ok((bytes, grid)) => {
+            let took_ms = started.elapsed().as_secs_f64() * 1e3;
+            Ok((ServedMap { bytes, took_ms }, StaticMap::new(grid)))
+        }
+        Err(AskError::NoReply) => Err(format!("nobody serves map {id}")),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 /// A stream: its name, who publishes it.
