@@ -230,9 +230,10 @@ impl Writing {
                 Ok(())
             }
             "mission" => {
-                if let Some(mission) = self.record::<Mission>(&owner, arrival)? {
-                    self.look_into(&mission);
-                }
+                let Some(mission) = self.understand::<Mission>(arrival) else { return Ok(()) };
+                self.timelines.entry(owner.clone()).or_default().follow(&mission);
+                self.write(&owner, arrival, &mission)?;
+                self.look_into(&mission);
                 Ok(())
             }
             _ => Ok(()),
@@ -241,14 +242,21 @@ impl Writing {
 
     /// Writes one message as it came, and its picture.
     fn record<M: Visible>(&mut self, owner: &str, arrival: &Arrival) -> anyhow::Result<Option<M>> {
-        let message = match M::decode(&arrival.payload, Some(&arrival.encoding)) {
-            Ok(message) => message,
-            Err(error) => {
+        let message = self.understand::<M>(arrival);
+        message.as_ref().map_or(Ok(()), |message| self.write(owner, arrival, message))?;
+        Ok(message)
+    }
+
+    fn understand<M: Message>(&mut self, arrival: &Arrival) -> Option<M> {
+        M::decode(&arrival.payload, Some(&arrival.encoding))
+            .inspect_err(|error| {
                 self.tally.refused += 1;
                 tracing::warn!(key = arrival.key, %error, "not recorded");
-                return Ok(None);
-            }
-        };
+            })
+            .ok()
+    }
+
+    fn write<M: Visible>(&mut self, owner: &str, arrival: &Arrival, message: &M) -> anyhow::Result<()> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
         let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
@@ -257,8 +265,7 @@ impl Writing {
         let written = self.file.contract::<M>(&arrival.key, &arrival.payload, time);
         written
             .and_then(|()| message.show(owner, time, &mut self.file))
-            .with_context(|| format!("cannot write {}", self.path.display()))?;
-        Ok(Some(message))
+            .with_context(|| format!("cannot write {}", self.path.display()))
     }
 
     /// Gets the map of a mission and the versions of those who carry it out.

@@ -1,20 +1,46 @@
 //! When a message was sent, on one line of time for all missions of a robot.
 
-/// A stamp this much older than the newest belongs to a clock that was started anew, seconds.
+use curionav_schemas::{Clock, Mission};
+
+/// A message that comes this much later than others of its stamp belongs to a clock that was started anew, seconds
+/// of wall time.
 const RESTART: f64 = 1.0;
 
-/// Robot time laid out along wall time: within a mission distances are those of the robot's clock, so that a run that
-/// was simulated faster than real plays at its own pace; each new mission begins where the one before has ended or
-/// now, whichever is later.
-#[derive(Debug, Default)]
+/// Robot time laid out along wall time: within a run distances are those of the robot's clock, so that one that was
+/// simulated faster than real plays at its own pace; each new run begins where the one before has ended or now,
+/// whichever is later.
+#[derive(Debug)]
 pub(super) struct Timeline {
+    /// The run, and whether the robot has been let go in it: what comes late of the run before comes earlier.
+    part: Option<(u64, bool)>,
+    /// How much older than the newest a stamp may be, seconds of the robot's clock.
+    late: f64,
     /// Nanoseconds since 1970 at stamp 0, and the newest stamp.
     anchor: Option<(u64, f64)>,
     /// The latest time given out, nanoseconds.
     latest: u64,
 }
 
+impl Default for Timeline {
+    fn default() -> Self {
+        Self { part: None, late: RESTART, anchor: None, latest: 0 }
+    }
+}
+
 impl Timeline {
+    /// Takes note of the mission whose messages follow.
+    pub(super) fn follow(&mut self, mission: &Mission) {
+        self.late = match mission.clock {
+            Clock::Realtime => RESTART * mission.time_scale.max(1.0),
+            // As fast as the machine allows: nobody can say how much robot time passes while a message is under way.
+            Clock::Lockstep => f64::INFINITY,
+        };
+        let part = Some((mission.run, mission.has_run));
+        if self.part != part {
+            (self.part, self.anchor) = (part, None);
+        }
+    }
+
     /// The latest time given out, nanoseconds since 1970; 0 if none was.
     pub(super) fn latest(&self) -> u64 {
         self.latest
@@ -28,7 +54,7 @@ impl Timeline {
         };
         let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
         let (start, newest) = match self.anchor {
-            Some((start, newest)) if stamp > newest - RESTART => (start, newest.max(stamp)),
+            Some((start, newest)) if stamp > newest - self.late => (start, newest.max(stamp)),
             _ => (now.max(self.latest).saturating_sub(nanoseconds(stamp)), stamp),
         };
         self.anchor = Some((start, newest));
@@ -40,6 +66,8 @@ impl Timeline {
 
 #[cfg(test)]
 mod tests {
+    use curionav_schemas::golden;
+
     use super::*;
 
     const SECOND: u64 = 1_000_000_000;
@@ -60,5 +88,34 @@ mod tests {
         assert_eq!(timeline.time(Some(1.5), now + SECOND), now + 21 * SECOND);
         // And one long after.
         assert_eq!(timeline.time(Some(0.0), now + 100 * SECOND), now + 100 * SECOND);
+    }
+
+    #[test]
+    fn a_run_keeps_its_pace_however_fast_it_is_and_however_late_its_reports() {
+        for (clock, time_scale) in [(Clock::Realtime, 50.0), (Clock::Lockstep, 1.0)] {
+            let mut timeline = Timeline::default();
+            let mut mission = Mission { clock, time_scale, ..golden::mission() };
+            let mut now = 1_000 * SECOND;
+            for (run, start) in [(1, 1_000), (2, 1_040)] {
+                (mission.run, mission.has_run) = (run, false);
+                timeline.follow(&mission);
+                if run > 1 {
+                    // The last word about the run before.
+                    timeline.time(Some(39.0), now);
+                }
+                mission.has_run = true;
+                for tick in 0..=400 {
+                    // The driver says it again and again.
+                    timeline.follow(&mission);
+                    let stamp = 0.1 * f64::from(tick);
+                    let time = timeline.time(Some(stamp), now);
+                    assert!((time as f64 * 1e-9 - f64::from(start) - stamp).abs() < 1e-3, "{run} {tick}");
+                    // A report, 0.1 s of wall time late.
+                    let late = timeline.time(Some((stamp - 5.0).max(0.0)), now);
+                    assert!(late <= time, "{run} {tick}");
+                    now += SECOND / 500;
+                }
+            }
+        }
     }
 }
