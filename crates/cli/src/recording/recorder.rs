@@ -7,7 +7,9 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
-use curionav_runtime::query::fetch;
+use curionav_runtime::map_store;
+use curionav_runtime::probe::ask_everybody;
+use curionav_runtime::query::fetch_from_all;
 use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
 use curionav_schemas::{
     Belief, CycleReport, Decision, MapId, Memory, Message, Mission, MissionState, OccupancyGrid, Odometry,
@@ -15,9 +17,7 @@ use curionav_schemas::{
 };
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, JoinSet};
-use zenoh::handlers::FifoChannel;
 use zenoh::pubsub::Subscriber;
-use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 use super::timeline::Timeline;
@@ -117,7 +117,9 @@ impl Recorder {
             file,
             queue,
             timelines: BTreeMap::new(),
+            missions: BTreeMap::new(),
             maps: BTreeSet::new(),
+            lacking: BTreeSet::new(),
             runs: BTreeSet::new(),
             errands: JoinSet::new(),
             tally: Tally::default(),
@@ -170,11 +172,16 @@ struct Writing {
     queue: Queue,
     /// By robot or world.
     timelines: BTreeMap<String, Timeline>,
-    /// Maps asked for.
+    /// The last word about each robot's mission.
+    missions: BTreeMap<String, Vec<u8>>,
+    /// Maps that are here or asked for.
     maps: BTreeSet<MapId>,
+    /// Maps that nobody has served when they were asked for.
+    lacking: BTreeSet<MapId>,
     /// (robot, run) whose services have been asked for their versions.
     runs: BTreeSet<(String, u64)>,
-    errands: JoinSet<()>,
+    /// What is asked for; a map that did not come is given back.
+    errands: JoinSet<Option<MapId>>,
     tally: Tally,
 }
 
@@ -192,12 +199,16 @@ impl Writing {
                     Some(arrival) => self.take(&arrival)?,
                     None => break,
                 },
-                Some(_) = self.errands.join_next(), if !self.errands.is_empty() => {}
+                Some(done) = self.errands.join_next(), if !self.errands.is_empty() => self.note(done.ok().flatten()),
                 () = tokio::time::sleep(IDLE) => {}
             }
             self.file.flush_if_due().with_context(|| format!("cannot write {}", self.path.display()))?;
         }
-        let errands = async { while self.errands.join_next().await.is_some() {} };
+        let errands = async {
+            while let Some(done) = self.errands.join_next().await {
+                self.note(done.ok().flatten());
+            }
+        };
         // Without an answer the recording lacks a map or a version and says so when it is read.
         let _ = tokio::time::timeout(LAST_ANSWERS, errands).await;
         while let Ok(arrival) = arrivals.try_recv() {
@@ -232,7 +243,10 @@ impl Writing {
             "mission" => {
                 let Some(mission) = self.understand::<Mission>(arrival) else { return Ok(()) };
                 self.timelines.entry(owner.clone()).or_default().follow(&mission);
-                self.write(&owner, arrival, &mission)?;
+                let last = self.missions.insert(owner.clone(), arrival.payload.clone());
+                // The driver says it again every second: that changes no picture.
+                let is_drawn = last.is_none_or(|last| last != arrival.payload);
+                self.write(&owner, arrival, &mission, is_drawn)?;
                 self.look_into(&mission);
                 Ok(())
             }
@@ -243,7 +257,7 @@ impl Writing {
     /// Writes one message as it came, and its picture.
     fn record<M: Visible>(&mut self, owner: &str, arrival: &Arrival) -> anyhow::Result<Option<M>> {
         let message = self.understand::<M>(arrival);
-        message.as_ref().map_or(Ok(()), |message| self.write(owner, arrival, message))?;
+        message.as_ref().map_or(Ok(()), |message| self.write(owner, arrival, message, true))?;
         Ok(message)
     }
 
@@ -256,7 +270,13 @@ impl Writing {
             .ok()
     }
 
-    fn write<M: Visible>(&mut self, owner: &str, arrival: &Arrival, message: &M) -> anyhow::Result<()> {
+    fn write<M: Visible>(
+        &mut self,
+        owner: &str,
+        arrival: &Arrival,
+        message: &M,
+        is_drawn: bool,
+    ) -> anyhow::Result<()> {
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
         let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
@@ -264,19 +284,21 @@ impl Writing {
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
         let written = self.file.contract::<M>(&arrival.key, &arrival.payload, time);
         written
-            .and_then(|()| message.show(owner, time, &mut self.file))
+            .and_then(|()| if is_drawn { message.show(owner, time, &mut self.file) } else { Ok(()) })
             .with_context(|| format!("cannot write {}", self.path.display()))
     }
 
     /// Gets the map of a mission and the versions of those who carry it out.
     fn look_into(&mut self, mission: &Mission) {
         if self.maps.insert(mission.map) {
-            let (session, queue, key) = (self.session.clone(), self.queue.clone(), keys::map(&mission.map));
+            let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.map);
             self.errands.spawn(async move {
-                match fetch::<OccupancyGrid>(&session, &key, FETCH_TIMEOUT).await {
-                    Ok(map) => queue.push(&key, OccupancyGrid::ENCODING.into(), map.encode()),
-                    Err(error) => tracing::error!(key, %error, "the recording lacks a map"),
-                }
+                let key = keys::map(&id);
+                let accept = |map: OccupancyGrid| map_store::accept(id, map.clone()).map(|_| map);
+                let served = fetch_from_all(&session, &key, FETCH_TIMEOUT, accept).await;
+                let Ok(map) = served else { return Some(id) };
+                queue.push(&key, OccupancyGrid::ENCODING.into(), map.encode());
+                None
             });
         }
         // By then everybody who has a part in it is there.
@@ -286,29 +308,30 @@ impl Writing {
         }
     }
 
+    /// Takes note of a map that did not come. It is asked for again when the mission is said again.
+    fn note(&mut self, absent: Option<MapId>) {
+        let Some(map) = absent else { return };
+        self.maps.remove(&map);
+        if self.lacking.insert(map) {
+            tracing::warn!(%map, "the recording lacks a map: nobody serves it");
+        }
+    }
+
     /// Asks everybody who answers on `key`, and records the answers.
     fn ask(&mut self, key: String) {
         let (session, queue) = (self.session.clone(), self.queue.clone());
         self.errands.spawn(async move {
-            let replies = session
-                .get(key)
-                .target(QueryTarget::All)
-                .consolidation(ConsolidationMode::None)
-                .timeout(STATUS_TIMEOUT)
-                .with(FifoChannel::new(64))
-                .wait();
-            let Ok(replies) = replies else { return };
-            while let Ok(reply) = replies.recv_async().await {
-                if let Ok(sample) = reply.result() {
-                    let payload = sample.payload().to_bytes().into_owned();
-                    match own_key(sample.key_expr().as_str(), &payload) {
-                        Some(key) => queue.push(&key, sample.encoding().to_string(), payload),
-                        None => {
-                            tracing::warn!(key = %sample.key_expr(), "an answer that says not whose it is")
-                        }
-                    }
+            let Ok((replies, _)) = ask_everybody(&session, &key, None, STATUS_TIMEOUT).await else {
+                return None;
+            };
+            for reply in replies {
+                let Ok((payload, encoding)) = reply.answer else { continue };
+                match own_key(&reply.key, &payload) {
+                    Some(key) => queue.push(&key, encoding, payload),
+                    None => tracing::warn!(key = reply.key, "an answer that says not whose it is"),
                 }
             }
+            None
         });
     }
 }
@@ -341,9 +364,60 @@ fn names(key: &str) -> (&str, &str) {
 
 #[cfg(test)]
 mod tests {
+    use curionav_runtime::{convert, session};
     use curionav_schemas::golden;
 
+    use super::super::{Item, Reader};
     use super::*;
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_map_is_asked_for_until_it_comes_and_a_mission_said_again_is_drawn_once() {
+        let path = std::env::temp_dir().join(format!("curionav-recorder-{}.mcap", std::process::id()));
+        let session = session::embedded().await.unwrap();
+        let recorder = Recorder::start(&session, &path, &Scope::default()).unwrap();
+        // Under the map's name another one, then nothing, then the map itself.
+        let map = convert::occupancy_grid(golden::occupancy_grid()).unwrap();
+        let map = convert::occupancy_grid_to_wire(&map);
+        let mission = Mission { map: map.map, ..golden::mission() };
+        let other = OccupancyGrid { resolution: 2.0 * map.resolution, ..map.clone() };
+        let (asked, own) = (Arc::new(AtomicUsize::new(0)), map.clone());
+        let count = Arc::clone(&asked);
+        let answers = move |query: zenoh::query::Query| {
+            let answer = match count.fetch_add(1, Ordering::Relaxed) {
+                0 => &other,
+                1 => return,
+                _ => &own,
+            };
+            let key = query.key_expr().clone();
+            query.reply(key, answer.encode()).encoding(OccupancyGrid::ENCODING).wait().unwrap();
+        };
+        let _hosted = session.declare_queryable(keys::map(&map.map)).callback(answers).wait().unwrap();
+        let said = keys::robot(&mission.robot, "mission").unwrap();
+        let deadline = std::time::Instant::now() + Duration::from_secs(30);
+        while asked.load(Ordering::Relaxed) < 3 && std::time::Instant::now() < deadline {
+            session.put(&said, mission.encode()).encoding(Mission::ENCODING).wait().unwrap();
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        let tally = recorder.finish().await;
+        session::close(&session);
+        let mut maps = Vec::new();
+        let mut reader = Reader::open(&path).unwrap();
+        while let Some(item) = reader.next().unwrap() {
+            if let Item::Map(map) = item {
+                maps.push(map);
+            }
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert!(maps == [map] && tally.unwrap().refused == 0);
+        let topics = mcap::MessageStream::new(&bytes).unwrap().map(|m| m.unwrap().channel.topic.clone());
+        let (mut words, mut goals) = (0, 0);
+        for topic in topics {
+            words += u32::from(topic == said);
+            goals += u32::from(topic.ends_with("/goal"));
+        }
+        assert!(words >= 3 && goals == 1, "{words} words, {goals} goals");
+    }
 
     #[test]
     fn an_answer_is_recorded_as_what_it_is_whatever_was_asked() {
