@@ -50,7 +50,7 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         ..ServiceConfig::default()
     };
     config.check().map_err(Exit::bad_input)?;
-    let finished = if options.connect.is_some() {
+    let (finished, recording) = if options.connect.is_some() {
         let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
         let finished = recorded(&session, &config, &package, &options).await;
         session::close(&session);
@@ -65,7 +65,9 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         embedded.stop().await;
         finished?
     };
-    show(&options, &package, &finished)
+    // A run has taken place whatever became of its recording.
+    let status = show(&options, &package, &finished)?;
+    recording.map(|()| status)
 }
 
 /// What is left of a run.
@@ -104,15 +106,15 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
     Ok(output::exit_code(result))
 }
 
-/// Follows the run, and records it if that is wanted.
+/// Follows the run, and records it if that is wanted: also gives what became of the recording.
 async fn recorded(
     session: &Session,
     config: &ServiceConfig,
     package: &Package,
     options: &RunOptions,
-) -> Result<Finished, Exit> {
+) -> Result<(Finished, Result<(), Exit>), Exit> {
     let Some(path) = &options.record else {
-        return follow_or_cancel(session, config, package, options).await;
+        return Ok((follow_or_cancel(session, config, package, options).await?, Ok(())));
     };
     let recorder = record::of_run(session, path, config)?;
     let finished = follow_or_cancel(session, config, package, options).await;
@@ -120,10 +122,19 @@ async fn recorded(
     if options.connect.is_some() {
         tokio::time::sleep(LAST_REPORTS).await;
     }
-    let tally = recorder.finish().await.map_err(Exit::failed);
-    let finished = finished?;
-    eprintln!("{}", record::summary(path, &tally?));
-    Ok(finished)
+    let recording = recorder.finish().await;
+    let recording = recording.map(|tally| eprintln!("{}", record::summary(path, &tally)));
+    let recording = recording.map_err(Exit::failed);
+    match finished {
+        Ok(finished) => Ok((finished, recording)),
+        Err(exit) => {
+            // The program ends with what became of the run.
+            if let Err(error) = recording {
+                tracing::error!(%error, "the recording failed as well");
+            }
+            Err(exit)
+        }
+    }
 }
 
 async fn follow_or_cancel(

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Child;
+use std::process::{Child, Command};
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use curionav_schemas::{CycleReport, Memory, Message, Mission};
 use serde::Deserialize;
 
 use super::program::{
-    Deployment, RunJson, curionav, run, signal, spawn, turn, wait, wait_until_running, within,
+    Deployment, RunJson, curionav, program, root, run, signal, spawn, turn, wait, wait_until_running, within,
 };
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -216,6 +216,27 @@ fn a_recording_of_another_version_is_refused_with_words() {
     let nothing = curionav(&["replay", "scenarios/quickstart.toml"]);
     let error = String::from_utf8(nothing.stderr).unwrap();
     assert!(nothing.status.code() == Some(2) && error.contains("not an MCAP file"), "{error}");
+}
+
+#[test]
+fn a_recording_that_fails_hides_no_result() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("full.mcap");
+    // A disk that is full after some kilobytes: writing beyond is an error, and no signal.
+    let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
+    let run = ["run", QUICK, "--seed", SEED, "--json", "--record", path.to_str().unwrap()];
+    let output = Command::new("sh")
+        .args(["-c", limited, "sh", program().to_str().unwrap()])
+        .args(run)
+        .current_dir(root())
+        .env_remove("RUST_LOG")
+        .output()
+        .unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    let json: RunJson = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {error}"));
+    assert_eq!((json.outcome.as_str(), output.status.code()), ("reached", Some(1)), "{error}");
+    assert!(error.lines().last().unwrap().contains("full.mcap"), "{error}");
 }
 
 /// A recorder beside a deployment in which a run has begun, both ended when dropped.
