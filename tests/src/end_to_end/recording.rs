@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{CycleReport, Memory, Message, Mission};
+use curionav_schemas::{Action, CycleReport, Memory, Message, Mission};
 use serde::Deserialize;
 
 use super::program::{
@@ -18,10 +18,14 @@ use super::program::{
 const QUICK: &str = "scenarios/quickstart.toml";
 const SEED: &str = "1000";
 
-/// What `curionav replay --json` says, as far as it is looked at here.
+/// What `curionav replay --json` says, as people script against it.
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct ReplayJson {
+    recording: PathBuf,
     planner: String,
+    recorded_planner: String,
+    version: String,
     cycles: u64,
     replayed: u64,
     differing: u64,
@@ -32,14 +36,24 @@ struct ReplayJson {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct DifferenceJson {
+    robot: String,
+    epoch: u64,
     seq: u64,
+    time_s: f64,
+    recorded: SideJson,
     replayed: SideJson,
+    apart_m: Option<f64>,
+    degraded: Vec<String>,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct SideJson {
+    action: Action,
     candidate: Option<u32>,
+    reason: String,
 }
 
 fn replay(path: &Path, more: &[&str]) -> (ReplayJson, i32) {
@@ -127,12 +141,26 @@ fn the_same_planner_decides_the_same_again_and_another_does_not() {
     assert_eq!((same.differing, status), (0, 0), "{same:?}");
     assert_eq!((same.cycles, same.replayed), (recorded.cycles.count, recorded.cycles.count));
     assert!(same.skipped.is_empty() && !same.cut_short);
+    assert_eq!((&same.recording, same.version.as_str()), (path, env!("CARGO_PKG_VERSION")));
+    assert_eq!((&same.planner, same.degraded), (&same.recorded_planner, 0));
+    let reports = messages::<CycleReport>(path);
     // The last has another generator, which grows trees of its own.
     for planner in ["distance-only", "risk-rrt"] {
         let (other, status) = replay(path, &["--planner", planner]);
         assert_eq!((other.planner.as_str(), other.replayed, status), (planner, same.replayed, 1));
         assert!(other.differing > 0, "{other:?}");
         assert_eq!(other.differing, other.differences.len() as u64);
+        for found in &other.differences {
+            let report = reports.iter().find(|r| (r.epoch, r.seq) == (found.epoch, found.seq)).unwrap();
+            assert_eq!(found.robot, report.robot);
+            assert!((found.time_s - report.scene.stamp).abs() < 1e-9);
+            let decision = &report.decision;
+            let recorded = (decision.action, decision.candidate, decision.reason.as_str());
+            let SideJson { action, candidate, reason } = &found.recorded;
+            assert_eq!((*action, *candidate, reason.as_str()), recorded);
+            let is_stopped = [found.recorded.action, found.replayed.action].contains(&Action::Stop);
+            assert_eq!(found.apart_m.is_none(), is_stopped, "{found:?}");
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod difference;
 mod offline;
+mod waiting;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -9,7 +10,7 @@ use std::path::PathBuf;
 use clap::Args;
 use comfy_table::Table;
 use curionav_planning::profile::Profile;
-use curionav_schemas::{Action, Memory, ServiceStatus};
+use curionav_schemas::{Action, ServiceStatus};
 use serde::Serialize;
 
 use crate::exit::{Exit, FAILED, SUCCESS};
@@ -17,11 +18,10 @@ use crate::package;
 use crate::recording::{Item, Reader};
 use difference::{Difference, Side};
 use offline::{Offline, Replayed};
+use waiting::Waiting;
 
 /// Differences shown to people; --json has all.
 const SHOWN: usize = 20;
-/// Memories that may wait for their report: a report that was lost never comes.
-const WAITING_MAX: usize = 64;
 /// Of this program, which must be that of the recording.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
@@ -95,7 +95,7 @@ async fn replay_all(
     let name = planner.as_ref().map(|planner| planner.name.clone());
     let mut reader = Reader::open(&options.path)?;
     let mut offline = Offline::new(planner);
-    let mut waiting: BTreeMap<(String, u64, u64), Memory> = BTreeMap::new();
+    let mut waiting = Waiting::default();
     while let Some(item) = reader.next()? {
         match item {
             Item::Mission(mission) => offline.learn_mission(*mission),
@@ -106,16 +106,12 @@ async fn replay_all(
                 if !options.any_version {
                     check_version(&summary.recording, "arbiter", &memory.version)?;
                 }
-                while waiting.len() >= WAITING_MAX {
-                    waiting.pop_first();
-                }
-                waiting.insert((memory.robot.clone(), memory.epoch, memory.seq), *memory);
+                waiting.put(*memory);
             }
             Item::Report(report) => {
                 summary.cycles += 1;
                 summary.degraded += u64::from(!report.decision.degraded.is_empty());
-                let id = (report.robot.clone(), report.epoch, report.seq);
-                let replayed = match waiting.remove(&id) {
+                let replayed = match waiting.take(&report.robot, report.epoch, report.seq) {
                     Some(memory) => offline.plan(memory, &report).await?,
                     None => Replayed::Skipped("what it was planned from is not in the recording".into()),
                 };
