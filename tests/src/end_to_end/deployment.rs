@@ -32,6 +32,7 @@ fn killing_replicas_on_the_way_changes_no_decision() {
     for name in ["generator-1", "cpc-0", "hccdm-1"] {
         deployment.kill(name);
     }
+    assert!(!running.is_finished(), "the run was over before they were killed");
     let (json, status) = running.join().unwrap();
     assert_eq!(json.decisions_sha256, expected.decisions_sha256, "{json:?}");
     assert_eq!(status, 0);
@@ -51,6 +52,7 @@ fn in_real_time_the_goal_is_reached_whoever_is_killed() {
     for name in ["generator-0", "cpc-1", "hccdm-0"] {
         deployment.kill(name);
     }
+    assert!(!running.is_finished(), "the run was over before they were killed");
     let (json, status) = running.join().unwrap();
     assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
     // Planned at 10 Hz: a cycle may be skipped on a busy machine, but never was the robot without a new

@@ -1,9 +1,10 @@
 //! Starting `curionav` and reading what it says.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -12,6 +13,8 @@ use serde::de::DeserializeOwned;
 
 /// Longest a run of these tests may take on a loaded machine.
 const RUN_LIMIT: Duration = Duration::from_secs(240);
+/// Longest a program may take to be ready on a loaded machine.
+pub(super) const READY_LIMIT: Duration = Duration::from_secs(120);
 
 /// One at a time: whoever keeps the pace of the wall clock must not share a small machine with others.
 pub(crate) fn turn() -> MutexGuard<'static, ()> {
@@ -76,7 +79,7 @@ pub(crate) fn curionav(arguments: &[&str]) -> Output {
         .spawn()
         .unwrap();
     // Both pipes must be read while it runs, or a long answer would block it.
-    let read = |mut pipe: Box<dyn std::io::Read + Send>| {
+    let read = |mut pipe: Box<dyn Read + Send>| {
         std::thread::spawn(move || {
             let mut bytes = Vec::new();
             pipe.read_to_end(&mut bytes).unwrap();
@@ -169,6 +172,26 @@ struct ProcessJson {
     metrics: Option<SocketAddr>,
 }
 
+/// What comes through a pipe, line by line, so that it can be waited for with a limit. It is read to its end.
+pub(super) fn lines(pipe: impl Read + Send + 'static) -> Receiver<String> {
+    let (sender, lines) = mpsc::channel();
+    std::thread::spawn(move || {
+        for line in BufReader::new(pipe).lines().map_while(Result::ok) {
+            // Whoever has heard enough no longer listens.
+            let _ = sender.send(line);
+        }
+    });
+    lines
+}
+
+/// The line in which a program says that it is ready, or why there is none: it has ended, or is still not ready.
+pub(crate) fn ready_line(output: ChildStdout) -> Result<String, String> {
+    lines(output).recv_timeout(READY_LIMIT).map_err(|error| match error {
+        RecvTimeoutError::Timeout => format!("not ready within {} s", READY_LIMIT.as_secs()),
+        RecvTimeoutError::Disconnected => "it has ended".into(),
+    })
+}
+
 /// Starts the program and waits for the line in which it says that it is ready.
 fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
     let mut child = Command::new(program())
@@ -179,11 +202,15 @@ fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
         .stderr(Stdio::null())
         .spawn()
         .unwrap();
-    let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    let ready =
-        serde_json::from_str(&line).unwrap_or_else(|e| panic!("{arguments:?} not ready: {e}: `{line}`"));
-    (child, ready)
+    let line = ready_line(child.stdout.take().unwrap());
+    match line.and_then(|line| serde_json::from_str(&line).map_err(|e| format!("{e}: `{line}`"))) {
+        Ok(ready) => (child, ready),
+        Err(reason) => {
+            let _ = child.kill();
+            let _ = child.wait();
+            panic!("{arguments:?}: {reason}");
+        }
+    }
 }
 
 /// A running `curionav up`, ended when dropped.

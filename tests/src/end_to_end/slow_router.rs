@@ -1,9 +1,9 @@
 //! A supervised service that starts long before its router.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::process::{Child, Command, Stdio};
 
-use super::program::{program, root, turn};
+use super::program::{READY_LIMIT, lines, program, ready_line, root, turn};
 use crate::soak::process::port_for_a_restart;
 
 /// Ended when dropped.
@@ -36,11 +36,13 @@ fn a_supervised_service_waits_for_a_router_that_is_slow_to_start() {
     let config = file.path().to_str().unwrap();
     let mut arbiter = start(&["arbiter", "--config", config, "--connect", &endpoint]);
     // It has waited for three times as long as it would have, alone.
-    let complaints = BufReader::new(arbiter.0.stderr.take().unwrap()).lines();
-    let waited = complaints.map_while(Result::ok).filter(|line| line.contains("no router answered")).take(3);
-    assert_eq!(waited.count(), 3, "it has ended");
+    let complaints = lines(arbiter.0.stderr.take().unwrap());
+    let mut waited = 0;
+    while waited < 3 {
+        let line = complaints.recv_timeout(READY_LIMIT).expect("it has ended, or hangs");
+        waited += u32::from(line.contains("no router answered"));
+    }
     let _router = start(&["router", "--listen", &endpoint]);
-    let mut ready = String::new();
-    BufReader::new(arbiter.0.stdout.take().unwrap()).read_line(&mut ready).unwrap();
+    let ready = ready_line(arbiter.0.stdout.take().unwrap()).unwrap();
     assert!(ready.contains("arbiter"), "{ready:?}");
 }

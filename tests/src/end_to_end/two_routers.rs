@@ -1,9 +1,9 @@
 //! The walk-through of `deploy/README.md`: a router on the robot, another with the pools.
 
-use std::net::TcpListener;
 use std::time::Duration;
 
 use super::program::{Serving, curionav, run, turn, wait_until_running, within};
+use crate::soak::process::port_for_a_restart;
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -15,8 +15,7 @@ fn well(endpoint: &str) -> bool {
 fn losing_the_network_leaves_the_robot_whole() {
     let _turn = turn();
     // A port of its own for the router that comes later.
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let of_pools = format!("tcp/127.0.0.1:{port}");
+    let of_pools = format!("tcp/127.0.0.1:{}", port_for_a_restart());
     // The robot starts first: its router waits for nobody.
     let robot = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0", "--connect", &of_pools]);
     let robot_at = robot.endpoint().to_owned();

@@ -1,7 +1,6 @@
 //! A robot, its routers and a pool on three machines, as processes on hosts of their own.
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::MutexGuard;
@@ -10,7 +9,7 @@ use std::time::Duration;
 use super::delayed_link::DelayedLink;
 use super::namespaces::Network;
 use super::recorder::Recorder;
-use crate::end_to_end::program::{program, root, signal, spawn, turn};
+use crate::end_to_end::program::{program, ready_line, root, signal, spawn, turn};
 
 /// A hall of 27 people; the way takes the robot 45 s.
 const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
@@ -133,8 +132,7 @@ impl Site {
     /// Waits until a process serves.
     pub(super) fn await_ready(&mut self, name: &str) {
         let stdout = self.processes.get_mut(name).unwrap().child.stdout.take().unwrap();
-        let mut line = String::new();
-        BufReader::new(stdout).read_line(&mut line).unwrap();
+        let line = ready_line(stdout).unwrap_or_else(|reason| panic!("{name}: {reason}\n{}", self.log(name)));
         assert!(line.contains("\"ready\""), "{name} is not ready: `{line}`\n{}", self.log(name));
     }
 

@@ -1,12 +1,12 @@
 //! A service in a process of its own, and what the system says of it.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{Read, Seek, SeekFrom};
 use std::net::TcpListener;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::time::Duration;
 
-use crate::end_to_end::program::{program, root, signal};
+use crate::end_to_end::program::{program, ready_line, root, signal};
 
 /// Kernel ticks a second in `/proc/PID/stat`.
 const KERNEL_HZ: f64 = 100.0;
@@ -49,11 +49,7 @@ impl Process {
     /// Waits until it is ready. Nobody may end before, whoever else is slow to start.
     pub(super) fn await_ready(&mut self) {
         let output = self.child.stdout.take().unwrap();
-        BufReader::new(output).read_line(&mut self.line).unwrap();
-        if self.line.is_empty() {
-            let status = self.child.wait().unwrap();
-            panic!("ended before it was ready, {status}: {}", self.complaints());
-        }
+        self.line = ready_line(output).unwrap_or_else(|reason| panic!("{reason}: {}", self.complaints()));
     }
 
     /// How it ended, if it has.
