@@ -77,6 +77,9 @@ pub struct GenerateReply {
     pub tree: Tree,
     /// Time spent, microseconds.
     pub elapsed_us: u64,
+    /// Whether the budget ended its growth: another machine would have grown another tree.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cut: bool,
 }
 
 impl Validate for GenerateReply {

@@ -7,8 +7,8 @@ mod planning;
 mod world;
 
 pub use planning::{
-    candidate_set, cycle_report, decision, evaluate_request, explained_cycle_report, generate_reply,
-    generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
+    candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
+    generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
 };
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
@@ -59,6 +59,7 @@ pub fn all() -> Vec<Golden> {
         golden("tree.two_roots", &tree_of_two_roots()),
         golden("generate_request", &generate_request()),
         golden("generate_reply", &generate_reply()),
+        golden("generate_reply.cut", &cut_generate_reply()),
         golden("evaluate_request", &evaluate_request()),
         golden("scores", &scores()),
         golden("cycle_report", &cycle_report()),

@@ -110,8 +110,9 @@ pub(crate) enum Command {
     /// Plan every cycle of a recording again, in this process, and say where decisions differ.
     ///
     /// Each cycle starts from what was recorded: scene, search trees and the trajectory being driven. With the planner
-    /// and version of the recording no decision differs. With --planner another planner is asked what it would have
-    /// done at each of these moments; one with another generator grows trees of its own along the recording.
+    /// and version of the recording no decision differs, except perhaps in cycles that were degraded: what these lacked, a
+    /// replica or time, is there in a replay. With --planner another planner is asked what it would have done at each of
+    /// these moments; one with another generator grows trees of its own along the recording.
     ///
     ///   curionav replay drive.mcap                         must say: 0 differ
     ///   curionav replay drive.mcap --planner distance-only

@@ -1,5 +1,6 @@
 //! The trajectory generators in their two homes, as `evaluators` does for evaluators.
 
+use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -111,8 +112,14 @@ pub fn generate(
         forecast: params.forecast,
         previous: (!previous.is_empty()).then_some(&previous),
     };
+    // Whoever is told to stop does.
+    let cut = Cell::new(false);
+    let should_stop = || {
+        cut.set(cut.get() || should_stop());
+        cut.get()
+    };
     let generated =
-        generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, should_stop);
+        generator.generate(&input, request.tree.clone().map(convert::tree), request.seed, &should_stop);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,
@@ -120,5 +127,49 @@ pub fn generate(
         candidates: convert::candidates_to_wire(&generated.candidates),
         tree: convert::tree_to_wire(generated.tree),
         elapsed_us: started.elapsed().as_micros() as u64,
+        cut: cut.get(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::occupancy::OccupancyGrid;
+    use curionav_planning::profile::Profile;
+    use curionav_schemas::golden;
+
+    use super::*;
+
+    #[test]
+    fn a_tree_that_the_budget_cuts_short_says_so() {
+        let profile = Profile::builtin("curiosity").unwrap();
+        let params = GeneratorParams {
+            steps: profile.steps,
+            dt: profile.dt,
+            min_speed: profile.min_speed,
+            generation: profile.generation.clone(),
+            collision: profile.collision,
+            risk: profile.risk,
+            forecast: profile.forecast,
+            previous: Vec::new(),
+        };
+        // An empty room of 12 m by 12 m.
+        let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
+        let map = StaticMap::new(grid);
+        let request = GenerateRequest {
+            tree: None,
+            params: convert::to_value(&params).unwrap(),
+            ..golden::generate_request()
+        };
+        let goal = Point2::new(request.goal_x, request.goal_y);
+        let geodesic = GeodesicField::new(&map.grid, &map.to_obstacle, goal, 0.3);
+        let nodes = |generator: &str, is_over: bool| {
+            let request = GenerateRequest { generator: generator.into(), ..request.clone() };
+            let reply = generate("a", &request, &map, &geodesic, &|| is_over).unwrap();
+            assert_eq!(reply.cut, is_over, "{generator}");
+            reply.tree.x.len()
+        };
+        for generator in generation::NAMES {
+            assert!(nodes(generator, true) < nodes(generator, false), "{generator}");
+        }
+    }
 }

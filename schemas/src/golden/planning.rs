@@ -88,7 +88,13 @@ pub fn generate_reply() -> GenerateReply {
         candidates: candidate_set(),
         tree: tree(),
         elapsed_us: 5_210,
+        cut: false,
     }
+}
+
+/// The answer of one that ran out of time.
+pub fn cut_generate_reply() -> GenerateReply {
+    GenerateReply { cut: true, ..generate_reply() }
 }
 
 /// A shard of two candidates.

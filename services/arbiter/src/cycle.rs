@@ -184,9 +184,9 @@ pub async fn plan<P: Peers>(
     let requests = (memory.trees.drain(..).enumerate())
         .map(|(i, tree)| context.generate_request(id, &scene_message, i, tree, memory.previous.as_ref()))
         .collect::<Result<Vec<_>, _>>()?;
-    let Grown { candidates, trees, shortfall } = growth::grow(pool, context, &requests).await?;
+    let Grown { candidates, trees, shortfalls } = growth::grow(pool, context, &requests).await?;
     memory.trees = trees;
-    degraded.extend(shortfall.map(str::to_owned));
+    degraded.extend(shortfalls.into_iter().map(str::to_owned));
     let generated = peers.now();
 
     // Evaluate: shards over every replica; what nobody scored, in process.

@@ -18,6 +18,17 @@ use crate::budget::Budget;
 use crate::peers::{GENERATOR, Peers};
 use crate::pool::{Answer, Pool};
 
+/// What a generator has answered.
+#[derive(Debug)]
+pub struct Generated {
+    /// Of the tree.
+    pub candidates: CandidateSet,
+    /// As it is now.
+    pub tree: Tree,
+    /// Whether the budget ended its growth.
+    pub cut: bool,
+}
+
 /// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
@@ -25,7 +36,7 @@ pub async fn generate<P: Peers>(
     index: usize,
     shape: (usize, f64),
     budget: Budget,
-) -> Option<(CandidateSet, Tree)> {
+) -> Option<Generated> {
     let ready = pool.replicas().ready(GENERATOR);
     // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
     let turn = request.seq.wrapping_add(index as u64) % ready.len().max(1) as u64;
@@ -42,7 +53,7 @@ fn usable(
     reply: GenerateReply,
     request: &GenerateRequest,
     shape: (usize, f64),
-) -> Result<Answer<(CandidateSet, Tree)>, AskError> {
+) -> Result<Answer<Generated>, AskError> {
     let busy = Duration::from_micros(reply.elapsed_us);
     if (reply.epoch, reply.seq) != (request.epoch, request.seq) {
         return Err(AskError::Malformed("candidates of another cycle".into()));
@@ -51,7 +62,8 @@ fn usable(
     if (candidates.steps(), candidates.dt()) != shape {
         return Err(AskError::Malformed("candidates of another shape".into()));
     }
-    Ok(Answer { count: candidates.len(), value: (candidates, reply.tree), busy })
+    let value = Generated { candidates, tree: reply.tree, cut: reply.cut };
+    Ok(Answer { count: value.candidates.len(), value, busy })
 }
 
 /// Scores of one shard.

@@ -7,7 +7,7 @@ use futures_util::future::join_all;
 
 use crate::budget::Budget;
 use crate::context::PlanContext;
-use crate::dispatch;
+use crate::dispatch::{self, Generated};
 use crate::peers::Peers;
 use crate::pool::Pool;
 
@@ -17,8 +17,8 @@ pub(crate) struct Grown {
     pub(crate) candidates: CandidateSet,
     /// As they are now; one that nobody grew is as it was.
     pub(crate) trees: Vec<Option<Tree>>,
-    /// What fell short, if anything did.
-    pub(crate) shortfall: Option<&'static str>,
+    /// What fell short.
+    pub(crate) shortfalls: Vec<&'static str>,
 }
 
 /// Grows the trees of `requests` side by side.
@@ -34,27 +34,35 @@ pub(crate) async fn grow<P: Peers>(
     let answers =
         join_all(asked.map(|(index, request)| dispatch::generate(pool, request, index, shape, stage))).await;
     let (mut sets, mut trees) = (Vec::new(), Vec::new());
-    let mut shortfall = None;
+    let (mut is_local, mut is_cut) = (false, false);
     for (request, answer) in requests.iter().zip(answers) {
         match answer {
-            Some((candidates, tree)) => {
+            Some(Generated { candidates, tree, cut }) => {
                 sets.push(candidates);
                 trees.push(Some(tree));
+                is_cut |= cut;
             }
             None if context.in_process => {
-                shortfall = Some("generated: local");
+                is_local = true;
                 let is_over = || stage.is_over(peers.now());
                 let reply = peers.compute(|| {
                     generator::generate("arbiter", request, &context.map, &context.geodesic, &is_over)
                 })?;
                 sets.push(convert::candidates(reply.candidates)?);
                 trees.push(Some(reply.tree));
+                is_cut |= reply.cut;
             }
             None => trees.push(request.tree.clone()),
         }
     }
+    let mut shortfalls = Vec::new();
     if sets.len() < requests.len() {
-        shortfall = Some(if sets.is_empty() { "not generated" } else { "partly generated" });
+        shortfalls.push(if sets.is_empty() { "not generated" } else { "partly generated" });
+    } else if is_local {
+        shortfalls.push("generated: local");
     }
-    Ok(Grown { candidates: CandidateSet::concat(shape.0, shape.1, &sets), trees, shortfall })
+    if is_cut {
+        shortfalls.push("tree cut short by the budget");
+    }
+    Ok(Grown { candidates: CandidateSet::concat(shape.0, shape.1, &sets), trees, shortfalls })
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, ensure};
 use curionav_arbiter::budget::Budget;
 use curionav_arbiter::cycle::{self, Memory, Observation};
-use curionav_arbiter::dispatch;
+use curionav_arbiter::dispatch::{self, Generated};
 use curionav_arbiter::peers::Peers;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
@@ -193,7 +193,7 @@ async fn questions(robot: &Robot, rehearsal: &Rehearsal) -> anyhow::Result<Vec<Q
         let stage = Budget::of_stage(robot.pool.peers.now(), &context.mission);
         let shape = (context.profile.steps, context.profile.dt);
         let generated = dispatch::generate(&robot.pool, &request, 0, shape, stage).await;
-        let (candidates, grown) = generated.context("no generator answered")?;
+        let Generated { candidates, tree: grown, cut } = generated.context("no generator answered")?;
         tree = Some(grown.clone());
         if seq < half {
             continue;
@@ -205,6 +205,7 @@ async fn questions(robot: &Robot, rehearsal: &Rehearsal) -> anyhow::Result<Vec<Q
             candidates: convert::candidates_to_wire(&candidates),
             tree: grown,
             elapsed_us: 0,
+            cut,
         };
         sizes.push((generator::ROLE.to_owned(), request.encode().len(), reply.encode().len()));
         for metric in context.pool_metrics() {

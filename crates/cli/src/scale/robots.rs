@@ -122,9 +122,9 @@ impl Robot {
                 let request = self.context.generate_request((1, seq), scene, 0, old, None)?;
                 let shape = (self.context.profile.steps, self.context.profile.dt);
                 let generated = dispatch::generate(&self.pool, &request, 0, shape, stage).await;
-                let candidates = generated.as_ref().map_or(0, |(candidates, _)| candidates.len());
+                let candidates = generated.as_ref().map_or(0, |generated| generated.candidates.len());
                 let unanswered = usize::from(generated.is_none());
-                *tree = generated.map(|(_, tree)| tree);
+                *tree = generated.map(|generated| generated.tree);
                 Ok(Answer { candidates, shards: 1, unanswered, took: started.elapsed() })
             }
         }

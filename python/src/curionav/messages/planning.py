@@ -99,7 +99,7 @@ class GenerateRequest(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GenerateReply(Message):
-    """Candidates, and the tree to hand back with the next request."""
+    """Candidates, and the tree to hand back with the next request; ``cut`` if the budget ended its growth."""
 
     NAME: ClassVar[str] = "generate_reply"
     MAX_BYTES: ClassVar[int] = 25600 << 10
@@ -110,6 +110,7 @@ class GenerateReply(Message):
     candidates: CandidateSet
     tree: Tree
     elapsed_us: Uint
+    cut: bool | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
