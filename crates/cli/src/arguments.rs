@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::process::ServiceOptions;
 
 use crate::doctor::DoctorOptions;
@@ -170,6 +171,17 @@ pub(crate) struct ConnectOptions {
     /// Key prefix of the deployment.
     #[arg(long, value_name = "NS")]
     pub(crate) namespace: Option<String>,
+}
+
+impl ConnectOptions {
+    /// That of a client there.
+    pub(crate) fn config(&self) -> ServiceConfig {
+        ServiceConfig {
+            connect: vec![self.connect.clone()],
+            namespace: self.namespace.clone(),
+            ..ServiceConfig::default()
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::session;
 use curionav_schemas::{Mission, MissionRequest, keys};
@@ -35,12 +34,7 @@ pub(crate) async fn cancel(options: RobotOptions) -> Result<u8, Exit> {
 async fn tell(robot: &str, at: &ConnectOptions, request: MissionRequest) -> Result<u8, Exit> {
     let key = keys::robot(robot, "mission")
         .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
-    let config = ServiceConfig {
-        connect: vec![at.connect.clone()],
-        namespace: at.namespace.clone(),
-        ..ServiceConfig::default()
-    };
-    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+    let session = session::client(&at.config()).await.map_err(|e| Exit::network(e.into()))?;
     let answer: Result<Mission, AskError> = ask(&session, &key, &request, TIMEOUT, Urgency::Normal).await;
     session::close(&session);
     match answer {

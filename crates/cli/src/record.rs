@@ -33,13 +33,8 @@ pub(crate) async fn record(options: RecordOptions) -> Result<u8, Exit> {
         eprintln!("{}: {messages} messages", options.path.display());
         return Ok(SUCCESS);
     }
-    let config = ServiceConfig {
-        connect: vec![options.at.connect.clone()],
-        namespace: options.at.namespace.clone(),
-        ..ServiceConfig::default()
-    };
     let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
-    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
     let scope = Scope { robot: options.robot, world: None };
     let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);
     let ended = match recorder {

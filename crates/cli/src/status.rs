@@ -3,8 +3,7 @@
 use std::time::{Duration, Instant};
 
 use comfy_table::Table;
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::membership::Membership;
+use curionav_runtime::membership::members;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
@@ -14,8 +13,6 @@ use crate::arguments::StatusOptions;
 use crate::exit::{Exit, SUCCESS};
 use crate::needs::{self, Alive, Need, POOL_ROLES};
 
-/// Tokens of those alive arrive with the declaration; this covers a slow router.
-const SETTLE: Duration = Duration::from_millis(300);
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 #[derive(Debug, Serialize)]
@@ -36,16 +33,9 @@ struct Missing {
 }
 
 pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
-    let config = ServiceConfig {
-        connect: vec![options.at.connect.clone()],
-        namespace: options.at.namespace.clone(),
-        ..ServiceConfig::default()
-    };
-    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
-    let membership = Membership::follow(&session).map_err(|e| Exit::network(e.into()))?;
-    tokio::time::sleep(SETTLE).await;
+    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
     let mut lines = Vec::new();
-    for (role, instances) in membership.all() {
+    for (role, instances) in members(&session).await.map_err(|e| Exit::network(e.into()))? {
         for instance in instances {
             let key = keys::status(&role, &instance).map_err(|e| Exit::network(e.into()))?;
             let asked = Instant::now();
@@ -54,7 +44,6 @@ pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
             lines.push(Line { role: role.clone(), instance, status, round_trip_ms });
         }
     }
-    drop(membership);
     session::close(&session);
     let missing = missing(&lines, &options);
     #[expect(clippy::print_stdout, reason = "what the command is for")]

@@ -1,6 +1,7 @@
 //! Who is alive: liveliness tokens, followed in the background.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::Duration;
 
 use curionav_schemas::keys;
 use tokio::sync::watch;
@@ -66,6 +67,16 @@ impl Membership {
     pub fn changes(&self) -> watch::Receiver<Members> {
         self.members.clone()
     }
+}
+
+/// Tokens of those alive arrive with the declaration; this covers a slow router.
+const SETTLE: Duration = Duration::from_millis(300);
+
+/// Everybody alive, for one who looks once.
+pub async fn members(session: &Session) -> Result<Members, TopicError> {
+    let membership = Membership::follow(session)?;
+    tokio::time::sleep(SETTLE).await;
+    Ok(membership.all())
 }
 
 /// Announces this instance. Declare it after the queryables it stands for.

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use clap::Args;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::membership::Membership;
+use curionav_runtime::membership::members;
 use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
@@ -23,8 +23,6 @@ use instances::Instance;
 
 /// How long a router is looked for, seconds: whoever asks is waiting.
 const CONNECT_TIMEOUT_S: f64 = 3.0;
-/// Tokens of those alive arrive with the declaration; this covers a slow router.
-const SETTLE: Duration = Duration::from_millis(300);
 
 #[derive(Debug, Args)]
 pub(crate) struct DoctorOptions {
@@ -53,12 +51,7 @@ pub(crate) async fn doctor(options: DoctorOptions) -> Result<u8, Exit> {
     robot
         .map_or(Ok(()), keys::check_id)
         .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
-    let config = ServiceConfig {
-        connect: vec![options.at.connect.clone()],
-        namespace: options.at.namespace.clone(),
-        connect_timeout_s: CONNECT_TIMEOUT_S,
-        ..ServiceConfig::default()
-    };
+    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config() };
     let session = match session::client(&config).await {
         Ok(session) => session,
         Err(error @ SessionError::NoRouter { .. }) => {
@@ -95,13 +88,8 @@ async fn examine(
     session: &Session,
 ) -> anyhow::Result<Vec<Finding>> {
     let mut findings = router::examine(config, session).await?;
-    let membership = Membership::follow(session)?;
-    tokio::time::sleep(SETTLE).await;
-    let members = membership.all();
-    drop(membership);
-
     let mut instances = Vec::new();
-    for (role, names) in &members {
+    for (role, names) in &members(session).await? {
         for name in names {
             instances.push(Instance::ask(session, role, name).await?);
         }

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, keys};
@@ -87,12 +86,7 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
 /// The next report of a robot, or the one of the cycle asked for.
 async fn live(robot: &str, options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let key = keys::robot(robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
-    let config = ServiceConfig {
-        connect: vec![options.at.connect.clone()],
-        namespace: options.at.namespace.clone(),
-        ..ServiceConfig::default()
-    };
-    let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
     let found = listen(&session, &key, robot, options.cycle).await;
     session::close(&session);
     found
