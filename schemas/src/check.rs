@@ -2,7 +2,7 @@
 
 use crate::array::{F32Array, F64Array};
 use crate::keys;
-use crate::limits::{MAX_MAGNITUDE, MAX_TEXT};
+use crate::limits::{MAX_MAGNITUDE, MAX_STEPS, MAX_TEXT};
 use crate::message::Validate;
 use crate::reject::Reject;
 use ciborium::Value;
@@ -91,6 +91,22 @@ pub(crate) fn arrays(expected: usize, fields: &[(&str, &F64Array)]) -> Result<()
         length(field, array.len(), expected)?;
         array_numbers(field, array)
     })
+}
+
+/// A trajectory of [`MAX_STEPS`] states at most: when it was planned, how long it holds and the time between states,
+/// s; then x, y, heading, v and omega, all of one length.
+pub(crate) fn trajectory(
+    stamp: f64,
+    valid_for_s: f64,
+    dt: f64,
+    states: [&F64Array; 5],
+) -> Result<(), Reject> {
+    number("stamp", stamp)?;
+    non_negative(&[("valid_for_s", valid_for_s)])?;
+    positive(&[("dt", dt)])?;
+    let [x, y, heading, v, omega] = states;
+    at_most("x", x.len(), MAX_STEPS)?;
+    arrays(x.len(), &[("x", x), ("y", y), ("heading", heading), ("v", v), ("omega", omega)])
 }
 
 /// Finiteness and magnitude of an array.

@@ -2,7 +2,7 @@
 
 use crate::array::F64Array;
 use crate::check;
-use crate::limits::{MAX_LIST, MAX_STEPS};
+use crate::limits::MAX_LIST;
 use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
@@ -80,23 +80,11 @@ pub struct Decision {
 
 impl Validate for Decision {
     fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp), ("uncertainty", self.uncertainty)])?;
-        check::non_negative(&[("valid_for_s", self.valid_for_s)])?;
-        check::positive(&[("dt", self.dt)])?;
+        check::number("uncertainty", self.uncertainty)?;
         check::text("reason", &self.reason)?;
-        let steps = self.x.len();
-        check::at_most("x", steps, MAX_STEPS)?;
-        check::arrays(
-            steps,
-            &[
-                ("x", &self.x),
-                ("y", &self.y),
-                ("heading", &self.heading),
-                ("v", &self.v),
-                ("omega", &self.omega),
-            ],
-        )?;
-        if steps == 0 && self.action != Action::Stop {
+        let states = [&self.x, &self.y, &self.heading, &self.v, &self.omega];
+        check::trajectory(self.stamp, self.valid_for_s, self.dt, states)?;
+        if self.x.is_empty() && self.action != Action::Stop {
             return Err(Reject::invalid("x", "only `stop` may come without a trajectory"));
         }
         check::ids("evaluated", self.evaluated.keys(), MAX_LIST)?;

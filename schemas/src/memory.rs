@@ -76,18 +76,8 @@ pub struct Previous {
 
 impl Validate for Previous {
     fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp)])?;
-        check::non_negative(&[("valid_for_s", self.valid_for_s)])?;
-        check::positive(&[("dt", self.dt)])?;
-        let steps = self.x.len();
-        check::one_to("x", steps, MAX_STEPS)?;
-        let parts = [
-            ("x", &self.x),
-            ("y", &self.y),
-            ("heading", &self.heading),
-            ("v", &self.v),
-            ("omega", &self.omega),
-        ];
-        check::arrays(steps, &parts)
+        let states = [&self.x, &self.y, &self.heading, &self.v, &self.omega];
+        check::trajectory(self.stamp, self.valid_for_s, self.dt, states)?;
+        check::one_to("x", self.x.len(), MAX_STEPS)
     }
 }

@@ -199,23 +199,7 @@ impl PlanContext {
     }
 
     fn empty_scene(&self) -> Scene {
-        let pose = self.mission.initial_pose;
-        let belief = curionav_schemas::Belief {
-            tick: 0,
-            stamp: 0.0,
-            x: pose.x,
-            y: pose.y,
-            heading: pose.heading,
-            covariance: self.mission.initial_covariance.clone(),
-            v: 0.0,
-            omega: 0.0,
-            health: curionav_schemas::Health {
-                outside_weight: 0.0,
-                scan_fit: 0.0,
-                particles: 0,
-                converged: false,
-            },
-        };
+        let belief = convert::initial_belief(&self.mission);
         let people = convert::people_to_wire(&curionav_planning::scene::People::default(), 0, 0.0);
         Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
     }

@@ -219,7 +219,7 @@ impl Streams {
             let truth = world.truth();
             believed = belief.or(believed);
             // Before the first belief, in real time, the robot knows what it was told.
-            let belief = believed.clone().unwrap_or_else(|| told(mission));
+            let belief = believed.clone().unwrap_or_else(|| convert::initial_belief(mission));
             record.tick(&truth, &belief, world);
             // The scenario's, unless the robot was sent elsewhere on the way.
             let goal = Point2::new(mission.goal_x, mission.goal_y);
@@ -332,19 +332,4 @@ async fn end_of_mission(missions: &Inbox<Mission>, changed: &mut Mission) {
 
 fn twist(command: &wire::Twist) -> Twist {
     Twist { v: command.v, omega: command.omega }
-}
-
-fn told(mission: &Mission) -> Belief {
-    let pose = mission.initial_pose;
-    Belief {
-        tick: 0,
-        stamp: 0.0,
-        x: pose.x,
-        y: pose.y,
-        heading: pose.heading,
-        covariance: mission.initial_covariance.clone(),
-        v: 0.0,
-        omega: 0.0,
-        health: wire::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },
-    }
 }

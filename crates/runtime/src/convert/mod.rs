@@ -13,4 +13,6 @@ pub use model::{
 };
 pub use parameters::{from_value, to_value};
 pub use plan::{candidates, candidates_to_wire, shard_to_wire, tree, tree_to_wire};
-pub use scene::{belief, belief_to_wire, covariance, people, people_to_wire, scene, scene_to_wire};
+pub use scene::{
+    belief, belief_to_wire, covariance, initial_belief, people, people_to_wire, scene, scene_to_wire,
+};

@@ -39,6 +39,22 @@ pub fn belief_to_wire(b: &Belief, tick: u64, stamp: f64, health: wire::Health) -
     }
 }
 
+/// Where the robot is said to be when a mission begins, before anybody has looked.
+pub fn initial_belief(mission: &wire::Mission) -> wire::Belief {
+    let pose = mission.initial_pose;
+    wire::Belief {
+        tick: 0,
+        stamp: 0.0,
+        x: pose.x,
+        y: pose.y,
+        heading: pose.heading,
+        covariance: mission.initial_covariance.clone(),
+        v: 0.0,
+        omega: 0.0,
+        health: wire::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },
+    }
+}
+
 /// People in the map frame. A robot-frame tracker's are moved there with `robot`, the believed pose
 /// (D10); their velocities are taken as relative to the ground.
 pub fn people(p: &wire::People, robot: Pose2) -> People {
