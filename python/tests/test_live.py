@@ -161,6 +161,10 @@ def test_a_robot_pauses_goes_on_and_takes_another_goal(connected: curionav.Deplo
         assert connected.resume().state == "running"
         mission = connected.goal(5.0, 4.0)
         assert (mission.goal_x, mission.goal_y) == (5.0, 4.0)
+        result = run.wait(RUN_TIMEOUT)
+    assert result.outcome == "reached"
+    # Within the tolerance of 0.5 m, as far as the robot knows where it is.
+    assert np.hypot(result.trace["true_x"][-1] - 5.0, result.trace["true_y"][-1] - 4.0) < 0.8
 
 
 def test_every_service_is_listed_once(up: Up, connected: curionav.Deployment) -> None:

@@ -26,6 +26,9 @@ use crate::obedience::{Obedience, Taken};
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
 
+/// Run and revision of a mission.
+type Begun = (u64, u64);
+
 struct Driver {
     service: RobotService,
     missions: watch::Receiver<Option<Mission>>,
@@ -40,7 +43,8 @@ struct Driver {
     belief_of: BTreeMap<u64, Belief>,
     /// Tick of the last command, and the command.
     told: Option<(u64, Twist)>,
-    run: u64,
+    /// Run and revision it has reported ready for.
+    begun: Begun,
     counts: CommandCounts,
 }
 
@@ -76,7 +80,7 @@ pub(crate) async fn run(
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
         told: None,
-        run: 0,
+        begun: (0, 0),
         counts: CommandCounts::new(),
     };
     let mut metrics = driver.service.metrics();
@@ -85,11 +89,11 @@ pub(crate) async fn run(
     on_ready(announced.metrics_address());
     loop {
         let silence = driver.silence();
-        let new_run = other_run(driver.missions.clone(), driver.run);
+        let another = other_mission(driver.missions.clone(), driver.begun);
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
-            () = new_run => driver.begin().await?,
+            () = another => driver.begin().await?,
             odometry = driver.odometry.next() => match odometry.cloned() {
                 Some(odometry) => {
                     let over = run_over(driver.missions.clone());
@@ -192,19 +196,26 @@ impl Driver {
         self.service.counts.record(arrived.elapsed());
     }
 
-    /// A new run: nothing of it can be on its way before all roles are ready, so all there is belongs to the
-    /// one before.
+    /// A new run, or a new revision of this one. Nothing of a new run can be on its way before all roles are ready, so
+    /// all there is belongs to the one before; of a new revision nothing has to be forgotten.
     async fn begin(&mut self) -> anyhow::Result<()> {
         let Some(mission) = self.mission() else { return Ok(()) };
-        self.run = mission.run;
-        self.odometry.clear();
+        if self.begun.0 != mission.run {
+            self.odometry.clear();
+            self.forget();
+        }
+        self.begun = (mission.run, mission.revision);
+        self.service.report(mission.revision, &Ok(())).await
+    }
+
+    /// Forgets what belongs to a clock that is over, but whom it has obeyed.
+    fn forget(&mut self) {
         self.beliefs.clear();
         self.scans.clear();
         self.decisions.clear();
         self.odometry_of.clear();
         self.belief_of.clear();
         self.told = None;
-        self.service.report(mission.revision, &Ok(())).await
     }
 
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
@@ -238,10 +249,10 @@ impl Driver {
     }
 }
 
-/// Completes when the mission belongs to another run than `run`.
-async fn other_run(mut missions: watch::Receiver<Option<Mission>>, run: u64) {
+/// Completes when the mission is of another run or revision than `begun`.
+async fn other_mission(mut missions: watch::Receiver<Option<Mission>>, begun: Begun) {
     // The desk lives as long as this service: an error cannot be.
-    let _ = missions.wait_for(|m| m.as_ref().is_some_and(|m| m.run != run)).await;
+    let _ = missions.wait_for(|m| m.as_ref().is_some_and(|m| (m.run, m.revision) != begun)).await;
 }
 
 /// Completes when the run at hand is over or another has begun: no answer of its ticks is awaited then.

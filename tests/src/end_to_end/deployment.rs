@@ -114,6 +114,31 @@ fn missions_are_paused_redirected_and_cancelled() {
     assert!(output.status.code() == Some(3) && error.contains("cancelled"), "{error}");
 }
 
+#[test]
+fn a_robot_that_is_redirected_on_the_way_arrives_at_its_new_goal() {
+    let _turn = turn();
+    let deployment = Deployment::start(1);
+    let endpoint = deployment.endpoint().to_owned();
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap().to_owned();
+    let at = endpoint.clone();
+    let running = std::thread::spawn(move || {
+        run(QUICK, &["--connect", &at, "--speed", "realtime", "--seed", "1003", "--out", &folder])
+    });
+    wait_until_running(deployment.endpoint());
+    let moved = curionav(&["goal", "robot", "4", "6.5", "--connect", &endpoint]);
+    assert!(moved.status.success(), "{moved:?}");
+    let (json, status) = running.join().unwrap();
+    assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
+    let trajectory = std::fs::read_to_string(out.path().join("trajectory.csv")).unwrap();
+    let row = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+    let (names, last) = (row(trajectory.lines().next().unwrap()), row(trajectory.lines().last().unwrap()));
+    let [x, y] = ["true_x", "true_y"]
+        .map(|name| last[names.iter().position(|n| n == name).unwrap()].parse::<f64>().unwrap());
+    // The scenario's own goal, at (11, 5.2), is 7 m away; the tolerance is 0.5 m of what the robot believes.
+    assert!((x - 4.0).hypot(y - 6.5) < 0.8, "it ended at ({x:.2}, {y:.2})");
+}
+
 fn status(deployment: &Deployment) -> String {
     let output = curionav(&["status", "--json", "--connect", deployment.endpoint()]);
     String::from_utf8(output.stdout).unwrap()
