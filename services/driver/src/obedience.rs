@@ -20,6 +20,8 @@ pub enum Taken {
 #[derive(Debug, Clone, Default)]
 pub struct Obedience {
     newest: Option<Decision>,
+    /// Whether the newest is of a time that is over: it still outranks older ones, but leads nowhere.
+    lapsed: bool,
 }
 
 impl Obedience {
@@ -34,12 +36,24 @@ impl Obedience {
             return Taken::OutOfReach;
         }
         self.newest = Some(decision);
+        self.lapsed = false;
         Taken::Obeyed
     }
 
-    /// The decision to follow.
+    /// The newest decision obeyed.
     pub fn newest(&self) -> Option<&Decision> {
         self.newest.as_ref()
+    }
+
+    /// The decision to follow.
+    pub fn in_force(&self) -> Option<&Decision> {
+        self.newest.as_ref().filter(|_| !self.lapsed)
+    }
+
+    /// Ends the force of what has been obeyed so far: when the robot's clock begins anew its stamp comes again, and
+    /// so does its validity.
+    pub fn lapse(&mut self) {
+        self.lapsed = true;
     }
 }
 
@@ -59,6 +73,20 @@ mod tests {
             .map(|(epoch, seq)| obedience.take(of(epoch, seq)) == Taken::Obeyed);
         assert_eq!(taken, [true, false, false, true, true, false, false, true]);
         assert_eq!(obedience.newest().map(|d| (d.epoch, d.seq)), Some((3, 2)));
+    }
+
+    #[test]
+    fn what_has_lapsed_is_not_followed_but_still_outranks() {
+        let mut obedience = Obedience::default();
+        obedience.take(of(2, 5));
+        obedience.lapse();
+        assert_eq!(obedience.in_force(), None);
+        assert_eq!(obedience.newest().map(|d| (d.epoch, d.seq)), Some((2, 5)));
+        assert_eq!(obedience.take(of(2, 5)), Taken::Older);
+        assert_eq!(obedience.take(of(1, 9)), Taken::Older);
+        assert_eq!(obedience.in_force(), None);
+        assert_eq!(obedience.take(of(2, 6)), Taken::Obeyed);
+        assert_eq!(obedience.in_force().map(|d| d.seq), Some(6));
     }
 
     #[test]

@@ -167,13 +167,17 @@ impl Driver {
         // In lockstep the base has carried out every command before it measures.
         let recent = self.told.filter(|(at, _)| mission.clock == Clock::Realtime && at + 1 >= tick);
         let on_its_way = recent.map(|(_, twist)| twist);
+        if mission.state == MissionState::Preparing {
+            // Once it runs, only what is decided from then on leads to its goal.
+            self.obeyed.send_modify(Obedience::lapse);
+        }
         if mission.state != MissionState::Running {
             let moving = on_arrival(&odometry, on_its_way, &robot, mission.tick_s);
             let twist = robot.limit(moving, Twist::default(), mission.tick_s);
             self.publish(&mission, &odometry, twist, "the mission is not running");
             return;
         }
-        let obeyed = self.obeyed.borrow().newest().cloned();
+        let obeyed = self.obeyed.borrow().in_force().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let stamps = Stamps {
             odometry: Some(odometry.stamp),
@@ -216,6 +220,7 @@ impl Driver {
         self.odometry_of.clear();
         self.belief_of.clear();
         self.told = None;
+        self.obeyed.send_modify(Obedience::lapse);
     }
 
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
