@@ -24,6 +24,15 @@ macro_rules! ticked {
 }
 ticked!(Belief, Decision, Odometry, People, Scan, Twist);
 
+/// Ticks by which a message may come late.
+const LATE_TICKS: u64 = 10;
+
+/// Whether `tick`, after `newest` of the same run, is of a base that has started over: it lies further back than any
+/// message comes late.
+pub fn has_started_over(newest: u64, tick: u64) -> bool {
+    tick.saturating_add(LATE_TICKS) < newest
+}
+
 /// How long lockstep waits for a message before the run is given up: the other side is gone.
 pub const LOCKSTEP_PATIENCE: Duration = Duration::from_secs(30);
 

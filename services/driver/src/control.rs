@@ -12,8 +12,19 @@ pub const BELIEF_AGE_MAX: f64 = 0.5;
 /// Scans older than this stop the robot, seconds of the robot's clock.
 pub const SCAN_AGE_MAX: f64 = 0.5;
 
-/// A decision further ahead of the robot's clock than this was not made in this run, seconds.
+/// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
+/// over, seconds.
 const FUTURE_MAX: f64 = 0.2;
+
+/// Reason of a command that follows a decision as it is.
+pub const TRACKING: &str = "tracking";
+/// Reason of a command that follows a decision as far as what is close allows.
+pub const TOO_CLOSE: &str = "something is too close";
+
+/// Whether a command given for `reason` follows a decision.
+pub fn follows(reason: &str) -> bool {
+    matches!(reason, TRACKING | TOO_CLOSE)
+}
 
 /// What the driver knows at one tick.
 pub struct Inputs<'a> {
@@ -65,9 +76,15 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     if now - belief.stamp > BELIEF_AGE_MAX {
         return stop("the belief is too old");
     }
+    if now - belief.stamp < -FUTURE_MAX {
+        return stop("the belief is from another run");
+    }
     let Some((scan, at_scan)) = inputs.scan else { return stop("no scan yet") };
     if now - scan.stamp > SCAN_AGE_MAX {
         return stop("the scan is too old");
+    }
+    if now - scan.stamp < -FUTURE_MAX {
+        return stop("the scan is from another run");
     }
     let pose = now_pose(belief, at_belief, inputs.odometry);
     let reference = Reference {
@@ -85,12 +102,9 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     let scan_from_robot = pose_of(at_scan).relative(pose_of(inputs.odometry));
     let guarded = guard(wanted, scan, scan_from_robot, inputs.robot, inputs.period);
     if guarded == wanted {
-        Command { twist: wanted, reason: "tracking" }
+        Command { twist: wanted, reason: TRACKING }
     } else {
-        Command {
-            twist: inputs.robot.limit(moving, guarded, inputs.period),
-            reason: "something is too close",
-        }
+        Command { twist: inputs.robot.limit(moving, guarded, inputs.period), reason: TOO_CLOSE }
     }
 }
 
@@ -177,6 +191,34 @@ mod tests {
         let mut old = scan.clone();
         old.stamp = 9.4;
         assert_eq!(reason(&odometry, &belief, &old, &decision), "the scan is too old");
+    }
+
+    #[test]
+    fn what_is_ahead_of_the_clock_is_no_younger_than_what_is_too_old() {
+        let robot = RobotModel::default();
+        let (odometry, belief, scan, decision) = moving();
+        let reason = |b: &Belief, s: &Scan| command(&inputs(&odometry, b, s, &decision, &robot)).reason;
+        // A tick ahead is on another way from the base; 40 s ahead is of the time before it started over.
+        let (mut ahead, mut before) = (belief.clone(), belief.clone());
+        (ahead.stamp, before.stamp) = (10.1, 50.0);
+        assert_eq!(reason(&ahead, &scan), TRACKING);
+        assert_eq!(reason(&before, &scan), "the belief is from another run");
+        let (mut ahead, mut before) = (scan.clone(), scan.clone());
+        (ahead.stamp, before.stamp) = (10.1, 50.0);
+        assert_eq!(reason(&belief, &ahead), TRACKING);
+        assert_eq!(reason(&belief, &before), "the scan is from another run");
+    }
+
+    #[test]
+    fn it_follows_while_it_tracks_and_while_it_makes_way_and_never_when_it_stops() {
+        let robot = RobotModel::default();
+        let (odometry, belief, mut scan, decision) = moving();
+        let told = |s: &Scan, d: &Decision| command(&inputs(&odometry, &belief, s, d, &robot)).reason;
+        assert!(follows(told(&scan, &decision)));
+        let stop = Decision { action: Action::Stop, ..decision.clone() };
+        assert!(!follows(told(&scan, &stop)));
+        scan.ranges.0.fill(0.4);
+        assert!(follows(told(&scan, &decision)) && told(&scan, &decision) == TOO_CLOSE);
     }
 
     #[test]

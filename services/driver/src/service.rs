@@ -6,7 +6,7 @@ use std::time::Duration;
 use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
-use curionav_runtime::lockstep::Latest;
+use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::serve::serve_state;
@@ -137,11 +137,11 @@ impl Driver {
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
         let arrived = std::time::Instant::now();
-        remember(&mut self.odometry_of, odometry.tick, odometry.clone());
+        self.measured(&odometry);
         if mission.clock == Clock::Realtime {
             for newer in self.odometry.drain() {
-                odometry = newer.clone();
-                remember(&mut self.odometry_of, newer.tick, newer);
+                self.measured(&newer);
+                odometry = newer;
             }
             for belief in self.beliefs.drain() {
                 remember(&mut self.belief_of, belief.tick, belief);
@@ -223,6 +223,16 @@ impl Driver {
         self.obeyed.send_modify(Obedience::lapse);
     }
 
+    /// Takes note of odometry. A base that was restarted in mid-run begins at tick 0 again, and so does its clock.
+    fn measured(&mut self, odometry: &Odometry) {
+        let newest = self.odometry_of.last_key_value().map(|(tick, _)| *tick);
+        if newest.is_some_and(|newest| has_started_over(newest, odometry.tick)) {
+            tracing::warn!(tick = odometry.tick, ?newest, "the base has started over");
+            self.forget();
+        }
+        remember(&mut self.odometry_of, odometry.tick, odometry.clone());
+    }
+
     /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
     fn obey(&mut self, decision: Option<Decision>) {
         let Some(decision) = decision else { return };
@@ -271,9 +281,27 @@ async fn run_over(mut missions: watch::Receiver<Option<Mission>>) {
     let _ = missions.wait_for(over).await;
 }
 
+/// Keeps the newest few. What is left of a clock that is over would count as newer for ever.
 fn remember<T>(of: &mut BTreeMap<u64, T>, tick: u64, value: T) {
+    if of.last_key_value().is_some_and(|(newest, _)| has_started_over(*newest, tick)) {
+        of.clear();
+    }
     of.insert(tick, value);
     while of.len() > REMEMBERED_TICKS {
         of.pop_first();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_remembered_is_the_newest_also_of_a_base_that_has_started_over() {
+        let mut of = BTreeMap::new();
+        (0..200).chain([197, 195]).for_each(|tick| remember(&mut of, tick, tick));
+        assert_eq!((of.len(), of.last_key_value()), (REMEMBERED_TICKS, Some((&199, &199))));
+        (0..3).for_each(|tick| remember(&mut of, tick, tick));
+        assert_eq!(of.keys().copied().collect::<Vec<_>>(), [0, 1, 2]);
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use curionav_arbiter::context::PlanContext;
 use curionav_arbiter::pool::Pool;
+use curionav_driver::control::follows;
 use curionav_planning::arbitration::{Scores, total_costs};
 use curionav_runtime::convert;
 use curionav_schemas::{Action, CycleReport, Decision, Evaluated};
@@ -34,7 +35,7 @@ pub(super) fn after_a_tick(world: &Arc<World>) {
     let mut state = world.state();
     let robot = &mut state.robot;
     let Some(tick) = robot.driven.last().cloned() else { return };
-    let follows = matches!(tick.reason, Some("tracking" | "something is too close"));
+    let follows = tick.reason.is_some_and(follows);
     if follows {
         let (_, stamp, valid_for) = tick.obeyed.unwrap_or_default();
         // The command was given at the start of the tick.

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use curionav_arbiter::context::PlanContext;
+use curionav_driver::control::follows;
 use curionav_schemas::{Action, Decision, Evaluated, Twist};
 
 use super::recorder::{Record, Recorder};
@@ -27,7 +28,7 @@ pub(super) fn check(recorder: &Recorder) {
 fn never_past_the_horizon(record: &Record) {
     let decisions: BTreeMap<(u64, u64), &Decision> =
         record.decisions.iter().map(|(_, d)| ((d.epoch, d.seq), d)).collect();
-    for (_, command) in record.commands.iter().filter(|(_, c)| is_followed(c)) {
+    for (_, command) in record.commands.iter().filter(|(_, c)| follows(&c.reason)) {
         let Some(decision) = decisions.get(&(command.epoch, command.seq)) else { continue };
         let age = command.stamp - decision.stamp;
         assert!(age <= decision.valid_for_s.min(HORIZON) + 1e-9, "{age:.2} s old: {command:?}");
@@ -63,7 +64,7 @@ fn under_control_or_soon_standing(record: &Record) {
     let mut uncontrolled = 0.0;
     for pair in record.odometry.windows(2) {
         let (then, now) = (&pair[0].1, &pair[1].1);
-        let followed = command_of.get(&then.tick).is_some_and(|c| is_followed(c));
+        let followed = command_of.get(&then.tick).is_some_and(|c| follows(&c.reason));
         let distance = ((now.x - then.x).powi(2) + (now.y - then.y).powi(2)).sqrt();
         uncontrolled = if followed || now.v == 0.0 { 0.0 } else { uncontrolled + distance };
         let most = UNCONTROLLED_MAX + TICK_DISTANCE;
@@ -86,9 +87,4 @@ fn driven(record: &Record, command_of: &BTreeMap<u64, &Twist>, last: u64) -> Str
             format!("\ntick {}, at ({:.2}, {:.2}) with {:.2} m/s, told {command:?}", o.tick, o.x, o.y, o.v)
         })
         .collect()
-}
-
-/// Whether a command follows a decision.
-fn is_followed(command: &Twist) -> bool {
-    matches!(command.reason.as_str(), "tracking" | "something is too close")
 }

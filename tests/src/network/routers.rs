@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use curionav_driver::control::TRACKING;
+
 use super::figures::{Figures, measured};
 use super::invariants;
 use super::recorder::Recorder;
@@ -74,7 +76,7 @@ fn planning_again(site: &Site, from: Instant, returned: Instant) -> Figures {
     let recovered = recorder.await_until("planning again", returned, BACK_LIMIT, |r| {
         let record = r.record();
         let planned = record.nominal_since(returned, 1);
-        planned && record.commands.last().is_some_and(|(at, c)| *at > returned && c.reason == "tracking")
+        planned && record.commands.last().is_some_and(|(at, c)| *at > returned && c.reason == TRACKING)
     });
     recorder.await_nominal("nominal again", BACK_LIMIT);
     let figures = Figures::since(&recorder.record(), from);

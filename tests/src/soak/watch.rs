@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use curionav_arbiter::context::PlanContext;
+use curionav_driver::control::follows;
 use curionav_schemas::{Action, CycleReport, Decision, Evaluated, Twist};
 
 use crate::faults::invariants::{HORIZON, UNCONTROLLED_MAX, true_cost};
@@ -197,7 +198,7 @@ impl Watch {
         self.check(id >= self.obeyed, "4, (epoch, seq) rises", || format!("{id:?} after {:?}", self.obeyed));
         self.obeyed = id;
         self.commanded_because.clone_from(&command.reason);
-        if !follows(command) {
+        if !follows(&command.reason) {
             return;
         }
         self.followed_gap = self.followed_gap.max(self.followed_at.elapsed().as_secs_f64());
@@ -230,15 +231,12 @@ impl Watch {
     pub(super) fn rolled(&mut self, now: f64, metres: f64, v: f64, command: Option<&Twist>) {
         self.counts.ticks += 1;
         self.counts.metres += metres;
-        let controlled = command.is_some_and(|c| now - c.stamp <= COMMAND_AGE_MAX + 1e-9 && follows(c));
+        let controlled =
+            command.is_some_and(|c| now - c.stamp <= COMMAND_AGE_MAX + 1e-9 && follows(&c.reason));
         self.uncontrolled = if controlled || v == 0.0 { 0.0 } else { self.uncontrolled + metres };
         self.counts.uncontrolled = self.counts.uncontrolled.max(self.uncontrolled);
         let far = self.uncontrolled;
         let most = UNCONTROLLED_MAX + SLOW_BRAKING;
         self.check(far <= most, "7, under control or soon standing", || format!("{far:.2} m at {now:.1} s"));
     }
-}
-
-fn follows(command: &Twist) -> bool {
-    matches!(command.reason.as_str(), "tracking" | "something is too close")
 }
