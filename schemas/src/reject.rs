@@ -54,6 +54,11 @@ impl RejectCode {
             Self::Unknown => "unknown",
         }
     }
+
+    /// Whether the same request may be granted later, without anybody mending it.
+    pub fn is_transient(self) -> bool {
+        matches!(self, Self::Overloaded | Self::Stopped | Self::Cold)
+    }
 }
 
 /// Why a request was refused (the payload of an error reply) or why a message is not valid.

@@ -1,9 +1,9 @@
 //! A service of one robot: its sessions and streams, its mission, and what it says about itself.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use curionav_schemas::{Message, Mission, MissionRequest, MissionState, keys};
+use curionav_schemas::{Message, Mission, MissionRequest, MissionState, Reject, keys};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
@@ -17,6 +17,8 @@ use crate::topic::{Flow, Inbox, OnDemand, Topic};
 
 /// Missions are small and local.
 const MISSION_TIMEOUT: Duration = Duration::from_secs(2);
+/// Between two attempts to prepare for a mission.
+const PREPARING_PAUSE: Duration = Duration::from_secs(1);
 
 /// What arbiter, driver and localizer have in common.
 pub struct RobotService {
@@ -28,6 +30,8 @@ pub struct RobotService {
     pub counts: Arc<ServeCounts>,
     role: &'static str,
     config: ServiceConfig,
+    /// What it is prepared for, or what it waits for, as its status has it.
+    prepared_for: Arc<Mutex<Option<String>>>,
 }
 
 impl RobotService {
@@ -39,6 +43,7 @@ impl RobotService {
             counts: Arc::default(),
             role,
             config: config.clone(),
+            prepared_for: Arc::default(),
         }
     }
 
@@ -98,8 +103,10 @@ impl RobotService {
         if self.control.zid() != self.session.zid() {
             sessions.push(("control", &self.control));
         }
-        let announced =
-            announce_service(&self.config, &sessions, metrics, Arc::clone(&self.counts), Vec::new)?;
+        let prepared_for = Arc::clone(&self.prepared_for);
+        let warmed =
+            move || prepared_for.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect();
+        let announced = announce_service(&self.config, &sessions, metrics, Arc::clone(&self.counts), warmed)?;
         tracing::info!(robot = %self.config.robot, instance = %self.config.instance, "{} ready", self.role);
         Ok(announced)
     }
@@ -109,27 +116,99 @@ impl RobotService {
         Ok(fetch(&self.session, &self.key("mission")?, MISSION_TIMEOUT).await.ok())
     }
 
-    /// Tells the driver that this role is prepared for `revision`, or that it cannot be.
-    pub async fn report(&self, revision: u64, prepared: &Result<(), String>) -> anyhow::Result<()> {
+    /// Whether to prepare for `mission` once more, as `outcome` is only that something is not there yet. Then it says
+    /// so, in log and status, and waits before it answers: a mission is not given up for what may come by itself,
+    /// least of all by one of several that are there to replace each other.
+    pub async fn must_retry(&self, mission: &Mission, outcome: &Result<(), Reject>) -> bool {
+        let revision = mission.revision;
+        let waits = outcome.as_ref().err().filter(|reject| reject.code.is_transient());
+        let now = match (outcome, waits) {
+            (Ok(()), _) => Some(format!("revision {revision}")),
+            // Cut to what a text may be.
+            (Err(_), Some(r)) => Some(Reject::new(r.code, format!("revision {revision} waits: {r}")).reason),
+            (Err(_), None) => None,
+        };
+        let before = std::mem::replace(
+            &mut *self.prepared_for.lock().unwrap_or_else(PoisonError::into_inner),
+            now.clone(),
+        );
+        let Some(reject) = waits else { return false };
+        // Said once, however often it is tried.
+        if before != now {
+            tracing::warn!(revision, %reject, "cannot prepare for the mission yet; trying again");
+        }
+        tokio::time::sleep(PREPARING_PAUSE).await;
+        true
+    }
+
+    /// Tells the driver that this role is prepared for `revision`, or that it never will be.
+    pub async fn report(&self, revision: u64, prepared: &Result<(), Reject>) -> anyhow::Result<()> {
         let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
         let request = match prepared {
             Ok(()) => MissionRequest::Ready { role, instance, revision },
-            Err(reason) => {
-                tracing::error!(reason, "the mission cannot be carried out");
-                MissionRequest::Finish { revision, reason: format!("{role}: {reason}") }
+            Err(reject) => {
+                tracing::error!(%reject, "the mission cannot be carried out");
+                MissionRequest::Finish { revision, reason: format!("{role}: {reject}") }
             }
         };
         tell_driver(&self.session, &self.key("mission")?, &request).await;
         Ok(())
     }
 
-    /// Reports once more, if the mission still waits for this role.
-    pub async fn remind(&self, mission: &Mission, prepared: &Result<(), String>) -> anyhow::Result<()> {
+    /// Reports what has become of preparing for `mission`: if that was done `anew`, or else if the mission still waits
+    /// for this role, as the driver may have been out of reach when it was told.
+    pub async fn tell(&self, mission: &Mission, prepared: &Prepared, anew: bool) -> anyhow::Result<()> {
         let named = |roles: &[String]| roles.iter().any(|role| role == self.role);
         let waits = mission.state == MissionState::Preparing && named(&mission.require);
-        if waits && !named(&mission.ready) {
-            self.report(mission.revision, prepared).await?;
+        if prepared.is_for(mission) && (anew || (waits && !named(&mission.ready))) {
+            self.report(mission.revision, &prepared.outcome).await?;
         }
         Ok(())
+    }
+}
+
+/// What has become of preparing for one revision of a mission.
+#[derive(Debug)]
+pub struct Prepared {
+    run: u64,
+    revision: u64,
+    outcome: Result<(), Reject>,
+}
+
+impl Prepared {
+    /// What has become of preparing for `mission`.
+    pub fn new(mission: &Mission, outcome: Result<(), Reject>) -> Self {
+        Self { run: mission.run, revision: mission.revision, outcome }
+    }
+
+    /// Whether there is nothing left to prepare for `mission`.
+    pub fn is_for(&self, mission: &Mission) -> bool {
+        (self.run, self.revision) == (mission.run, mission.revision)
+    }
+}
+
+/// Whether nobody is to drive by `mission` any more.
+pub fn is_over(mission: &Mission) -> bool {
+    matches!(mission.state, MissionState::Cancelled | MissionState::Finished)
+}
+
+/// Whether what is `said` leaves nothing to prepare for `mission`: that is over, or another has been given.
+pub fn supersedes(said: &Mission, mission: &Mission) -> bool {
+    (said.run, said.revision) != (mission.run, mission.revision) || is_over(said)
+}
+
+/// Completes once a mission is said that `ends` what is being done, or the session is closed. Whatever is said until
+/// then, the last of it is put into `newest`.
+pub async fn superseded(
+    missions: &Inbox<Mission>,
+    newest: &mut Option<Mission>,
+    ends: impl Fn(&Mission) -> bool,
+) {
+    while let Some(said) = missions.next().await {
+        let end = ends(&said);
+        *newest = Some(said);
+        if end {
+            return;
+        }
     }
 }

@@ -10,6 +10,7 @@ pub mod dispatch;
 mod growth;
 mod in_process;
 pub mod lanes;
+pub mod muster;
 pub mod peers;
 pub mod pool;
 pub mod replicas;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::query::AskError;
 use curionav_runtime::serve::refusals;
-use curionav_schemas::RejectCode;
+use curionav_schemas::{Reject, RejectCode};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 use tokio::sync::Notify;
@@ -36,7 +36,7 @@ pub struct Pool<P> {
     /// Wakes whoever probes: a replica has lost its standing.
     failed: Notify,
     /// With what the last probe of a role was refused.
-    refusals: Mutex<BTreeMap<String, String>>,
+    refusals: Mutex<BTreeMap<String, Reject>>,
 }
 
 /// A usable answer: what was asked for, and how much work it was.
@@ -85,9 +85,12 @@ impl<P: Peers> Pool<P> {
     }
 
     /// Why a replica of `role` that is alive has refused to get ready, if the last one asked has.
-    pub fn refusal(&self, role: &str) -> Option<String> {
-        let refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
-        refusals.get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
+    pub fn refusal(&self, role: &str) -> Option<Reject> {
+        self.refusals().get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
+    }
+
+    fn refusals(&self) -> MutexGuard<'_, BTreeMap<String, Reject>> {
+        self.refusals.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn note_refused(&self, error: &AskError) {
@@ -238,16 +241,15 @@ impl<P: Peers> Pool<P> {
             self.note_refused(error);
             tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
         }
-        let mut refusals = self.refusals.lock().unwrap_or_else(PoisonError::into_inner);
         match &slots {
             Err(AskError::Rejected(reject)) => {
-                refusals.insert(probe.role.clone(), format!("{}: {reject}", probe.instance));
+                let said = Reject::new(reject.code, format!("{}: {reject}", probe.instance));
+                self.refusals().insert(probe.role.clone(), said);
             }
             _ => {
-                refusals.remove(&probe.role);
+                self.refusals().remove(&probe.role);
             }
         }
-        drop(refusals);
         (probe, slots.ok())
     }
 

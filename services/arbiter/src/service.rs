@@ -8,11 +8,11 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
-use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Inbox, OnDemand, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CycleReport, Decision, Mission, MissionState, People, RejectCode, Twist,
+    self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Reject, RejectCode, Twist,
 };
 use tokio::task::JoinHandle;
 use zenoh::Session;
@@ -20,13 +20,10 @@ use zenoh::Session;
 use crate::context::PlanContext;
 use crate::cycle::{self, Memory};
 use crate::cycle_counts::CycleCounts;
-use crate::peers::{GENERATOR, Peers, ZenohPeers};
+use crate::muster::muster;
+use crate::peers::{GENERATOR, ZenohPeers};
 use crate::pool::Pool;
 
-/// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
-const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// How long it waits for a metric that is not built in. Nobody else can compute it, so the mission is then refused.
-const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// The driver is on the same robot; if it does not answer, its commands say whom it obeys.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
 
@@ -42,8 +39,9 @@ struct Arbiter {
     memories: OnDemand<wire::Memory>,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
-    /// What came of preparing for the mission.
-    prepared: Result<(), String>,
+    /// The run whose streams it follows.
+    run: Option<u64>,
+    prepared: Option<Prepared>,
     keeping_ready: Option<JoinHandle<()>>,
     memory: Memory,
     /// What the driver commands, and on whose decision.
@@ -78,7 +76,8 @@ pub(crate) async fn run(
         service,
         mission: None,
         context: None,
-        prepared: Ok(()),
+        run: None,
+        prepared: None,
         keeping_ready: None,
         memory: Memory::new(nonce()),
         planned: None,
@@ -89,15 +88,24 @@ pub(crate) async fn run(
     let announced = arbiter.service.announce(metrics)?;
     arbiter.succeed().await?;
     on_ready(announced.metrics_address());
-    if let Some(mission) = arbiter.service.mission().await? {
-        arbiter.take(mission).await?;
-    }
+    let mut said = arbiter.service.mission().await?;
     loop {
+        if let Some(mission) = said.take() {
+            // Once another arbiter has begun the mission, it is no longer for this one to refuse it.
+            let ends = |said: &Mission| supersedes(said, &mission) || said.has_run != mission.has_run;
+            tokio::select! {
+                biased;
+                () = shutdown.requested() => break,
+                () = superseded(&missions, &mut said, ends) => {}
+                anew = arbiter.take(&mission) => arbiter.tell(&mission, anew).await?,
+            }
+            continue;
+        }
         tokio::select! {
             biased;
             () = shutdown.requested() => break,
             mission = missions.next() => match mission {
-                Some(mission) => arbiter.take(mission).await?,
+                Some(mission) => said = Some(mission),
                 None => break,
             },
             belief = arbiter.beliefs.next() => match belief.cloned() {
@@ -134,78 +142,58 @@ impl Arbiter {
         Ok(())
     }
 
-    /// A mission, or a change of the one at hand.
-    async fn take(&mut self, mission: Mission) -> anyhow::Result<()> {
-        let known = self.mission.as_ref().map(|m| (m.run, m.revision));
+    /// A mission, or a change of the one at hand. May be dropped on the way, when there is another to take. Whether it
+    /// has prepared.
+    async fn take(&mut self, mission: &Mission) -> bool {
         self.mission = Some(mission.clone());
-        let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
-        if over {
-            return Ok(());
+        if is_over(mission) || self.prepared.as_ref().is_some_and(|prepared| prepared.is_for(mission)) {
+            return false;
         }
-        if known == Some((mission.run, mission.revision)) {
-            // The driver may have been out of reach when it was told.
-            return self.service.remind(&mission, &self.prepared).await;
-        }
-        self.prepared = self.prepare(&mission).await.map_err(|error| error.to_string());
-        if known.is_none_or(|(run, _)| run != mission.run) {
+        let outcome = loop {
+            let outcome = self.prepare(mission).await;
+            if !self.service.must_retry(mission, &outcome).await {
+                break outcome;
+            }
+        };
+        if self.run.replace(mission.run) != Some(mission.run) {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.beliefs.clear();
             self.people.clear();
             self.planned = None;
         }
-        self.service.report(mission.revision, &self.prepared).await
+        self.prepared = Some(Prepared::new(mission, outcome));
+        true
     }
 
-    async fn prepare(&mut self, mission: &Mission) -> anyhow::Result<()> {
-        if let Some(keeping_ready) = self.keeping_ready.take() {
+    async fn tell(&self, mission: &Mission, anew: bool) -> anyhow::Result<()> {
+        match &self.prepared {
+            Some(prepared) => self.service.tell(mission, prepared, anew).await,
+            None => Ok(()),
+        }
+    }
+
+    async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
+        let broken = |why: String| Reject::new(RejectCode::Unknown, why);
+        self.context = None;
+        if let Some(keeping_ready) = &mut self.keeping_ready {
             keeping_ready.abort();
             // Until it has ended it could still call somebody ready.
             let _ = keeping_ready.await;
+            self.keeping_ready = None;
         }
         self.pool.clear();
-        self.succeed().await?;
-        self.context = None;
+        self.succeed().await.map_err(|error| broken(error.to_string()))?;
         self.memory = self.memory.fresh();
         let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
         let preparing = move || PlanContext::new(mission, &fields, in_process);
-        let context = Arc::new(tokio::task::spawn_blocking(preparing).await??);
+        let prepared = tokio::task::spawn_blocking(preparing).await;
+        let context = Arc::new(prepared.map_err(|error| broken(error.to_string()))??);
         let roles = std::iter::once(GENERATOR).chain(context.pool_metrics());
         self.counts.follow(roles.map(str::to_owned));
         let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
         self.keeping_ready = Some(tokio::spawn(async move { pool.keep_ready(&of).await }));
-        self.wait_for_pool(&context).await?;
+        muster(&self.pool, &context).await?;
         self.context = Some(context);
-        Ok(())
-    }
-
-    async fn wait_for_pool(&self, context: &PlanContext) -> anyhow::Result<()> {
-        let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_metrics()).collect();
-        let started = tokio::time::Instant::now();
-        // Every replica that is alive now should be ready, and there should be one of each role.
-        let missing = |role: &&&str| {
-            let (ready, alive) = (self.pool.replicas().ready(role).len(), self.pool.peers.alive(role).len());
-            ready == 0 || ready < alive
-        };
-        while let Some(role) = roles.iter().find(missing) {
-            // What cannot be had here is worth a longer wait: without it nothing can be followed.
-            if context.is_replaceable(role) && started.elapsed() >= POOL_PATIENCE {
-                tracing::warn!(role, "not every replica is ready; what is missing is computed in process");
-                return Ok(());
-            }
-            if context.is_foreign(role) {
-                let refusal = self.pool.refusal(role);
-                let patience = if refusal.is_some() { POOL_PATIENCE } else { FOREIGN_PATIENCE };
-                if started.elapsed() >= patience {
-                    if !self.pool.replicas().ready(role).is_empty() {
-                        tracing::warn!(role, "not every replica is ready");
-                        return Ok(());
-                    }
-                    let why = refusal.unwrap_or_else(|| "none is alive, or none answers".into());
-                    anyhow::bail!("terms.{role}: no replica gets ready: {why}");
-                }
-            }
-            tokio::time::sleep(Duration::from_millis(5)).await;
-        }
         Ok(())
     }
 

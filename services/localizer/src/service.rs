@@ -12,10 +12,10 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::OnReady;
-use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Belief, Clock, Health, Mission, MissionState, Odometry, Reject, RejectCode, Scan};
+use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Reject, RejectCode, Scan};
 use zenoh::Session;
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
@@ -32,8 +32,9 @@ struct Localization {
     beliefs: Topic<Belief>,
     mission: Option<Mission>,
     filter: Option<Localizer>,
-    /// What came of preparing for the mission.
-    prepared: Result<(), String>,
+    /// The run whose streams it follows.
+    run: Option<u64>,
+    prepared: Option<Prepared>,
     /// The newest belief, for operators.
     newest: Newest,
 }
@@ -56,22 +57,30 @@ pub(crate) async fn run(
         service,
         mission: None,
         filter: None,
-        prepared: Ok(()),
+        run: None,
+        prepared: None,
         newest: Newest::default(),
     };
     let mut metrics = localization.service.metrics();
     register_health(&mut metrics, &localization.newest);
     let announced = localization.service.announce(metrics)?;
     on_ready(announced.metrics_address());
-    if let Some(mission) = localization.service.mission().await? {
-        localization.take(mission).await?;
-    }
+    let mut said = localization.service.mission().await?;
     loop {
+        if let Some(mission) = said.take() {
+            tokio::select! {
+                biased;
+                () = shutdown.requested() => return Ok(()),
+                () = superseded(&missions, &mut said, |said| supersedes(said, &mission)) => {}
+                anew = localization.take(&mission) => localization.tell(&mission, anew).await?,
+            }
+            continue;
+        }
         tokio::select! {
             biased;
             () = shutdown.requested() => return Ok(()),
             mission = missions.next() => match mission {
-                Some(mission) => localization.take(mission).await?,
+                Some(mission) => said = Some(mission),
                 None => return Ok(()),
             },
             odometry = localization.odometry.next() => match odometry.cloned() {
@@ -99,41 +108,49 @@ fn register_health(metrics: &mut Metrics, newest: &Newest) {
 
 impl Localization {
     /// A mission, or a change of the one at hand. Only a new run starts the filter over: a robot that is
-    /// sent to another goal still knows where it is.
-    async fn take(&mut self, mission: Mission) -> anyhow::Result<()> {
-        let known = self.mission.replace(mission.clone()).map(|k| (k.run, k.revision));
-        let over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
-        if over {
-            return Ok(());
+    /// sent to another goal still knows where it is. May be dropped on the way, when there is another to take. Whether
+    /// it has prepared.
+    async fn take(&mut self, mission: &Mission) -> bool {
+        self.mission = Some(mission.clone());
+        if is_over(mission) || self.prepared.as_ref().is_some_and(|prepared| prepared.is_for(mission)) {
+            return false;
         }
-        if known == Some((mission.run, mission.revision)) {
-            // The driver may have been out of reach when it was told.
-            return self.service.remind(&mission, &self.prepared).await;
+        if self.run != Some(mission.run) {
+            self.filter = None;
         }
-        let same_run = known.is_some_and(|(run, _)| run == mission.run);
-        if !same_run {
+        let outcome = loop {
+            let outcome = self.start(mission).await;
+            if !self.service.must_retry(mission, &outcome).await {
+                break outcome;
+            }
+        };
+        if self.run.replace(mission.run) != Some(mission.run) {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.scans.clear();
             self.odometry.clear();
             self.recent_scans.clear();
-            self.filter = None;
         }
-        let started = if self.filter.is_some() {
-            Ok(())
-        } else if mission.has_run {
-            // This localizer was restarted on the way: the start is long left, and nobody knows the pose.
-            Err(Reject::new(
-                RejectCode::Cold,
-                "it was restarted in mid-run, so the pose is lost; begin a new mission",
-            ))
-        } else {
-            self.start(&mission).await
-        };
-        self.prepared = started.map_err(|reject| reject.to_string());
-        self.service.report(mission.revision, &self.prepared).await
+        self.prepared = Some(Prepared::new(mission, outcome));
+        true
     }
 
+    async fn tell(&self, mission: &Mission, anew: bool) -> anyhow::Result<()> {
+        match &self.prepared {
+            Some(prepared) => self.service.tell(mission, prepared, anew).await,
+            None => Ok(()),
+        }
+    }
+
+    /// Makes sure that there is a filter for the run of `mission`.
     async fn start(&mut self, mission: &Mission) -> Result<(), Reject> {
+        if self.filter.is_some() {
+            return Ok(());
+        }
+        if mission.has_run {
+            // This localizer was restarted on the way: the start is long left, and nobody knows the pose.
+            let lost = "it was restarted in mid-run, so the pose is lost; begin a new mission";
+            return Err(Reject::new(RejectCode::Unknown, lost));
+        }
         let (fields, id) = (self.fields.clone(), mission.map);
         let fetched = tokio::task::spawn_blocking(move || fields.map(id)).await;
         let map = fetched.map_err(|e| Reject::invalid("map", e.to_string()))??;

@@ -11,6 +11,7 @@ mod fault;
 pub(crate) mod hall;
 pub(crate) mod invariants;
 mod lockstep;
+mod muster;
 mod replica;
 pub(crate) mod robot;
 mod succession;

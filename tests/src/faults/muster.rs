@@ -1,0 +1,106 @@
+//! How long a mission waits for its pool, on simulated time.
+
+use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use curionav_arbiter::context::PlanContext;
+use curionav_arbiter::muster::muster;
+use curionav_arbiter::pool::Pool;
+use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_runtime::convert;
+use curionav_schemas::{Clock, Reject, RejectCode};
+
+use super::hall;
+use super::replica::FOREIGN;
+use super::world::{ArbiterSeat, SimulatedPeers, World};
+
+/// Longer than anything waits but for what it waits for without limit.
+const LONG: Duration = Duration::from_secs(120);
+
+/// A mission with a term that is not built in, for a pool of some generators, CPC, CNC and of that term.
+struct Muster {
+    pool: [usize; 3],
+    foreign: usize,
+    in_process: bool,
+    has_run: bool,
+}
+
+impl Muster {
+    /// What came of it, and after how many seconds; nothing if it still waits.
+    fn outcome(&self) -> Option<(Result<(), Reject>, f64)> {
+        let (fields, map) = hall::fields();
+        let mut mission = hall::mission(map, 1000, Clock::Realtime, 1);
+        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
+        let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+        profile.terms.insert(FOREIGN.to_owned(), term);
+        mission.profile = convert::to_value(&profile).unwrap();
+        mission.has_run = self.has_run;
+        let world = World::new(&fields, mission.clone(), self.in_process, self.pool);
+        for i in 0..self.foreign {
+            world.start_replica((FOREIGN.to_owned(), format!("{FOREIGN}-{i}")));
+        }
+        let context = PlanContext::new(mission, &fields, self.in_process).unwrap();
+        let seat = Arc::new(ArbiterSeat::default());
+        world.state().arbiters.push(Arc::clone(&seat));
+        let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
+        let pool = Pool::new(Arc::new(peers));
+        let outcome = Arc::new(Mutex::new(None));
+        let (told, clock) = (Arc::clone(&outcome), world.executor.clone());
+        world.executor.spawn(async move {
+            let mustered = tokio::select! {
+                biased;
+                mustered = muster(&pool, &context) => mustered,
+                () = pool.keep_ready(&context) => unreachable!("it goes on for ever"),
+            };
+            *told.lock().unwrap() = Some((mustered, clock.now().as_secs_f64()));
+        });
+        world.executor.run(LONG);
+        world.executor.end();
+        outcome.lock().unwrap().take()
+    }
+}
+
+#[test]
+fn a_whole_pool_is_waited_for_no_longer_than_it_takes() {
+    let all = Muster { pool: [2, 2, 2], foreign: 1, in_process: false, has_run: false };
+    let (outcome, after) = all.outcome().unwrap();
+    assert!(outcome.is_ok() && after < 2.0, "{outcome:?} after {after} s");
+}
+
+#[test]
+fn what_can_be_replaced_is_waited_for_for_five_seconds() {
+    // Whichever it is: generators, CPC, CNC, all of them.
+    for pool in [[0, 2, 2], [2, 0, 2], [2, 2, 0], [0, 0, 0]] {
+        let without = Muster { pool, foreign: 1, in_process: true, has_run: false };
+        let (outcome, after) = without.outcome().unwrap();
+        assert!(outcome.is_ok() && (5.0..5.5).contains(&after), "{pool:?}: {outcome:?} after {after} s");
+    }
+}
+
+#[test]
+fn a_metric_nobody_computes_refuses_the_mission_whatever_else_is_missing() {
+    for (pool, in_process) in [([2, 2, 2], true), ([0, 2, 2], true), ([0, 0, 0], true), ([0, 2, 2], false)] {
+        let without = Muster { pool, foreign: 0, in_process, has_run: false };
+        let (outcome, after) = without.outcome().unwrap();
+        let reject = outcome.unwrap_err();
+        assert_eq!(reject.code, RejectCode::Invalid, "{pool:?}: {reject}");
+        assert!(
+            reject.to_string().contains("terms.comfort: no replica gets ready: none is alive"),
+            "{reject}"
+        );
+        assert!((20.0..20.5).contains(&after), "{pool:?}: after {after} s");
+    }
+}
+
+#[test]
+fn a_mission_that_has_been_under_way_is_not_given_up_for_who_is_out_of_reach() {
+    let later = Muster { pool: [2, 2, 2], foreign: 0, in_process: true, has_run: true };
+    assert!(later.outcome().unwrap().0.unwrap_err().code.is_transient());
+}
+
+#[test]
+fn what_must_not_be_replaced_is_waited_for_without_limit() {
+    let without = Muster { pool: [0, 2, 2], foreign: 1, in_process: false, has_run: false };
+    assert!(without.outcome().is_none());
+}
