@@ -104,9 +104,10 @@ impl<P: Peers> Pool<P> {
         locked(&self.replicas)
     }
 
-    /// Forgets everybody: with another mission nobody is prepared.
+    /// Forgets everybody: with another mission nobody is prepared, and nobody has refused it.
     pub fn clear(&self) {
         *self.replicas() = Replicas::default();
+        self.refusals().clear();
     }
 
     /// Asks `first`, and another each time one fails, and one more when half of the pool's time is over,
@@ -272,5 +273,64 @@ fn failure(error: &AskError) -> Failure {
         AskError::Rejected(reject) if reject.code == RejectCode::Overloaded => Failure::Overloaded,
         AskError::Rejected(reject) if reject.code == RejectCode::Cold => Failure::Cold,
         _ => Failure::Broken,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+
+    use super::*;
+
+    /// One of every role is there and answers nothing.
+    struct Alive;
+
+    impl Peers for Alive {
+        fn now(&self) -> Duration {
+            Duration::ZERO
+        }
+
+        async fn sleep(&self, _: Duration) {}
+
+        fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
+            work()
+        }
+
+        fn alive(&self, _: &str) -> Vec<String> {
+            vec!["a".into()]
+        }
+
+        async fn membership_changed(&self) {}
+
+        async fn generate(
+            &self,
+            _: &str,
+            _: &GenerateRequest,
+            _: Duration,
+            _: Clock,
+        ) -> Result<GenerateReply, AskError> {
+            Err(AskError::NoReply)
+        }
+
+        async fn evaluate(
+            &self,
+            _: &str,
+            _: &str,
+            _: &EvaluateRequest,
+            _: Duration,
+            _: Clock,
+        ) -> Result<Scores, AskError> {
+            Err(AskError::NoReply)
+        }
+    }
+
+    #[test]
+    fn what_was_refused_for_one_mission_is_not_held_against_the_next() {
+        let pool = Pool::new(Arc::new(Alive));
+        let refused = Reject::invalid("params", "wrong");
+        pool.refusals().insert("comfort".into(), refused.clone());
+        assert_eq!(pool.refusal("comfort"), Some(refused));
+        pool.clear();
+        assert_eq!(pool.refusal("comfort"), None);
     }
 }
