@@ -131,6 +131,16 @@ impl Localizer {
         self.covariance = *covariance;
     }
 
+    /// Odometry goes on from another origin: the base was restarted. What it measured before is no motion, and the
+    /// robot is taken to be where it was.
+    pub fn restart_odometry(&mut self) {
+        let Some(anchor) = self.anchor.take() else { return };
+        // The particles are still where they were at the last filter update, the estimate has been carried on.
+        let motion = Motion::between(anchor.pose, self.pose, &self.noise);
+        let mut random = self.next_stream();
+        self.particles.advance(&motion, &self.noise, &mut random);
+    }
+
     /// The covariance that the parameters state for a start.
     pub fn start_covariance(&self) -> Matrix3<f64> {
         let position = self.params.start_sigma_position * self.params.start_sigma_position;

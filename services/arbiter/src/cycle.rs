@@ -113,7 +113,8 @@ impl Memory {
     }
 }
 
-/// People older than this are no longer acted on, seconds of the robot's clock.
+/// People this much older than the belief are no longer acted on, seconds of the robot's clock. Nor are those this much
+/// newer: a belief may lag behind, but these were seen before the base started over.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
 /// What a cycle starts from.
@@ -147,7 +148,7 @@ pub async fn decide<P: Peers>(
     let Some(context) = context.filter(of) else {
         return stop(memory, "the mission is not prepared", true);
     };
-    let Some(people) = people.filter(|people| belief.stamp - people.stamp <= PEOPLE_AGE_MAX) else {
+    let Some(people) = people.filter(|people| (belief.stamp - people.stamp).abs() <= PEOPLE_AGE_MAX) else {
         return stop(memory, "nobody says where people are", true);
     };
     match plan(pool, context, memory, Observation { belief, people }).await {

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
-use curionav_runtime::lockstep::Latest;
+use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
@@ -204,14 +204,19 @@ impl Arbiter {
         }
         let Some(mission) = self.mission.clone() else { return Ok(()) };
         let period = u64::from(mission.plan_every.max(1));
+        if mission.clock == Clock::Realtime
+            && let Some(newest) = self.beliefs.newest()
+        {
+            belief = newest.clone();
+        }
+        if self.planned.is_some_and(|last| has_started_over(last, belief.tick)) {
+            tracing::warn!(tick = belief.tick, last = ?self.planned, "the base has started over");
+            self.planned = None;
+            self.memory = self.memory.fresh();
+        }
         let due = match mission.clock {
             Clock::Lockstep => belief.tick.is_multiple_of(period),
-            Clock::Realtime => {
-                if let Some(newest) = self.beliefs.newest() {
-                    belief = newest.clone();
-                }
-                self.planned.is_none_or(|last| belief.tick >= last + period)
-            }
+            Clock::Realtime => self.planned.is_none_or(|last| belief.tick >= last + period),
         };
         if !due {
             return Ok(());

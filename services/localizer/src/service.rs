@@ -9,7 +9,7 @@ use curionav_planning::sensor::LaserModel;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_runtime::lockstep::Latest;
+use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
@@ -32,6 +32,8 @@ struct Localization {
     beliefs: Topic<Belief>,
     mission: Option<Mission>,
     filter: Option<Localizer>,
+    /// Tick of the last odometry.
+    answered: Option<u64>,
     /// The run whose streams it follows.
     run: Option<u64>,
     prepared: Option<Prepared>,
@@ -57,6 +59,7 @@ pub(crate) async fn run(
         service,
         mission: None,
         filter: None,
+        answered: None,
         run: None,
         prepared: None,
         newest: Newest::default(),
@@ -129,6 +132,7 @@ impl Localization {
             self.scans.clear();
             self.odometry.clear();
             self.recent_scans.clear();
+            self.answered = None;
         }
         self.prepared = Some(Prepared::new(mission, outcome));
         true
@@ -192,6 +196,11 @@ impl Localization {
         let announced = convert::laser(&mission.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
         let Some(filter) = &mut self.filter else { return };
+        let last = self.answered.replace(odometry.tick);
+        if last.is_some_and(|last| has_started_over(last, odometry.tick)) {
+            tracing::warn!(tick = odometry.tick, ?last, "the base has started over");
+            filter.restart_odometry();
+        }
         let (ranges, laser) = match scan {
             Some(scan) => (scan.ranges.as_ref(), laser_of(scan, announced)),
             None => (&[][..], announced),

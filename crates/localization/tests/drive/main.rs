@@ -109,6 +109,29 @@ fn same_seed_same_bits_and_calls_without_motion_change_nothing() {
 }
 
 #[test]
+fn a_base_that_starts_over_does_not_move_the_robot() {
+    let map = hall(12.0, 8.0, &[(4.0, 2.0, 4.4, 3.0), (8.0, 5.0, 9.0, 5.4)]);
+    let start = Pose2::new(2.0, 5.0, 0.0);
+    for seed in 1000..1005 {
+        let mut robot = Robot::new(&map, start, seed);
+        let mut localizer = started(&map, start, &LocalizerParams::default(), seed);
+        let drive = |robot: &mut Robot<'_>, localizer: &mut _| {
+            robot.drive(Twist { v: 0.5, omega: 0.0 });
+            let estimate = robot.tick(localizer);
+            estimate.pose.position().distance(robot.truth.position())
+        };
+        (0..60).for_each(|_| _ = drive(&mut robot, &mut localizer));
+        // 3 m from where its odometry and clock began, and begin again.
+        (robot.odometry, robot.stamp) = (Pose2::default(), 0.0);
+        localizer.restart_odometry();
+        for tick in 0..40 {
+            let error = drive(&mut robot, &mut localizer);
+            assert!(error < 0.3, "seed {seed}, tick {tick}: {error:.2} m");
+        }
+    }
+}
+
+#[test]
 fn in_a_bare_area_the_covariance_grows_as_odometry_says() {
     let map = hall(60.0, 60.0, &[]);
     let start = Pose2::new(20.0, 30.0, 0.0);
