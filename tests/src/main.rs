@@ -13,6 +13,8 @@ mod foreign_bytes;
 #[cfg(test)]
 mod network;
 #[cfg(test)]
+mod robot_services;
+#[cfg(test)]
 mod soak;
 #[cfg(test)]
 mod tidiness;

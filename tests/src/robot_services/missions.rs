@@ -1,0 +1,77 @@
+//! What services make of missions: new goals, maps that are not there yet, pools that never come.
+
+use std::time::Duration;
+
+use curionav_runtime::process::Service;
+use curionav_schemas::{MissionRequest, MissionState};
+
+use super::stand::Stand;
+use crate::faults::hall::START;
+
+const DRIVER: Service = curionav_driver::run;
+const ARBITER: Service = curionav_arbiter::run;
+const GENERATOR: Service = curionav_trajectory_generator::run;
+const LOCALIZER: Service = curionav_localizer::run;
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
+    let mut stand = Stand::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
+    stand.host_map();
+    let begun = stand.set_mission(&["arbiter", "driver", "localizer"]).await;
+    stand.runs().await;
+    for goal in [10.0, 20.0] {
+        let given = stand.request(MissionRequest::Goal { x: goal, y: START.y, heading: None }).await;
+        assert_eq!((given.run, given.state), (begun.run, MissionState::Preparing));
+        let mission = stand.runs().await;
+        assert_eq!((mission.revision, mission.goal_x), (given.revision, goal));
+        assert_eq!(mission.ready, ["arbiter", "driver", "localizer"]);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
+    for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
+        let mut stand = Stand::start(&[DRIVER, GENERATOR, service], true).await;
+        stand.set_mission(&[role]).await;
+        let says = |what: &'static str| {
+            move |s: &curionav_schemas::ServiceStatus| s.warmed.iter().any(|w| w.contains(what))
+        };
+        let status = stand.status_that(role, says("revision 1 waits: map")).await;
+        assert!(status.warmed[0].contains("could not be fetched"), "{:?}", status.warmed);
+        let mission = stand.mission_that(|_| true).await;
+        assert_eq!((mission.state, mission.note.as_str()), (MissionState::Preparing, ""), "{role}");
+        stand.host_map();
+        stand.runs().await;
+        stand.status_that(role, |s| s.warmed == ["revision 1"]).await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_arbiter_that_waits_hears_of_other_missions() {
+    // It must not generate itself, and nobody else does: it waits for as long as there is nothing better to do.
+    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
+    stand.host_map();
+    stand.set_mission(&["arbiter"]).await;
+    // Outside the hall.
+    stand.request(MissionRequest::Goal { x: 100.0, y: START.y, heading: None }).await;
+    let refused = stand.mission_that(|mission| mission.state == MissionState::Finished).await;
+    assert!(refused.revision == 2 && refused.note.contains("cannot be reached"), "{}", refused.note);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn services_that_wait_end_when_they_are_asked_to() {
+    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
+    stand.host_map();
+    stand.set_mission(&["arbiter"]).await;
+    let looks_for_generators = |s: &curionav_schemas::ServiceStatus| {
+        s.metrics.keys().any(|name| name.contains("pool_ready") && name.contains("generator"))
+    };
+    stand.status_that("arbiter", looks_for_generators).await;
+    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a generator");
+
+    // For a map that nobody serves.
+    let stand = Stand::start(&[DRIVER, LOCALIZER], true).await;
+    stand.set_mission(&["localizer"]).await;
+    stand.status_that("localizer", |s| s.warmed.iter().any(|w| w.contains("waits"))).await;
+    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
+}

@@ -1,0 +1,7 @@
+//! Driver, arbiter and localizer as they run, in one process on a session without a network: what they make of missions
+//! and of a base whose clock begins anew.
+
+mod base;
+mod begins_anew;
+mod missions;
+mod stand;

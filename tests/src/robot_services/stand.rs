@@ -1,0 +1,129 @@
+//! Services of one robot under test.
+
+use std::time::Duration;
+
+use curionav_planning::profile::Profile;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
+use curionav_runtime::map_store::host;
+use curionav_runtime::process::Service;
+use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::serve::{Server, refusals};
+use curionav_runtime::session;
+use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
+use curionav_runtime::topic::{Flow, Inbox, Topic};
+use curionav_schemas::{Clock, Message, Mission, MissionRequest, MissionState, ServiceStatus, keys};
+use tokio::task::JoinSet;
+use zenoh::Session;
+
+use crate::faults::hall;
+
+/// Longer than anything takes on a busy machine, and than any wait of a service.
+pub(super) const LIMIT: Duration = Duration::from_secs(60);
+/// As in a service's configuration.
+const ROBOT: &str = "robot";
+
+/// Services on one session, ended when it is dropped.
+pub(super) struct Stand {
+    session: Session,
+    services: JoinSet<anyhow::Result<()>>,
+    triggers: Vec<ShutdownTrigger>,
+    map: Option<Server>,
+}
+
+impl Stand {
+    /// Starts these, one after the other, each once the one before serves.
+    pub(super) async fn start(services: &[Service], in_process: bool) -> Self {
+        let session = session::embedded().await.unwrap();
+        let (services_at_work, triggers) = (JoinSet::new(), Vec::new());
+        let mut stand = Self { session, services: services_at_work, triggers, map: None };
+        for service in services {
+            let (trigger, token) = shutdown();
+            let (ready, is_ready) = tokio::sync::oneshot::channel();
+            let config = ServiceConfig { in_process, ..ServiceConfig::default() };
+            let (service, session) = (*service, stand.session.clone());
+            stand.triggers.push(trigger);
+            stand.services.spawn(async move {
+                let on_ready = Box::new(move |_| ready.send(()).unwrap());
+                service(&config, &session, token, on_ready).await
+            });
+            is_ready.await.unwrap();
+        }
+        stand
+    }
+
+    /// Serves the map of the hall.
+    pub(super) fn host_map(&mut self) {
+        let (fields, id) = hall::fields();
+        let grid = convert::occupancy_grid_to_wire(&fields.map(id).unwrap().grid);
+        self.map = Some(host(&self.session, grid, &refusals()).unwrap());
+    }
+
+    /// Asks every service to end; whether they all have within `limit`.
+    pub(super) async fn end(mut self, limit: Duration) -> bool {
+        self.triggers.iter().for_each(ShutdownTrigger::fire);
+        let ended = async { while self.services.join_next().await.is_some() {} };
+        tokio::time::timeout(limit, ended).await.is_ok()
+    }
+
+    pub(super) fn topic<M: Message>(&self, stream: &str, flow: Flow) -> Topic<M> {
+        Topic::new(&self.session, &keys::robot(ROBOT, stream).unwrap(), flow).unwrap()
+    }
+
+    pub(super) fn inbox<M: Message>(&self, stream: &str) -> Inbox<M> {
+        Inbox::new(&self.session, &keys::robot(ROBOT, stream).unwrap()).unwrap()
+    }
+
+    pub(super) async fn request(&self, request: MissionRequest) -> Mission {
+        let key = keys::robot(ROBOT, "mission").unwrap();
+        ask(&self.session, &key, &request, LIMIT, Urgency::Normal).await.unwrap()
+    }
+
+    /// A mission through the hall, in real time and planned by a metric that needs no pool but a generator, that begins
+    /// once these roles are ready.
+    pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
+        let mut mission = hall::mission(hall::fields().1, 1000, Clock::Realtime, 1);
+        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
+        profile.terms.retain(|metric, _| metric == "distance");
+        mission.profile = convert::to_value(&profile).unwrap();
+        mission.robot = ROBOT.to_owned();
+        (mission.tick_s, mission.time_scale, mission.plan_every) = (0.1, 1.0, 1);
+        mission.require = require.iter().map(|role| (*role).to_owned()).collect();
+        self.request(MissionRequest::Set { mission: Box::new(mission) }).await
+    }
+
+    /// The mission once it is as it should be.
+    pub(super) async fn mission_that(&self, is: impl Fn(&Mission) -> bool) -> Mission {
+        let key = keys::robot(ROBOT, "mission").unwrap();
+        self.await_state(&key, is).await
+    }
+
+    /// Waits until the mission runs.
+    pub(super) async fn runs(&self) -> Mission {
+        self.mission_that(|mission| mission.state == MissionState::Running).await
+    }
+
+    /// The status of a service once it is as it should be.
+    pub(super) async fn status_that(&self, role: &str, is: impl Fn(&ServiceStatus) -> bool) -> ServiceStatus {
+        self.await_state(&keys::status(role, &ServiceConfig::default().instance).unwrap(), is).await
+    }
+
+    async fn await_state<M: Message + std::fmt::Debug>(&self, key: &str, is: impl Fn(&M) -> bool) -> M {
+        let begun = tokio::time::Instant::now();
+        loop {
+            let state: M = fetch(&self.session, key, LIMIT).await.unwrap();
+            if is(&state) {
+                return state;
+            }
+            assert!(begun.elapsed() < LIMIT, "{key} stays as it is: {state:?}");
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    }
+}
+
+impl Drop for Stand {
+    fn drop(&mut self) {
+        self.map = None;
+        session::close(&self.session);
+    }
+}
