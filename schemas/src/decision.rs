@@ -107,7 +107,7 @@ pub struct Twist {
     pub v: f64,
     /// Turn rate, rad/s.
     pub omega: f64,
-    /// Why it is not simply the decision's; empty otherwise.
+    /// Why: `tracking` or `something is too close` while it follows the decision, else why it does not.
     pub reason: String,
 }
 

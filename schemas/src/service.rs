@@ -26,7 +26,7 @@ pub struct ServiceStatus {
     pub time_s: Option<f64>,
     /// Requests waiting or being computed, for each it can compute at once: 1 is full, more is a queue.
     pub load: f64,
-    /// Requests taken since it started.
+    /// Requests answered since it started; of arbiter, driver and localizer ticks.
     pub requests: u64,
     /// Requests refused since it started.
     pub rejected: u64,
@@ -34,7 +34,8 @@ pub struct ServiceStatus {
     pub p50_ms: f64,
     /// 99th percentile of it, ms.
     pub p99_ms: f64,
-    /// What it is prepared for: `map HASH`, `goal X Y on HASH`, `sensor BEAMS over FOV rad to RANGE m on HASH`.
+    /// What it is prepared for: `map HASH`, `goal X Y on HASH`, `sensor BEAMS over FOV rad to RANGE m on HASH`;
+    /// of arbiter and localizer `revision N` of the mission, or `revision N waits: WHY`.
     pub warmed: Vec<String>,
     /// What its metrics endpoint says as well: every sample, by its name and labels as Prometheus writes them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
