@@ -28,6 +28,7 @@ from curionav.messages import (
     OccupancyGrid,
     Odometry,
     OdometryNoise,
+    Particles,
     People,
     PeopleTrace,
     Pose,
@@ -118,6 +119,18 @@ def belief(tick: int) -> Belief:
         v=1.0,
         omega=0.0,
         health=Health(outside_weight=0.0, scan_fit=1.0, particles=300, converged=True),
+    )
+
+
+def particles(tick: int) -> Particles:
+    """Drawn from the belief; the last one is far off and weighs nothing."""
+    here = belief(tick)
+    drawn = np.random.default_rng(tick).multivariate_normal((here.x, here.y, here.heading), here.covariance, 300)
+    drawn[-1] = (14.0, 1.0, 3.0)
+    weight = np.full(300, 1.0 / 299.0)
+    weight[-1] = 0.0
+    return Particles(
+        tick=tick, stamp=tick * 0.1, x=drawn[:, 0], y=drawn[:, 1], heading=drawn[:, 2], weight=weight
     )
 
 
@@ -234,10 +247,18 @@ def report(tick: int) -> CycleReport:
 
 def status(ticks: int) -> RunStatus:
     """The end of a run, with what really happened: 10 cm beside what was believed."""
-    columns = ["time_s", "true_x", "true_y", "belief_x", "belief_y"]
-    rows = [(b.stamp, b.x, b.y + 0.1, b.x, b.y) for b in map(belief, range(ticks))]
-    nobody = PeopleTrace(
-        rows=0, id=np.zeros(0, np.uint32), xy=np.zeros((0, 0, 2), np.float32), present=np.zeros((0, 0), np.uint8)
+    columns = ["time_s", "true_x", "true_y", "belief_x", "belief_y", "belief_heading"]
+    columns += ["cov_xx", "cov_xy", "cov_yy", "cov_hh", "v", "omega"]
+    rows = [
+        (b.stamp, b.x, b.y + 0.1, b.x, b.y, b.heading, *np.asarray(b.covariance)[[0, 0, 1, 2], [0, 1, 1, 2]], b.v, 0.0)
+        for b in map(belief, range(ticks))
+    ]
+    walkers = [people(tick) for tick in range(ticks)]
+    # The last of the five leaves after the first tick.
+    present = np.ones((ticks, 5), np.uint8)
+    present[1:, 4] = 0
+    everybody = PeopleTrace(
+        rows=ticks, id=walkers[0].id, xy=np.stack([np.stack([w.x, w.y], axis=1) for w in walkers]), present=present
     )
     result = RunResult(
         scenario="made-up",
@@ -251,7 +272,7 @@ def status(ticks: int) -> RunStatus:
         cycles=Cycles(count=ticks, degraded=1, p50_ms=9.0, p99_ms=9.0, max_ms=9.0),
         real_time_factor=1.0,
         decisions_sha256="0" * 64,
-        trace=Trace(rows=ticks, columns=columns, values=np.array(rows), people=nobody),
+        trace=Trace(rows=ticks, columns=columns, values=np.array(rows), people=everybody),
     )  # fmt: skip
     return RunStatus(
         run=1, world=WORLD, state="finished", tick=ticks, time_s=ticks * 0.1, distance_to_goal=0.2, result=result
@@ -281,6 +302,8 @@ def drive(ticks: int = 20) -> list[tuple[str, Message]]:
             (own("report"), report(tick)),
             (own("cmd"), Twist(epoch=1, seq=tick, tick=tick, stamp=stamp, v=1.0, omega=0.0, reason="")),
         ]  # fmt: skip
+        if tick % 5 == 0:
+            sent.append((own("particles"), particles(tick)))
     return [*sent, (own("mission"), mission("finished")), (keys.world(WORLD, "run"), status(ticks))]
 
 

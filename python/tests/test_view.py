@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import signal
@@ -25,8 +26,9 @@ from rerun.chunk import RrdReader  # noqa: E402
 
 import curionav  # noqa: E402
 from curionav import Scenario  # noqa: E402
-from curionav.messages import LaserModel, Message, OccupancyGrid, Pose  # noqa: E402
-from curionav_view import colours, command, heat, output, recording, shapes, words  # noqa: E402
+from curionav.messages import Belief, LaserModel, Message, OccupancyGrid, People, Pose  # noqa: E402
+from curionav_view import colours, command, heat, output, past, recording, shapes, words  # noqa: E402
+from curionav_view.live import Live, Source  # noqa: E402
 from curionav_view.story import Story  # noqa: E402
 
 TICKS = 20
@@ -62,7 +64,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
 def test_everything_the_story_needs_is_drawn(whole: dict[str, list[Any]]) -> None:
     expected = """
         /map/floor /map/information /map/density /robot /robot/body /robot/scan /robot/comfort /eye
-        /belief/ellipse /belief/trail /truth/robot /truth/way /people/bodies /people/velocities
+        /belief/ellipse /belief/trail /robot/particles /truth/robot /truth/way /people/bodies /people/velocities
         /people/crowds /plan/candidates /plan/rejected /plan/chosen /plan/goal /decision /events
         /modes/driving /modes/localisation /modes/services /plots/uncertainty/l /plots/uncertainty/threshold
         /plots/uncertainty/error /plots/person/nearest /plots/person/comfortable /plots/speed/driven
@@ -225,6 +227,34 @@ def test_the_ellipse_holds_what_the_covariance_says() -> None:
     assert np.einsum("ij,jk,ik->i", points, inverse, points) == pytest.approx(np.full(len(points), 5.991), rel=1e-3)
 
 
+def test_the_cloud_lies_around_the_belief_and_goes_along_with_it(whole: dict[str, list[Any]]) -> None:
+    clouds = values(whole["/robot/particles"], "Points3D:positions")
+    assert len(clouds) == TICKS / 5
+    # Seen from the belief, whose first ellipse is half a metre wide.
+    assert np.abs(np.median(np.array(clouds)[:, :, :2], axis=1)).max() < 0.15
+    import dataclasses  # noqa: PLC0415
+
+    turned = dataclasses.replace(drive.belief(0), x=2.0, y=1.0, heading=math.pi / 2)
+    one = dataclasses.replace(
+        drive.particles(0), x=np.full(1, 2.0), y=np.full(1, 3.0), heading=np.zeros(1), weight=np.ones(1)
+    )
+    positions = shapes.particles(one, turned).positions
+    assert positions is not None
+    assert positions.as_arrow_array().to_pylist()[0][:2] == pytest.approx([2.0, 0.0], abs=1e-6)
+
+
+def test_no_more_particles_are_drawn_than_can_be_seen() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    for count in (0, 1, 1000, 1001, 8192):
+        many = dataclasses.replace(
+            drive.particles(0), x=np.ones(count), y=np.ones(count), heading=np.ones(count), weight=np.zeros(count)
+        )
+        positions = shapes.particles(many, drive.belief(0)).positions
+        assert positions is not None
+        assert min(count, 500) <= len(positions.as_arrow_array()) <= min(count, shapes.MAX_PARTICLES)
+
+
 def test_people_seen_from_the_robot_are_put_on_the_map() -> None:
     import dataclasses  # noqa: PLC0415
 
@@ -241,6 +271,44 @@ def test_a_large_batch_is_thinned_out_and_keeps_its_best() -> None:
     assert (kept[0], kept[-1]) == (0, 1999)
 
 
+def test_a_run_that_was_over_before_is_drawn_from_its_result(tmp_path: Path) -> None:
+    status = drive.status(TICKS)
+    assert status.result is not None
+    told = list(past.messages(status.result))
+    assert Counter(message.NAME for message in told) == {"odometry": TICKS, "belief": TICKS, "people": TICKS}
+    for tick, (belief, people) in enumerate(zip(told[1::3], told[2::3], strict=True)):
+        assert isinstance(belief, Belief)
+        assert isinstance(people, People)
+        assert np.asarray(belief.covariance) == pytest.approx(np.asarray(drive.belief(tick).covariance))
+        assert len(people.x) == (5 if tick == 0 else 4)
+        # 0.2 m/s southwards by their positions.
+        assert people.vy == pytest.approx(np.full(len(people.x), -0.2 if tick else 0.0), abs=1e-4)
+    stream = rr.RecordingStream("curionav")
+    stream.save(tmp_path / "past.rrd")
+    story = Story(stream)
+    for message in (drive.mission("finished"), drive.grid()):
+        story.draw(message)
+    story.recall(status)
+    story.recall(status)
+    story.note(words.over(drive.mission("finished"), status.result, past=True), always=True)
+    stream.disconnect()
+    found = drawn(tmp_path / "past.rrd")
+    expected = "/map/floor /map/information /robot/body /belief/ellipse /belief/trail /people/bodies /truth/way /plan/goal"
+    assert set(expected.split()) <= found.keys()
+    assert len(values(found["/people/bodies"], "Capsules3D:translations")) == TICKS
+    (said,) = values(found["/decision"], "TextDocument:text")
+    assert "Nothing is running: the mission is finished: reached" in said[0]
+    assert "reached after 5.0 s" in said[0]
+
+
+def test_what_there_is_to_wait_for_is_said_with_the_command_that_starts_it() -> None:
+    said = words.waiting("robot `r2` has had nothing to do yet; waiting for a run", "tcp/10.0.0.5:7447")
+    assert "Nothing is running" in said
+    assert "Robot `r2` has had nothing to do yet" in said
+    assert "--connect tcp/10.0.0.5:7447" in said
+    assert "--connect" not in words.waiting("nobody answers", None)
+
+
 # ---- recordings ----
 
 
@@ -255,7 +323,7 @@ def test_a_recording_becomes_what_was_live(tmp_path: Path, whole: dict[str, list
     file = drive.record(tmp_path / "out.mcap", drive.drive(TICKS))
     done = show(file, "--save", tmp_path / "out.rrd")
     assert done.returncode == 0, done.stderr
-    assert "144 messages" in done.stderr
+    assert "148 messages" in done.stderr
     again = drawn(tmp_path / "out.rrd")
     assert again.keys() - {"/__properties"} == whole.keys() - {"/__properties"}
     for path, component in (("/plots/uncertainty/l", "Scalars:scalars"), ("/plan/chosen", "LineStrips3D:strips")):
@@ -321,6 +389,59 @@ def test_without_a_screen_the_ways_around_it_are_named() -> None:
     assert done.returncode == 2
     assert "--web" in done.stderr
     assert "--save" in done.stderr
+
+
+FAKE_VIEWER = """
+import json, os, pathlib, socket, sys
+arguments = sys.argv[1:]
+if "fail" in os.environ.get("DISPLAY", ""):
+    sys.exit("Error: no such display")
+with socket.create_server(("127.0.0.1", int(arguments[arguments.index("--port") + 1]))) as server:
+    pathlib.Path(__file__).with_name("told.json").write_text(json.dumps([os.getpid(), *arguments]))
+    while True:
+        server.accept()
+"""
+
+
+@pytest.fixture
+def fake_viewer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Stands in for Rerun's own program; gives where it notes how it was started."""
+    package = tmp_path / "rerun_cli"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "__main__.py").write_text(FAKE_VIEWER)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("DISPLAY", ":77")
+    return package / "told.json"
+
+
+def test_a_window_is_a_program_of_its_own_that_ends_with_us(fake_viewer: Path) -> None:
+    with output.Output(output.Wanted(spawn=True, port=0, memory="2GiB")) as out:
+        assert out.alive()
+        assert out.page is None
+        while not fake_viewer.exists():
+            time.sleep(0.02)
+        pid, *arguments = json.loads(fake_viewer.read_text())
+    gone(pid)
+    options = dict(zip(arguments[::2], arguments[1::2], strict=False))
+    assert options["--bind"] == "127.0.0.1"
+    assert 0 < int(options["--port"]) < 65536
+    assert arguments[-2:] == ["--memory-limit", "2GiB"]
+    assert "--serve-web" not in arguments
+    # The real one knows them all.
+    real = [sys.executable, "-m", "rerun_cli", "--help"]
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    text = subprocess.run(real, capture_output=True, text=True, timeout=60, check=True, env=environment).stdout
+    assert [a for a in arguments if a.startswith("--") and a not in text] == []
+
+
+def test_a_window_that_cannot_be_opened_is_said_with_the_ways_around_it(
+    fake_viewer: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DISPLAY", ":fail")
+    with pytest.raises(output.NoOutput, match="no such display.*--web.*--save"):
+        output.Output(output.Wanted(spawn=True, port=0))
+    assert not fake_viewer.exists()
 
 
 def test_without_rerun_the_package_to_install_is_named(
@@ -407,6 +528,77 @@ def test_a_live_run_is_drawn_from_its_start_to_its_end(tmp_path: Path) -> None:
     assert {"/map/floor", "/map/information", "/plan/candidates", "/people/bodies", "/truth/robot"} <= found.keys()
     uncertainties = values(found["/plots/uncertainty/l"], "Scalars:scalars")
     assert len(uncertainties) == result.cycles.count
+
+
+class Drawer:
+    """Gives stories that are drawn into files, and notes which."""
+
+    def __init__(self, directory: Path) -> None:
+        self.directory = directory
+        self.begun: list[str] = []
+        self._streams: list[rr.RecordingStream] = []
+
+    def begin(self, kind: str) -> Story:
+        self.begun.append(kind)
+        stream = rr.RecordingStream("curionav")
+        stream.save(self.directory / f"{len(self.begun)}.rrd")
+        self._streams.append(stream)
+        return Story(stream)
+
+    def drawn(self, number: int) -> dict[str, list[Any]]:
+        self._streams[number - 1].disconnect()
+        return drawn(self.directory / f"{number}.rrd")
+
+
+@pytest.mark.live
+def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> None:
+    drawer, said = Drawer(tmp_path), list[str]()
+    with deployment(tmp_path) as up, curionav.connect(up.endpoint) as connection:
+        live = Live(
+            Source(up.endpoint),
+            lambda name: drawer.begin("run"),
+            said.append,
+            lambda name: drawer.begin("aside"),
+        )
+        try:
+            # Nothing yet: said also on the page.
+            live.follow(lambda: False)
+            assert drawer.begun == ["aside"]
+            (words_,) = values(drawer.drawn(1)["/decision"], "TextDocument:text")
+            assert "has had nothing to do yet" in words_[0]
+            assert up.endpoint in words_[0]
+        finally:
+            live.close()
+        scenario = Scenario.from_dict(hall(tmp_path), tmp_path)
+        with connection.inject(scenario, seed=3) as run:
+            first = run.wait(120.0)
+        live = Live(
+            Source(up.endpoint),
+            lambda name: drawer.begin("run"),
+            said.append,
+            lambda name: drawer.begin("aside"),
+        )
+        try:
+            live.follow(lambda: False)
+            assert drawer.begun == ["aside", "aside"]
+            assert "has nothing to do at the moment" in said[1]
+            late = drawer.drawn(2)
+            expected = "/map/floor /map/information /plan/goal /robot /belief/trail /people/bodies /truth/way /decision"
+            assert set(expected.split()) <= late.keys()
+            ((text,),) = values(late["/decision"], "TextDocument:text")[-1:]
+            assert f"reached after {first.metrics.time_s:.1f} s" in text
+            with connection.inject(scenario, seed=4) as run:
+                deadline = time.monotonic() + 120.0
+                live.follow(lambda: time.monotonic() < deadline, once=True)
+                second = run.wait(1.0)
+        finally:
+            live.close()
+        assert drawer.begun[-1] == "run"
+        found = drawer.drawn(len(drawer.begun))
+        assert len(values(found["/plots/uncertainty/l"], "Scalars:scalars")) == second.cycles.count
+        # Twice a second of the robot's clock; where the network is busy some are dropped.
+        clouds = values(found["/robot/particles"], "Points3D:positions")
+        assert second.metrics.time_s <= len(clouds) <= 2.0 * second.metrics.time_s + 2.0
 
 
 @pytest.mark.live

@@ -9,11 +9,14 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from live import deployment, hall
 
 pytest.importorskip("rerun", reason="skipped: no rerun-sdk; pip install './python[viewer-test]'")
 pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer-test]'")
@@ -27,6 +30,8 @@ if CHROMIUM is None:
 import drive  # noqa: E402
 from PIL import Image  # noqa: E402
 
+import curionav  # noqa: E402
+from curionav import Scenario  # noqa: E402
 from curionav_view import colours  # noqa: E402
 
 FLAGS = [
@@ -37,20 +42,21 @@ START_TIMEOUT = 60.0
 FRAME_TIMEOUT = 240.0
 """A busy machine without a graphics card takes its time."""
 
+Pixels = np.ndarray[Any, np.dtype[np.int16]]
 
-@pytest.fixture
-def page(tmp_path: Path) -> Iterator[str]:
-    """Address of a page with a made-up drive."""
-    file = drive.record(tmp_path / "drive.mcap", drive.drive(30))
+
+@contextmanager
+def served(*arguments: object) -> Iterator[str]:
+    """Address of the page of a viewer."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "curionav_view", file, "--web", "--no-browser", "--port", "0", "--web-port", "0"],
+        [sys.executable, "-m", "curionav_view", *map(str, arguments), "--web", "--no-browser", "--port", "0",
+         "--web-port", "0"],
         stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert process.stderr is not None
     try:
         found = re.search(r"http://\S+", process.stderr.readline())
         assert found, "no address was printed"
-        assert "are shown" in process.stderr.readline()
         yield found.group()
     finally:
         process.terminate()
@@ -62,35 +68,79 @@ def page(tmp_path: Path) -> Iterator[str]:
         process.stderr.close()
 
 
-def near(pixels: np.ndarray[tuple[int, int, int], np.dtype[np.int16]], colour: tuple[int, ...]) -> int:
-    """Pixels that are about of this colour; shading and anti-aliasing change it a little."""
-    return int((np.abs(pixels - np.array(colour[:3])).max(axis=-1) < 40).sum())
-
-
-def test_the_page_shows_the_scene(page: str, tmp_path: Path) -> None:
+@contextmanager
+def opened(address: str) -> Iterator[Any]:
+    """A tab of a browser with the page."""
     with sync_api.sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, headless=True, args=FLAGS)
         try:
             tab = browser.new_page(viewport={"width": 1280, "height": 720}, color_scheme="dark")
-            tab.goto(page, timeout=START_TIMEOUT * 1000)
-            deadline = time.monotonic() + FRAME_TIMEOUT
-            while True:
-                tab.wait_for_timeout(2000)
-                shot = tab.screenshot(timeout=START_TIMEOUT * 1000)
-                picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), np.int16)
-                # The left part is the surroundings of the robot.
-                scene = picture[50:480, :570]
-                seen = {
-                    "shades": len(np.unique(picture.reshape(-1, 3), axis=0)),
-                    "decided trajectory": near(scene, colours.ACTIONS["follow"]),
-                    "cheapest candidate": near(scene, (253, 231, 37)),
-                    "person": near(scene, colours.PERSON),
-                    "plots": near(picture[:, 950:], colours.SERIES["uncertainty"]),
-                }
-                if seen["shades"] > 1000 and all(count > 20 for count in seen.values()):
-                    break
-                if time.monotonic() > deadline:
-                    (tmp_path / "page.png").write_bytes(shot)
-                    pytest.fail(f"the scene is not there: {seen}; see {tmp_path / 'page.png'}")
+            tab.goto(address, timeout=START_TIMEOUT * 1000)
+            yield tab
         finally:
             browser.close()
+
+
+def near(pixels: Pixels, colour: tuple[int, ...], by: int = 40) -> int:
+    """Pixels that are about of this colour; shading and anti-aliasing change it a little."""
+    return int((np.abs(pixels - np.array(colour[:3])).max(axis=-1) < by).sum())
+
+
+def wait_for(tab: Any, look: Callable[[Pixels], dict[str, int]], directory: Path) -> None:
+    """Waits until everything looked for is there: more than twenty pixels of it."""
+    deadline = time.monotonic() + FRAME_TIMEOUT
+    while True:
+        tab.wait_for_timeout(1000)
+        shot = tab.screenshot(timeout=START_TIMEOUT * 1000)
+        picture = np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"), np.int16)
+        seen = look(picture)
+        if len(np.unique(picture.reshape(-1, 3), axis=0)) > 1000 and all(count > 20 for count in seen.values()):
+            return
+        if time.monotonic() > deadline:
+            (directory / "page.png").write_bytes(shot)
+            pytest.fail(f"the scene is not there: {seen}; see {directory / 'page.png'}")
+
+
+def scene(picture: Pixels) -> Pixels:
+    """The left part: the surroundings of the robot."""
+    return picture[50:480, :570]
+
+
+def test_the_page_shows_a_recording(tmp_path: Path) -> None:
+    def look(picture: Pixels) -> dict[str, int]:
+        return {
+            "decided trajectory": near(scene(picture), colours.ACTIONS["follow"]),
+            "cheapest candidate": near(scene(picture), (253, 231, 37)),
+            "person": near(scene(picture), colours.PERSON),
+            "plots": near(picture[:, 950:], colours.SERIES["uncertainty"]),
+        }
+
+    file = drive.record(tmp_path / "drive.mcap", drive.drive(30))
+    with served(file) as address, opened(address) as tab:
+        wait_for(tab, look, tmp_path)
+
+
+@pytest.mark.live
+def test_the_page_shows_a_run_that_was_over_before_and_then_the_next(tmp_path: Path) -> None:
+    def late(picture: Pixels) -> dict[str, int]:
+        return {
+            "wall": near(scene(picture), colours.WALL, 12),
+            "way": near(scene(picture), colours.BELIEF),
+            "plots": near(picture[:, 950:], colours.SERIES["speed"]),
+        }
+
+    def running(picture: Pixels) -> dict[str, int]:
+        return {
+            "decided trajectory": near(scene(picture), colours.ACTIONS["follow"]),
+            "plots": near(picture[:, 950:], colours.SERIES["uncertainty"]),
+        }
+
+    with deployment(tmp_path) as up, curionav.connect(up.endpoint) as connection:
+        scenario = Scenario.from_dict(hall(tmp_path), tmp_path)
+        with connection.inject(scenario, seed=3) as run:
+            run.wait(120.0)
+        with served("--connect", up.endpoint) as address, opened(address) as tab:
+            wait_for(tab, late, tmp_path)
+            with connection.inject(scenario, seed=4) as run:
+                run.wait(120.0)
+            wait_for(tab, running, tmp_path)

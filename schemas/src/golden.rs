@@ -14,7 +14,7 @@ pub use world::{inject_request, occupancy_grid, run_result, run_status, service_
 
 use crate::{
     Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Message, Mission, MissionRequest,
-    MissionState, Odometry, OdometryNoise, People, Pose, Reject, RobotModel, Scan, Scene, Value,
+    MissionState, Odometry, OdometryNoise, Particles, People, Pose, Reject, RobotModel, Scan, Scene, Value,
 };
 
 /// An encoded example.
@@ -39,6 +39,7 @@ pub fn all() -> Vec<Golden> {
         golden("odometry", &odometry()),
         golden("people", &people()),
         golden("belief", &belief()),
+        golden("particles", &particles()),
         golden("scene", &scene()),
         golden("mission", &mission()),
         golden("mission_request", &MissionRequest::Set { mission: Box::new(mission()) }),
@@ -128,6 +129,18 @@ pub fn belief() -> Belief {
         v: 0.8,
         omega: -0.1,
         health: Health { outside_weight: 0.02, scan_fit: 0.9, particles: 512, converged: true },
+    }
+}
+
+/// Three of the poses behind it.
+pub fn particles() -> Particles {
+    Particles {
+        tick: 42,
+        stamp: 4.2,
+        x: vec![1.25, 1.375, 4.5].into(),
+        y: vec![-0.5, -0.375, 2.0].into(),
+        heading: vec![0.3125, 0.25, -3.0].into(),
+        weight: vec![0.5, 0.375, 0.125].into(),
     }
 }
 

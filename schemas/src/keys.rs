@@ -35,7 +35,7 @@ fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
 }
 
 /// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`,
-/// `memory`.
+/// `memory`, `particles`.
 ///
 /// # Errors
 /// A name is not [allowed](check_id); so for every function here.

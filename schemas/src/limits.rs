@@ -21,6 +21,8 @@ pub const MAX_EDGE_WIDTH: usize = 256;
 pub const MAX_TREE_EXTRAS: usize = 16;
 /// Search trees an arbiter carries on: a profile may ask for eight.
 pub const MAX_TREES: usize = 8;
+/// Particles in a message: more than a localiser starts with; of more, an even choice shows the same cloud.
+pub const MAX_PARTICLES: usize = 8192;
 /// Cells in a map: 200 m x 200 m at 0.05 m; sixteen megabytes.
 pub const MAX_MAP_CELLS: usize = 16_000_000;
 /// Bytes of UTF-8 in a text: a reason fits in a line or two.

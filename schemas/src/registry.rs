@@ -4,8 +4,8 @@ use crate::limits::{KIB, MAX_MAP_CELLS, MIB};
 use crate::message::{DecodeError, Message};
 use crate::{
     Belief, CandidateSet, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest,
-    InjectRequest, Memory, Mission, MissionRequest, OccupancyGrid, Odometry, People, Reject, RunResult,
-    RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
+    InjectRequest, Memory, Mission, MissionRequest, OccupancyGrid, Odometry, Particles, People, Reject,
+    RunResult, RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
 };
 
 /// What is known of a message without its type.
@@ -55,6 +55,7 @@ messages! {
     Odometry "odometry" KIB;
     People "people" 64 * KIB;
     Belief "belief" 2 * KIB;
+    Particles "particles" 129 * KIB;
     Mission "mission" 256 * KIB;
     MissionRequest "mission_request" 257 * KIB;
     Decision "decision" 128 * KIB;

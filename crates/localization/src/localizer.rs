@@ -161,6 +161,14 @@ impl Localizer {
         Estimate { stamp, pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
     }
 
+    /// Pose and weight of every particle as of the last tick. Between filter updates they go along with odometry, as
+    /// the estimate does.
+    pub fn particles(&self) -> impl ExactSizeIterator<Item = (Pose2, f64)> + '_ {
+        let moved = self.anchor.map_or_else(Pose2::default, |anchor| anchor.pose.relative(self.pose));
+        let Particles { x, y, heading, weight } = &self.particles;
+        (0..weight.len()).map(move |i| (Pose2::new(x[i], y[i], heading[i]).compose(moved), weight[i]))
+    }
+
     /// Moves the estimate of the last filter update along with odometry, its covariance by `A Sigma A' +
     /// M'`. When a filter update is due, returns what happened since the last one.
     fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Due> {

@@ -28,6 +28,8 @@ pub enum Flow {
     State,
     /// Reports for people and recorders: last in line, dropped under pressure.
     Report,
+    /// What is only looked at: as reports, but dropped under pressure in lockstep as well.
+    Glimpse,
 }
 
 /// A typed publisher.
@@ -57,20 +59,18 @@ impl<M: Message> Topic<M> {
         Ok(Self { session: session.clone(), key: declared, flow, message: PhantomData })
     }
 
-    /// Sends one message. In lockstep nothing may be lost, so every flow blocks; in real time sensor
-    /// data and reports are dropped rather than waited for.
+    /// Sends one message. In lockstep nothing that matters may be lost, so every flow but glimpses blocks; in real
+    /// time sensor data and reports are dropped rather than waited for.
     pub fn publish(&self, message: &M, clock: Clock) {
+        let realtime = clock == Clock::Realtime;
         let (priority, drops, express) = match self.flow {
-            Flow::Sensor => (Priority::InteractiveHigh, true, true),
+            Flow::Sensor => (Priority::InteractiveHigh, realtime, true),
             Flow::Control => (Priority::RealTime, false, true),
             Flow::State => (Priority::Data, false, false),
-            Flow::Report => (Priority::DataLow, true, false),
+            Flow::Report => (Priority::DataLow, realtime, false),
+            Flow::Glimpse => (Priority::DataLow, true, false),
         };
-        let congestion = if drops && clock == Clock::Realtime {
-            CongestionControl::Drop
-        } else {
-            CongestionControl::Block
-        };
+        let congestion = if drops { CongestionControl::Drop } else { CongestionControl::Block };
         let sent = self
             .session
             .put(&self.key, message.encode())

@@ -140,6 +140,7 @@ def _show(options: argparse.Namespace) -> int:
                 _replay(options, output, wanted)
             else:
                 _follow(options, output)
+            output.check()
     except NoOutput as error:
         _say(str(error))
         return 2
@@ -177,7 +178,13 @@ def _follow(options: argparse.Namespace, output: Output) -> None:
     from .story import Story  # noqa: PLC0415
 
     source = Source(options.connect, options.namespace, options.config, 5.0, options.robot or "robot", options.world)
-    live = Live(source, lambda name: Story(output.recording(name)), _say)
+    live = Live(
+        source,
+        lambda name: Story(output.recording(name)),
+        _say,
+        # Files are for runs.
+        (lambda name: Story(output.recording(name, saved=False))) if output.is_watched else None,
+    )
     try:
         live.follow(output.alive, options.once)
     finally:

@@ -1,4 +1,8 @@
-"""Messages as they come over Zenoh: one run after the other, each with a story of its own."""
+"""Messages as they come over Zenoh: one run after the other, each with a story of its own.
+
+What was sent before the viewer listened does not come again. So it asks how things stand when it joins: what the robot
+is to do, the map, and of a run that is over its result.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +13,23 @@ from dataclasses import dataclass
 
 from curionav import Deployment, keys
 from curionav.errors import CurionavError, DecodeError, NoAnswer, Rejected
-from curionav.messages import MESSAGES, Message, Mission, OccupancyGrid
-from curionav.session import Mailbox, News, open_session, subscribe
+from curionav.messages import MESSAGES, Message, Mission, OccupancyGrid, RunStatus
+from curionav.session import DEFAULT_ENDPOINT, Mailbox, News, ask, open_session, subscribe
 
+from . import words
 from .story import Story
 
-STREAMS = ("scan", "odom", "people", "belief", "mission", "decision", "cmd", "report")
+STREAMS = ("scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report")
 """What is listened to of a robot."""
 MAILBOX_BYTES = 128 << 20
 """Messages that may wait to be drawn; a lockstep run may be faster than the eye, and is drawn behind."""
 _KINDS = {kind.encoding(): kind for kind in MESSAGES.values()}
+_OVER = ("finished", "cancelled")
 _POLL = 0.5
+_TIMEOUT = 2.0
+"""For questions about small things, s."""
+_AGAIN = 5.0
+"""A robot of which nothing is known is asked for this often, s."""
 _LATE = 1.5
 """What still comes after the end of a run: the last reports, and the result, seconds."""
 
@@ -41,18 +51,34 @@ class Source:
 class Live:
     """Listens to a robot and draws what it hears.
 
+    Args:
+        source: Where to listen.
+        begin: Gives the story of a run that begins, by its name.
+        say: Takes a line for whoever has started the program.
+        aside: Gives the story for what is no run: one that was over before, or that there is none. Without it such
+            things are not drawn.
+
     Attributes:
         refused: Messages that could not be understood and were passed over.
     """
 
-    def __init__(self, source: Source, begin: Callable[[str], Story], say: Callable[[str], None]) -> None:
-        self._source, self._begin, self._say = source, begin, say
+    def __init__(
+        self,
+        source: Source,
+        begin: Callable[[str], Story],
+        say: Callable[[str], None],
+        aside: Callable[[str], Story] | None = None,
+    ) -> None:
+        self._source, self._begin, self._say, self._aside = source, begin, say, aside
         self._session = open_session(source.endpoint, source.namespace, source.config, source.timeout)
         self._deployment = Deployment(self._session)
         self._news = News()
         self._mail = Mailbox(self._news, MAILBOX_BYTES)
         self._story: Story | None = None
         self._run: int | None = None
+        # Whether the story at hand is of no run that this has seen begin.
+        self._past = True
+        self._joined = 0.0
         self._maps: dict[bytes, OccupancyGrid] = {}
         self._asked = 0.0
         self._over: float | None = None
@@ -70,26 +96,51 @@ class Live:
                 self._receive(*item)
                 continue
             self._fetch_map()
+            self._look_again()
             if once and self._over is not None and time.monotonic() - self._over > _LATE:
                 return
             self._news.wait(seen, _POLL)
 
     def _join(self) -> None:
-        """Takes in a run that is under way already."""
+        """Takes in how things stand."""
+        self._joined = time.monotonic()
+        robot = self._source.robot
+        try:
+            mission = self._deployment.mission(robot)
+        except Rejected:
+            self._wait(f"robot `{robot}` has had nothing to do yet; waiting for a run")
+        except (NoAnswer, DecodeError):
+            others = [name for name in self._robots() if name != robot]
+            hint = f"; there is {', '.join(others)}: choose with --robot" if others else ""
+            self._wait(f"no robot `{robot}` answers yet{hint}; waiting for one")
+        else:
+            if mission.state in _OVER:
+                self._say(f"robot `{robot}` has nothing to do at the moment; waiting for a run")
+            self._receive_message(mission)
+            # A run that was over before is not the one that `once` waits for.
+            self._over = None
+
+    def _wait(self, why: str) -> None:
+        """Says that there is nothing to see yet, also on the page."""
+        self._say(why)
+        if self._aside is not None:
+            self._story = self._aside(f"{self._source.robot}, waiting")
+            self._story.note(words.waiting(why, self._endpoint()), always=True)
+
+    def _endpoint(self) -> str | None:
+        """Where others can connect to; unknown if a configuration file says so."""
+        return self._source.endpoint or (DEFAULT_ENDPOINT if self._source.config is None else None)
+
+    def _look_again(self) -> None:
+        """A robot that was out of reach may have been given its mission meanwhile."""
+        if self._run is not None or time.monotonic() - self._joined < _AGAIN:
+            return
+        self._joined = time.monotonic()
         try:
             mission = self._deployment.mission(self._source.robot)
-        except Rejected:
-            self._say(f"robot `{self._source.robot}` has had nothing to do yet; waiting for a run")
-        except (NoAnswer, DecodeError):
-            others = [name for name in self._robots() if name != self._source.robot]
-            hint = f"; there is {', '.join(others)}: choose with --robot" if others else ""
-            self._say(f"no robot `{self._source.robot}` answers yet{hint}; waiting for one")
-        else:
-            if mission.state in ("finished", "cancelled"):
-                self._run = mission.run
-                self._say(f"robot `{self._source.robot}` has nothing to do at the moment; waiting for a run")
-                return
-            self._receive_message(mission)
+        except CurionavError:
+            return
+        self._receive_message(mission)
 
     def _robots(self) -> list[str]:
         services = [service.status for service in self._deployment.status()]
@@ -109,16 +160,47 @@ class Live:
 
     def _receive_message(self, message: Message) -> None:
         if isinstance(message, Mission):
-            if message.run != self._run:
-                self._run = message.run
-                self._over = None
-                self._story = self._begin(f"{message.robot}, run {message.run}")
-                self._asked = 0.0
-            if message.state in ("finished", "cancelled") and self._over is None:
-                self._over = time.monotonic()
-                self._say(f"the mission is {message.state}" + (f": {message.note}" if message.note else ""))
-        if self._story is not None:
+            self._take(message)
+        elif self._story is not None and self._past and isinstance(message, RunStatus):
+            self._recall(self._story, message)
+        elif self._story is not None:
             self._story.draw(message)
+
+    def _take(self, mission: Mission) -> None:
+        over = mission.state in _OVER
+        # A robot that is sent on after its run was over stays in the same run.
+        if mission.run != self._run or (self._past and not over):
+            self._run, self._past, self._over, self._asked = mission.run, over, None, 0.0
+            begin = self._aside if over else self._begin
+            self._story = begin(f"{mission.robot}, run {mission.run}") if begin is not None else None
+        if not over:
+            self._over = None
+        elif self._over is None:
+            self._over = time.monotonic()
+            self._say(f"the mission is {mission.state}" + (f": {mission.note}" if mission.note else ""))
+        if self._story is None:
+            return
+        self._story.draw(mission)
+        self._fetch_map()
+        if over:
+            self._story.note(words.over(mission, None, self._past), always=self._past)
+        if over and self._past:
+            self._ask_for_result(self._story)
+
+    def _ask_for_result(self, story: Story) -> None:
+        try:
+            status = ask(self._session, keys.world(self._source.world, "run"), RunStatus, None, _TIMEOUT)
+        except CurionavError as error:
+            # A real robot, or a world of another name.
+            _log.info("no result of the run: %s", error)
+            return
+        self._recall(story, status)
+
+    @staticmethod
+    def _recall(story: Story, status: RunStatus) -> None:
+        story.recall(status)
+        if story.mission is not None and status.result is not None:
+            story.note(words.over(story.mission, status.result, past=True), always=True)
 
     def _fetch_map(self) -> None:
         """Asks for the mission's map until it is there: it may come a little later than the mission."""

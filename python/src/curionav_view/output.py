@@ -8,11 +8,13 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
 from types import TracebackType
+from typing import IO
 from urllib.parse import quote
 
 import rerun as rr
@@ -27,6 +29,7 @@ _LIVE_TICK, _STORED_TICK = timedelta(seconds=0.2), timedelta(seconds=5.0)
 """How long what was drawn may wait for company: a viewer takes in a few large pieces sooner than many small ones."""
 _START_TIMEOUT = 20.0
 _STOP_TIMEOUT = 3.0
+_INSTEAD = "--web shows it in a browser, --save FILE.rrd writes a file for `rerun FILE.rrd`"
 
 
 class NoOutput(CurionavError):  # noqa: N818 - reads as what it is
@@ -51,14 +54,12 @@ class Output:
     def __init__(self, wanted: Wanted) -> None:
         self._wanted = wanted
         self._viewer: subprocess.Popen[bytes] | None = None
+        self._complaints: IO[bytes] | None = None
         self._open: rr.RecordingStream | None = None
         self._files = 0
         self.page: str | None = None
         if wanted.spawn and not wanted.web and not has_display():
-            raise NoOutput(
-                "there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set): --web shows it in a browser, "
-                "--save FILE.rrd writes a file for `rerun FILE.rrd`"
-            )
+            raise NoOutput(f"there is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set): {_INSTEAD}")
         if wanted.save is not None and not wanted.save.absolute().parent.is_dir():
             raise NoOutput(f"there is no directory {wanted.save.absolute().parent} to save into")
         self._port = _free(wanted.port) if wanted.spawn or wanted.web else None
@@ -79,12 +80,13 @@ class Output:
             self.page = f"http://{HOST}:{page_port}/?url={source}"
         else:
             arguments += ["--hide-welcome-screen", "--expect-data-soon", "--memory-limit", self._wanted.memory]
+        self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 - read when the viewer has ended
         # A group of its own: Ctrl-C reaches us first, and what was logged is sent before the viewer ends.
         self._viewer = subprocess.Popen(
             [sys.executable, "-m", "rerun_cli", *arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
+            stderr=self._complaints,
             start_new_session=True,
         )
         for waited in (port, page_port) if self._wanted.web else (port,):
@@ -95,21 +97,28 @@ class Output:
         while True:
             with contextlib.suppress(OSError), socket.create_connection((HOST, port), 1.0):
                 return
+            self.check()
             if not self.alive() or time.monotonic() > deadline:
-                raise NoOutput(
-                    "the viewer did not start: try `rerun` by itself to see why, or use --web, or --save FILE.rrd"
-                )
+                raise NoOutput(f"the viewer did not start: try `rerun` by itself to see why; {_INSTEAD}")
             time.sleep(0.05)
 
-    def recording(self, name: str, live: bool = True) -> rr.RecordingStream:
-        """A new recording, which takes the place of the one before it; one that is not live is sent in large pieces."""
+    @property
+    def is_watched(self) -> bool:
+        """Whether there is a viewer or a page, and not only a file."""
+        return self._port is not None
+
+    def recording(self, name: str, live: bool = True, saved: bool = True) -> rr.RecordingStream:
+        """A new recording, which takes the place of the one before it.
+
+        One that is not ``live`` is sent in large pieces; one that is not to be ``saved`` goes into no file.
+        """
         self.finish()
         batches = rr.ChunkBatcherConfig(flush_tick=_LIVE_TICK if live else _STORED_TICK)
         recording = rr.RecordingStream(APPLICATION, batcher_config=batches)
         sinks: list[rr.GrpcSink | rr.FileSink] = []
         if self._port is not None:
             sinks.append(rr.GrpcSink(f"rerun+http://{HOST}:{self._port}/proxy"))
-        if self._wanted.save is not None:
+        if self._wanted.save is not None and saved:
             sinks.append(rr.FileSink(self._file(self._wanted.save)))
         recording.set_sinks(*sinks)
         recording.send_recording_name(name)
@@ -125,6 +134,19 @@ class Output:
         """Whether there is still somebody to show it to."""
         return self._viewer is None or self._viewer.poll() is None
 
+    def check(self) -> None:
+        """Raises NoOutput if the viewer has failed; one whose window was closed has not."""
+        code = self._viewer.poll() if self._viewer is not None else None
+        if not code:
+            return
+        said = ""
+        if self._complaints is not None:
+            self._complaints.seek(0)
+            lines = self._complaints.read().decode(errors="replace").split("\n")
+            # What it has logged begins with a time and a level.
+            said = next((f" ({line.strip()[:200]})" for line in reversed(lines) if "rror" in line), "")
+        raise NoOutput(f"the viewer ended with status {code}{said}: {_INSTEAD}")
+
     def finish(self) -> None:
         """Sends or writes what is still on its way."""
         if self._open is not None:
@@ -138,6 +160,9 @@ class Output:
             self.finish()
         self._open = None
         viewer, self._viewer = self._viewer, None
+        complaints, self._complaints = self._complaints, None
+        if complaints is not None:
+            complaints.close()
         if viewer is None:
             return
         for way in (signal.SIGTERM, signal.SIGKILL):

@@ -9,19 +9,32 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from curionav.messages import Belief, CycleReport, Decision, Disc, OccupancyGrid, People, RobotModel, Scan
+from curionav.messages import (
+    Belief,
+    CycleReport,
+    Decision,
+    Disc,
+    OccupancyGrid,
+    Particles,
+    People,
+    RobotModel,
+    Scan,
+)
 
 from . import colours
 from .heat import OCCUPIED, Field
 
 HEIGHT_INFORMATION, HEIGHT_DENSITY, HEIGHT_CANDIDATES, HEIGHT_DECISION = 0.01, 0.03, 0.06, 0.12
 HEIGHT_RINGS = 0.09
+HEIGHT_PARTICLES = 0.08
 PERSON_HEIGHT = 1.7
 ROBOT_HEIGHT = 0.5
 NEAR = 1.5
 """Closer than this to the robot's centre a person is shown as too near, m, unless the profile says otherwise."""
 MAX_DRAWN = 512
 """Candidates drawn: more are thinned out evenly by rank."""
+MAX_PARTICLES = 1000
+"""Particles drawn: of more an even choice."""
 MAX_WAY = 200
 """Points of the true way at one moment."""
 SIGMAS = 2.4477
@@ -141,6 +154,18 @@ def ellipse(belief: Belief) -> rr.LineStrips3D:
     points = vectors @ (half[:, None] * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)]))
     strip = _flat(belief.x + points[0], belief.y + points[1], HEIGHT_RINGS)
     return rr.LineStrips3D([strip], colors=[colours.BELIEF], radii=[0.045])
+
+
+def particles(message: Particles, belief: Belief) -> rr.Points3D:
+    """Where the robot may be, seen from where it believes to be: a dot each, the likelier the larger and brighter."""
+    stride = max(1, math.ceil(len(message.x) / MAX_PARTICLES))
+    x, y = message.x[::stride] - belief.x, message.y[::stride] - belief.y
+    c, s = math.cos(belief.heading), math.sin(belief.heading)
+    weight = np.asarray(message.weight[::stride], np.float64)
+    share = np.sqrt(weight / max(float(weight.max(initial=0.0)), 1e-12))
+    shade = np.tile(np.array(colours.PARTICLE, np.uint8), (len(share), 1))
+    shade[:, 3] = (colours.PARTICLE[3] * (0.4 + 0.6 * share)).astype(np.uint8)
+    return rr.Points3D(_flat(c * x + s * y, c * y - s * x, HEIGHT_PARTICLES), colors=shade, radii=0.02 + 0.03 * share)
 
 
 def in_map(people: People, belief: Belief) -> tuple[NDArray[np.float64], ...]:

@@ -21,6 +21,7 @@ from curionav.messages import (
     Mission,
     OccupancyGrid,
     Odometry,
+    Particles,
     People,
     RunResult,
     RunStatus,
@@ -28,7 +29,7 @@ from curionav.messages import (
     Twist,
 )
 
-from . import colours, heat, layout, shapes, words
+from . import colours, heat, layout, past, shapes, words
 
 TRAIL = 400
 """Points of the trail of where the robot believed to be: beyond it every second one goes."""
@@ -36,6 +37,8 @@ TRAIL_EVERY = 3
 """Beliefs from point to point at first; the ellipse and the robot follow each."""
 LIMITS_EVERY = 1.0
 """Lines that do not move are drawn on so often, s."""
+_RECENT = 32
+"""Beliefs remembered, so that what comes a little late finds that of its tick."""
 _MS = 1e-3
 _METRICS = [(94, 200, 255, 255), (255, 160, 90, 255), (126, 158, 255, 255), (120, 230, 140, 255), (230, 120, 210, 255)]
 
@@ -54,6 +57,7 @@ class Story:
         self._cycle = 0
         self._cycles: list[tuple[float, int]] = []
         self._belief: Belief | None = None
+        self._recent: dict[int, Belief] = {}
         self._decision: Decision | None = None
         self._nearest: float | None = None
         self._trail: list[tuple[float, float]] = []
@@ -71,6 +75,7 @@ class Story:
             Odometry: self._draw_odometry,
             People: self._draw_people,
             Belief: self._draw_belief,
+            Particles: self._draw_particles,
             Decision: self._draw_decision,
             Twist: self._draw_command,
             CycleReport: self._draw_report,
@@ -88,6 +93,19 @@ class Story:
         draw = self._draw.get(type(message))
         if draw is not None:
             draw(message)
+
+    def recall(self, status: RunStatus) -> None:
+        """Draws a run that was over before anybody looked, from what its result tells."""
+        if status.result is not None and not self._told:
+            for message in past.messages(status.result):
+                self.draw(message)
+        self.draw(status)
+
+    def note(self, text: str, always: bool) -> None:
+        """Says something in place of a decision: from now on, or ``always``, whatever time is looked at."""
+        if not always:
+            self._at(self._newest)
+        self._to.log("/decision", rr.TextDocument(text, media_type="text/markdown"), static=always)
 
     # ---- what the run is about ----
 
@@ -138,6 +156,9 @@ class Story:
 
     def _draw_belief(self, belief: Belief) -> None:
         self._belief = belief
+        self._recent[belief.tick] = belief
+        if len(self._recent) > _RECENT:
+            del self._recent[next(iter(self._recent))]
         self._at(belief.stamp)
         turn = rr.RotationAxisAngle([0.0, 0.0, 1.0], belief.heading)
         self._to.log("/robot", rr.Transform3D(translation=[belief.x, belief.y, 0.0], rotation_axis_angle=turn))
@@ -151,6 +172,13 @@ class Story:
                 self._trail = self._trail[::2]
                 self._every *= 2
             self._to.log("/belief/trail", shapes.trail(np.array(self._trail), colours.BELIEF))
+
+    def _draw_particles(self, particles: Particles) -> None:
+        """In the robot's frame: until the next ones come the cloud goes along with the belief."""
+        belief = self._recent.get(particles.tick, self._belief)
+        if belief is not None:
+            self._at(particles.stamp)
+            self._to.log("/robot/particles", shapes.particles(particles, belief))
 
     def _draw_people(self, people: People) -> None:
         belief = self._belief

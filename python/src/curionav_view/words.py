@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from curionav.messages import CycleReport, Decision, Mission, TermReport
+from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
 
 _DONE = {"follow": "Follow", "hold": "Hold", "stop": "Stop"}
 
@@ -101,3 +101,46 @@ def event(previous: Decision | None, made: Decision) -> tuple[str, str] | None:
     if set(previous.degraded) != set(made.degraded):
         return ("degraded: " + "; ".join(made.degraded) if made.degraded else "all is as it should be again"), "WARN"
     return None
+
+
+def waiting(why: str, endpoint: str | None) -> str:
+    """That there is nothing to see yet, and how to change that, as Markdown."""
+    where = f" --connect {endpoint}" if endpoint is not None else ""
+    return "\n".join(
+        [
+            "### Nothing is running",
+            "",
+            f"{why[:1].upper()}{why[1:]}.",
+            "",
+            "The next run is shown here by itself. To start one:",
+            "",
+            "```",
+            f"curionav run scenarios/quickstart.toml --speed realtime{where}",
+            "```",
+        ]
+    )
+
+
+def over(mission: Mission, result: RunResult | None, past: bool) -> str:
+    """That a mission is over and how it ended, as Markdown; ``past``: it was over before anybody looked."""
+    note = f": {mission.note}" if mission.note else ""
+    lines = [f"### Nothing is running: the mission is {mission.state}{note}", ""]
+    if result is not None:
+        measured = result.metrics
+        parts = [
+            f"{result.scenario}, {result.planner}, seed {result.seed}",
+            f"{result.outcome} after {measured.time_s:.1f} s and {measured.length_m:.1f} m",
+            f"localised to {measured.rmse_m:.2f} m (RMSE)",
+            f"{measured.collisions} collision{'' if measured.collisions == 1 else 's'}",
+        ]
+        if measured.md_m is not None:
+            parts.insert(3, f"nearest person {measured.md_m:.2f} m")
+        lines += [" · ".join(parts), ""]
+    if past and result is not None:
+        lines.append("Drawn from its result: where the robot and the people were, tick by tick. What it saw, considered")
+        lines.append("and decided was said before this viewer listened; a recording would have it.")
+    elif past:
+        lines.append("What it saw, considered and decided was said before this viewer listened.")
+    else:
+        lines.append("Drag the time line back to see why it drove as it did.")
+    return "\n".join([*lines, "", "The next run is shown here by itself."])

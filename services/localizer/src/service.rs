@@ -14,9 +14,11 @@ use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::OnReady;
 use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Reject, RejectCode, Scan};
+use curionav_runtime::topic::{Flow, OnDemand, Topic};
+use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Reject, RejectCode, Scan};
 use zenoh::Session;
+
+use crate::glimpse::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;
@@ -30,6 +32,9 @@ struct Localization {
     odometry: Latest<Odometry>,
     recent_scans: Vec<Scan>,
     beliefs: Topic<Belief>,
+    /// For those who look on.
+    glimpses: OnDemand<Particles>,
+    glimpse_rate: Rate,
     mission: Option<Mission>,
     filter: Option<Localizer>,
     /// Tick of the last odometry.
@@ -56,6 +61,8 @@ pub(crate) async fn run(
         odometry: Latest::new(service.inbox("odom")?),
         recent_scans: Vec::new(),
         beliefs: service.topic("belief", Flow::Sensor)?,
+        glimpses: service.on_demand("particles", Flow::Glimpse)?,
+        glimpse_rate: Rate::default(),
         service,
         mission: None,
         filter: None,
@@ -210,6 +217,11 @@ impl Localization {
         let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
         let belief = belief(&estimate, &odometry);
         self.beliefs.publish(&belief, mission.clock);
+        // After the belief, which others wait for.
+        if self.glimpse_rate.is_due(odometry.stamp) && self.glimpses.is_heard() {
+            let seen = particles(filter.particles(), odometry.tick, odometry.stamp);
+            self.glimpses.publish(&seen, mission.clock);
+        }
         *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(belief);
         self.service.counts.record(started.elapsed());
     }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{Action, CycleReport, Memory, Message, Mission};
+use curionav_schemas::{Action, Belief, CycleReport, Memory, Message, Mission, Particles};
 use serde::Deserialize;
 
 use super::program::{
@@ -118,6 +118,8 @@ fn recording_changes_no_decision_and_holds_every_cycle() {
         ("/tf", "foxglove.FrameTransform"),
         ("/robot/scan", "foxglove.LaserScan"),
         ("/robot/belief", "foxglove.PoseInFrame"),
+        ("curionav/@v1/robot/robot/particles", "curionav.particles.v1"),
+        ("/robot/particles", "foxglove.PosesInFrame"),
         ("/robot/path", "foxglove.PosesInFrame"),
         ("/robot/people", "foxglove.SceneUpdate"),
         ("/robot/candidates", "foxglove.SceneUpdate"),
@@ -131,6 +133,30 @@ fn recording_changes_no_decision_and_holds_every_cycle() {
     let times: Vec<u64> = scans.map(|message| message.log_time).collect();
     let seconds = (times.iter().max().unwrap() - times.iter().min().unwrap()) as f64 * 1e-9;
     assert!((seconds - recorded.metrics.time_s).abs() < 0.3, "{seconds} s of {:?}", recorded.metrics);
+}
+
+#[test]
+fn particles_are_recorded_twice_a_second_and_are_what_the_belief_is_made_of() {
+    let _turn = turn();
+    let (_, path, recorded) = recording();
+    let beliefs: BTreeMap<u64, Belief> =
+        messages::<Belief>(path).into_iter().map(|belief| (belief.tick, belief)).collect();
+    let found = messages::<Particles>(path);
+    assert!((found.len() as f64 / (2.0 * recorded.metrics.time_s) - 1.0).abs() < 0.1, "{}", found.len());
+    for particles in found {
+        let belief = &beliefs[&particles.tick];
+        assert_eq!((particles.stamp, particles.x.len()), (belief.stamp, belief.health.particles as usize));
+        let weight: f64 = particles.weight.iter().map(|w| f64::from(*w)).sum();
+        assert!((weight - 1.0).abs() < 1e-3, "tick {}: {weight}", particles.tick);
+        // Where nothing is outside the one cluster, its mean is the belief's.
+        if belief.health.outside_weight < 1e-6 {
+            let mean = |of: &[f32]| -> f64 {
+                of.iter().zip(particles.weight.iter()).map(|(v, w)| f64::from(*v) * f64::from(*w)).sum()
+            };
+            let (x, y) = (mean(&particles.x) - belief.x, mean(&particles.y) - belief.y);
+            assert!(x.hypot(y) < 0.1, "tick {}: {x} m, {y} m beside the belief", particles.tick);
+        }
+    }
 }
 
 #[test]

@@ -49,6 +49,17 @@ pub(super) fn believed(belief: &wire::Belief, time: u64) -> PoseInFrame {
     }
 }
 
+/// Where the robot may be. The schema has no place for weights.
+pub(super) fn particles(particles: &wire::Particles, time: u64) -> PosesInFrame {
+    let states = particles.x.iter().zip(particles.y.iter()).zip(particles.heading.iter());
+    let on_ground = |x: f32, y: f32, heading: f32| pose(x.into(), y.into(), 0.0, heading.into());
+    PosesInFrame {
+        timestamp: timestamp(time),
+        frame_id: MAP_FRAME.into(),
+        poses: states.filter_map(|((x, y), heading)| on_ground(*x, *y, *heading)).collect(),
+    }
+}
+
 /// What is to be driven.
 pub(super) fn path(decision: &wire::Decision, time: u64) -> PosesInFrame {
     let states = decision.x.iter().zip(decision.y.iter()).zip(decision.heading.iter());
@@ -59,17 +70,19 @@ pub(super) fn path(decision: &wire::Decision, time: u64) -> PosesInFrame {
     }
 }
 
-/// What the laser sees, in the robot's frame.
+/// What the laser sees, in the robot's frame. The schema knows detections and no greatest range: a beam that hit
+/// nothing is infinitely long, which is drawn nowhere, where `range_max` would be drawn as a wall.
 pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
     let last = scan.ranges.len().saturating_sub(1) as f64;
     let wire::Pose { x, y, heading } = scan.laser;
+    let detected = |range: f64| if range < scan.range_max { range } else { f64::INFINITY };
     LaserScan {
         timestamp: timestamp(time),
         frame_id: robot.into(),
         pose: pose(x, y, 0.0, heading),
         start_angle: scan.angle_min,
         end_angle: scan.angle_min + last * scan.angle_increment,
-        ranges: scan.ranges.iter().map(|range| f64::from(*range)).collect(),
+        ranges: scan.ranges.iter().map(|range| f64::from(*range)).map(detected).collect(),
         intensities: Vec::new(),
     }
 }

@@ -13,7 +13,7 @@ use curionav_runtime::query::fetch_from_all;
 use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
 use curionav_schemas::{
     Belief, CycleReport, Decision, MapId, Memory, Message, Mission, MissionState, OccupancyGrid, Odometry,
-    People, RunStatus, Scan, ServiceStatus, Twist, keys,
+    Particles, People, RunStatus, Scan, ServiceStatus, Twist, keys,
 };
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, JoinSet};
@@ -25,8 +25,8 @@ use super::visible::Visible;
 use super::writer::RecordingWriter;
 
 /// Streams of a robot that are recorded.
-const STREAMS: [&str; 9] =
-    ["scan", "odom", "people", "belief", "mission", "decision", "cmd", "report", "memory"];
+const STREAMS: [&str; 10] =
+    ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report", "memory"];
 /// Bytes that may wait to be written: beyond it a slow disk costs messages, not the deployment's memory.
 const QUEUE_BYTES: usize = 256 << 20;
 /// A large map over a slow link, and everybody's status.
@@ -229,6 +229,7 @@ impl Writing {
             "odom" => self.record::<Odometry>(&owner, arrival).map(drop),
             "people" => self.record::<People>(&owner, arrival).map(drop),
             "belief" => self.record::<Belief>(&owner, arrival).map(drop),
+            "particles" => self.record::<Particles>(&owner, arrival).map(drop),
             "decision" => self.record::<Decision>(&owner, arrival).map(drop),
             "cmd" => self.record::<Twist>(&owner, arrival).map(drop),
             "memory" => self.record::<Memory>(&owner, arrival).map(drop),

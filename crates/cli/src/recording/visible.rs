@@ -2,8 +2,8 @@
 
 use ::foxglove::messages::log::Level;
 use curionav_schemas::{
-    Belief, CycleReport, Decision, Memory, Message, Mission, OccupancyGrid, Odometry, People, RunStatus,
-    Scan, ServiceStatus, Twist,
+    Belief, CycleReport, Decision, Memory, Message, Mission, OccupancyGrid, Odometry, Particles, People,
+    RunStatus, Scan, ServiceStatus, Twist,
 };
 
 use super::writer::RecordingWriter;
@@ -57,6 +57,16 @@ impl Visible for Belief {
         file.picture("/tf", &drawn::transform(owner, self, time), time)?;
         file.picture(&format!("/{owner}/belief"), &drawn::believed(self, time), time)?;
         file.picture(&format!("/{owner}/belief/ellipse"), &scene_update::ellipse(self, time), time)
+    }
+}
+
+impl Visible for Particles {
+    fn stamp(&self) -> Option<f64> {
+        Some(self.stamp)
+    }
+
+    fn show(&self, owner: &str, time: u64, file: &mut RecordingWriter) -> anyhow::Result<()> {
+        file.picture(&format!("/{owner}/particles"), &drawn::particles(self, time), time)
     }
 }
 

@@ -132,6 +132,28 @@ fn a_base_that_starts_over_does_not_move_the_robot() {
 }
 
 #[test]
+fn the_particles_are_where_the_estimate_is_at_every_tick() {
+    let map = hall(12.0, 8.0, &[(4.0, 2.0, 4.4, 3.0), (8.0, 5.0, 9.0, 5.4)]);
+    let start = Pose2::new(2.0, 4.0, 0.0);
+    let mut robot = Robot::new(&map, start, 5);
+    let mut localizer = started(&map, start, &LocalizerParams::default(), 7);
+    for tick in 0..60 {
+        // Fast enough that a lag of one update would be seen.
+        robot.drive(Twist { v: 0.9, omega: 0.1 });
+        let (odometry, twist, stamp) = (robot.odometry, robot.twist, robot.stamp);
+        let estimate = localizer.update(odometry, twist, stamp, &robot.scan());
+        let (mut x, mut y, mut total) = (0.0, 0.0, 0.0);
+        for (pose, weight) in localizer.particles() {
+            (x, y, total) = (x + weight * pose.x, y + weight * pose.y, total + weight);
+        }
+        assert_eq!(localizer.particles().len(), estimate.health.particles);
+        assert!((total - 1.0).abs() < 1e-9, "tick {tick}: {total}");
+        let error = (x - estimate.pose.x).hypot(y - estimate.pose.y);
+        assert!(error < 0.05, "tick {tick}: {error} m beside the estimate");
+    }
+}
+
+#[test]
 fn in_a_bare_area_the_covariance_grows_as_odometry_says() {
     let map = hall(60.0, 60.0, &[]);
     let start = Pose2::new(20.0, 30.0, 0.0);

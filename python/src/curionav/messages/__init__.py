@@ -41,7 +41,7 @@ from .planning import (
     Tree,
 )
 from .robot import Disc, Footprint, LaserModel, OdometryNoise, Polygon, Pose, RobotModel
-from .sensing import Belief, Health, Odometry, People, Scan, Scene
+from .sensing import Belief, Health, Odometry, Particles, People, Scan, Scene
 from .service import Reject, ServiceStatus
 from .world import (
     Cycles,
@@ -61,6 +61,7 @@ MESSAGES: dict[str, type[Message]] = {
         Odometry,
         People,
         Belief,
+        Particles,
         Mission,
         MissionRequest,
         Decision,
@@ -115,6 +116,7 @@ __all__ = [
     "OccupancyGrid",
     "Odometry",
     "OdometryNoise",
+    "Particles",
     "Pause",
     "People",
     "PeopleTrace",

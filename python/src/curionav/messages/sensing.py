@@ -113,6 +113,24 @@ class Belief(Message):
         check_variances("covariance", self.covariance)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Particles(Message):
+    """Poses the robot may have (m, rad, map frame), which the belief is made of; every array has shape [particles].
+
+    ``weight`` says how likely each is beside the others. Twice a second of the robot's clock, for those who look on.
+    """
+
+    NAME: ClassVar[str] = "particles"
+    MAX_BYTES: ClassVar[int] = 129 << 10
+
+    tick: Uint
+    stamp: Number
+    x: Annotated[F32, Array("f32", "particles", limit=8192)]
+    y: Annotated[F32, Array("f32", "particles")]
+    heading: Annotated[F32, Array("f32", "particles")]
+    weight: Annotated[F32, Array("f32", "particles", low=0.0)]
+
+
 def check_variances(field: str, covariance: F64) -> None:
     """Refuses a negative variance on the diagonal."""
     if (np.asarray(covariance).diagonal() < 0.0).any():
