@@ -26,7 +26,10 @@ def _chunk(name: str) -> str:
 
 
 def robot(name: str, stream: str) -> str:
-    """Stream of a robot: ``scan``, ``odom``, ``people``, ``belief``, ``mission``, ``decision``, ``cmd``, ``report``."""
+    """Stream of a robot.
+
+    ``scan``, ``odom``, ``people``, ``belief``, ``particles``, ``mission``, ``decision``, ``cmd``, ``report``.
+    """
     return f"{ROOT}/robot/{_chunk(name)}/{_chunk(stream)}"
 
 

@@ -39,6 +39,8 @@ LIMITS_EVERY = 1.0
 """Lines that do not move are drawn on so often, s."""
 _RECENT = 32
 """Beliefs remembered, so that what comes a little late finds that of its tick."""
+_AFTER = 0.05
+"""s."""
 _MS = 1e-3
 _METRICS = [(94, 200, 255, 255), (255, 160, 90, 255), (126, 158, 255, 255), (120, 230, 140, 255), (230, 120, 210, 255)]
 
@@ -104,7 +106,8 @@ class Story:
     def note(self, text: str, always: bool) -> None:
         """Says something in place of a decision: from now on, or ``always``, whatever time is looked at."""
         if not always:
-            self._at(self._newest)
+            # After the last decision, whose report may be on its way still.
+            self._at(self._newest + _AFTER)
         self._to.log("/decision", rr.TextDocument(text, media_type="text/markdown"), static=always)
 
     # ---- what the run is about ----
