@@ -129,9 +129,7 @@ def particles(tick: int) -> Particles:
     drawn[-1] = (14.0, 1.0, 3.0)
     weight = np.full(300, 1.0 / 299.0)
     weight[-1] = 0.0
-    return Particles(
-        tick=tick, stamp=tick * 0.1, x=drawn[:, 0], y=drawn[:, 1], heading=drawn[:, 2], weight=weight
-    )
+    return Particles(tick=tick, stamp=tick * 0.1, x=drawn[:, 0], y=drawn[:, 1], heading=drawn[:, 2], weight=weight)
 
 
 def people(tick: int, frame: str = "map") -> People:

@@ -1,4 +1,4 @@
-"""What a recording shows to Foxglove, read with Foxglove's own packages: its schemas, their meaning, frames and times."""
+"""What a recording shows to Foxglove, read with its own packages: schemas, what fields mean, frames and times."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def test_pictures_state_the_time_they_are_filed_under(recording: Recording) -> N
     scans = recording.said("scan")
     (start, first), (end, last) = scans[0], scans[-1]
     assert (end - start) / SECOND == pytest.approx(last.stamp - first.stamp, abs=1e-6)
-    assert 0.0 < start / SECOND - time.time() + 600.0
+    assert abs(time.time() - start / SECOND) < 3600.0
 
 
 def test_all_frames_hang_together(recording: Recording) -> None:
@@ -280,7 +280,8 @@ def test_the_scan_put_on_the_map_by_its_transform_meets_the_walls(recording: Rec
     ((_, grid),) = recording.pictures["/map"]
     cells = np.frombuffer(grid.data, np.uint8).reshape(-1, grid.column_count)
     rows, columns = np.nonzero(cells == 100)
-    walls = placed(*(np.stack([columns + 0.5, rows + 0.5]) * grid.cell_size.x), grid.pose.position, grid.pose.orientation)
+    x, y = np.stack([columns + 0.5, rows + 0.5]) * grid.cell_size.x
+    walls = placed(x, y, grid.pose.position, grid.pose.orientation)
     transforms = dict(recording.pictures["/tf"])
     met, missed, nothing = 0, 0, 0
     for log_time, scan in recording.pictures[f"/{ROBOT}/scan"][20::20]:

@@ -293,7 +293,7 @@ def test_a_run_that_was_over_before_is_drawn_from_its_result(tmp_path: Path) -> 
     story.note(words.over(drive.mission("finished"), status.result, past=True), always=True)
     stream.disconnect()
     found = drawn(tmp_path / "past.rrd")
-    expected = "/map/floor /map/information /robot/body /belief/ellipse /belief/trail /people/bodies /truth/way /plan/goal"
+    expected = "/map/floor /map/information /robot/body /belief/trail /people/bodies /truth/way /plan/goal"
     assert set(expected.split()) <= found.keys()
     assert len(values(found["/people/bodies"], "Capsules3D:translations")) == TICKS
     (said,) = values(found["/decision"], "TextDocument:text")
@@ -439,7 +439,7 @@ def test_a_window_that_cannot_be_opened_is_said_with_the_ways_around_it(
     fake_viewer: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("DISPLAY", ":fail")
-    with pytest.raises(output.NoOutput, match="no such display.*--web.*--save"):
+    with pytest.raises(output.NoOutput, match=r"no such display.*--web.*--save"):
         output.Output(output.Wanted(spawn=True, port=0))
     assert not fake_viewer.exists()
 

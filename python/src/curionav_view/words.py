@@ -137,7 +137,9 @@ def over(mission: Mission, result: RunResult | None, past: bool) -> str:
             parts.insert(3, f"nearest person {measured.md_m:.2f} m")
         lines += [" · ".join(parts), ""]
     if past and result is not None:
-        lines.append("Drawn from its result: where the robot and the people were, tick by tick. What it saw, considered")
+        lines.append(
+            "Drawn from its result: where the robot and the people were, tick by tick. What it saw, considered"
+        )
         lines.append("and decided was said before this viewer listened; a recording would have it.")
     elif past:
         lines.append("What it saw, considered and decided was said before this viewer listened.")
