@@ -168,6 +168,7 @@ def _replay(options: argparse.Namespace, output: Output, wanted: Wanted) -> None
         story.draw(message)
         count += 1
     output.finish()
+    output.check()
     _say(f"{count} messages of {options.recording} are shown" + (f", saved in {wanted.save}" if wanted.save else ""))
     while (wanted.spawn or wanted.web) and output.alive():
         time.sleep(0.2)

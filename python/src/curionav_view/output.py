@@ -29,6 +29,7 @@ _LIVE_TICK, _STORED_TICK = timedelta(seconds=0.2), timedelta(seconds=5.0)
 """How long what was drawn may wait for company: a viewer takes in a few large pieces sooner than many small ones."""
 _START_TIMEOUT = 20.0
 _STOP_TIMEOUT = 3.0
+_FLUSH = 1.0
 _INSTEAD = "--web shows it in a browser, --save FILE.rrd writes a file for `rerun FILE.rrd`"
 
 
@@ -137,22 +138,33 @@ class Output:
     def check(self) -> None:
         """Raises NoOutput if the viewer has failed; one whose window was closed has not."""
         code = self._viewer.poll() if self._viewer is not None else None
-        if not code:
+        if code is None:
             return
-        said = ""
+        errors: list[str] = []
         if self._complaints is not None:
             self._complaints.seek(0)
-            lines = self._complaints.read().decode(errors="replace").split("\n")
-            # What it has logged begins with a time and a level.
-            said = next((f" ({line.strip()[:200]})" for line in reversed(lines) if "rror" in line), "")
-        raise NoOutput(f"the viewer ended with status {code}{said}: {_INSTEAD}")
+            said = self._complaints.read().decode(errors="replace")
+            errors = [line for line in said.splitlines() if line.startswith("Error:")]
+        # Rerun's program says that it has failed, and not by its status.
+        if code or errors:
+            why = f" ({errors[-1][:200]})" if errors else f" with status {code}"
+            raise NoOutput(f"the viewer ended{why}: {_INSTEAD}")
 
     def finish(self) -> None:
-        """Sends or writes what is still on its way."""
-        if self._open is not None:
-            self._open.flush()
-            self._open.disconnect()
-            self._open = None
+        """Sends or writes what is still on its way; without a viewer there is nobody to wait for."""
+        recording, self._open = self._open, None
+        if recording is None:
+            return
+        while True:
+            try:
+                # By pieces: Rerun waits for ever for a viewer that has ended, and hears no Ctrl-C meanwhile.
+                recording.flush(timeout_sec=_FLUSH)
+            except RuntimeError:
+                self.check()
+                if self.alive():
+                    continue
+            break
+        recording.disconnect()
 
     def close(self) -> None:
         """Completes the file and ends the viewer. Does nothing the second time."""
