@@ -130,8 +130,9 @@ def test_the_page_shows_a_run_that_was_over_before_and_then_the_next(tmp_path: P
         }
 
     def running(picture: Pixels) -> dict[str, int]:
+        # A result knows neither.
         return {
-            "decided trajectory": near(scene(picture), colours.ACTIONS["follow"]),
+            "laser": near(scene(picture), colours.SCAN),
             "plots": near(picture[:, 950:], colours.SERIES["uncertainty"]),
         }
 

@@ -82,6 +82,8 @@ class Live:
         self._maps: dict[bytes, OccupancyGrid] = {}
         self._asked = 0.0
         self._over: float | None = None
+        # Run and revision of the mission that is over.
+        self._ended: tuple[int, int] | None = None
         self.refused = 0
         wanted = [keys.robot(source.robot, stream) for stream in STREAMS] + [keys.world(source.world, "run")]
         self._subscribers = [subscribe(self._session, key, self._mail.put) for key in wanted]
@@ -173,18 +175,21 @@ class Live:
             self._run, self._past, self._over, self._asked = mission.run, over, None, 0.0
             begin = self._aside if over else self._begin
             self._story = begin(f"{mission.robot}, run {mission.run}") if begin is not None else None
+        # A mission is sent again and again while it stays as it is.
+        ended = over and self._ended != (mission.run, mission.revision)
+        self._ended = (mission.run, mission.revision) if over else None
         if not over:
             self._over = None
-        elif self._over is None:
+        elif ended:
             self._over = time.monotonic()
             self._say(f"the mission is {mission.state}" + (f": {mission.note}" if mission.note else ""))
         if self._story is None:
             return
         self._story.draw(mission)
         self._fetch_map()
-        if over:
+        if ended:
             self._story.note(words.over(mission, None, self._past), always=self._past)
-        if over and self._past:
+        if ended and self._past:
             self._ask_for_result(self._story)
 
     def _ask_for_result(self, story: Story) -> None:
