@@ -125,9 +125,10 @@ def belief(tick: int) -> Belief:
 def particles(tick: int) -> Particles:
     """Drawn from the belief; the last one is far off and weighs nothing."""
     here = belief(tick)
-    drawn = np.random.default_rng(tick).multivariate_normal((here.x, here.y, here.heading), here.covariance, 300)
+    mean = (here.x, here.y, here.heading)
+    drawn = np.random.default_rng(tick).multivariate_normal(mean, here.covariance, 300).astype(np.float32)
     drawn[-1] = (14.0, 1.0, 3.0)
-    weight = np.full(300, 1.0 / 299.0)
+    weight = np.full(300, 1.0 / 299.0, np.float32)
     weight[-1] = 0.0
     return Particles(tick=tick, stamp=tick * 0.1, x=drawn[:, 0], y=drawn[:, 1], heading=drawn[:, 2], weight=weight)
 

@@ -235,9 +235,8 @@ def test_the_cloud_lies_around_the_belief_and_goes_along_with_it(whole: dict[str
     import dataclasses  # noqa: PLC0415
 
     turned = dataclasses.replace(drive.belief(0), x=2.0, y=1.0, heading=math.pi / 2)
-    one = dataclasses.replace(
-        drive.particles(0), x=np.full(1, 2.0), y=np.full(1, 3.0), heading=np.zeros(1), weight=np.ones(1)
-    )
+    one_ = np.ones(1, np.float32)
+    one = dataclasses.replace(drive.particles(0), x=2.0 * one_, y=3.0 * one_, heading=one_, weight=one_)
     positions = shapes.particles(one, turned).positions
     assert positions is not None
     assert positions.as_arrow_array().to_pylist()[0][:2] == pytest.approx([2.0, 0.0], abs=1e-6)
@@ -247,9 +246,8 @@ def test_no_more_particles_are_drawn_than_can_be_seen() -> None:
     import dataclasses  # noqa: PLC0415
 
     for count in (0, 1, 1000, 1001, 8192):
-        many = dataclasses.replace(
-            drive.particles(0), x=np.ones(count), y=np.ones(count), heading=np.ones(count), weight=np.zeros(count)
-        )
+        same = np.ones(count, np.float32)
+        many = dataclasses.replace(drive.particles(0), x=same, y=same, heading=same, weight=0.0 * same)
         positions = shapes.particles(many, drive.belief(0)).positions
         assert positions is not None
         assert min(count, 500) <= len(positions.as_arrow_array()) <= min(count, shapes.MAX_PARTICLES)
@@ -536,7 +534,7 @@ class Drawer:
     def __init__(self, directory: Path) -> None:
         self.directory = directory
         self.begun: list[str] = []
-        self._streams: list[rr.RecordingStream] = []
+        self._streams: list[Any] = []
 
     def begin(self, kind: str) -> Story:
         self.begun.append(kind)

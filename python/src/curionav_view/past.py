@@ -26,15 +26,15 @@ def messages(result: RunResult) -> Iterator[Message]:
         return
     for row in range(0, trace.rows, max(1, math.ceil(trace.rows / MAX_ROWS))):
         at = {name: float(values[row]) for name, values in column.items()}
-        moving = {"tick": row, "stamp": at["time_s"], "v": at["v"], "omega": at["omega"]}
         pose = {"x": at["belief_x"], "y": at["belief_y"], "heading": at["belief_heading"]}
-        yield Odometry(**moving, **pose)
+        known = {"stamp": at["time_s"], "v": at["v"], "omega": at["omega"], **pose}
+        yield Odometry(tick=row, **known)
         covariance = np.diag([max(at[name], 0.0) for name in ("cov_xx", "cov_yy", "cov_hh")])
         covariance[0, 1] = covariance[1, 0] = at["cov_xy"]
         health = Health(
             outside_weight=min(max(at.get("outside_weight", 0.0), 0.0), 1.0), scan_fit=1.0, particles=0, converged=True
         )
-        yield Belief(**moving, **pose, covariance=covariance, health=health)
+        yield Belief(tick=row, **known, covariance=covariance, health=health)
         if row < trace.people.rows:
             yield _people(result, row, at["time_s"])
 

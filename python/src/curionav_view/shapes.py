@@ -26,9 +26,10 @@ from .heat import OCCUPIED, Field
 
 HEIGHT_INFORMATION, HEIGHT_DENSITY, HEIGHT_CANDIDATES, HEIGHT_DECISION = 0.01, 0.03, 0.06, 0.12
 HEIGHT_RINGS = 0.09
-HEIGHT_PARTICLES = 0.08
 PERSON_HEIGHT = 1.7
 ROBOT_HEIGHT = 0.5
+HEIGHT_PARTICLES, HEIGHT_ELLIPSE = ROBOT_HEIGHT + 0.02, ROBOT_HEIGHT + 0.05
+"""Above the robot, which would hide a belief that is narrower than itself."""
 NEAR = 1.5
 """Closer than this to the robot's centre a person is shown as too near, m, unless the profile says otherwise."""
 MAX_DRAWN = 512
@@ -152,7 +153,7 @@ def ellipse(belief: Belief) -> rr.LineStrips3D:
     values, vectors = np.linalg.eigh(np.asarray(belief.covariance)[:2, :2])
     half = SIGMAS * np.sqrt(np.maximum(values, 0.0))
     points = vectors @ (half[:, None] * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)]))
-    strip = _flat(belief.x + points[0], belief.y + points[1], HEIGHT_RINGS)
+    strip = _flat(belief.x + points[0], belief.y + points[1], HEIGHT_ELLIPSE)
     return rr.LineStrips3D([strip], colors=[colours.BELIEF], radii=[0.045])
 
 
