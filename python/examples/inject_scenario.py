@@ -16,7 +16,7 @@ import curionav
 
 
 def main() -> int:
-    """Exit status: 0 reached without collision, 1 ran but failed, 2 bad input, 3 lost the deployment."""
+    """Exit status: 0 reached without collision, 1 ran but failed, 2 bad input, 3 lost the deployment, 130 Ctrl-C."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenario", help="scenario file (TOML)")
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", metavar="ENDPOINT", help="router of the deployment")
@@ -34,6 +34,8 @@ def main() -> int:
     except curionav.CurionavError as error:
         print(error, file=sys.stderr)
         return 3
+    except KeyboardInterrupt:
+        return 130
 
 
 def follow(deployment: curionav.Deployment, options: argparse.Namespace) -> int:

@@ -104,6 +104,20 @@ def test_an_exception_is_told_with_its_place() -> None:
         Evaluator("bad", broken).costs(request())
 
 
+def test_a_forgotten_name_is_told_at_once() -> None:
+    with pytest.raises(TypeError, match="give the metric a name"):
+        curionav.evaluator(lambda scene, candidates: candidates.v.sum(axis=1))  # type: ignore[arg-type]
+
+
+def test_a_function_that_writes_to_what_it_is_given_is_found_out() -> None:
+    def shifted(scene: Scene, candidates: CandidateSet) -> Any:
+        candidates.x[:] -= 1.0
+        return abs(candidates.x).sum(axis=1)
+
+    with pytest.raises(curionav.EvaluatorError, match="read-only"):
+        Evaluator("shifted", shifted).trial(warm_up())
+
+
 def test_costs_scaled_within_the_batch_are_found_out() -> None:
     ranked = Evaluator("ranked", lambda scene, candidates: candidates.v.sum(axis=1).argsort().argsort().astype(float))
     with pytest.raises(curionav.EvaluatorError, match="neighbours"):

@@ -447,7 +447,10 @@ def test_without_rerun_the_package_to_install_is_named(
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command.main(["--save", "x.rrd"]) == 2
-    assert "rerun-sdk and mcap is not installed: pip install 'curionav[viewer]'" in capsys.readouterr().err
+    assert (
+        "not installed: rerun-sdk, mcap. At the root of the project: pip install './python[viewer]'"
+        in capsys.readouterr().err
+    )
 
 
 def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,11 +124,11 @@ pub(crate) enum Command {
     Replay(ReplayOptions),
     /// Say why a cycle was decided as it was: every candidate's costs, and what other weights would have led to.
     ///
-    ///   curionav explain drive.mcap --cycle 57             a cycle of a recording; without --cycle the last one
+    ///   curionav explain drive.mcap --cycle 40             a cycle of a recording; without --cycle the last one
     ///   curionav explain --robot r1                        the next cycle of a robot that is driving
     ///
-    /// The cost of a candidate is the sum of weight x raw cost / scale over the terms whose condition holds (of the
-    /// paper: w1 weighs cpc, w2 cnc, w3 distance). What another weight would have led to is computed by the arbiter in
+    /// The cost of a candidate of K states is the sum of weight x raw cost / (scale x K) over the terms whose condition
+    /// holds (of the paper: w1 weighs cpc, w2 cnc, w3 distance). What another weight would have led to is computed by the arbiter in
     /// the cycle itself, collisions included.
     ///
     /// Exit status: 0 explained; 1 no such cycle; 2 bad input; 3 no router, or no report came.

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use curionav_schemas::{Clock, Message, Reject};
-use zenoh::bytes::Encoding;
 use zenoh::handlers::FifoChannel;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget};
@@ -28,6 +27,9 @@ pub enum AskError {
     #[error("cannot ask: {0}")]
     Send(String),
 }
+
+/// The error reply that sessions and routers of Zenoh give by themselves, under one encoding or another.
+const ZENOH_TIMEOUT: &[u8] = b"Timeout";
 
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,11 +133,11 @@ async fn exchange<A: Message, T>(
                 }
             }
             Err(error) => {
-                let encoding = error.encoding().to_string();
-                failure = match Reject::decode(&error.payload().to_bytes(), Some(&encoding)) {
+                let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
+                failure = match Reject::decode(&payload, Some(&encoding)) {
                     Ok(reject) => AskError::Rejected(reject),
-                    // Zenoh says so itself when the time is over, in a text.
-                    Err(_) if encoding == Encoding::ZENOH_STRING.to_string() => AskError::Timeout,
+                    // Sessions and routers of Zenoh say so themselves when the time is over.
+                    Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
                     Err(error) => AskError::Malformed(error.to_string()),
                 };
             }

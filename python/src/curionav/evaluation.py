@@ -113,6 +113,8 @@ def evaluator(metric: str) -> Callable[[Callable[..., Any]], Evaluator]:
     >>> tempo.metric
     'tempo'
     """
+    if not isinstance(metric, str):
+        raise TypeError('give the metric a name: @curionav.evaluator("my-metric")')
 
     def decorate(function: Callable[..., Any]) -> Evaluator:
         return Evaluator(metric, function)
@@ -151,17 +153,17 @@ def _three_candidates(request: EvaluateRequest) -> CandidateSet:
     v = np.repeat([[0.25], [0.5], [1.0]], steps, axis=1)
     omega = np.repeat([[-0.3], [0.0], [0.3]], steps, axis=1)
     heading = belief.heading + np.cumsum(omega * dt, axis=1)
-    return CandidateSet(
-        count=3,
-        steps=steps,
-        dt=dt,
-        id=np.arange(3, dtype=np.uint32),
-        x=belief.x + np.cumsum(v * dt * np.cos(heading), axis=1),
-        y=belief.y + np.cumsum(v * dt * np.sin(heading), axis=1),
-        heading=heading,
-        v=v,
-        omega=omega,
-    )
+    arrays: dict[str, Any] = {
+        "id": np.arange(3, dtype=np.uint32),
+        "x": belief.x + np.cumsum(v * dt * np.cos(heading), axis=1),
+        "y": belief.y + np.cumsum(v * dt * np.sin(heading), axis=1),
+        "heading": heading,
+        "v": v,
+        "omega": omega,
+    }
+    for array in arrays.values():
+        array.flags.writeable = False  # as those that are received
+    return CandidateSet(count=3, steps=steps, dt=dt, **arrays)
 
 
 def _people(scene: Scene, count: int) -> People:

@@ -96,7 +96,7 @@ def main(arguments: list[str] | None = None) -> int:
             parser.error(f"--{name} {value!r}: a name is 1 to 64 of the characters a-z, 0-9, `_` and `-`")
     missing = [package for module, package in _NEEDED.items() if importlib.util.find_spec(module) is None]
     if missing:
-        _say(f"{' and '.join(missing)} is not installed: pip install 'curionav[viewer]'")
+        _say(f"not installed: {', '.join(missing)}. At the root of the project: pip install './python[viewer]'")
         return 2
     try:
         with _interruptible():

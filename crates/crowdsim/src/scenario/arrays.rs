@@ -1,5 +1,19 @@
 //! Points and poses as short arrays: `[x, y]` and `[x, y, heading]`, as people write them.
 
+use serde::de::{Deserialize, Deserializer, Error};
+
+/// Not one number more: whoever writes a heading behind a goal would not be told that nobody reads it.
+fn exactly<const N: usize, E: Error>(numbers: Vec<f64>) -> Result<[f64; N], E> {
+    let count = numbers.len();
+    let wanted = format!("{N} numbers");
+    numbers.try_into().map_err(|_| E::invalid_length(count, &wanted.as_str()))
+}
+
+/// Three numbers.
+pub(super) fn three<'de, D: Deserializer<'de>>(d: D) -> Result<[f64; 3], D::Error> {
+    exactly(Vec::deserialize(d)?)
+}
+
 /// `[x, y, heading]`.
 pub(super) mod pose {
     use curionav_planning::geometry::Pose2;
@@ -10,7 +24,7 @@ pub(super) mod pose {
     }
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Pose2, D::Error> {
-        let [x, y, heading] = <[f64; 3]>::deserialize(d)?;
+        let [x, y, heading] = super::exactly(Vec::deserialize(d)?)?;
         Ok(Pose2::new(x, y, heading))
     }
 }
@@ -25,7 +39,7 @@ pub(super) mod point {
     }
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Point2, D::Error> {
-        let [x, y] = <[f64; 2]>::deserialize(d)?;
+        let [x, y] = super::exactly(Vec::deserialize(d)?)?;
         Ok(Point2::new(x, y))
     }
 }
@@ -40,7 +54,8 @@ pub(super) mod points {
     }
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Point2>, D::Error> {
-        let pairs = Vec::<[f64; 2]>::deserialize(d)?;
-        Ok(pairs.into_iter().map(|[x, y]| Point2::new(x, y)).collect())
+        let pairs = Vec::<Vec<f64>>::deserialize(d)?;
+        let point = |pair| super::exactly(pair).map(|[x, y]| Point2::new(x, y));
+        pairs.into_iter().map(point).collect()
     }
 }

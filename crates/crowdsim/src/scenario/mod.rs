@@ -91,7 +91,7 @@ pub struct RobotSetup {
     pub goal_tolerance: f64,
     /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
     /// pi/12 (trace 0.5685).
-    #[serde(default = "default_initial_sigma")]
+    #[serde(default = "default_initial_sigma", deserialize_with = "arrays::three")]
     pub initial_sigma: [f64; 3],
     /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
     /// cut at two standard deviations (D8).
@@ -278,6 +278,12 @@ weights = { cpc = 2.0 }
         assert_refused("start_offset", "strat_offset", "walkers[0].strat_offset");
         assert_refused("range_max = 6.0", "range_max = \"far\"", "laser.range_max");
         assert_refused("start = [1.0, 2, 0.5]", "start = [1.0, 2]", "robot.start");
+        assert_refused("goal = [8.0, 3.0]", "goal = [8.0, 3.0, 1.57]", "robot.goal");
+        assert_refused(
+            "initial_sigma = [0.5, 0.5, 0.2618]",
+            "initial_sigma = [0.5, 0.5, 0.2618, 1]",
+            "robot.initial_sigma",
+        );
         assert_refused("max_accel", "max_acel", "people.hrvo.max_acel");
         assert_refused("motion = \"hrvo\"", "motion = \"orca\"", "people.motion");
     }
