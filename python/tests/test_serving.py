@@ -124,9 +124,14 @@ def test_another_replica_takes_over_from_one_that_fails(
     with connected.serve(KEEP):
         alone, _ = driven(connected, term)
     flaky = Flaky(raising, since=0.3)
+
+    def slow(scene: Scene, candidates: CandidateSet) -> Any:
+        time.sleep(0.02)  # a robot prefers the other, as long as that works
+        return KEEP(scene, candidates)
+
     with (
         curionav.connect(up.endpoint) as other,
-        connected.serve(KEEP),
+        connected.serve(Evaluator("keep-right", slow)),
         other.serve(Evaluator("keep-right", flaky)) as broken,
     ):
         result, decisions = driven(connected, term)
