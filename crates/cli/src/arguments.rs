@@ -43,8 +43,8 @@ pub(crate) enum Command {
     ///
     /// Searches the settings of a planner that cost least, and prints the best one as a profile.
     ///
-    /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s + max(0, 3.6 m - MD)/3 m
-    /// + max(0, 0.3 m - gap)/0.3 m, about 1 each for the paper's planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over
+    /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s + max(0, 3.6 m - MD)/3 m +
+    /// max(0, 0.3 m - gap)/0.3 m, about 1 each for the paper's planner, and 20 if it did not reach the goal and 20 if it collided; of a setting, the mean over
     /// all scenarios and seeds, the same ones for every setting. [objective] in SPACE.toml changes the weights.
     ///
     /// First the base and a quasi-random sample of settings run with one seed, the best third of them with three

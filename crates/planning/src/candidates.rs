@@ -159,7 +159,7 @@ impl CandidateSet {
     /// The candidates of all `sets`, numbered from 0 in order; the sets have `steps` and `dt` in common.
     pub fn concat(steps: usize, dt: f64, sets: &[Self]) -> Self {
         debug_assert!(sets.iter().all(|set| (set.steps, set.dt) == (steps, dt)));
-        let all = |array: fn(&Self) -> &[f64]| sets.iter().flat_map(|set| array(set)).copied().collect();
+        let all = |array: fn(&Self) -> &[f64]| sets.iter().flat_map(&array).copied().collect();
         let count = sets.iter().map(Self::len).sum::<usize>() as u32;
         Self {
             steps,

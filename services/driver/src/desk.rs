@@ -130,7 +130,7 @@ fn prepare(mission: &mut Mission) {
 }
 
 fn stale(asked: u64, current: u64) -> Reject {
-    Reject::new(RejectCode::Invalid, &format!("revision {asked} is not the current one, {current}"))
+    Reject::new(RejectCode::Invalid, format!("revision {asked} is not the current one, {current}"))
 }
 
 #[cfg(test)]

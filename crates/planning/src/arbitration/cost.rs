@@ -34,8 +34,8 @@ impl Totals {
     pub fn reweighted(&self, factor: impl Fn(&str) -> f64) -> Vec<Option<f64>> {
         let factors: Vec<f64> = self.terms.iter().map(|term| factor(&term.metric)).collect();
         let sum = |i: usize| {
-            let terms = self.terms.iter().zip(&factors);
-            terms.fold(Some(0.0), |sum, (term, factor)| Some(sum? + factor * term.cost[i]?))
+            let mut terms = self.terms.iter().zip(&factors);
+            terms.try_fold(0.0, |sum, (term, factor)| Some(sum + factor * term.cost[i]?))
         };
         (0..self.total.len()).map(sum).collect()
     }
