@@ -79,11 +79,17 @@ def report(count: int, steps: int) -> CycleReport:
     golden = CycleReport.decode((GOLDEN / "cycle_report.cbor").read_bytes())
     raw = np.asarray(np.linspace(1.0, 2.0, count), np.float64)
     terms = [
-        TermReport(metric=metric, weight=1.0, scale=1.0, active=True, raw=raw, evaluated="pool")
-        for metric in ("cnc", "cpc", "distance")
+        TermReport.of(term=term, weight=1.0, scale=1.0, active=True, raw=raw, cost=raw, evaluated="pool")
+        for term in ("cnc", "cpc", "distance")
     ]
     return dataclasses.replace(
-        golden, candidates=candidates(count, steps), terms=terms, total=raw, rejected=[""] * count, chosen=0
+        golden,
+        candidates=candidates(count, steps),
+        terms=terms,
+        scored=np.arange(count, dtype=np.uint32),
+        total=raw,
+        rejected=[None] * count,
+        chosen=0,
     )
 
 
@@ -92,7 +98,7 @@ def request(count: int, steps: int) -> EvaluateRequest:
     golden = EvaluateRequest.decode((GOLDEN / "evaluate_request.cbor").read_bytes())
     scene = dataclasses.replace(golden.scene, people=people(40))
     return dataclasses.replace(
-        golden, scene=scene, candidates=candidates(count, steps), budget_ms=60_000, goal_x=20.0, goal_y=20.0, params={}
+        golden, scene=scene, candidates=candidates(count, steps), budget_ms=10_000, goal_x=20.0, goal_y=20.0, params={}
     )
 
 
@@ -128,8 +134,8 @@ def evaluating(deployment: curionav.Deployment) -> None:
             asked = request(count, steps)
             none = dataclasses.replace(asked, candidates=candidates(0, steps))
             figures = {}
-            for metric, instance in [("discomfort", server.instance), ("cnc", own)]:
-                key = keys.evaluate(metric, instance)
+            for term, instance in [("discomfort", server.instance), ("cnc", own)]:
+                key = keys.question(term, instance, "robot")
                 ask(deployment._session, key, Scores, none, 10.0)
                 inside: list[float] = []
 
@@ -137,7 +143,7 @@ def evaluating(deployment: curionav.Deployment) -> None:
                     inside.append(ask(deployment._session, key, Scores, asked, 60.0).elapsed_us / 1e3)
 
                 around, _ = median_ms(once)
-                figures[metric] = (statistics.median(inside), around)
+                figures[term] = (statistics.median(inside), around)
             function, _ = median_ms(partial(discomfort.costs, asked))
             python, rust = figures["discomfort"], figures["cnc"]
             print(
@@ -157,7 +163,7 @@ def watching(deployment: curionav.Deployment) -> None:
             count += 1
         after, seconds = resource.getrusage(resource.RUSAGE_SELF), time.monotonic() - started
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    print(f"watch {count / seconds:.1f} reports a second for {seconds:.0f} s: {100 * used / seconds:.1f} % of a core")
+    print(f"watch {count / seconds:.1f} reports per second for {seconds:.0f} s: {100 * used / seconds:.1f} % of a core")
 
 
 def main() -> None:

@@ -36,7 +36,7 @@ def main() -> int:
     """Exit status 0 if the robot stopped or held whenever it had to, and still arrived."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", metavar="ENDPOINT", help="router of the deployment")
-    parser.add_argument("--speed", type=float, default=1.0, help="simulated seconds a second")
+    parser.add_argument("--speed", type=float, default=1.0, help="simulated seconds per second")
     options = parser.parse_args()
     logging.getLogger("curionav").setLevel(logging.CRITICAL)  # the faults are ours
     scenario = curionav.Scenario.load(FOYER).with_term("smooth", weight=0.2)
@@ -44,7 +44,7 @@ def main() -> int:
         with deployment.inject(scenario, clock="realtime", time_scale=options.speed) as run:
             before = ""
             for decision in run.decisions():
-                now = f"{decision.action:6} {', '.join(decision.degraded) or 'nominal'}"
+                now = f"{decision.action:6} {curionav.say_all('degradation', decision.degraded) or 'nominal'}"
                 if now != before:
                     print(f"{decision.stamp:5.1f} s  {now}")
                 before = now

@@ -1,4 +1,4 @@
-"""Injects a scenario into a running deployment, follows it and prints its metrics.
+"""Injects a scenario into a running deployment, follows it and prints its measures.
 
 Start the deployment first: ``curionav up deploy/local.toml``. Then:
 ``python python/examples/inject_scenario.py scenarios/quickstart.toml``
@@ -21,7 +21,7 @@ def main() -> int:
     parser.add_argument("scenario", help="scenario file (TOML)")
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", metavar="ENDPOINT", help="router of the deployment")
     parser.add_argument("--namespace", help="key prefix of the deployment")
-    parser.add_argument("--planner", help="built-in planner profile; default: the scenario's")
+    parser.add_argument("--planner", help="built-in profile or profile file (.toml); default: the scenario's")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--realtime", action="store_true", help="at the pace of the clock instead of in lockstep")
     options = parser.parse_args()
@@ -39,21 +39,21 @@ def main() -> int:
 
 
 def follow(deployment: curionav.Deployment, options: argparse.Namespace) -> int:
-    """Prints one line a planning cycle, then the metrics."""
+    """Prints one line per planning cycle, then the measures."""
     clock: curionav.Clock = "realtime" if options.realtime else "lockstep"
     with deployment.inject(options.scenario, options.planner, options.seed, clock) as run:
         for report in run:
-            kept = np.flatnonzero([not why for why in report.rejected])
+            decision, kept = report.decision, np.flatnonzero([why is None for why in report.rejected])
             cheapest = report.total[kept].min() if kept.size else float("nan")
             print(
-                f"{report.scene.stamp:6.1f} s  {report.decision.action:6}  {len(kept):4d} candidates, "
-                f"cheapest {cheapest:6.3f}, {report.decision.elapsed_us / 1e3:5.1f} ms  {report.decision.reason}"
+                f"{decision.stamp:6.1f} s  {decision.action:6}  {len(kept):4d} candidates, cheapest {cheapest:6.3f}, "
+                f"{decision.elapsed_us / 1e3:5.1f} ms  {curionav.say('reason', decision.reason)}"
             )
         result = run.wait()
     print(f"\n{result.scenario} with {result.planner}, seed {result.seed}: {result.outcome}")
-    for name, value in dataclasses.asdict(result.metrics).items():
+    for name, value in dataclasses.asdict(result.measures).items():
         print(f"  {name:16} {value}")
-    return 0 if result.outcome == "reached" and result.metrics.collisions == 0 else 1
+    return 0 if result.outcome == "reached" and result.measures.collisions == 0 else 1
 
 
 if __name__ == "__main__":

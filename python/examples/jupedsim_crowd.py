@@ -1,15 +1,13 @@
-"""JuPedSim (``pip install './python[datasets]'``) as the live crowd of a real map, the depot of Nav2.
+"""JuPedSim (``pip install './python[examples]'``) as the live crowd of a real map, the depot of Nav2.
 
 Start a deployment first: ``curionav up deploy/local.toml``. Then: ``python python/examples/jupedsim_crowd.py``
-The map is no part of the project: see scenarios/README.md.
+``python -m curionav.datasets maps_nav2_turtlebot`` downloads the map.
 """
 
 from __future__ import annotations
 
 import argparse
-import importlib.util
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,6 @@ from numpy.typing import NDArray
 
 import curionav
 
-DEPOT = Path(__file__).parents[3] / "shared" / "data" / "maps_nav2_turtlebot" / "depot.yaml"
 # Where people walk: the hall north of the offices, between its walls and around its posts and shelf.
 HALL = [(0.8, 6.6), (29.2, 6.6), (29.2, 14.0), (0.8, 14.0)]
 OBSTACLES = [
@@ -48,7 +45,7 @@ class JuPedSimCrowd:
                 self.simulation.add_agent(agent)
 
     def __call__(self, step: curionav.CrowdStep) -> tuple[NDArray[Any], ...]:
-        """Everybody at this step: x, y, vx, vy, id."""
+        """All people at this step: x, y, vx, vy, id."""
         before = {}
         for agent in self.simulation.agents():
             before[agent.id] = np.array(agent.position)
@@ -70,16 +67,10 @@ def main() -> int:
     parser.add_argument("--connect", default="tcp/127.0.0.1:7447", metavar="ENDPOINT", help="router of the deployment")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    if importlib.util.find_spec("jupedsim") is None:
-        print("skipped: JuPedSim is not installed: pip install './python[datasets]'")
-        return 0
-    if not DEPOT.is_file():
-        print(f"skipped: no map at {DEPOT}")
-        return 0
     scenario = curionav.Scenario.from_dict(
         {
             "name": "depot-jupedsim",
-            "map": {"file": str(DEPOT)},
+            "map": {"file": "dataset:maps_nav2_turtlebot/depot.yaml"},
             "robot": {"start": [1.5, 9.5, 0.0], "goal": [27.5, 9.0]},
             "laser": {"range_max": 10.0},
         }
@@ -91,7 +82,7 @@ def main() -> int:
         for report in run:
             print(f"{report.scene.stamp:5.1f} s  {len(report.scene.people.id)} people near, {report.decision.action}")
         result = run.wait()
-    print(f"{result.outcome}: {result.metrics.collisions} collisions, nearest {result.metrics.md_m:.2f} m")
+    print(f"{result.outcome}: {result.measures.collisions} collisions, nearest {result.measures.md_m:.2f} m")
     return 0
 
 

@@ -1,7 +1,7 @@
 """A live crowd: people walk as they were recorded (UCY zara01), played into the world tick by tick from here.
 
 Start a deployment first: ``curionav up deploy/local.toml``. Then: ``python python/examples/live_crowd.py``
-The recording is no part of the project: see scenarios/README.md.
+``python -m curionav.datasets peds_eth_ucy`` downloads the recording.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import curionav
+from curionav.datasets import locate
 
 STREET = Path(__file__).parents[2] / "scenarios" / "real" / "zara01.toml"
 FRAMES_PER_SECOND = 25.0
@@ -27,7 +28,7 @@ class Recording:
         self.tracks = {int(person): rows[rows[:, 1] == person][:, [0, 2, 4, 5, 7]] for person in np.unique(rows[:, 1])}
 
     def __call__(self, step: curionav.CrowdStep) -> tuple[list[float], ...]:
-        """Whoever is there at this step: x, y, vx, vy and id of each."""
+        """The people who are there at this step: x, y, vx, vy and id of each."""
         frame = (self.start_s + step.time) * FRAMES_PER_SECOND
         here = {p: track for p, track in self.tracks.items() if track[0, 0] <= frame <= track[-1, 0]}
         columns = [[float(np.interp(frame, t[:, 0], t[:, k])) for t in here.values()] for k in range(1, 5)]
@@ -42,16 +43,12 @@ def main() -> int:
     options = parser.parse_args()
     scenario = curionav.Scenario.load(STREET)
     recorded = scenario.data.pop("recorded")[0]
-    file = scenario.base / recorded["file"]
-    if not file.is_file():
-        print(f"skipped: no recording at {file.resolve()}")
-        return 0
-    crowd = Recording(file, recorded["start_s"])
+    crowd = Recording(locate(recorded["file"]), recorded["start_s"])
     with curionav.connect(options.connect) as c, c.inject(scenario, seed=options.seed, crowd=crowd) as run:
         for report in run:
             print(f"{report.scene.stamp:5.1f} s  {len(report.scene.people.id)} people near, {report.decision.action}")
         result = run.wait()
-    print(f"{result.outcome}: {result.people.id.size} people, the nearest came to {result.metrics.md_m:.2f} m")
+    print(f"{result.outcome}: {result.people.id.size} people, the nearest came to {result.measures.md_m:.2f} m")
     return 0
 
 

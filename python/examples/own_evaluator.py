@@ -19,7 +19,7 @@ FOYER = Path(__file__).parents[2] / "scenarios" / "quickstart.toml"
 
 @curionav.evaluator("keep-right")
 def keep_right(scene: curionav.Scene, candidates: curionav.CandidateSet) -> NDArray[np.float64]:
-    """Metres short of 4 m to whoever is on the robot's right, summed over states; people walk on as they do."""
+    """Metres short of 4 m to people on the robot's right, summed over states; people walk on as they do."""
     cost = np.zeros(candidates.count)
     ahead = candidates.dt * np.arange(1, candidates.steps + 1)
     people = scene.people

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,19 @@ from curionav import Scenario
 # A shell without job control has what it starts in the background ignore Ctrl-C, and so do its children: tests that
 # interrupt programs would wait for nothing.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:
+    """Adds a line to the list of skipped tests that `tests/run` prints."""
+    file = os.environ.get("CURIONAV_SKIPPED")
+    if file and report.skipped and isinstance(report.longrepr, tuple) and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2].removeprefix("Skipped: ").replace("\n", " ")
+        with Path(file).open("a") as lines:
+            lines.write(f"{report.nodeid}: {reason}\n")
+
+
+pytest_runtest_logreport = _note_skipped
+pytest_collectreport = _note_skipped
 
 
 @pytest.fixture(scope="module")

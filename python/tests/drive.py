@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mcap.writer import Writer
@@ -21,10 +22,10 @@ from curionav.messages import (
     Disc,
     Health,
     LaserModel,
+    Measures,
     Message,
-    Metrics,
-    MetricTime,
     Mission,
+    MissionOrder,
     OccupancyGrid,
     Odometry,
     OdometryNoise,
@@ -38,6 +39,7 @@ from curionav.messages import (
     Scan,
     Scene,
     TermReport,
+    TermTime,
     Timings,
     Trace,
     Twist,
@@ -75,9 +77,7 @@ def mission(state: str = "running", run: int = 1) -> Mission:
         "working_zone": {"personal_distance": 1.5},
         "information": {"sigma": 0.2, "beams": 20, "correlation": 4.0},
     }
-    return Mission(
-        run=run,
-        revision=1,
+    order = MissionOrder(
         robot=ROBOT,
         map=grid().map,
         initial_pose=Pose(x=1.0, y=3.0, heading=0.0),
@@ -100,10 +100,15 @@ def mission(state: str = "running", run: int = 1) -> Mission:
         tick_s=0.1,
         plan_every=1,
         require=[],
+    )
+    return Mission(
+        run=run,
+        revision=1,
+        order=order,
         ready=[],
         state=state,  # type: ignore[arg-type]
         has_run=True,
-        note="reached" if state == "finished" else "",
+        end={"code": "reached"} if state == "finished" else None,
     )
 
 
@@ -164,24 +169,26 @@ def report(tick: int) -> CycleReport:
         "cpc": np.linspace(0.1, 0.9, COUNT),
         "distance": np.linspace(20.0, 43.0, COUNT),
     }
-    asked = {
-        metric: term for metric, term in mission().profile["terms"].items() if uncertain or term["when"] == "always"
-    }
-    cost = {metric: term["weight"] * raw[metric] / (term["scale"] * STEPS) for metric, term in asked.items()}
+    profile = mission().order.profile["terms"]
+    asked = {name: term for name, term in profile.items() if uncertain or term["when"] == "always"}
+    cost = {name: term["weight"] * raw[name] / (term["scale"] * STEPS) for name, term in asked.items()}
+    none = np.full(COUNT, np.nan)
     terms = [
-        TermReport(
-            metric=metric,
+        TermReport.of(
+            term=name,
             weight=term["weight"],
             scale=term["scale"],
-            active=metric in asked,
-            raw=raw[metric] if metric in asked else np.zeros(0),
-            evaluated="local" if metric == "distance" else "pool",
-            cost=cost.get(metric, np.zeros(0)),
+            active=name in asked,
+            raw=raw[name] if name in asked else none,
+            evaluated="local" if name == "distance" else "pool",
+            cost=cost.get(name, none),
         )
-        for metric, term in mission().profile["terms"].items()
+        for name, term in profile.items()
     ]
-    rejected = ["hits a wall" if i % 6 == 5 else "" for i in range(COUNT)]
-    total = np.where([bool(why) for why in rejected], 0.0, sum(cost.values()))
+    rejected: list[dict[str, Any] | None] = [
+        {"code": "hits_wall", "after_s": 0.1 * i} if i % 6 == 5 else None for i in range(COUNT)
+    ]
+    total = np.asarray(sum(cost.values()))
     chosen = 2
     runner_up = min((i for i in range(COUNT) if i != chosen and not rejected[i]), key=lambda i: float(total[i]))
     decision = Decision(
@@ -191,7 +198,7 @@ def report(tick: int) -> CycleReport:
         stamp=tick * 0.1,
         valid_for_s=1.2,
         action="follow",
-        reason="least cost",
+        reason={"code": "least_cost"},
         arrived=False,
         candidate=chosen,
         dt=DT,
@@ -203,7 +210,7 @@ def report(tick: int) -> CycleReport:
         uncertainty=float(np.trace(here.covariance)),
         uncertain=uncertain,
         evaluated={"cnc": "pool", "distance": "local"},
-        degraded=["cnc: local"] if tick == 4 else [],
+        degraded=[{"code": "evaluated_locally", "term": "cnc"}] if tick == 4 else [],
         elapsed_us=9000,
     )
     return CycleReport(
@@ -224,6 +231,7 @@ def report(tick: int) -> CycleReport:
             omega=0 * ones,
         ),
         terms=terms,
+        scored=np.arange(COUNT, dtype=np.uint32),
         total=total,
         rejected=rejected,
         chosen=chosen,
@@ -232,7 +240,7 @@ def report(tick: int) -> CycleReport:
         decision=decision,
         timings=Timings(
             generate_us=5000,
-            evaluate_us=[MetricTime(metric="cnc", us=2000), MetricTime(metric="distance", us=500)],
+            evaluate_us=[TermTime(term="cnc", us=2000), TermTime(term="distance", us=500)],
             arbitrate_us=30,
             total_us=9000,
         ),
@@ -240,8 +248,19 @@ def report(tick: int) -> CycleReport:
             Crowd(x=7.0, y=5.0, sigma=2.0, weight=4.0, members=4),
             Crowd(x=9.0, y=2.0, sigma=1.5, weight=1.0, members=1),
         ],
+        driven=command(tick - 1) if tick else None,
         gap=0,
     )
+
+
+def command(tick: int) -> Twist:
+    """The driver follows, but for one tick in which something is too close."""
+    near = tick == 6
+    since = 0.6 if near else 0.7 if tick > 6 else 0.0
+    return Twist(
+        epoch=1, seq=tick, tick=tick, stamp=tick * 0.1, v=0.2 if near else 1.0, omega=0.0,
+        reason="too_close" if near else "tracking", since=since,
+    )  # fmt: skip
 
 
 def status(ticks: int) -> RunStatus:
@@ -264,7 +283,7 @@ def status(ticks: int) -> RunStatus:
         planner="curiosity",
         seed=1,
         outcome="reached",
-        metrics=Metrics(
+        measures=Measures(
             rmse_m=0.1, tcm=0.1, nm=0, td=0.0, md_m=1.9, nt=0, vel_mps=1.0, length_m=5.0, time_s=5.0, collisions=0,
             clearance_min_m=0.5,
         ),
@@ -299,7 +318,7 @@ def drive(ticks: int = 20) -> list[tuple[str, Message]]:
             (own("people"), people(tick)),
             (own("decision"), report(tick).decision),
             (own("report"), report(tick)),
-            (own("cmd"), Twist(epoch=1, seq=tick, tick=tick, stamp=stamp, v=1.0, omega=0.0, reason="")),
+            (own("cmd"), command(tick)),
         ]  # fmt: skip
         if tick % 5 == 0:
             sent.append((own("particles"), particles(tick)))

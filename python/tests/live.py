@@ -18,6 +18,9 @@ from typing import Any
 import pytest
 from contract import ROOT
 
+from curionav.datasets import locate
+from curionav.errors import DatasetError
+
 READY_TIMEOUT = 60.0
 STOP_TIMEOUT = 20.0
 RUN_TIMEOUT = 120.0
@@ -42,6 +45,16 @@ def program() -> Path:
     if not path.is_file():
         pytest.skip(f"no program at {path}: build it with `cargo build --release` or set CURIONAV_BIN")
     return path
+
+
+def dataset_file(file: str) -> Path:
+    """The path of ``NAME/FILE`` of a dataset. Without it the test is skipped; with CURIONAV_REQUIRE_DATA=1 it fails."""
+    try:
+        return locate(f"dataset:{file}")
+    except DatasetError as error:
+        if os.environ.get("CURIONAV_REQUIRE_DATA") == "1":
+            pytest.fail(f"CURIONAV_REQUIRE_DATA=1, but {error}")
+        pytest.skip(str(error))
 
 
 @dataclass

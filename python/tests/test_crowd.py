@@ -157,7 +157,7 @@ def test_in_real_time_a_silent_crowd_stops_the_robot_and_later_ends_the_run(
             run.wait(RUN_TIMEOUT)
     assert any(d.action == "follow" for d in decisions), "it drove while the crowd was there"
     assert decisions[-1].action == "stop"
-    assert decisions[-1].degraded == ["nobody says where people are"]
+    assert decisions[-1].degraded == [{"code": "people_unknown"}]
 
 
 @live

@@ -34,7 +34,7 @@ def tempo(scene: Scene, candidates: CandidateSet) -> Any:
 
 def test_an_evaluator_is_still_its_function() -> None:
     asked = request()
-    assert tempo.metric == "tempo"
+    assert tempo.term == "tempo"
     assert tempo.__doc__ == "Lack of speed."
     assert np.array_equal(tempo(asked.scene, asked.candidates), tempo.costs(asked))
     assert tempo.trial(warm_up()).shape == (0,)
@@ -49,10 +49,10 @@ def test_a_third_parameter_gets_the_whole_request() -> None:
     detour.trial(warm_up())
 
 
-@pytest.mark.parametrize("metric", ["", "Tempo", "a/b", "x" * 65, "cnc", "cpc", "distance", "risk"])
-def test_a_name_that_cannot_be_a_metric_is_refused_at_once(metric: str) -> None:
-    with pytest.raises(ValueError, match="metric"):
-        curionav.evaluator(metric)(lambda scene, candidates: candidates.v.sum(axis=1))
+@pytest.mark.parametrize("term", ["", "Tempo", "a/b", "x" * 65, "cnc", "cpc", "distance", "risk"])
+def test_a_name_that_cannot_be_a_term_is_refused_at_once(term: str) -> None:
+    with pytest.raises(ValueError, match="term"):
+        curionav.evaluator(term)(lambda scene, candidates: candidates.v.sum(axis=1))
 
 
 @pytest.mark.parametrize(
@@ -105,7 +105,7 @@ def test_an_exception_is_told_with_its_place() -> None:
 
 
 def test_a_forgotten_name_is_told_at_once() -> None:
-    with pytest.raises(TypeError, match="give the metric a name"):
+    with pytest.raises(TypeError, match="give the term a name"):
         curionav.evaluator(lambda scene, candidates: candidates.v.sum(axis=1))  # type: ignore[arg-type]
 
 
@@ -124,7 +124,7 @@ def test_costs_scaled_within_the_batch_are_found_out() -> None:
         ranked.trial(warm_up())
 
 
-def test_a_function_that_forgets_that_nobody_may_be_there_is_found_out() -> None:
+def test_a_function_that_forgets_that_there_may_be_no_people_is_found_out() -> None:
     def nearest(scene: Scene, candidates: CandidateSet) -> Any:
         return 1.0 / np.hypot(candidates.x[..., None] - scene.people.x, 0.0).min(axis=(1, 2))
 
@@ -149,7 +149,7 @@ def test_robots_are_served_in_turn_each_in_its_own_order() -> None:
     assert queue.push("a", 7) == 7
 
 
-def test_a_full_queue_refuses_whoever_has_more_than_a_share() -> None:
+def test_a_full_queue_refuses_the_robot_that_has_more_than_a_share() -> None:
     # The same as the services' own queue: crates/runtime/src/fair_queue.rs.
     queue = FairQueue[int](4)
     assert [queue.push("greedy", item) for item in range(5)] == [None, None, None, None, 4]

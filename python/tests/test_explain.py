@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from contract import golden
 
 from curionav.explain import Explanation
-from curionav.messages import CycleReport
+from curionav.messages import CycleReport, Twist
 
 
 def report(name: str) -> CycleReport:
@@ -19,7 +20,7 @@ def test_words_and_table_say_what_the_report_says() -> None:
     text = str(explanation)
     for line in (
         "Robot r1, cycle 14 at 4.2 s: follow candidate 9 (least cost).",
-        "Of 3 candidates 2 were left to compare; 1 not scored by `cpc`.",
+        "Of 3 candidates 2 were left to compare; 1 lack a score.",
         "Candidate 12 would have been next, 0.0400 dearer.",
         "- cnc alone would have chosen candidate 12.",
         "With the weight of cnc doubled it would have taken candidate 12.",
@@ -33,15 +34,30 @@ def test_words_and_table_say_what_the_report_says() -> None:
 
 
 def test_what_a_term_has_not_scored_comes_after_what_was_rejected_with_a_cost() -> None:
-    # Their totals are 0: by cost alone they would lead the rejected.
     explained = report("cycle_report.explained")
-    crashed = replace(explained, rejected=[why or "hits a wall" for why in explained.rejected])
+    wall = {"code": "hits_wall", "after_s": 1.0}
+    crashed = replace(explained, rejected=[why or wall for why in explained.rejected])
     rows = Explanation(crashed).candidates()
     assert [(row.id, row.cost is None) for row in rows] == [(9, False), (12, False), (4, True)]
-    assert explained.total[explained.candidates.id == 4] == 0.0
 
 
-def test_a_report_of_an_older_arbiter_is_no_reason_to_guess() -> None:
+def test_candidates_rejected_for_one_reason_are_counted_together_whatever_its_figures() -> None:
+    explained = report("cycle_report.explained")
+    walls: list[dict[str, Any] | None] = [{"code": "hits_wall", "after_s": 0.1 * i} for i in range(3)]
+    assert "Of 3 candidates 0 were left to compare; 3 run into walls." in str(
+        Explanation(replace(explained, rejected=walls))
+    )
+
+
+def test_what_the_driver_does_is_said_with_how_long_it_has() -> None:
+    explained = report("cycle_report.explained")
+    twist = Twist(epoch=1, seq=2, tick=3, stamp=4.0, v=0.1, omega=0.0, reason="too_close", since=3.2)
+    line = "Before it, the driver commanded 0.10 m/s and 0.00 rad/s (braking: something is too close, since 3.2 s)."
+    assert line in str(Explanation(replace(explained, driven=twist))).splitlines()
+    assert "the driver" not in str(Explanation(replace(explained, driven=None)))
+
+
+def test_a_report_without_what_ifs_is_no_reason_to_guess() -> None:
     explanation = Explanation(report("cycle_report"))
     assert explanation.what_if() == []
     assert explanation.alone() == {}

@@ -17,9 +17,9 @@ import pytest
 from contract import ROOT
 from live import program
 
-pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer-test]'")
-protobuf = pytest.importorskip("mcap_protobuf.decoder", reason="skipped: pip install './python[viewer-test]'")
-pytest.importorskip("foxglove_schemas_protobuf", reason="skipped: pip install './python[viewer-test]'")
+pytest.importorskip("mcap", reason="no mcap; pip install './python[viewer-test]'")
+protobuf = pytest.importorskip("mcap_protobuf.decoder", reason="pip install './python[viewer-test]'")
+pytest.importorskip("foxglove_schemas_protobuf", reason="pip install './python[viewer-test]'")
 
 import importlib  # noqa: E402
 

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from contract import SCHEMAS, golden, golden_files, validator
 
-from curionav.messages import MESSAGES, CycleReport, MissionRequest, OccupancyGrid, Polygon, SetMission
+from curionav.messages import MESSAGES, CycleReport, MissionCommand, OccupancyGrid, Polygon, SetMission
 
 GOLDEN = golden_files()
 by_file = pytest.mark.parametrize(("path", "rule"), GOLDEN, ids=[path.name for path, _ in GOLDEN])
 
 
 def test_every_golden_file_is_in_the_index_and_every_message_has_one() -> None:
-    assert {path for path, _ in GOLDEN} == set((SCHEMAS / "golden").glob("*.cbor"))
+    others = {SCHEMAS / "golden" / "sentences.cbor"}
+    assert {path for path, _ in GOLDEN} == set((SCHEMAS / "golden").glob("*.cbor")) - others
     assert {rule for _, rule in GOLDEN} == set(MESSAGES)
 
 
@@ -59,11 +60,30 @@ def test_arrays_have_their_shapes_and_are_views_of_the_bytes() -> None:
     assert report.decision.x.ndim == 1
 
 
+def test_a_candidate_without_a_score_has_none_here_and_is_absent_on_the_wire() -> None:
+    report = CycleReport.decode(golden("cycle_report.explained"))
+    wire = cbor2.loads(golden("cycle_report.explained"))
+    count = report.candidates.count
+    lacking = set(range(count)) - set(report.scored.tolist())
+    assert lacking, "the golden report has a candidate without a total"
+    for ours, theirs, scored in [
+        (report.total, wire["total"], report.scored),
+        *((term.raw, wire["terms"][i]["raw"], term.scored) for i, term in enumerate(report.terms)),
+        *((term.cost, wire["terms"][i]["cost"], term.scored) for i, term in enumerate(report.terms)),
+    ]:
+        assert ours.shape == (count,)
+        assert not ours.flags.writeable
+        assert np.flatnonzero(~np.isnan(ours)).tolist() == scored.tolist()
+        assert ours[scored].tolist() == np.frombuffer(theirs.value, "<f8").tolist()
+    rejected = {entry["candidate"]: entry["why"] for entry in wire["rejected"]}
+    assert report.rejected == [rejected.get(index) for index in range(count)]
+
+
 def test_variants_are_told_apart_by_their_kind() -> None:
-    request = MissionRequest.decode(golden("mission_request"))
-    assert isinstance(request, SetMission)
-    assert isinstance(request.mission.robot_model.footprint, Polygon)
-    assert request.mission.profile["name"] == "paper"
+    command = MissionCommand.decode(golden("mission_command"))
+    assert isinstance(command, SetMission)
+    assert isinstance(command.order.robot_model.footprint, Polygon)
+    assert command.order.profile["name"] == "paper"
 
 
 def test_a_map_is_named_by_its_content() -> None:

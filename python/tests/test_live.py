@@ -41,8 +41,9 @@ def test_a_run_gives_every_cycle_and_a_result(connected: curionav.Deployment, sc
         assert report.candidates.x.shape == (report.candidates.count, report.candidates.steps)
         assert report.total.shape == (report.candidates.count,)
         if report.chosen is not None:
-            kept = [not why for why in report.rejected]
+            kept = [why is None for why in report.rejected]
             assert report.total[report.chosen] == report.total[kept].min()
+            assert report.driven is None or report.driven.stamp <= report.scene.stamp
     assert decisions[-1].arrived
     rows = result.trace["time_s"].size
     assert {values.shape for values in result.trace.values()} == {(rows,)}
@@ -72,11 +73,10 @@ def test_equal_seeds_give_equal_decisions(connected: curionav.Deployment, scenar
     assert digests[0] == digests[1] != digests[2]
 
 
-@pytest.mark.skipif(sys.version_info < (3, 11), reason="skipped: no TOML reader before Python 3.11")
 def test_the_quickstart_scenario_reaches_its_goal(connected: curionav.Deployment) -> None:
     path = ROOT / "scenarios" / "quickstart.toml"
     if not path.is_file():
-        pytest.skip(f"skipped: no {path}")
+        pytest.skip(f"no {path}")
     with connected.inject(path) as run:
         cycles = sum(1 for _ in run)
         result = run.wait(RUN_TIMEOUT)
@@ -84,11 +84,10 @@ def test_the_quickstart_scenario_reaches_its_goal(connected: curionav.Deployment
     assert cycles == result.cycles.count
 
 
-@pytest.mark.skipif(sys.version_info < (3, 11), reason="skipped: no TOML reader before Python 3.11")
-def test_the_example_prints_the_metrics(up: Up) -> None:
+def test_the_example_prints_the_measures(up: Up) -> None:
     path = ROOT / "scenarios" / "quickstart.toml"
     if not path.is_file():
-        pytest.skip(f"skipped: no {path}")
+        pytest.skip(f"no {path}")
     example = ROOT / "python" / "examples" / "inject_scenario.py"
     done = subprocess.run(
         [sys.executable, example, path, "--connect", up.endpoint],
@@ -105,14 +104,15 @@ def test_the_example_prints_the_metrics(up: Up) -> None:
         ({"robot": {"start": [2, 3, 0], "goal": [60, 3]}}, None, "robot.goal", "outside the map"),
         ({"walkers": [{"route": [[8, 1], [80, 5]]}]}, None, "walkers[0].route[0]", "touches a wall"),
         ({"wheels": 4}, None, "scenario", "wheels"),
-        ({}, "no-such-planner", "planner.profile", "known: "),
+        ({"profile": {"steps": 0}}, None, "profile.steps", "1 to"),
+        ({}, {"dt": -1.0}, "profile.dt", "give 0.02 to 2 s"),
     ],
 )
 def test_a_bad_scenario_is_rejected_with_field_and_reason(
     connected: curionav.Deployment,
     directory: Path,
     change: dict[str, Any],
-    planner: str | None,
+    planner: dict[str, Any] | None,
     field: str,
     reason: str,
 ) -> None:
@@ -123,6 +123,24 @@ def test_a_bad_scenario_is_rejected_with_field_and_reason(
         assert refusal.value.field == field
         assert reason in refusal.value.reason
         assert refusal.value.code == "invalid"
+
+
+def test_a_planner_that_is_not_there_is_told_before_anything_is_sent(
+    connected: curionav.Deployment, scenario: Scenario
+) -> None:
+    for ask in (connected.inject, connected.validate):
+        with pytest.raises(curionav.ScenarioError, match="known: curiosity") as error:
+            ask(scenario, "no-such-planner")
+        assert error.value.field == "planner"
+
+
+def test_a_profile_of_ones_own_is_driven_with(connected: curionav.Deployment, scenario: Scenario) -> None:
+    own = {"name": "mine", "terms": {"distance": {"scale": 2}}}
+    with connected.inject(scenario, own, seed=3) as run:
+        report = next(iter(run))
+        assert [term.term for term in report.terms] == ["distance"]
+        profile = connected.mission().order.profile
+    assert (profile["name"], profile["steps"]) == ("mine", 13)
 
 
 def test_a_good_scenario_is_valid_and_checking_it_runs_nothing(
@@ -145,12 +163,13 @@ def test_leaving_the_block_cancels_a_run_under_way(connected: curionav.Deploymen
         next(run.reports())
         with pytest.raises(curionav.Rejected, match="under way") as refusal:
             connected.inject(scenario)
-        assert refusal.value.code == "overloaded"
+        assert refusal.value.code == "busy"
         with pytest.raises(TimeoutError):
             run.wait(0.01)
     assert run.status().state == "failed"
-    with pytest.raises(curionav.RunFailed, match="cancelled"):
+    with pytest.raises(curionav.RunFailed, match="cancelled") as failed:
         run.wait(RUN_TIMEOUT)
+    assert failed.value.end == {"code": "cancelled"}
 
 
 def test_a_robot_pauses_goes_on_and_takes_another_goal(connected: curionav.Deployment, scenario: Scenario) -> None:
@@ -160,7 +179,7 @@ def test_a_robot_pauses_goes_on_and_takes_another_goal(connected: curionav.Deplo
         assert connected.mission().state == "paused"
         assert connected.resume().state == "running"
         mission = connected.goal(5.0, 4.0)
-        assert (mission.goal_x, mission.goal_y) == (5.0, 4.0)
+        assert (mission.order.goal_x, mission.order.goal_y) == (5.0, 4.0)
         result = run.wait(RUN_TIMEOUT)
     assert result.outcome == "reached"
     # Within the tolerance of 0.5 m, as far as the robot knows where it is.

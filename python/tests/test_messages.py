@@ -16,8 +16,9 @@ from curionav.messages import (
     CycleReport,
     Decision,
     InjectRequest,
-    MissionRequest,
+    MissionCommand,
     People,
+    Reject,
     RunStatus,
     Scores,
     Tree,
@@ -34,6 +35,10 @@ def tables(name: str) -> dict[str, Any]:
 
 def f64(*values: float) -> cbor2.CBORTag:
     return cbor2.CBORTag(86, np.array(values, "<f8").tobytes())
+
+
+def u32(*values: int) -> cbor2.CBORTag:
+    return cbor2.CBORTag(70, np.array(values, "<u4").tobytes())
 
 
 def put(path: str, value: object) -> Change:
@@ -71,12 +76,26 @@ def put(path: str, value: object) -> Change:
         (put("candidates.count", 1), "candidates.id"),
         (put("candidates.dt", 0.0), "candidates.dt"),
         (put("terms.0.raw", f64(1.0)), "terms[0].raw"),
+        (put("terms.0.scored", u32(1, 0)), "terms[0].scored"),
+        (put("terms.0.scored", u32(0, 4095)), "terms[0].scored"),
+        (put("scored", u32(0, 0)), "scored"),
+        (put("total", f64(float("nan"), 1.0)), "total[0]"),
         (put("terms.0.evaluated", "nobody"), "terms[0].evaluated"),
         (put("terms", {}), "terms"),
-        (put("rejected", []), "rejected"),
+        (put("rejected", [{"candidate": 4095, "why": {"code": "slow"}}]), "rejected[0].candidate"),
+        (put("rejected", [{"candidate": 1, "why": {"code": "slow"}}] * 2), "rejected[1].candidate"),
+        (put("rejected", [{"candidate": 1, "why": {"code": "ugly"}}]), "rejected[0].why.code"),
+        (put("rejected", [{"candidate": 1, "why": {"code": "hits_wall"}}]), "rejected[0].why.after_s"),
+        (put("rejected", [{"candidate": 1}]), "rejected[0]"),
         (put("chosen", 4095), "chosen"),
         (put("decision.action", "go"), "decision.action"),
-        (put("decision.reason", "x" * 1025), "decision.reason"),
+        (put("decision.reason", "least_cost"), "decision.reason"),
+        (put("decision.reason", {"code": "ugly"}), "decision.reason.code"),
+        (
+            put("decision.reason", {"code": "none_free", "previous": {"code": "strayed"}}),
+            "decision.reason.previous.distance_m",
+        ),
+        (put("decision.degraded", [{"code": "not_evaluated", "term": "R 1"}]), "decision.degraded[0].term"),
         (put("decision.arrived", 1), "decision.arrived"),
     ],
 )
@@ -93,8 +112,9 @@ def test_a_bad_field_is_named(change: Change, field: str) -> None:
 def test_only_a_stop_comes_without_a_trajectory() -> None:
     message = tables("decision.stop")
     assert Decision.decode(cbor2.dumps(message)).x.shape == (0,)
-    with pytest.raises(DecodeError, match="only `stop`"):
+    with pytest.raises(DecodeError) as error:
         Decision.decode(cbor2.dumps({**message, "action": "hold"}))
+    assert (error.value.field, error.value.why) == ("x", {"code": "too_few", "found": 0, "least": 1})
 
 
 def test_a_tree_leads_to_a_root() -> None:
@@ -105,11 +125,9 @@ def test_a_tree_leads_to_a_root() -> None:
     assert two.extra["side"].ravel().tolist() == [0, 0, 1]
 
     def with_parents(*parents: int) -> Tree:
-        n, none = len(parents), np.zeros(len(parents))
-        return replace(
-            tree, x=none, y=none, heading=none, cost=none, parent=np.array(parents, np.uint32),
-            edge_width=0, edge=np.zeros((n, 0)), extra={},
-        )  # fmt: skip
+        none = np.zeros(len(parents))
+        parent = np.array(parents, np.uint32)
+        return replace(tree, x=none, y=none, heading=none, cost=none, parent=parent, extra={})
 
     for good in [(), (root,), (root, 0, 0, 2), (1, 2, root), (root, root, 1)]:
         assert Tree.decode(with_parents(*good).encode()).parent.tolist() == list(good)
@@ -167,9 +185,40 @@ def test_the_encoding_is_that_of_the_message_and_the_version() -> None:
             Scores.decode(data, other)
 
 
+def test_a_refusal_of_a_later_version_reads_as_unknown() -> None:
+    later = Reject.decode(cbor2.dumps({"field": "x", "why": {"code": "from_the_future", "found": 3}}))
+    assert later == Reject(field="x", why={"code": "unknown"})
+
+
+def test_a_refusal_says_in_codes_what_is_wrong_with_the_bytes() -> None:
+    whole = golden("run_status")
+    for data, encoding, why in [
+        (whole + b"\x00", None, {"code": "malformed", "offset": len(whole), "fault": "trailing_bytes"}),
+        (whole[:-1], None, {"code": "malformed", "offset": len(whole) - 1, "fault": "cut_short"}),
+        (whole, "text/plain", {"code": "wrong_encoding", "found": "text/plain", "expected": RunStatus.encoding()}),
+        (bytes(RunStatus.MAX_BYTES + 1), None,
+         {"code": "oversize", "found": RunStatus.MAX_BYTES + 1, "most": RunStatus.MAX_BYTES}),
+    ]:  # fmt: skip
+        with pytest.raises(DecodeError) as error:
+            RunStatus.decode(data, encoding)
+        assert error.value.why == why
+        validator("reject").validate_cbor(Reject(field=None, why=error.value.why).encode())
+
+
+def test_numbers_and_scored_candidates_fit_together() -> None:
+    report = CycleReport.decode(golden("cycle_report.explained"))
+    for scored, total in [(report.scored[:-1], report.total), (report.scored, np.zeros(report.candidates.count))]:
+        with pytest.raises(EncodeError) as error:
+            replace(report, scored=scored, total=total).encode()
+        assert error.value.field == "total"
+    with pytest.raises(EncodeError) as error:
+        replace(report, rejected=[]).encode()
+    assert error.value.field == "rejected"
+
+
 def test_an_unknown_kind_of_request_is_refused() -> None:
     with pytest.raises(DecodeError) as error:
-        MissionRequest.decode(cbor2.dumps({"kind": "fly"}))
+        MissionCommand.decode(cbor2.dumps({"kind": "fly"}))
     assert error.value.field == "kind"
 
 
@@ -217,9 +266,8 @@ def test_what_a_reader_would_refuse_is_not_sent(changes: dict[str, Any], field: 
 
 
 def test_numpy_values_in_free_form_parameters_become_plain_numbers() -> None:
-    request = InjectRequest(
-        scenario={"a": np.float32(0.5), "b": np.arange(3), "c": (1, [True])}, files={}, clock="lockstep", time_scale=1
-    )
+    scenario = {"a": np.float32(0.5), "b": np.arange(3), "c": (1, [True])}
+    request = InjectRequest(scenario=scenario, files={}, profile={}, clock="lockstep", time_scale=1)
     data = request.encode()
     validator("inject_request").validate_cbor(data)
     assert InjectRequest.decode(data).scenario == {"a": 0.5, "b": [0, 1, 2], "c": [1, [True]]}

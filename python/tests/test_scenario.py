@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 from contract import ROOT, validator
-from live import hall
+from live import dataset_file, hall
 
 from curionav import Scenario, ScenarioError
 from curionav.messages import InjectRequest
@@ -86,7 +86,6 @@ def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: 
         "laser": {"beams": 181, "range_max": 5},
         "people": {"motion": "hrvo", "hrvo": {"max_neighbors": 8, "max_accel": 2}},
         "localizer": {"particles_max": 2000},
-        "profile": {"generator": {"iterations": 5}},
     }
     tables, _ = Scenario.from_dict(data, tmp_path).packed()
     assert tables["clock"] == {"plan_every": 3, "time_limit_s": 30.0}
@@ -96,7 +95,6 @@ def test_whole_numbers_become_floats_where_the_services_expect_floats(tmp_path: 
     hrvo = tables["people"]["hrvo"]
     assert (type(hrvo["max_neighbors"]), type(hrvo["max_accel"])) == (int, float)
     assert type(tables["localizer"]["particles_max"]) is int
-    assert type(tables["profile"]["generator"]["iterations"]) is int
 
 
 def test_a_value_without_a_form_on_the_wire_is_named(tmp_path: Path) -> None:
@@ -107,24 +105,22 @@ def test_a_value_without_a_form_on_the_wire_is_named(tmp_path: Path) -> None:
     assert error.value.field == "robot.goal[1]"
 
 
-@pytest.mark.skipif(sys.version_info < (3, 11), reason="skipped: no TOML reader before Python 3.11")
-def test_scenario_files_load_and_keep_to_the_contract(tmp_path: Path) -> None:
-    paths = sorted((ROOT / "scenarios").glob("**/*.toml"))
-    if not paths:
-        pytest.skip("skipped: no scenarios here")
-    for path in paths:
-        tables, files = Scenario.load(path).packed()
-        request = InjectRequest(scenario=tables, files=files, seed=1, clock="lockstep", time_scale=1.0)
-        validator("inject_request").validate_cbor(request.encode())
+@pytest.mark.parametrize("path", sorted((ROOT / "scenarios").glob("**/*.toml")), ids=lambda path: path.stem)
+def test_scenario_files_load_and_keep_to_the_contract(path: Path) -> None:
+    for file in re.findall(r'"dataset:([^"]+)"', path.read_text()):
+        dataset_file(file)
+    scenario = Scenario.load(path)
+    tables, files = scenario.packed()
+    request = InjectRequest(
+        scenario=tables, files=files, profile=scenario.profile(), seed=1, clock="lockstep", time_scale=1.0
+    )
+    validator("inject_request").validate_cbor(request.encode())
+
+
+def test_a_scenario_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     bad = tmp_path / "bad.toml"
     bad.write_text("name =")
     with pytest.raises(ScenarioError, match=r"bad\.toml"):
         Scenario.load(bad)
     with pytest.raises(ScenarioError, match="cannot read"):
         Scenario.load(tmp_path / "none.toml")
-
-
-@pytest.mark.skipif(sys.version_info >= (3, 11), reason="skipped: this Python reads TOML")
-def test_before_python_3_11_loading_says_what_to_do() -> None:
-    with pytest.raises(ScenarioError, match="from_dict"):
-        Scenario.load("any.toml")

@@ -31,6 +31,7 @@ def left_of_centre(scene: Scene, candidates: CandidateSet) -> Any:
 
 
 KEEP = Evaluator("keep-right", left_of_centre)
+NOT_EVALUATED = {"code": "not_evaluated", "term": "keep-right"}
 
 
 def driven(
@@ -53,7 +54,7 @@ def test_one_line_of_the_profile_takes_it_in_and_the_way_changes(
         assert (server.answered, sum(server.refused.values())) == (kept.cycles.count + 1, 0)
     assert kept.cycles.degraded == 0
     for report in reports:
-        term = next(t for t in report.terms if t.metric == "keep-right")
+        term = next(t for t in report.terms if t.term == "keep-right")
         assert term.evaluated == "pool"
         assert np.allclose(term.raw, left_of_centre(report.scene, report.candidates))
     assert kept.decisions_sha256 != plain.decisions_sha256
@@ -108,12 +109,12 @@ def test_a_function_that_fails_is_handled_as_any_failing_replica(
     with connected.serve(Evaluator("keep-right", flaky)) as server:
         result, decisions = driven(connected, scenario.with_term("keep-right"))
         assert flaky.failed >= 1
-        assert server.refused["unknown"] == flaky.failed
+        assert server.refused["failed"] == flaky.failed
         assert server.last_failure
     degraded = [d for d in decisions if d.degraded]
     assert degraded, "it is told"
     assert all(0.8 < d.stamp < 1.6 for d in degraded)
-    assert all(d.degraded == ["not evaluated (keep-right)"] and d.action != "follow" for d in degraded)
+    assert all(d.degraded == [NOT_EVALUATED] and d.action != "follow" for d in degraded)
     assert result.outcome == "reached", "and the robot goes on once it is well again"
 
 
@@ -135,7 +136,7 @@ def test_another_replica_takes_over_from_one_that_fails(
         other.serve(Evaluator("keep-right", flaky)) as broken,
     ):
         result, decisions = driven(connected, term)
-        assert broken.refused["unknown"] >= 1
+        assert broken.refused["failed"] >= 1
     assert not any(d.degraded for d in decisions)
     assert result.decisions_sha256 == alone.decisions_sha256
 
@@ -158,7 +159,7 @@ def test_one_that_is_late_in_real_time_is_handled_as_any_failing_replica(
         assert "budget" in (server.last_failure or "")
     late = [d for d in decisions if 1.0 <= d.stamp < 2.0]
     assert late
-    assert any("not evaluated (keep-right)" in d.degraded for d in late)
+    assert any(NOT_EVALUATED in d.degraded for d in late)
     # The function takes 300 ms, a cycle's evaluation at most 40: nobody waits for it, not even on a busy machine.
     assert min(d.elapsed_us for d in late if d.degraded) < 250_000
     assert any(d.arrived for d in decisions)
@@ -170,21 +171,29 @@ def test_one_that_never_works_refuses_the_mission_with_the_reason(
     ranked = Evaluator("keep-right", lambda scene, candidates: candidates.v.sum(axis=1) / (1.0 + candidates.v.max()))
     with (
         connected.serve(ranked) as server,
-        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica gets ready: .* neighbours"),
+        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` gets ready: .* neighbours") as failed,
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)
+    assert refused_for_want_of_a_replica(failed.value)
     assert server.answered == 0
 
 
-def test_a_metric_nobody_computes_refuses_the_mission_with_the_reason(
+def refused_for_want_of_a_replica(failed: curionav.RunFailed) -> bool:
+    assert failed.end is not None
+    why = failed.end["reject"].why
+    return (failed.end["code"], why["code"], why["term"]) == ("unprepared", "no_replica", "keep-right")
+
+
+def test_a_term_that_no_replica_computes_refuses_the_mission_with_the_reason(
     connected: curionav.Deployment, scenario: Scenario
 ) -> None:
     with (
-        pytest.raises(curionav.RunFailed, match=r"terms\.keep-right: no replica gets ready: none is alive"),
+        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` gets ready: none is alive") as failed,
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)
+    assert refused_for_want_of_a_replica(failed.value)
 
 
 def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, scenario: Scenario) -> None:
@@ -196,7 +205,7 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
 
     go = threading.Event()
     # None is late, however long it is held.
-    asked = dataclasses.replace(request(), budget_ms=60_000)
+    asked = dataclasses.replace(request(), budget_ms=10_000)
 
     def held(scene: Scene, candidates: CandidateSet) -> Any:
         if scene.stamp == asked.scene.stamp and candidates.count == asked.candidates.count:
@@ -205,7 +214,7 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
 
     with curionav.connect(up.endpoint) as serving, curionav.connect(up.endpoint) as asking:
         server = serving.serve(Evaluator("held", held), "one", slots=1, queue=2)
-        key = keys.evaluate("held", "one")
+        key = keys.question("held", "one", "r1")
         wait_for(lambda: any(s.instance == "one" for s in asking.status()))
         with pytest.raises(curionav.Rejected) as cold:
             ask(asking._session, key, Scores, asked, 5.0)
@@ -236,6 +245,43 @@ def test_a_full_queue_refuses_at_once_and_closing_answers_what_waits(up: Up, sce
         assert len(outcomes) == 6
         assert set(outcomes[3:]) <= {f"scored {asked.candidates.count}", "stopped"}
         server.close()
+
+
+def test_a_question_names_its_robot_by_the_last_chunk_of_its_key(up: Up) -> None:
+    from test_evaluation import warm_up  # noqa: PLC0415
+
+    from curionav import keys  # noqa: PLC0415
+    from curionav.messages import Scores  # noqa: PLC0415
+    from curionav.session import ask  # noqa: PLC0415
+
+    with curionav.connect(up.endpoint) as serving, curionav.connect(up.endpoint) as asking:
+        server = serving.serve(KEEP, "one")
+        wait_for(lambda: any(s.instance == "one" for s in asking.status()))
+        scores = ask(asking._session, keys.question("keep-right", "one", "r1"), Scores, warm_up(), 5.0)
+        assert (scores.term, scores.instance, scores.slots) == ("keep-right", "one", 1)
+        for robot in ("*", "R1"):
+            key = keys.questions("keep-right", "one").replace("*", robot)
+            with pytest.raises(curionav.Rejected) as refusal:
+                ask(asking._session, key, Scores, warm_up(), 5.0)
+            assert refusal.value.code == "wrong_robot"
+        assert server.refused["wrong_robot"] == 2
+
+
+def test_what_is_no_question_is_refused_with_what_is_wrong(up: Up) -> None:
+    from test_evaluation import request  # noqa: PLC0415
+
+    from curionav import keys  # noqa: PLC0415
+    from curionav.messages import Scores  # noqa: PLC0415
+    from curionav.session import ask  # noqa: PLC0415
+
+    with curionav.connect(up.endpoint) as serving, curionav.connect(up.endpoint) as asking:
+        serving.serve(KEEP, "one")
+        wait_for(lambda: any(s.instance == "one" for s in asking.status()))
+        key = keys.question("keep-right", "one", "r1")
+        for asked, code in [(None, "malformed"), (request().scene, "wrong_encoding"), (request(), "cold")]:
+            with pytest.raises(curionav.Rejected) as refusal:
+                ask(asking._session, key, Scores, asked, 5.0)
+            assert refusal.value.code == code
 
 
 def test_closing_the_connection_ends_what_was_served_and_played(up: Up) -> None:

@@ -18,8 +18,8 @@ import pytest
 from contract import ROOT
 from live import RUN_TIMEOUT, deployment, hall
 
-rr = pytest.importorskip("rerun", reason="skipped: no rerun-sdk; pip install './python[viewer]'")
-pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer]'")
+rr = pytest.importorskip("rerun", reason="no rerun-sdk; pip install './python[viewer]'")
+pytest.importorskip("mcap", reason="no mcap; pip install './python[viewer]'")
 
 import drive  # noqa: E402
 from rerun.chunk import RrdReader  # noqa: E402
@@ -27,9 +27,9 @@ from rerun.chunk import RrdReader  # noqa: E402
 import curionav  # noqa: E402
 from curionav import Scenario  # noqa: E402
 from curionav.messages import Belief, LaserModel, Message, OccupancyGrid, People, Pose  # noqa: E402
-from curionav_view import colours, command, heat, output, past, recording, shapes, words  # noqa: E402
+from curionav_view import colours, command, heat, output, recording, result_replay, shapes, words  # noqa: E402
 from curionav_view.live import Live, Source  # noqa: E402
-from curionav_view.story import Story  # noqa: E402
+from curionav_view.scene_logger import SceneLogger  # noqa: E402
 
 TICKS = 20
 PROGRAM = [sys.executable, "-m", "curionav_view"]
@@ -54,9 +54,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     path = tmp_path_factory.mktemp("view") / "drive.rrd"
     stream = rr.RecordingStream("curionav")
     stream.save(path)
-    story = Story(stream)
+    scene_logger = SceneLogger(stream)
     for _, message in drive.drive(TICKS):
-        story.draw(message)
+        scene_logger.draw(message)
     stream.disconnect()
     return drawn(path)
 
@@ -123,19 +123,20 @@ def test_lanes_and_events_say_what_changes_and_nothing_else(whole: dict[str, lis
     events = Counter(text for row in values(whole["/events"], "TextLog:text") for text in row)
     assert (
         events["Follow: least cost"]
-        == events["degraded: cnc: local"]
+        == events["degraded: `cnc` was evaluated by the arbiter"]
         == events["run finished: reached after 5.0 s"]
         == 1
     )
-    assert events["mission finished: reached"] == 1
+    assert events["mission finished: the robot reached the goal"] == 1
+    assert events["driver: tracking"] == 2
+    assert events["driver: braking: something is too close"] == 1
 
 
 def test_the_words_share_out_the_whole_cost() -> None:
     for tick in (0, TICKS - 1):
         report, mission = drive.report(tick), drive.mission()
-        kept = np.array([not why for why in report.rejected])
-        shares = [term.cost for term in report.terms if term.active and term.cost is not None]
-        assert np.sum(shares, axis=0)[kept] == pytest.approx(report.total[kept])
+        shares = [term.cost for term in report.terms if term.active]
+        assert np.sum(shares, axis=0) == pytest.approx(report.total)
         text = words.decision(report, mission, 2.5)
         rows = [line.split("|") for line in text.splitlines() if line.endswith(("| pool |", "| local |"))]
         assert report.chosen is not None
@@ -143,7 +144,8 @@ def test_the_words_share_out_the_whole_cost() -> None:
         assert sum(float(row[4]) for row in rows) == pytest.approx(report.total[report.chosen], abs=0.002)
         assert "Follow: least cost" in text
         assert "nearest person 2.5 m" in text
-        assert "4 x hits a wall" in text
+        assert "- 4 run into walls" in text
+        assert ("the driver commanded 1.00 m/s" in text) == (tick != 0)
         assert ("**uncertain**" in text) == (tick == 0)
         assert ("| cpc | 2 | not asked | | |" in text) == (tick != 0)
 
@@ -157,6 +159,25 @@ def test_the_words_give_the_margin_as_the_arbiter_has_it(margin: float | None, s
 
     report = dataclasses.replace(drive.report(3), margin=margin)
     assert f"Cost {report.total[2]:.3f}{said} 20 of 24 candidates" in words.decision(report, None, None)
+
+
+def test_the_words_say_that_the_driver_brakes_and_since_when() -> None:
+    said = "Before it, the driver commanded 0.20 m/s and 0.00 rad/s (braking: something is too close, since 0.6 s)."
+    assert said in words.decision(drive.report(7), None, None).splitlines()
+
+
+def test_a_candidate_without_a_cost_is_drawn_with_the_rejected() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    report = drive.report(3)
+    total = np.array(report.total)
+    total[[0, 1]] = np.nan
+    some = dataclasses.replace(report, total=total, scored=np.arange(2, drive.COUNT, dtype=np.uint32))
+    counts = []
+    for drawn_ in (shapes.candidates(some), shapes.rejected(some)):
+        assert drawn_.strips is not None
+        counts.append(len(drawn_.strips.as_arrow_array()))
+    assert counts == [18, 6]
 
 
 def test_words_need_no_mission_and_no_choice() -> None:
@@ -272,7 +293,7 @@ def test_a_large_batch_is_thinned_out_and_keeps_its_best() -> None:
 def test_a_run_that_was_over_before_is_drawn_from_its_result(tmp_path: Path) -> None:
     status = drive.status(TICKS)
     assert status.result is not None
-    told = list(past.messages(status.result))
+    told = list(result_replay.messages(status.result))
     assert Counter(message.NAME for message in told) == {"odometry": TICKS, "belief": TICKS, "people": TICKS}
     for tick, (belief, people) in enumerate(zip(told[1::3], told[2::3], strict=True)):
         assert isinstance(belief, Belief)
@@ -283,19 +304,19 @@ def test_a_run_that_was_over_before_is_drawn_from_its_result(tmp_path: Path) -> 
         assert people.vy == pytest.approx(np.full(len(people.x), -0.2 if tick else 0.0), abs=1e-4)
     stream = rr.RecordingStream("curionav")
     stream.save(tmp_path / "past.rrd")
-    story = Story(stream)
+    scene_logger = SceneLogger(stream)
     for message in (drive.mission("finished"), drive.grid()):
-        story.draw(message)
-    story.recall(status)
-    story.recall(status)
-    story.note(words.over(drive.mission("finished"), status.result, past=True), always=True)
+        scene_logger.draw(message)
+    scene_logger.recall(status)
+    scene_logger.recall(status)
+    scene_logger.note(words.over(drive.mission("finished"), status.result, past=True), always=True)
     stream.disconnect()
     found = drawn(tmp_path / "past.rrd")
     expected = "/map/floor /map/information /robot/body /belief/trail /people/bodies /truth/way /plan/goal"
     assert set(expected.split()) <= found.keys()
     assert len(values(found["/people/bodies"], "Capsules3D:translations")) == TICKS
     (said,) = values(found["/decision"], "TextDocument:text")
-    assert "Nothing is running: the mission is finished: reached" in said[0]
+    assert "Nothing is running: the mission is finished: the robot reached the goal" in said[0]
     assert "reached after 5.0 s" in said[0]
 
 
@@ -382,7 +403,7 @@ def test_errors_say_what_is_missing(tmp_path: Path, arguments: list[str], code: 
 
 def test_without_a_screen_the_ways_around_it_are_named() -> None:
     if sys.platform in ("darwin", "win32"):
-        pytest.skip("skipped: there is always a screen here")
+        pytest.skip("there is always a screen here")
     done = show()
     assert done.returncode == 2
     assert "--web" in done.stderr
@@ -539,12 +560,12 @@ class Drawer:
         self.begun: list[str] = []
         self._streams: list[Any] = []
 
-    def begin(self, kind: str) -> Story:
+    def begin(self, kind: str) -> SceneLogger:
         self.begun.append(kind)
         stream = rr.RecordingStream("curionav")
         stream.save(self.directory / f"{len(self.begun)}.rrd")
         self._streams.append(stream)
-        return Story(stream)
+        return SceneLogger(stream)
 
     def drawn(self, number: int) -> dict[str, list[Any]]:
         self._streams[number - 1].disconnect()
@@ -555,12 +576,16 @@ class Drawer:
 def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> None:
     drawer, said = Drawer(tmp_path), list[str]()
     with deployment(tmp_path) as up, curionav.connect(up.endpoint) as connection:
-        live = Live(
-            Source(up.endpoint),
-            lambda name: drawer.begin("run"),
-            said.append,
-            lambda name: drawer.begin("aside"),
-        )
+
+        def joined() -> Live:
+            return Live(
+                Source(up.endpoint),
+                lambda name: drawer.begin("run"),
+                said.append,
+                lambda name: drawer.begin("aside"),
+            )
+
+        live = joined()
         try:
             # Nothing yet: said also on the page.
             live.follow(lambda: False)
@@ -573,12 +598,7 @@ def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> No
         scenario = Scenario.from_dict(hall(tmp_path), tmp_path)
         with connection.inject(scenario, seed=3) as run:
             first = run.wait(120.0)
-        live = Live(
-            Source(up.endpoint),
-            lambda name: drawer.begin("run"),
-            said.append,
-            lambda name: drawer.begin("aside"),
-        )
+        live = joined()
         try:
             live.follow(lambda: False)
             assert drawer.begun == ["aside", "aside"]
@@ -587,7 +607,7 @@ def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> No
             expected = "/map/floor /map/information /plan/goal /robot /belief/trail /people/bodies /truth/way /decision"
             assert set(expected.split()) <= late.keys()
             ((text,),) = values(late["/decision"], "TextDocument:text")[-1:]
-            assert f"reached after {first.metrics.time_s:.1f} s" in text
+            assert f"reached after {first.measures.time_s:.1f} s" in text
             with connection.inject(scenario, seed=4) as run:
                 deadline = time.monotonic() + 120.0
                 live.follow(lambda: time.monotonic() < deadline, once=True)
@@ -599,7 +619,7 @@ def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> No
         assert len(values(found["/plots/uncertainty/l"], "Scalars:scalars")) == second.cycles.count
         # Twice a second of the robot's clock; where the network is busy some are dropped.
         clouds = values(found["/robot/particles"], "Points3D:positions")
-        assert second.metrics.time_s <= len(clouds) <= 2.0 * second.metrics.time_s + 2.0
+        assert second.measures.time_s <= len(clouds) <= 2.0 * second.measures.time_s + 2.0
 
 
 @pytest.mark.live
@@ -625,6 +645,6 @@ def test_ctrl_c_ends_a_live_viewer_at_once_and_leaves_a_whole_file(tmp_path: Pat
 def test_the_documentation_has_its_picture() -> None:
     picture = ROOT / "docs" / "images" / "viewer.png"
     if not (ROOT / "docs").is_dir():
-        pytest.skip("skipped: no docs beside the package")
+        pytest.skip("no docs beside the package")
     assert 20_000 < picture.stat().st_size < 300_000
     assert (ROOT / "docs" / "viewer.md").read_text().count("\n") <= 60

@@ -18,14 +18,12 @@ import numpy as np
 import pytest
 from live import deployment, hall
 
-pytest.importorskip("rerun", reason="skipped: no rerun-sdk; pip install './python[viewer-test]'")
-pytest.importorskip("mcap", reason="skipped: no mcap; pip install './python[viewer-test]'")
-sync_api = pytest.importorskip(
-    "playwright.sync_api", reason="skipped: no playwright; pip install './python[viewer-test]'"
-)
+pytest.importorskip("rerun", reason="no rerun-sdk; pip install './python[viewer-test]'")
+pytest.importorskip("mcap", reason="no mcap; pip install './python[viewer-test]'")
+sync_api = pytest.importorskip("playwright.sync_api", reason="no playwright; pip install './python[viewer-test]'")
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
 if CHROMIUM is None:
-    pytest.skip("skipped: no chromium; `apt-get install chromium`, or set CHROMIUM", allow_module_level=True)
+    pytest.skip("no chromium; `apt-get install chromium`, or set CHROMIUM", allow_module_level=True)
 
 import drive  # noqa: E402
 from PIL import Image  # noqa: E402

@@ -1,10 +1,10 @@
 //! The checks every message is built from. Each names the field it refuses.
 
 use crate::array::{F32Array, F64Array};
-use crate::keys;
-use crate::limits::{MAX_MAGNITUDE, MAX_STEPS, MAX_TEXT};
+use crate::limits::{MAX_LIST, MAX_MAGNITUDE, MAX_STEPS, MAX_TEXT};
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::names::check_id;
+use crate::reject::{Refusal, Reject, cut};
 use ciborium::Value;
 
 /// Refuses a number that is not finite or larger than anything physical.
@@ -13,10 +13,7 @@ pub(crate) fn number(field: &str, value: f64) -> Result<(), Reject> {
     if value.abs() <= MAX_MAGNITUDE {
         return Ok(());
     }
-    Err(Reject::invalid(
-        field,
-        format!("{value} is not a finite number of magnitude {MAX_MAGNITUDE:e} at most"),
-    ))
+    Err(Refusal::NotFinite.at(field))
 }
 
 /// [`number`] for several fields.
@@ -33,34 +30,28 @@ pub(crate) fn optional(field: &str, value: Option<f64>) -> Result<(), Reject> {
 pub(crate) fn positive(fields: &[(&str, f64)]) -> Result<(), Reject> {
     numbers(fields)?;
     match fields.iter().find(|(_, value)| *value <= 0.0) {
-        Some((field, value)) => Err(Reject::invalid(*field, format!("{value} is not positive"))),
+        Some((field, value)) => Err(Refusal::NotPositive { found: *value }.at(*field)),
         None => Ok(()),
     }
 }
 
 /// Numbers of zero or more.
 pub(crate) fn non_negative(fields: &[(&str, f64)]) -> Result<(), Reject> {
-    numbers(fields)?;
-    match fields.iter().find(|(_, value)| *value < 0.0) {
-        Some((field, value)) => Err(Reject::invalid(*field, format!("{value} is negative"))),
-        None => Ok(()),
-    }
+    fields.iter().try_for_each(|(field, value)| within(field, *value, 0.0, MAX_MAGNITUDE))
 }
 
 /// A number from `least` to `most`.
 pub(crate) fn within(field: &str, value: f64, least: f64, most: f64) -> Result<(), Reject> {
+    number(field, value)?;
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    Err(Reject::invalid(field, format!("{value} is not within {least}..{most}")))
+    Err(Refusal::OutOfRange { found: value, least, most }.at(field))
 }
 
 /// A number from zero to one.
 pub(crate) fn fraction(field: &str, value: f64) -> Result<(), Reject> {
-    if (0.0..=1.0).contains(&value) {
-        return Ok(());
-    }
-    Err(Reject::invalid(field, format!("{value} is not within 0..1")))
+    within(field, value, 0.0, 1.0)
 }
 
 /// A length or count of `limit` at most.
@@ -68,13 +59,21 @@ pub(crate) fn at_most(field: &str, found: usize, limit: usize) -> Result<(), Rej
     if found <= limit {
         return Ok(());
     }
-    Err(Reject::invalid(field, format!("{found} exceeds the limit of {limit}")))
+    Err(Refusal::TooMany { found: found as u64, most: limit as u64 }.at(field))
 }
 
 /// A length or count from one to `limit`.
 pub(crate) fn one_to(field: &str, found: usize, limit: usize) -> Result<(), Reject> {
     at_most(field, found, limit)?;
-    if found == 0 { Err(Reject::invalid(field, "must not be zero")) } else { Ok(()) }
+    at_least(field, found, 1)
+}
+
+/// A length or count of `limit` at least.
+pub(crate) fn at_least(field: &str, found: usize, limit: usize) -> Result<(), Reject> {
+    if found >= limit {
+        return Ok(());
+    }
+    Err(Refusal::TooFew { found: found as u64, least: limit as u64 }.at(field))
 }
 
 /// An array's length against the product of its shape.
@@ -82,7 +81,7 @@ pub(crate) fn length(field: &str, found: usize, expected: usize) -> Result<(), R
     if found == expected {
         return Ok(());
     }
-    Err(Reject::invalid(field, format!("holds {found} elements, its shape says {expected}")))
+    Err(Refusal::WrongLength { found: found as u64, expected: expected as u64 }.at(field))
 }
 
 /// Length, finiteness and magnitude of several arrays of the same shape.
@@ -132,17 +131,14 @@ pub(crate) fn array_f32(field: &str, array: &F32Array, expected: usize) -> Resul
 pub(crate) fn covariance(field: &str, array: &F64Array) -> Result<(), Reject> {
     arrays(9, &[(field, array)])?;
     match [0, 4, 8].into_iter().find(|index| array[*index] < 0.0) {
-        Some(index) => Err(Reject::invalid(format!("{field}[{index}]"), "a variance must not be negative")),
+        Some(index) => within(&format!("{field}[{index}]"), array[index], 0.0, MAX_MAGNITUDE),
         None => Ok(()),
     }
 }
 
 /// A text of [`MAX_TEXT`] bytes at most.
 pub(crate) fn text(field: &str, text: &str) -> Result<(), Reject> {
-    if text.len() <= MAX_TEXT {
-        return Ok(());
-    }
-    Err(Reject::invalid(field, format!("{} bytes of text exceed the limit of {MAX_TEXT}", text.len())))
+    at_most(field, text.len(), MAX_TEXT)
 }
 
 /// [`text`] for a field that may be absent.
@@ -158,7 +154,7 @@ pub(crate) fn texts(field: &str, texts: &[String], limit: usize) -> Result<(), R
 
 /// A name that can be a chunk of a key.
 pub(crate) fn id(field: &str, value: &str) -> Result<(), Reject> {
-    keys::check_id(value).map_err(|error| Reject::invalid(field, error.to_string()))
+    check_id(value).map_err(|error| Refusal::NotAName { found: cut(error.name) }.at(field))
 }
 
 /// A list of names.
@@ -178,15 +174,13 @@ pub(crate) fn part(field: &str, value: &impl Validate) -> Result<(), Reject> {
 
 /// Free-form parameters: a map with text keys, every number finite.
 pub(crate) fn parameters(field: &str, value: &Value) -> Result<(), Reject> {
-    if value.is_map() { free_form(field, value) } else { Err(Reject::invalid(field, "must be a map")) }
+    if value.is_map() { free_form(field, value) } else { Err(Refusal::NotAMap.at(field)) }
 }
 
 /// The decoder has bounded the depth, so the recursion is bounded.
 fn free_form(field: &str, value: &Value) -> Result<(), Reject> {
     match value {
-        Value::Float(number) if !number.is_finite() => {
-            Err(Reject::invalid(field, format!("{number} is not finite")))
-        }
+        Value::Float(number) if !number.is_finite() => Err(Refusal::NotFinite.at(field)),
         Value::Text(entry) => text(field, entry),
         Value::Array(entries) => entries.iter().try_for_each(|entry| free_form(field, entry)),
         Value::Map(entries) => entries.iter().try_for_each(|(key, entry)| match key {
@@ -194,9 +188,43 @@ fn free_form(field: &str, value: &Value) -> Result<(), Reject> {
                 text(field, key)?;
                 free_form(&format!("{field}.{key}"), entry)
             }
-            _ => Err(Reject::invalid(field, "keys must be text")),
+            _ => Err(Refusal::NotAMap.at(field)),
         }),
         Value::Tag(_, entry) => free_form(field, entry),
         _ => Ok(()),
+    }
+}
+
+impl Validate for Reject {
+    fn validate(&self) -> Result<(), Reject> {
+        optional_text("field", self.field.as_deref())?;
+        match &self.why {
+            Refusal::OutOfRange { found, least, most } => {
+                numbers(&[("found", *found), ("least", *least), ("most", *most)])
+            }
+            Refusal::NotPositive { found } => number("found", *found),
+            Refusal::UnreachableGoal { x, y } => numbers(&[("x", *x), ("y", *y)]),
+            Refusal::WrongEncoding { found, expected } => {
+                text("found", found)?;
+                text("expected", expected)
+            }
+            Refusal::UnknownName { found, known } => {
+                text("found", found)?;
+                texts("known", known, MAX_LIST)
+            }
+            Refusal::NoReplica { term, detail, .. } => {
+                id("term", term)?;
+                text("detail", detail)
+            }
+            Refusal::NotAName { found } | Refusal::UnsafePath { found } | Refusal::MissingFile { found } => {
+                text("found", found)
+            }
+            Refusal::WrongStructure { detail }
+            | Refusal::Invalid { detail }
+            | Refusal::Cold { detail }
+            | Refusal::NoMap { detail }
+            | Refusal::Failed { detail } => text("detail", detail),
+            _ => Ok(()),
+        }
     }
 }

@@ -4,7 +4,8 @@ use crate::array::F64Array;
 use crate::check;
 use crate::limits::MAX_LIST;
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reason::{CommandReason, Degradation, Reason};
+use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
-    /// Follow the chosen candidate, which every required metric has scored.
+    /// Follow the chosen candidate, which every active term has scored.
     Follow,
     /// Follow the tail of the previous decision, still valid and free of collision.
     Hold,
@@ -20,15 +21,15 @@ pub enum Action {
     Stop,
 }
 
-/// Who scored the candidates of a cycle.
+/// What scored the candidates of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Evaluated {
     /// The replicas.
     Pool,
-    /// The arbiter itself, because no replica answered in time or the metric is its own.
+    /// The arbiter itself, because no replica answered in time or it always evaluates the term itself.
     Local,
-    /// Nobody.
+    /// Nothing.
     None,
 }
 
@@ -47,8 +48,8 @@ pub struct Decision {
     pub valid_for_s: f64,
     /// What to do.
     pub action: Action,
-    /// Why, for a person.
-    pub reason: String,
+    /// Why.
+    pub reason: Reason,
     /// Whether the robot is believed to be at the goal.
     pub arrived: bool,
     /// Identifier of the candidate followed; absent for `stop`.
@@ -70,10 +71,10 @@ pub struct Decision {
     pub uncertainty: f64,
     /// Whether it counts as uncertain.
     pub uncertain: bool,
-    /// By metric: who scored it.
+    /// By term: what scored it.
     pub evaluated: BTreeMap<String, Evaluated>,
-    /// What was not as it should be, each with its reason; empty in a healthy cycle.
-    pub degraded: Vec<String>,
+    /// What was not as it should be; empty in a healthy cycle.
+    pub degraded: Vec<Degradation>,
     /// Time spent on the cycle, microseconds.
     pub elapsed_us: u64,
 }
@@ -81,23 +82,24 @@ pub struct Decision {
 impl Validate for Decision {
     fn validate(&self) -> Result<(), Reject> {
         check::number("uncertainty", self.uncertainty)?;
-        check::text("reason", &self.reason)?;
+        check::part("reason", &self.reason)?;
         let states = [&self.x, &self.y, &self.heading, &self.v, &self.omega];
         check::trajectory(self.stamp, self.valid_for_s, self.dt, states)?;
         if self.x.is_empty() && self.action != Action::Stop {
-            return Err(Reject::invalid("x", "only `stop` may come without a trajectory"));
+            return Err(Refusal::TooFew { found: 0, least: 1 }.at("x"));
         }
         check::ids("evaluated", self.evaluated.keys(), MAX_LIST)?;
-        check::texts("degraded", &self.degraded, MAX_LIST)
+        check::at_most("degraded", self.degraded.len(), MAX_LIST)?;
+        self.degraded.iter().try_for_each(|degradation| check::part("degraded", degradation))
     }
 }
 
-/// What the base is to do now.
+/// What the base is to do now, and what becomes of the newest decision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
-    /// Of the decision it follows.
+    /// Of the newest decision that the driver has taken; 0 before the first.
     pub epoch: u64,
-    /// Of the decision it follows.
+    /// Of the same decision.
     pub seq: u64,
     /// Tick it answers.
     pub tick: u64,
@@ -107,13 +109,14 @@ pub struct Twist {
     pub v: f64,
     /// Turn rate, rad/s.
     pub omega: f64,
-    /// Why: `tracking` or `something is too close` while it follows the decision, else why it does not.
-    pub reason: String,
+    /// What the driver does with the decision, and why.
+    pub reason: CommandReason,
+    /// Stamp of the first command since which the reason has been this one, robot clock, s.
+    pub since: f64,
 }
 
 impl Validate for Twist {
     fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp), ("v", self.v), ("omega", self.omega)])?;
-        check::text("reason", &self.reason)
+        check::numbers(&[("stamp", self.stamp), ("v", self.v), ("omega", self.omega), ("since", self.since)])
     }
 }

@@ -3,7 +3,7 @@
 use crate::array::F64Array;
 use crate::candidates::CandidateSet;
 use crate::check;
-use crate::limits::MAX_CANDIDATES;
+use crate::limits::{MAX_BUDGET_MS, MAX_CANDIDATES};
 use crate::map::MapId;
 use crate::message::Validate;
 use crate::model::{LaserModel, OdometryNoise, RobotModel};
@@ -16,8 +16,6 @@ use serde::{Deserialize, Serialize};
 /// alone, never of its neighbours in the shard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EvaluateRequest {
-    /// Who asks.
-    pub robot: String,
     /// Arbiter's incarnation.
     pub epoch: u64,
     /// Planning cycle within the epoch.
@@ -42,13 +40,13 @@ pub struct EvaluateRequest {
     pub scene: Scene,
     /// The shard; empty asks only to warm up for the map.
     pub candidates: CandidateSet,
-    /// The metric's parameters: a map.
+    /// The term's parameters: a map.
     pub params: Value,
 }
 
 impl Validate for EvaluateRequest {
     fn validate(&self) -> Result<(), Reject> {
-        check::id("robot", &self.robot)?;
+        check::at_most("budget_ms", self.budget_ms as usize, MAX_BUDGET_MS as usize)?;
         check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
         check::part("laser", &self.laser)?;
         check::part("robot_model", &self.robot_model)?;
@@ -59,7 +57,7 @@ impl Validate for EvaluateRequest {
     }
 }
 
-/// Raw costs of a shard, one a candidate, in its order; lower is better.
+/// Raw costs of a shard, one per candidate, in its order; lower is better.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
     /// As in the request.
@@ -68,22 +66,22 @@ pub struct Scores {
     pub seq: u64,
     /// As in the request.
     pub shard: u32,
-    /// What was measured.
-    pub metric: String,
-    /// Who answers.
+    /// Which term.
+    pub term: String,
+    /// Which replica answers.
     pub instance: String,
-    /// `[candidates of the shard]`, in the metric's own unit.
+    /// `[candidates of the shard]`, in the term's own unit.
     pub cost: F64Array,
     /// Microseconds from the request's arrival to the answer, waiting for a slot included.
     pub elapsed_us: u64,
-    /// Shards it computes at once; absent means one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slots: Option<u32>,
+    /// Shards it computes at once.
+    pub slots: u32,
 }
 
 impl Validate for Scores {
     fn validate(&self) -> Result<(), Reject> {
-        check::id("metric", &self.metric)?;
+        check::id("term", &self.term)?;
+        check::one_to("slots", self.slots as usize, MAX_CANDIDATES)?;
         check::id("instance", &self.instance)?;
         check::at_most("cost", self.cost.len(), MAX_CANDIDATES)?;
         check::array_numbers("cost", &self.cost)

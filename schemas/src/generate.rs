@@ -2,6 +2,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::check;
+use crate::limits::MAX_BUDGET_MS;
 use crate::map::MapId;
 use crate::message::Validate;
 use crate::model::{LaserModel, RobotModel};
@@ -14,8 +15,6 @@ use serde::{Deserialize, Serialize};
 /// Everything a generator needs; it keeps nothing between requests but what it derived from the map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GenerateRequest {
-    /// Who asks.
-    pub robot: String,
     /// Arbiter's incarnation.
     pub epoch: u64,
     /// Planning cycle within the epoch.
@@ -49,7 +48,7 @@ pub struct GenerateRequest {
 
 impl Validate for GenerateRequest {
     fn validate(&self) -> Result<(), Reject> {
-        check::id("robot", &self.robot)?;
+        check::at_most("budget_ms", self.budget_ms as usize, MAX_BUDGET_MS as usize)?;
         check::id("generator", &self.generator)?;
         check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
         check::part("scene", &self.scene)?;
@@ -69,7 +68,7 @@ pub struct GenerateReply {
     pub epoch: u64,
     /// As in the request.
     pub seq: u64,
-    /// Who answers.
+    /// Which replica answers.
     pub instance: String,
     /// Collision-free trajectories from the scene's pose; none after a warm-up.
     pub candidates: CandidateSet,
@@ -78,7 +77,6 @@ pub struct GenerateReply {
     /// Time spent, microseconds.
     pub elapsed_us: u64,
     /// Whether the budget ended its growth: another machine would have grown another tree.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut: bool,
 }
 

@@ -3,9 +3,12 @@
 //! `golden/` holds [`all`] encoded; `cargo run --release -p curionav-schemas --example golden` writes it anew. The
 //! bytes may only change together with the contract.
 
+mod files;
 mod planning;
+pub mod sentences;
 mod world;
 
+pub use files::{Golden, all};
 pub use planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
     generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
@@ -13,67 +16,10 @@ pub use planning::{
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
 use crate::{
-    Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Message, Mission, MissionRequest,
-    MissionState, Odometry, OdometryNoise, Particles, People, Pose, Reject, RobotModel, Scan, Scene, Value,
+    Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Mission, MissionEnd, MissionOrder,
+    MissionState, Odometry, OdometryNoise, Particles, People, Pose, Readiness, Refusal, Reject, RobotModel,
+    Scan, Scene, Value,
 };
-
-/// An encoded example.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Golden {
-    /// File name in `golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
-    pub file: &'static str,
-    /// [`Message::NAME`], which is also the CDDL rule.
-    pub message: &'static str,
-    /// The encoded message.
-    pub bytes: Vec<u8>,
-}
-
-fn golden<M: Message>(file: &'static str, message: &M) -> Golden {
-    Golden { file, message: M::NAME, bytes: message.encode() }
-}
-
-/// Every example.
-pub fn all() -> Vec<Golden> {
-    vec![
-        golden("scan", &scan()),
-        golden("odometry", &odometry()),
-        golden("people", &people()),
-        golden("belief", &belief()),
-        golden("particles", &particles()),
-        golden("scene", &scene()),
-        golden("mission", &mission()),
-        golden("mission_request", &MissionRequest::Set { mission: Box::new(mission()) }),
-        golden("mission_request.ready", &ready()),
-        golden("mission_request.goal", &MissionRequest::Goal { x: -1.5, y: 2.25, heading: None }),
-        golden("mission_request.pause", &MissionRequest::Pause),
-        golden("mission_request.resume", &MissionRequest::Resume),
-        golden("mission_request.cancel", &MissionRequest::Cancel),
-        golden(
-            "mission_request.finish",
-            &MissionRequest::Finish { revision: 3, reason: "at the goal".into() },
-        ),
-        golden("decision", &decision()),
-        golden("decision.stop", &stop()),
-        golden("twist", &twist()),
-        golden("candidate_set", &candidate_set()),
-        golden("tree", &tree()),
-        golden("tree.two_roots", &tree_of_two_roots()),
-        golden("generate_request", &generate_request()),
-        golden("generate_reply", &generate_reply()),
-        golden("generate_reply.cut", &cut_generate_reply()),
-        golden("evaluate_request", &evaluate_request()),
-        golden("scores", &scores()),
-        golden("cycle_report", &cycle_report()),
-        golden("cycle_report.explained", &explained_cycle_report()),
-        golden("memory", &memory()),
-        golden("occupancy_grid", &occupancy_grid()),
-        golden("inject_request", &inject_request()),
-        golden("run_status", &run_status()),
-        golden("run_result", &run_result()),
-        golden("service_status", &service_status()),
-        golden("reject", &Reject::invalid("scene.people.x", "holds 3 elements, its shape says 2")),
-    ]
-}
 
 const MAP: MapId = MapId(
     *b"\x1c\xb8\x56\x12\x80\xd7\xa2\xb9\x63\xee\x89\x2a\x88\x08\xf6\x82\
@@ -176,9 +122,7 @@ fn odometry_noise() -> OdometryNoise {
 pub fn mission() -> Mission {
     let polygon =
         Footprint::Polygon { x: vec![0.3, -0.3, -0.3, 0.3].into(), y: vec![0.2, 0.2, -0.2, -0.2].into() };
-    Mission {
-        run: 2,
-        revision: 3,
+    let order = MissionOrder {
         robot: "r1".into(),
         map: MAP,
         initial_pose: Pose { x: 0.5, y: -0.5, heading: 0.25 },
@@ -189,7 +133,7 @@ pub fn mission() -> Mission {
         goal_tolerance: 0.3,
         profile: parameters(&[
             ("name", "paper".into()),
-            ("terms", Value::Array(vec![parameters(&[("metric", "cpc".into()), ("weight", 1.0.into())])])),
+            ("terms", Value::Array(vec![parameters(&[("term", "cpc".into()), ("weight", 1.0.into())])])),
         ]),
         localizer: parameters(&[("particles_max", 5000.into())]),
         laser: laser(),
@@ -201,13 +145,30 @@ pub fn mission() -> Mission {
         tick_s: 0.1,
         plan_every: 3,
         require: vec!["arbiter".into(), "localizer".into()],
+    };
+    Mission {
+        run: 2,
+        revision: 3,
+        order,
         ready: vec!["localizer".into()],
         state: MissionState::Preparing,
         has_run: false,
-        note: String::new(),
+        end: None,
     }
 }
 
-fn ready() -> MissionRequest {
-    MissionRequest::Ready { role: "localizer".into(), instance: "localizer-0".into(), revision: 3 }
+/// The same mission, which the arbiter could not prepare for.
+pub fn refused_mission() -> Mission {
+    let (role, instance) = ("arbiter".into(), "arbiter-0".into());
+    let end = MissionEnd::Unprepared { role, instance, reject: no_replica() };
+    Mission { state: MissionState::Finished, end: Some(end), ..mission() }
+}
+
+fn no_replica() -> Reject {
+    let detail = "comfort-0: params.radius: 0 is not greater than 0".into();
+    Refusal::NoReplica { term: "comfort".into(), may_come: false, detail }.at("terms.comfort")
+}
+
+fn readiness() -> Readiness {
+    Readiness { role: "localizer".into(), instance: "localizer-0".into(), revision: 3, refused: None }
 }

@@ -3,31 +3,11 @@
 //! Keys are relative to the session's Zenoh `namespace`, if it has one. `@v1` is a verbatim chunk: wildcards never
 //! match it by accident.
 
-use crate::limits::MAX_ID;
 use crate::map::MapId;
+pub use crate::names::{KeyError, check_id};
 
 /// What every key begins with.
 pub const ROOT: &str = "curionav/@v1";
-
-/// A name that cannot be a chunk of a key.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("name `{name}` must be 1 to {MAX_ID} of the characters a-z, 0-9, `_` and `-`")]
-pub struct KeyError {
-    /// The name, cut to a length that can be shown.
-    pub name: String,
-}
-
-/// Checks a name of a robot, instance, role, metric, world or stream.
-///
-/// # Errors
-/// It is empty, longer than [`MAX_ID`], or has a character other than `a-z`, `0-9`, `_` and `-`.
-pub fn check_id(name: &str) -> Result<(), KeyError> {
-    let allowed = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
-    if (1..=MAX_ID).contains(&name.len()) && name.bytes().all(allowed) {
-        return Ok(());
-    }
-    Err(KeyError { name: name.chars().take(MAX_ID).collect() })
-}
 
 fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
     names.into_iter().try_for_each(check_id)?;
@@ -43,6 +23,22 @@ pub fn robot(robot: &str, stream: &str) -> Result<String, KeyError> {
     key("robot", [robot, stream])
 }
 
+/// Where the driver takes commands about a robot's mission.
+///
+/// # Errors
+/// As [`robot`].
+pub fn mission_command(name: &str) -> Result<String, KeyError> {
+    Ok(format!("{}/command", robot(name, "mission")?))
+}
+
+/// Where services tell the driver whether they are ready for a robot's mission.
+///
+/// # Errors
+/// As [`robot`].
+pub fn mission_ready(name: &str) -> Result<String, KeyError> {
+    Ok(format!("{}/ready", robot(name, "mission")?))
+}
+
 /// The same stream of every robot.
 ///
 /// # Errors
@@ -52,35 +48,36 @@ pub fn every_robot(stream: &str) -> Result<String, KeyError> {
     Ok(format!("{ROOT}/robot/*/{stream}"))
 }
 
-/// Where one generator answers.
+/// The role of trajectory generators. An evaluator's role is the name of its term.
+pub const GENERATOR: &str = "generator";
+
+/// Everything before the instance in the key of a question to `role`.
+fn pool_of(role: &str) -> Result<String, KeyError> {
+    check_id(role)?;
+    Ok(if role == GENERATOR { format!("{ROOT}/generate") } else { format!("{ROOT}/evaluate/{role}") })
+}
+
+/// Where one replica of `role` (the generator, or a term) takes the questions of one robot.
 ///
 /// # Errors
 /// As [`robot`].
-pub fn generate(instance: &str) -> Result<String, KeyError> {
+pub fn question(role: &str, instance: &str, robot: &str) -> Result<String, KeyError> {
+    [instance, robot].into_iter().try_for_each(check_id)?;
+    Ok(format!("{}/{instance}/{robot}", pool_of(role)?))
+}
+
+/// Where one replica of `role` takes the questions of every robot.
+///
+/// # Errors
+/// As [`robot`].
+pub fn questions(role: &str, instance: &str) -> Result<String, KeyError> {
     check_id(instance)?;
-    Ok(format!("{ROOT}/generate/{instance}"))
+    Ok(format!("{}/{instance}/*", pool_of(role)?))
 }
 
-/// All generators.
-pub fn every_generator() -> String {
-    format!("{ROOT}/generate/*")
-}
-
-/// Where one evaluator of a metric answers.
-///
-/// # Errors
-/// As [`robot`].
-pub fn evaluate(metric: &str, instance: &str) -> Result<String, KeyError> {
-    key("evaluate", [metric, instance])
-}
-
-/// All evaluators of a metric.
-///
-/// # Errors
-/// As [`robot`].
-pub fn every_evaluator(metric: &str) -> Result<String, KeyError> {
-    check_id(metric)?;
-    Ok(format!("{ROOT}/evaluate/{metric}/*"))
+/// The robot that a question's key names; nothing if its last chunk is not a plain name.
+pub fn asker(key: &str) -> Option<&str> {
+    key.rsplit_once('/').map(|(_, robot)| robot).filter(|robot| check_id(robot).is_ok())
 }
 
 /// Where a map can be asked for by its hash.
@@ -118,18 +115,14 @@ pub fn every_world(channel: &str) -> Result<String, KeyError> {
     Ok(format!("{ROOT}/world/*/{channel}"))
 }
 
-/// The liveliness tokens of a role.
-///
-/// # Errors
-/// As [`robot`].
-pub fn every_live_of(role: &str) -> Result<String, KeyError> {
-    check_id(role)?;
-    Ok(format!("{ROOT}/live/{role}/*"))
-}
-
 /// All liveliness tokens.
 pub fn every_live() -> String {
     format!("{ROOT}/live/*/*")
+}
+
+/// Where a bare query is answered with as many bytes as it asks for.
+pub fn echo(instance: &str) -> String {
+    format!("{ROOT}/echo/{instance}")
 }
 
 /// Where a service answers with its `ServiceStatus`.
@@ -161,9 +154,12 @@ mod tests {
     fn keys_are_those_of_the_table() {
         assert_eq!(robot("r1", "scan").unwrap(), "curionav/@v1/robot/r1/scan");
         assert_eq!(every_robot("report").unwrap(), "curionav/@v1/robot/*/report");
-        assert_eq!(generate("g-0").unwrap(), "curionav/@v1/generate/g-0");
-        assert_eq!(evaluate("cpc", "a").unwrap(), "curionav/@v1/evaluate/cpc/a");
-        assert_eq!(every_evaluator("cnc").unwrap(), "curionav/@v1/evaluate/cnc/*");
+        assert_eq!(mission_command("r1").unwrap(), "curionav/@v1/robot/r1/mission/command");
+        assert_eq!(mission_ready("r1").unwrap(), "curionav/@v1/robot/r1/mission/ready");
+        assert_eq!(question("generator", "g-0", "r1").unwrap(), "curionav/@v1/generate/g-0/r1");
+        assert_eq!(question("cpc", "a", "r1").unwrap(), "curionav/@v1/evaluate/cpc/a/r1");
+        assert_eq!(questions("generator", "g-0").unwrap(), "curionav/@v1/generate/g-0/*");
+        assert_eq!(questions("cnc", "a").unwrap(), "curionav/@v1/evaluate/cnc/a/*");
         assert_eq!(map(&MapId([0xab; 32])), format!("curionav/@v1/map/{}", "ab".repeat(32)));
         assert_eq!(world("w", "run").unwrap(), "curionav/@v1/world/w/run");
         assert_eq!(live("arbiter", "x_1").unwrap(), "curionav/@v1/live/arbiter/x_1");
@@ -178,6 +174,15 @@ mod tests {
         }
         assert!(check_id(&"a".repeat(64)).is_ok());
         assert!(robot("A", "scan").unwrap_err().to_string().contains("`A` must be 1 to 64"));
+    }
+
+    #[test]
+    fn a_question_names_its_robot_or_is_of_none() {
+        assert_eq!(asker(&question("cpc", "a", "r1").unwrap()), Some("r1"));
+        for key in [&questions("cpc", "a").unwrap(), "curionav/@v1/evaluate/cpc/a/**", "curionav/@v1/x/R", ""]
+        {
+            assert_eq!(asker(key), None, "{key}");
+        }
     }
 
     #[test]

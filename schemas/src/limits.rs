@@ -5,6 +5,8 @@ pub(crate) const KIB: usize = 1024;
 /// One mebibyte.
 pub(crate) const MIB: usize = 1024 * KIB;
 
+/// Milliseconds a question may be worked on: as long as a stage of a cycle in lockstep, which only catches what hangs.
+pub const MAX_BUDGET_MS: u32 = 10_000;
 /// Candidates in a batch: twice the 2000 of Nav2 MPPI, the largest batch the planner is budgeted for.
 pub const MAX_CANDIDATES: usize = 4096;
 /// States in a candidate: 56 are used at most (5.6 s at 10 Hz); 256 leaves room for long horizons.
@@ -15,9 +17,9 @@ pub const MAX_PEOPLE: usize = 1024;
 pub const MAX_BEAMS: usize = 8192;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.
 pub const MAX_TREE_NODES: usize = 16_384;
-/// Numbers that describe the edge from a node's parent to the node.
-pub const MAX_EDGE_WIDTH: usize = 256;
-/// Further arrays of a search tree, one a generator-specific quantity.
+/// Numbers per node in a further array of a search tree.
+pub const MAX_COLUMN_WIDTH: usize = 256;
+/// Further arrays of a search tree, one per generator-specific quantity.
 pub const MAX_TREE_EXTRAS: usize = 16;
 /// Search trees an arbiter carries on: a profile may ask for eight.
 pub const MAX_TREES: usize = 8;
@@ -27,7 +29,7 @@ pub const MAX_PARTICLES: usize = 8192;
 pub const MAX_MAP_CELLS: usize = 16_000_000;
 /// Bytes of UTF-8 in a text: a reason fits in a line or two.
 pub const MAX_TEXT: usize = 1024;
-/// Characters in an identifier (robot, instance, role, metric, world): it becomes one chunk of a key.
+/// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
 /// Entries in a list of roles, degradations, warmed maps or metrics, and of measures of a run.
 pub const MAX_LIST: usize = 64;
@@ -47,13 +49,13 @@ pub const MAX_FILE_NAME: usize = 255;
 pub const MAX_TRACE_ROWS: usize = 360_000;
 /// Columns of a run's trace.
 pub const MAX_TRACE_COLUMNS: usize = 64;
-/// Data items in a message (numbers inside typed arrays do not count). The fullest honest message, a report with a
-/// reason for each of [`MAX_CANDIDATES`], has about 5000; this bounds the memory of free-form parameters.
-pub const MAX_ITEMS: usize = 32_768;
+/// Data items in a message (numbers inside typed arrays do not count). The fullest honest message, a report that says of
+/// each of [`MAX_CANDIDATES`] why it was rejected, has about 46,000; this bounds the memory of free-form parameters.
+pub const MAX_ITEMS: usize = 65_536;
 /// Nesting of arrays, maps and tags. The deepest message nests 6; free-form parameters may add ten.
 pub const MAX_DEPTH: usize = 16;
 /// How far the epoch of a decision may be above that of the last one the driver has obeyed: a thousand arbiters
-/// that succeeded each other unheard. A greater one is nobody's, and obeying it would shut everybody else out.
+/// that succeeded each other unheard. No arbiter has a greater one, and a driver that obeyed it would refuse every arbiter.
 pub const MAX_EPOCH_STEP: u64 = 1 << 30;
 /// Epoch of the first decision a driver may obey: the way up from there, in such steps, takes for ever.
 pub const MAX_FIRST_EPOCH: u64 = 1 << 62;

@@ -90,7 +90,9 @@ impl Validate for OccupancyGrid {
         check::at_most("cells", usize::try_from(cells).unwrap_or(usize::MAX), MAX_MAP_CELLS)?;
         check::length("cells", self.cells.len(), cells as usize)?;
         match self.cells.iter().position(|cell| !(-1..=100).contains(cell)) {
-            Some(index) => Err(Reject::invalid(format!("cells[{index}]"), "is not within -1..100")),
+            Some(index) => {
+                check::within(&format!("cells[{index}]"), f64::from(self.cells[index]), -1.0, 100.0)
+            }
             None => Ok(()),
         }
     }

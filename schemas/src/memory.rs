@@ -2,9 +2,10 @@
 
 use crate::array::{F64Array, U32Array};
 use crate::check;
+use crate::decision::Twist;
 use crate::limits::{MAX_PEOPLE, MAX_STEPS, MAX_TREES};
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reject::{Refusal, Reject};
 use crate::tree::Tree;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,9 @@ pub struct Memory {
     /// The trajectory being driven.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous: Option<Previous>,
+    /// The driver's newest command; absent until one is heard.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven: Option<Twist>,
     /// Those of the generators; one without nodes is not yet grown.
     pub trees: Vec<Tree>,
 }
@@ -40,10 +44,13 @@ impl Validate for Memory {
         check::text("version", &self.version)?;
         check::at_most("members", self.members.len(), MAX_PEOPLE)?;
         if !self.members.is_sorted_by(|a, b| a < b) {
-            return Err(Reject::invalid("members", "the ids must rise"));
+            return Err(Refusal::NotAscending.at("members"));
         }
         if let Some(previous) = &self.previous {
             check::part("previous", previous)?;
+        }
+        if let Some(driven) = &self.driven {
+            check::part("driven", driven)?;
         }
         check::at_most("trees", self.trees.len(), MAX_TREES)?;
         self.trees.iter().try_for_each(|tree| check::part("trees", tree))
@@ -62,15 +69,16 @@ pub struct Previous {
     pub valid_for_s: f64,
     /// Between states, s.
     pub dt: f64,
-    /// `[K]` map frame, m; state k (from 0) is due `(k + 1) * dt` after the stamp.
+    /// `[1 + K]` map frame, m: where the robot was at the stamp, then the states; number k (from 0) is due `k * dt`
+    /// after the stamp.
     pub x: F64Array,
-    /// `[K]`, map frame, m.
+    /// `[1 + K]`, map frame, m.
     pub y: F64Array,
-    /// `[K]`, map frame, rad.
+    /// `[1 + K]`, map frame, rad.
     pub heading: F64Array,
-    /// `[K]` forward speed that leads to the state, m/s.
+    /// `[1 + K]` forward speed at the stamp, then that which leads to each state, m/s.
     pub v: F64Array,
-    /// `[K]` turn rate that leads to the state, rad/s.
+    /// `[1 + K]` turn rate at the stamp, then that which leads to each state, rad/s.
     pub omega: F64Array,
 }
 

@@ -5,44 +5,16 @@ use crate::check;
 use crate::limits::MAX_LIST;
 use crate::map::MapId;
 use crate::message::Validate;
+use crate::mission_state::{Clock, MissionState};
 use crate::model::{LaserModel, OdometryNoise, Pose, RobotModel};
+use crate::reason::MissionEnd;
 use crate::reject::Reject;
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 
-/// How time passes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Clock {
-    /// Every stream is awaited: a slow machine changes no decision.
-    Lockstep,
-    /// The newest wins; budgets are real.
-    Realtime,
-}
-
-/// Where a mission stands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum MissionState {
-    /// Waiting for the required roles to report ready.
-    Preparing,
-    /// Under way.
-    Running,
-    /// Halted until resumed.
-    Paused,
-    /// Given up on request.
-    Cancelled,
-    /// At its end.
-    Finished,
-}
-
-/// Everything the services of a robot share: published on one key with a revision that grows with every change.
+/// What a robot is to do, as the client that gives the mission says it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Mission {
-    /// Counts the missions begun on this robot; a changed goal keeps it. Ticks start at 0 with each.
-    pub run: u64,
-    /// Grows with every change; readiness is reported for one revision.
-    pub revision: u64,
+pub struct MissionOrder {
     /// Robot.
     pub robot: String,
     /// The map, by hash.
@@ -74,7 +46,7 @@ pub struct Mission {
     pub seed: u64,
     /// How time passes.
     pub clock: Clock,
-    /// Simulated seconds a second of wall time, with a real-time clock.
+    /// Simulated seconds per second of wall time, with a real-time clock.
     pub time_scale: f64,
     /// Between ticks, s.
     pub tick_s: f64,
@@ -82,29 +54,29 @@ pub struct Mission {
     pub plan_every: u32,
     /// Roles that must be ready before the mission runs.
     pub require: Vec<String>,
+}
+
+/// A robot's mission and where it stands. The driver owns it and publishes every change.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Mission {
+    /// Counts the missions begun on this robot; a changed goal keeps it. Ticks start at 0 with each.
+    pub run: u64,
+    /// Grows with every change of what is to be done; readiness is reported for one revision.
+    pub revision: u64,
+    /// What to do.
+    pub order: MissionOrder,
     /// Roles that have reported ready for this revision.
     pub ready: Vec<String>,
     /// Where it stands.
     pub state: MissionState,
     /// Whether it has been under way in this run: the robot may have left its start.
     pub has_run: bool,
-    /// Why it was finished or refused, for people; empty while there is nothing to say.
-    pub note: String,
+    /// How it ended; present once it is cancelled or finished.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<MissionEnd>,
 }
 
-impl std::fmt::Display for MissionState {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Preparing => "preparing",
-            Self::Running => "running",
-            Self::Paused => "paused",
-            Self::Cancelled => "cancelled",
-            Self::Finished => "finished",
-        })
-    }
-}
-
-impl Validate for Mission {
+impl Validate for MissionOrder {
     fn validate(&self) -> Result<(), Reject> {
         check::id("robot", &self.robot)?;
         check::part("initial_pose", &self.initial_pose)?;
@@ -124,29 +96,26 @@ impl Validate for Mission {
         check::within("tick_s", self.tick_s, 0.001, 10.0)?;
         check::within("time_scale", self.time_scale, 0.001, 1000.0)?;
         check::one_to("plan_every", self.plan_every as usize, u32::MAX as usize)?;
-        check::ids("require", self.require.iter(), MAX_LIST)?;
-        check::ids("ready", self.ready.iter(), MAX_LIST)?;
-        check::text("note", &self.note)
+        check::ids("require", self.require.iter(), MAX_LIST)
     }
 }
 
-/// A wish about a robot's mission; the reply is the [`Mission`] as it is then.
+impl Validate for Mission {
+    fn validate(&self) -> Result<(), Reject> {
+        check::part("order", &self.order)?;
+        check::ids("ready", self.ready.iter(), MAX_LIST)?;
+        self.end.as_ref().map_or(Ok(()), |end| check::part("end", end))
+    }
+}
+
+/// A request about a robot's mission; the reply is the [`Mission`] as it is then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "MissionRequestWire", into = "MissionRequestWire")]
-pub enum MissionRequest {
+#[serde(try_from = "CommandFields", into = "CommandFields")]
+pub enum MissionCommand {
     /// Begin this mission.
     Set {
-        /// Its revision is ignored: the keeper counts.
-        mission: Box<Mission>,
-    },
-    /// A service is prepared.
-    Ready {
-        /// What it does.
-        role: String,
-        /// Which one it is.
-        instance: String,
-        /// For which revision.
-        revision: u64,
+        /// What to do.
+        order: Box<MissionOrder>,
     },
     /// Go elsewhere on the same map.
     Goal {
@@ -163,27 +132,21 @@ pub enum MissionRequest {
     Resume,
     /// Give up.
     Cancel,
-    /// It is over.
+    /// The run is over.
     Finish {
         /// Of which revision.
         revision: u64,
-        /// For a person.
-        reason: String,
+        /// How it ended.
+        end: MissionEnd,
     },
 }
 
-/// The map a request is on the wire. Serde's own tagged enums cannot hold CBOR tags.
+/// The map that a command is on the wire. Serde's own tagged enums cannot hold CBOR tags.
 #[derive(Serialize, Deserialize)]
-struct MissionRequestWire {
-    kind: RequestKind,
+struct CommandFields {
+    kind: CommandKind,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    mission: Option<Box<Mission>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    role: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    instance: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    revision: Option<u64>,
+    order: Option<Box<MissionOrder>>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     x: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -191,14 +154,15 @@ struct MissionRequestWire {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     heading: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
+    revision: Option<u64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    end: Option<MissionEnd>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum RequestKind {
+enum CommandKind {
     Set,
-    Ready,
     Goal,
     Pause,
     Resume,
@@ -206,81 +170,79 @@ enum RequestKind {
     Finish,
 }
 
-impl From<MissionRequest> for MissionRequestWire {
-    fn from(request: MissionRequest) -> Self {
-        let of = |kind| Self {
-            kind,
-            mission: None,
-            role: None,
-            instance: None,
-            revision: None,
-            x: None,
-            y: None,
-            heading: None,
-            reason: None,
-        };
-        match request {
-            MissionRequest::Set { mission } => Self { mission: Some(mission), ..of(RequestKind::Set) },
-            MissionRequest::Ready { role, instance, revision } => Self {
-                role: Some(role),
-                instance: Some(instance),
-                revision: Some(revision),
-                ..of(RequestKind::Ready)
-            },
-            MissionRequest::Goal { x, y, heading } => {
-                Self { x: Some(x), y: Some(y), heading, ..of(RequestKind::Goal) }
+impl From<MissionCommand> for CommandFields {
+    fn from(command: MissionCommand) -> Self {
+        let of =
+            |kind| Self { kind, order: None, x: None, y: None, heading: None, revision: None, end: None };
+        match command {
+            MissionCommand::Set { order } => Self { order: Some(order), ..of(CommandKind::Set) },
+            MissionCommand::Goal { x, y, heading } => {
+                Self { x: Some(x), y: Some(y), heading, ..of(CommandKind::Goal) }
             }
-            MissionRequest::Pause => of(RequestKind::Pause),
-            MissionRequest::Resume => of(RequestKind::Resume),
-            MissionRequest::Cancel => of(RequestKind::Cancel),
-            MissionRequest::Finish { revision, reason } => {
-                Self { revision: Some(revision), reason: Some(reason), ..of(RequestKind::Finish) }
+            MissionCommand::Pause => of(CommandKind::Pause),
+            MissionCommand::Resume => of(CommandKind::Resume),
+            MissionCommand::Cancel => of(CommandKind::Cancel),
+            MissionCommand::Finish { revision, end } => {
+                Self { revision: Some(revision), end: Some(end), ..of(CommandKind::Finish) }
             }
         }
     }
 }
 
-impl TryFrom<MissionRequestWire> for MissionRequest {
+impl TryFrom<CommandFields> for MissionCommand {
     type Error = &'static str;
 
-    fn try_from(wire: MissionRequestWire) -> Result<Self, Self::Error> {
-        Ok(match wire.kind {
-            RequestKind::Set => Self::Set { mission: wire.mission.ok_or("`set` needs `mission`")? },
-            RequestKind::Ready => Self::Ready {
-                role: wire.role.ok_or("`ready` needs `role`")?,
-                instance: wire.instance.ok_or("`ready` needs `instance`")?,
-                revision: wire.revision.ok_or("`ready` needs `revision`")?,
+    fn try_from(fields: CommandFields) -> Result<Self, Self::Error> {
+        Ok(match fields.kind {
+            CommandKind::Set => Self::Set { order: fields.order.ok_or("`set` needs `order`")? },
+            CommandKind::Goal => Self::Goal {
+                x: fields.x.ok_or("`goal` needs `x`")?,
+                y: fields.y.ok_or("`goal` needs `y`")?,
+                heading: fields.heading,
             },
-            RequestKind::Goal => Self::Goal {
-                x: wire.x.ok_or("`goal` needs `x`")?,
-                y: wire.y.ok_or("`goal` needs `y`")?,
-                heading: wire.heading,
-            },
-            RequestKind::Pause => Self::Pause,
-            RequestKind::Resume => Self::Resume,
-            RequestKind::Cancel => Self::Cancel,
-            RequestKind::Finish => Self::Finish {
-                revision: wire.revision.ok_or("`finish` needs `revision`")?,
-                reason: wire.reason.ok_or("`finish` needs `reason`")?,
+            CommandKind::Pause => Self::Pause,
+            CommandKind::Resume => Self::Resume,
+            CommandKind::Cancel => Self::Cancel,
+            CommandKind::Finish => Self::Finish {
+                revision: fields.revision.ok_or("`finish` needs `revision`")?,
+                end: fields.end.ok_or("`finish` needs `end`")?,
             },
         })
     }
 }
 
-impl Validate for MissionRequest {
+impl Validate for MissionCommand {
     fn validate(&self) -> Result<(), Reject> {
         match self {
-            Self::Set { mission } => check::part("mission", mission.as_ref()),
-            Self::Ready { role, instance, .. } => {
-                check::id("role", role)?;
-                check::id("instance", instance)
-            }
+            Self::Set { order } => check::part("order", order.as_ref()),
             Self::Goal { x, y, heading } => {
                 check::numbers(&[("x", *x), ("y", *y)])?;
                 check::optional("heading", *heading)
             }
             Self::Pause | Self::Resume | Self::Cancel => Ok(()),
-            Self::Finish { reason, .. } => check::text("reason", reason),
+            Self::Finish { end, .. } => check::part("end", end),
         }
+    }
+}
+
+/// What has become of a service's preparing for a mission; the reply is the [`Mission`] as it is then.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Readiness {
+    /// The service's role.
+    pub role: String,
+    /// The service's instance.
+    pub instance: String,
+    /// The revision of the mission that it has prepared for.
+    pub revision: u64,
+    /// Why it can never be ready for this revision; absent: it is ready.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refused: Option<Reject>,
+}
+
+impl Validate for Readiness {
+    fn validate(&self) -> Result<(), Reject> {
+        check::id("role", &self.role)?;
+        check::id("instance", &self.instance)?;
+        self.refused.as_ref().map_or(Ok(()), |reject| check::part("refused", reject))
     }
 }

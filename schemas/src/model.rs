@@ -93,9 +93,7 @@ impl Validate for Footprint {
             Self::Disc { radius } => check::positive(&[("radius", *radius)]),
             Self::Polygon { x, y } => {
                 check::at_most("x", x.len(), MAX_VERTICES)?;
-                if x.len() < 3 {
-                    return Err(Reject::invalid("x", "a polygon has three vertices at least"));
-                }
+                check::at_least("x", x.len(), 3)?;
                 check::arrays(x.len(), &[("x", x), ("y", y)])
             }
         }
@@ -150,14 +148,9 @@ impl Validate for LaserModel {
         check::positive(&[("fov", self.fov), ("range_max", self.range_max)])?;
         check::non_negative(&[("range_sigma", self.range_sigma)])?;
         check::at_most("beams", self.beams as usize, MAX_BEAMS)?;
-        if self.beams < 2 {
-            return Err(Reject::invalid("beams", "a laser has two beams at least"));
-        }
+        check::at_least("beams", self.beams as usize, 2)?;
         // A little more than a turn, so that a full turn survives rounding to single precision.
-        if self.fov > std::f64::consts::TAU + 1e-6 {
-            return Err(Reject::invalid("fov", "exceeds a full turn"));
-        }
-        Ok(())
+        check::within("fov", self.fov, 0.0, std::f64::consts::TAU + 1e-6)
     }
 }
 

@@ -32,7 +32,9 @@ impl Validate for Particles {
         let parts = [("x", &self.x), ("y", &self.y), ("heading", &self.heading), ("weight", &self.weight)];
         parts.into_iter().try_for_each(|(field, array)| check::array_f32(field, array, count))?;
         match self.weight.iter().position(|weight| *weight < 0.0) {
-            Some(index) => Err(Reject::invalid(format!("weight[{index}]"), "is negative")),
+            Some(index) => {
+                check::non_negative(&[(&format!("weight[{index}]"), f64::from(self.weight[index]))])
+            }
             None => Ok(()),
         }
     }

@@ -1,11 +1,11 @@
 //! The table of messages: name and size limit of each.
 
 use crate::limits::{KIB, MAX_MAP_CELLS, MIB};
-use crate::message::{DecodeError, Message};
+use crate::message::Message;
 use crate::{
     Belief, CandidateSet, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest,
-    InjectRequest, Memory, Mission, MissionRequest, OccupancyGrid, Odometry, Particles, People, Reject,
-    RunResult, RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
+    InjectRequest, Memory, Mission, MissionCommand, OccupancyGrid, Odometry, Particles, People, Readiness,
+    Reject, RunResult, RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
 };
 
 /// What is known of a message without its type.
@@ -38,7 +38,7 @@ macro_rules! messages {
         ///
         /// # Errors
         /// As [`Message::decode`].
-        pub fn recode(name: &str, bytes: &[u8], encoding: Option<&str>) -> Option<Result<Vec<u8>, DecodeError>> {
+        pub fn recode(name: &str, bytes: &[u8], encoding: Option<&str>) -> Option<Result<Vec<u8>, Reject>> {
             Some(match name {
                 $($name => $message::decode(bytes, encoding).map(|message| message.encode()),)*
                 _ => return None,
@@ -57,7 +57,8 @@ messages! {
     Belief "belief" 2 * KIB;
     Particles "particles" 129 * KIB;
     Mission "mission" 256 * KIB;
-    MissionRequest "mission_request" 257 * KIB;
+    MissionCommand "mission_command" 257 * KIB;
+    Readiness "readiness" 8 * KIB;
     Decision "decision" 128 * KIB;
     Twist "twist" 2 * KIB;
     Scene "scene" 68 * KIB;

@@ -3,35 +3,34 @@
 use crate::array::{F64Array, U32Array};
 use crate::candidates::CandidateSet;
 use crate::check;
-use crate::decision::{Decision, Evaluated};
+use crate::decision::{Decision, Evaluated, Twist};
 use crate::limits::{MAX_PEOPLE, MAX_TERMS};
 use crate::map::MapId;
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reason::Rejection;
+use crate::reject::{Refusal, Reject};
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 
 /// One term of the cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TermReport {
-    /// What it measures.
-    pub metric: String,
+    /// The term's name.
+    pub term: String,
     /// Its weight in the cost.
     pub weight: f64,
     /// What the raw cost is divided by.
     pub scale: f64,
     /// Whether its condition held in this cycle.
     pub active: bool,
-    /// `[count]` raw costs, in the metric's own unit; empty if it was not evaluated.
-    pub raw: F64Array,
-    /// Who evaluated it.
+    /// What evaluated it.
     pub evaluated: Evaluated,
-    /// `[count]` weighted costs: what it adds to the total; empty if it was not evaluated.
-    #[serde(default, skip_serializing_if = "is_empty")]
+    /// Indices of the candidates it has scored, ascending. No other candidate has a cost under it.
+    pub scored: U32Array,
+    /// `[scored]` raw costs, in the term's own unit.
+    pub raw: F64Array,
+    /// `[scored]` weighted costs: what it adds to the total.
     pub cost: F64Array,
-    /// Indices of the candidates it has not scored, whose raw and weighted costs are 0.
-    #[serde(default, skip_serializing_if = "has_none")]
-    pub missing: U32Array,
     /// Index of the candidate that would have been followed by this term alone; so for those below. All are absent
     /// if none was followed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -47,49 +46,71 @@ pub struct TermReport {
     pub halved: Option<u32>,
 }
 
-fn is_empty(array: &F64Array) -> bool {
-    array.is_empty()
+/// A candidate's number in an array that holds some candidates only: `of` are their indices, ascending.
+fn of_some(of: &U32Array, numbers: &F64Array, candidate: usize) -> Option<f64> {
+    let place = of.binary_search(&u32::try_from(candidate).ok()?).ok()?;
+    numbers.get(place).copied()
 }
 
-fn has_none(array: &U32Array) -> bool {
-    array.is_empty()
+/// Refuses indices that do not rise or that lie beyond `candidates`.
+fn check_indices(field: &str, indices: &U32Array, candidates: usize) -> Result<(), Reject> {
+    if !indices.is_sorted_by(|a, b| a < b) {
+        return Err(Refusal::NotAscending.at(field));
+    }
+    exists(field, indices.last().copied(), candidates)
 }
 
 /// Refuses an index beyond `candidates`.
 fn exists(field: &str, index: Option<u32>, candidates: usize) -> Result<(), Reject> {
     match index {
         Some(index) if index as usize >= candidates => {
-            Err(Reject::invalid(field, "there is no such candidate"))
+            Err(Refusal::NoSuchIndex { found: u64::from(index) }.at(field))
         }
         _ => Ok(()),
     }
 }
 
 impl TermReport {
+    /// The raw cost of a candidate, by its index; nothing if the term has not scored it.
+    pub fn raw_of(&self, candidate: usize) -> Option<f64> {
+        of_some(&self.scored, &self.raw, candidate)
+    }
+
+    /// The weighted cost of a candidate, by its index; nothing if the term has not scored it.
+    pub fn cost_of(&self, candidate: usize) -> Option<f64> {
+        of_some(&self.scored, &self.cost, candidate)
+    }
+
     fn validate(&self, candidates: usize) -> Result<(), Reject> {
         let indices = [
-            ("missing", self.missing.iter().copied().max()),
             ("alone", self.alone),
             ("without", self.without),
             ("doubled", self.doubled),
             ("halved", self.halved),
         ];
         indices.into_iter().try_for_each(|(field, index)| exists(field, index, candidates))?;
-        check::at_most("missing", self.missing.len(), candidates)?;
-        check::id("metric", &self.metric)?;
+        check::id("term", &self.term)?;
         check::numbers(&[("weight", self.weight)])?;
         check::positive(&[("scale", self.scale)])?;
-        let all_or_none = |array: &F64Array| if array.is_empty() { 0 } else { candidates };
-        check::arrays(all_or_none(&self.raw), &[("raw", &self.raw)])?;
-        check::arrays(all_or_none(&self.cost), &[("cost", &self.cost)])
+        check_indices("scored", &self.scored, candidates)?;
+        check::arrays(self.scored.len(), &[("raw", &self.raw), ("cost", &self.cost)])
     }
 }
 
-/// Time one metric took.
+/// A candidate that was not taken, other than for its cost.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct MetricTime {
-    /// What was measured.
-    pub metric: String,
+pub struct RejectedCandidate {
+    /// Its index.
+    pub candidate: u32,
+    /// Why it was not taken.
+    pub why: Rejection,
+}
+
+/// Time that the evaluation of one term took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TermTime {
+    /// The term.
+    pub term: String,
     /// Microseconds from asking to the last answer.
     pub us: u64,
 }
@@ -99,8 +120,8 @@ pub struct MetricTime {
 pub struct Timings {
     /// Asking the generator.
     pub generate_us: u64,
-    /// Asking for each metric; they overlap.
-    pub evaluate_us: Vec<MetricTime>,
+    /// Asking for each term; they overlap.
+    pub evaluate_us: Vec<TermTime>,
     /// Choosing.
     pub arbitrate_us: u64,
     /// The whole cycle.
@@ -110,7 +131,7 @@ pub struct Timings {
 impl Validate for Timings {
     fn validate(&self) -> Result<(), Reject> {
         check::at_most("evaluate_us", self.evaluate_us.len(), MAX_TERMS)?;
-        self.evaluate_us.iter().try_for_each(|time| check::id("evaluate_us.metric", &time.metric))
+        self.evaluate_us.iter().try_for_each(|time| check::id("evaluate_us.term", &time.term))
     }
 }
 
@@ -153,10 +174,12 @@ pub struct CycleReport {
     pub candidates: CandidateSet,
     /// What each would cost, term by term.
     pub terms: Vec<TermReport>,
-    /// `[count]` total costs, the sum of the active terms'; 0 for a candidate that one of them has not scored.
+    /// Indices of the candidates that every active term has scored, ascending. No other candidate has a total.
+    pub scored: U32Array,
+    /// `[scored]` total costs: the sum of the active terms' weighted costs.
     pub total: F64Array,
-    /// `[count]` why a candidate was rejected; empty if it was not.
-    pub rejected: Vec<String>,
+    /// The candidates that were rejected, by ascending index.
+    pub rejected: Vec<RejectedCandidate>,
     /// Index of the candidate chosen; absent if none was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<u32>,
@@ -172,9 +195,25 @@ pub struct CycleReport {
     pub timings: Timings,
     /// The crowd density model's mixture.
     pub crowds: Vec<Crowd>,
+    /// What the driver has done with the decisions before this cycle; absent until its first command is heard.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub driven: Option<Twist>,
     /// Planning ticks since the previous report that have none: ticks skipped because a cycle took too long or
     /// their belief never came, and decisions that no cycle led to.
     pub gap: u64,
+}
+
+impl CycleReport {
+    /// The total cost of a candidate, by its index; nothing if an active term has not scored it.
+    pub fn total_of(&self, candidate: usize) -> Option<f64> {
+        of_some(&self.scored, &self.total, candidate)
+    }
+
+    /// Why a candidate was rejected, by its index; nothing if it was not.
+    pub fn rejection_of(&self, candidate: usize) -> Option<&Rejection> {
+        let place = self.rejected.binary_search_by_key(&candidate, |r| r.candidate as usize).ok()?;
+        self.rejected.get(place).map(|rejected| &rejected.why)
+    }
 }
 
 impl Validate for CycleReport {
@@ -187,15 +226,17 @@ impl Validate for CycleReport {
         for (index, term) in self.terms.iter().enumerate() {
             term.validate(count).map_err(|reject| reject.within(&format!("terms[{index}]")))?;
         }
-        check::arrays(count, &[("total", &self.total)])?;
-        check::length("rejected", self.rejected.len(), count)?;
-        check::texts("rejected", &self.rejected, count)?;
+        check_indices("scored", &self.scored, count)?;
+        check::arrays(self.scored.len(), &[("total", &self.total)])?;
+        check_indices("rejected", &self.rejected.iter().map(|r| r.candidate).collect(), count)?;
+        self.rejected.iter().try_for_each(|rejected| check::part("rejected", &rejected.why))?;
         exists("chosen", self.chosen, count)?;
         exists("runner_up", self.runner_up, count)?;
         check::optional("margin", self.margin)?;
         check::part("decision", &self.decision)?;
         check::part("timings", &self.timings)?;
         check::at_most("crowds", self.crowds.len(), MAX_PEOPLE)?;
-        self.crowds.iter().try_for_each(|crowd| check::part("crowds", crowd))
+        self.crowds.iter().try_for_each(|crowd| check::part("crowds", crowd))?;
+        self.driven.as_ref().map_or(Ok(()), |driven| check::part("driven", driven))
     }
 }

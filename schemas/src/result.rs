@@ -4,7 +4,7 @@ use crate::array::{F32Array, F64Array, U8Array, U32Array};
 use crate::check;
 use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -20,9 +20,9 @@ pub enum Outcome {
     Lost,
 }
 
-/// The metrics of the paper and a few more.
+/// The measures of the paper and a few more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Metrics {
+pub struct Measures {
     /// Root mean square of the localisation error, m.
     pub rmse_m: f64,
     /// Share of the run before localisation first converged, 0..1; 1 if it never did.
@@ -31,7 +31,7 @@ pub struct Metrics {
     pub nm: u32,
     /// Fraction of the time closer to people than comfortable, 0..1.
     pub td: f64,
-    /// Least distance between the centres of the robot and anyone, m; absent if nobody was ever there.
+    /// Least distance between the centres of the robot and any person, m; absent if there were no people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub md_m: Option<f64>,
     /// Times the robot came closer than comfortable.
@@ -48,7 +48,7 @@ pub struct Metrics {
     pub clearance_min_m: f64,
 }
 
-impl Validate for Metrics {
+impl Validate for Measures {
     fn validate(&self) -> Result<(), Reject> {
         check::fraction("tcm", self.tcm)?;
         check::fraction("td", self.td)?;
@@ -105,7 +105,7 @@ impl Validate for PeopleTrace {
         check::array_f32("xy", &self.xy, 2 * cells)?;
         check::length("present", self.present.len(), cells)?;
         match self.present.iter().position(|flag| *flag > 1) {
-            Some(index) => Err(Reject::invalid(format!("present[{index}]"), "is neither 0 nor 1")),
+            Some(index) => check::fraction(&format!("present[{index}]"), f64::from(self.present[index])),
             None => Ok(()),
         }
     }
@@ -131,7 +131,7 @@ impl Validate for Trace {
         check::arrays(self.rows as usize * self.columns.len(), &[("values", &self.values)])?;
         check::part("people", &self.people)?;
         if self.people.rows != 0 && self.people.rows != self.rows {
-            return Err(Reject::invalid("people.rows", "differs from the trace's"));
+            return check::length("people.rows", self.people.rows as usize, self.rows as usize);
         }
         Ok(())
     }
@@ -149,7 +149,7 @@ pub struct RunResult {
     /// How it ended.
     pub outcome: Outcome,
     /// How well.
-    pub metrics: Metrics,
+    pub measures: Measures,
     /// The standard measures of social navigation by name, such as `spl`, `personal_share` or
     /// `time_to_collision_min_s`; units are in the names, yes and no are 1 and 0, and what there was nothing to
     /// measure of is absent. New ones may come.
@@ -157,7 +157,7 @@ pub struct RunResult {
     pub social: BTreeMap<String, f64>,
     /// At what effort.
     pub cycles: Cycles,
-    /// Simulated seconds a second of wall time.
+    /// Simulated seconds per second of wall time.
     pub real_time_factor: f64,
     /// SHA-256 over scene stamps and chosen trajectories, 64 lower-case hexadecimal digits.
     pub decisions_sha256: String,
@@ -169,13 +169,13 @@ impl Validate for RunResult {
     fn validate(&self) -> Result<(), Reject> {
         check::text("scenario", &self.scenario)?;
         check::text("planner", &self.planner)?;
-        check::part("metrics", &self.metrics)?;
+        check::part("measures", &self.measures)?;
         check::ids("social", self.social.keys(), MAX_LIST)?;
         self.social.iter().try_for_each(|(name, value)| check::number(&format!("social.{name}"), *value))?;
         check::part("cycles", &self.cycles)?;
         check::non_negative(&[("real_time_factor", self.real_time_factor)])?;
         if self.decisions_sha256.parse::<crate::map::MapId>().is_err() {
-            return Err(Reject::invalid("decisions_sha256", "must be 64 lower-case hexadecimal digits"));
+            return Err(Refusal::NotAHash.at("decisions_sha256"));
         }
         check::part("trace", &self.trace)
     }

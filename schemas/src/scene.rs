@@ -3,7 +3,7 @@
 use crate::belief::Belief;
 use crate::check;
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reject::{Refusal, Reject};
 use crate::sensing::{Frame, People};
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ impl Validate for Scene {
         check::part("people", &self.people)?;
         match self.people.frame {
             Frame::Map => Ok(()),
-            Frame::Robot => Err(Reject::invalid("people.frame", "a scene's people are in the map frame")),
+            Frame::Robot => Err(Refusal::WrongFrame.at("people.frame")),
         }
     }
 }

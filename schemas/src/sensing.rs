@@ -39,7 +39,9 @@ impl Validate for Scan {
         check::one_to("ranges", self.ranges.len(), MAX_BEAMS)?;
         check::array_f32("ranges", &self.ranges, self.ranges.len())?;
         match self.ranges.iter().position(|range| *range < 0.0) {
-            Some(index) => Err(Reject::invalid(format!("ranges[{index}]"), "is negative")),
+            Some(index) => {
+                check::non_negative(&[(&format!("ranges[{index}]"), f64::from(self.ranges[index]))])
+            }
             None => Ok(()),
         }
     }

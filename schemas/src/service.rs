@@ -2,10 +2,69 @@
 
 use crate::check;
 use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
+use crate::map::MapId;
 use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use strum::VariantNames;
+
+/// Something that a service is prepared for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
+#[serde(tag = "code", rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
+pub enum Prepared {
+    /// It has the map.
+    Map {
+        /// Its hash.
+        map: MapId,
+    },
+    /// It has the distance to a goal on the map.
+    Goal {
+        /// The map's hash.
+        map: MapId,
+        /// Map frame, m.
+        x: f64,
+        /// Map frame, m.
+        y: f64,
+    },
+    /// It has what a laser sees of the map.
+    Sensor {
+        /// The map's hash.
+        map: MapId,
+        /// Beams in a scan.
+        beams: u32,
+        /// Field of view, rad.
+        fov: f64,
+        /// Range, m.
+        range_max: f64,
+    },
+    /// It is ready for a revision of the robot's mission.
+    Revision {
+        /// Which.
+        revision: u64,
+    },
+    /// It cannot prepare for a revision of the robot's mission yet.
+    Waiting {
+        /// Which.
+        revision: u64,
+        /// What is not there yet.
+        reject: Reject,
+    },
+}
+
+impl Validate for Prepared {
+    fn validate(&self) -> Result<(), Reject> {
+        match self {
+            Self::Map { .. } | Self::Revision { .. } => Ok(()),
+            Self::Goal { x, y, .. } => check::numbers(&[("x", *x), ("y", *y)]),
+            Self::Sensor { fov, range_max, .. } => {
+                check::positive(&[("fov", *fov), ("range_max", *range_max)])
+            }
+            Self::Waiting { reject, .. } => check::part("reject", reject),
+        }
+    }
+}
 
 /// The answer to a status query.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,8 +81,7 @@ pub struct ServiceStatus {
     /// Since it started, s.
     pub uptime_s: f64,
     /// Since 1970 began, UTC, by the service's own clock, when it answered, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub time_s: Option<f64>,
+    pub time_s: f64,
     /// Requests waiting or being computed, for each it can compute at once: 1 is full, more is a queue.
     pub load: f64,
     /// Requests answered since it started; of arbiter, driver and localizer ticks.
@@ -34,9 +92,8 @@ pub struct ServiceStatus {
     pub p50_ms: f64,
     /// 99th percentile of it, ms.
     pub p99_ms: f64,
-    /// What it is prepared for: `map HASH`, `goal X Y on HASH`, `sensor BEAMS over FOV rad to RANGE m on HASH`;
-    /// of arbiter and localizer `revision N` of the mission, or `revision N waits: WHY`.
-    pub warmed: Vec<String>,
+    /// What it is prepared for.
+    pub prepared: Vec<Prepared>,
     /// What its metrics endpoint says as well: every sample, by its name and labels as Prometheus writes them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub metrics: BTreeMap<String, f64>,
@@ -56,8 +113,9 @@ impl Validate for ServiceStatus {
             ("p50_ms", self.p50_ms),
             ("p99_ms", self.p99_ms),
         ])?;
-        check::optional("time_s", self.time_s)?;
-        check::texts("warmed", &self.warmed, MAX_LIST)?;
+        check::number("time_s", self.time_s)?;
+        check::at_most("prepared", self.prepared.len(), MAX_LIST)?;
+        self.prepared.iter().try_for_each(|prepared| check::part("prepared", prepared))?;
         check::at_most("metrics", self.metrics.len(), MAX_METRICS)?;
         self.metrics.iter().try_for_each(|(name, value)| {
             check::at_most("metrics: the length of a name", name.len(), MAX_METRIC_NAME)?;

@@ -2,16 +2,16 @@
 
 use crate::array::{F64Array, U32Array};
 use crate::check;
-use crate::limits::{MAX_EDGE_WIDTH, MAX_TREE_EXTRAS, MAX_TREE_NODES};
+use crate::limits::{MAX_COLUMN_WIDTH, MAX_TREE_EXTRAS, MAX_TREE_NODES};
 use crate::message::Validate;
-use crate::reject::Reject;
+use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Parent of a root.
 pub const NO_PARENT: u32 = u32::MAX;
 
-/// Nodes as a structure of arrays, one entry a node unless said otherwise; map frame. May have several roots.
+/// Nodes as a structure of arrays, one entry per node unless said otherwise; map frame. May have several roots.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tree {
     /// Metres.
@@ -24,10 +24,6 @@ pub struct Tree {
     pub cost: F64Array,
     /// Index of the parent; [`NO_PARENT`] for a root.
     pub parent: U32Array,
-    /// Numbers that describe an edge.
-    pub edge_width: u32,
-    /// `[nodes, edge_width]`: the edge from the parent, in the generator's own terms.
-    pub edge: F64Array,
     /// Further quantities by name (time, depth, risk, ...), each `[nodes, width]` with a width of its own.
     pub extra: BTreeMap<String, F64Array>,
 }
@@ -40,14 +36,13 @@ impl Validate for Tree {
             nodes,
             &[("x", &self.x), ("y", &self.y), ("heading", &self.heading), ("cost", &self.cost)],
         )?;
-        check::at_most("edge_width", self.edge_width as usize, MAX_EDGE_WIDTH)?;
-        check::arrays(nodes * self.edge_width as usize, &[("edge", &self.edge)])?;
         check::ids("extra", self.extra.keys(), MAX_TREE_EXTRAS)?;
         for (name, array) in &self.extra {
             let field = format!("extra.{name}");
-            check::at_most(&field, array.len(), nodes * MAX_EDGE_WIDTH)?;
+            check::at_most(&field, array.len(), nodes * MAX_COLUMN_WIDTH)?;
             if nodes > 0 && !array.len().is_multiple_of(nodes) {
-                return Err(Reject::invalid(field, format!("length is no multiple of the {nodes} nodes")));
+                let expected = array.len().next_multiple_of(nodes);
+                return check::length(&field, array.len(), expected);
             }
             check::array_numbers(&field, array)?;
         }
@@ -69,10 +64,10 @@ fn check_rooted(parent: &[u32]) -> Result<(), Reject> {
             }
             let next = parent[node] as usize;
             if next >= parent.len() {
-                return Err(Reject::invalid(format!("parent[{node}]"), format!("there is no node {next}")));
+                return Err(Refusal::NoSuchIndex { found: next as u64 }.at(format!("parent[{node}]")));
             }
             if walk_of[next] == start as u32 {
-                return Err(Reject::invalid(format!("parent[{node}]"), "the parents form a cycle"));
+                return Err(Refusal::CyclicParents.at(format!("parent[{node}]")));
             }
             node = next;
         }

@@ -3,12 +3,13 @@
 //! follows can trust every declared length.
 
 use crate::limits::{MAX_DEPTH, MAX_ITEMS};
+use crate::reject::CborFault;
 
 /// Where the bytes stop being well-formed, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Fault {
     pub(crate) offset: usize,
-    pub(crate) reason: &'static str,
+    pub(crate) fault: CborFault,
 }
 
 /// Checks that `bytes` are one well-formed item and nothing more.
@@ -22,7 +23,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
     loop {
         while owed[depth] == 0 {
             if depth == 0 {
-                let trailing = Fault { offset, reason: "bytes after the end of the message" };
+                let trailing = Fault { offset, fault: CborFault::TrailingBytes };
                 return if offset == bytes.len() { Ok(()) } else { Err(trailing) };
             }
             depth -= 1;
@@ -30,12 +31,12 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
         owed[depth] -= 1;
         items += 1;
         if items > MAX_ITEMS {
-            return Err(Fault { offset, reason: "too many data items" });
+            return Err(Fault { offset, fault: CborFault::TooManyItems });
         }
         let (next, children) = item(bytes, offset)?;
         if children > 0 {
             if depth == MAX_DEPTH {
-                return Err(Fault { offset, reason: "nested too deeply" });
+                return Err(Fault { offset, fault: CborFault::TooDeep });
             }
             depth += 1;
             owed[depth] = children;
@@ -44,12 +45,10 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
     }
 }
 
-const CUT_SHORT: &str = "ends too early, or declares more than it holds";
-
 /// Reads the head of one item and skips its bytes if it is a string: (offset after it, items that belong to it).
 fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Fault> {
-    let fault = |reason| Fault { offset, reason };
-    let initial = *bytes.get(offset).ok_or(fault(CUT_SHORT))?;
+    let fault = |fault| Fault { offset, fault };
+    let initial = *bytes.get(offset).ok_or(fault(CborFault::CutShort))?;
     let (major, info) = (initial >> 5, initial & 0x1f);
     let width = match info {
         0..24 => 0,
@@ -57,11 +56,11 @@ fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Fault> {
         25 => 2,
         26 => 4,
         27 => 8,
-        31 => return Err(fault("indefinite length; the contract has definite lengths only")),
-        _ => return Err(fault("reserved additional information")),
+        31 => return Err(fault(CborFault::IndefiniteLength)),
+        _ => return Err(fault(CborFault::ReservedInformation)),
     };
     let after = offset + 1 + width;
-    let argument = bytes.get(offset + 1..after).ok_or(fault(CUT_SHORT))?;
+    let argument = bytes.get(offset + 1..after).ok_or(fault(CborFault::CutShort))?;
     let argument = argument.iter().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
     let argument = if width == 0 { u64::from(info) } else { argument };
     // Every owed item takes a byte at least, so no honest length exceeds what is left.
@@ -71,9 +70,9 @@ fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Fault> {
         2 | 3 if argument <= left => Ok((after + argument as usize, 0)),
         4 if argument <= left => Ok((after, argument as usize)),
         5 if argument <= left / 2 => Ok((after, 2 * argument as usize)),
-        2..=5 => Err(fault(CUT_SHORT)),
+        2..=5 => Err(fault(CborFault::CutShort)),
         6 => Ok((after, 1)),
         _ if matches!(info, 20..=23 | 25..=27) => Ok((after, 0)),
-        _ => Err(fault("unassigned simple value")),
+        _ => Err(fault(CborFault::UnassignedSimple)),
     }
 }

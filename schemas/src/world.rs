@@ -3,8 +3,9 @@
 use crate::check;
 use crate::limits::{MAX_FILE_NAME, MAX_FILES};
 use crate::message::Validate;
-use crate::mission::Clock;
-use crate::reject::Reject;
+use crate::mission_state::Clock;
+use crate::reason::MissionEnd;
+use crate::reject::{Refusal, Reject};
 use crate::result::RunResult;
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
@@ -18,15 +19,14 @@ pub struct InjectRequest {
     pub scenario: Value,
     /// Files the scenario names, by the path it names them with.
     pub files: BTreeMap<String, ByteBuf>,
-    /// Planner profile; absent for the scenario's own.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile: Option<String>,
+    /// The whole planner profile: a map, as in a profile file.
+    pub profile: Value,
     /// Seed; absent for the scenario's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// How time passes.
     pub clock: Clock,
-    /// Simulated seconds a second of wall time, with a real-time clock.
+    /// Simulated seconds per second of wall time, with a real-time clock.
     pub time_scale: f64,
 }
 
@@ -35,7 +35,7 @@ impl Validate for InjectRequest {
         check::parameters("scenario", &self.scenario)?;
         check::at_most("files", self.files.len(), MAX_FILES)?;
         self.files.keys().try_for_each(|name| check_file_name(name))?;
-        check::optional_text("profile", self.profile.as_deref())?;
+        check::parameters("profile", &self.profile)?;
         check::positive(&[("time_scale", self.time_scale)])
     }
 }
@@ -47,8 +47,7 @@ fn check_file_name(name: &str) -> Result<(), Reject> {
     if name.len() <= MAX_FILE_NAME && name.chars().all(allowed) && name.split('/').all(plain) {
         return Ok(());
     }
-    let shown: String = name.chars().take(64).collect();
-    Err(Reject::invalid("files", format!("`{shown}` is not a relative path of plain file names")))
+    Err(Refusal::UnsafePath { found: name.chars().take(64).collect() }.at("files"))
 }
 
 /// Where a world's run stands.
@@ -82,9 +81,9 @@ pub struct RunStatus {
     pub time_s: f64,
     /// True distance to the goal, m.
     pub distance_to_goal: f64,
-    /// What went wrong, for a person.
+    /// Why it failed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
+    pub error: Option<MissionEnd>,
     /// How it ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<RunResult>,
@@ -94,7 +93,7 @@ impl Validate for RunStatus {
     fn validate(&self) -> Result<(), Reject> {
         check::id("world", &self.world)?;
         check::non_negative(&[("time_s", self.time_s), ("distance_to_goal", self.distance_to_goal)])?;
-        check::optional_text("error", self.error.as_deref())?;
+        self.error.as_ref().map_or(Ok(()), |error| check::part("error", error))?;
         self.result.as_ref().map_or(Ok(()), |result| check::part("result", result))
     }
 }

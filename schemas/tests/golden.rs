@@ -67,6 +67,9 @@ fn the_encoder_writes_the_golden_bytes() {
         index += &format!("{}.cbor {}\n", golden.file, golden.message);
     }
     assert_eq!(std::fs::read_to_string(schemas().join("golden/index.txt")).unwrap(), index);
+    assert_eq!(std::fs::read(schemas().join("golden/sentences.cbor")).unwrap(), golden::sentences::encoded());
+    let python = schemas().join("../python/src/curionav/words.toml");
+    assert_eq!(std::fs::read_to_string(python).unwrap(), curionav_schemas::words::TABLE);
 }
 
 #[test]

@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;
 
+use curionav_testing::skip;
+
 use crate::end_to_end::program::{curionav, program, root, run, turn, within};
 
 const TOOLS: [&str; 3] = ["podman", "podman-compose", "runc"];
@@ -119,7 +121,7 @@ fn find(tool: &str) -> PathBuf {
 #[test]
 fn the_compose_file_brings_up_a_deployment_that_drives() {
     if let Some(missing) = TOOLS.iter().find(|tool| !is_there(tool)) {
-        println!("skipped: {missing} is not installed, so the compose file is only read");
+        skip(&format!("{missing} is not installed, so the compose file is only read"));
         return;
     }
     let _turn = turn();

@@ -9,6 +9,7 @@ use std::process::Command;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::session;
+use curionav_testing::skip;
 use serde_json::Value;
 
 use crate::end_to_end::program::{curionav, program};
@@ -98,13 +99,13 @@ fn compose_starts_two_of_each_pool_and_one_of_everything_else() {
     roles.sort();
     let expected = [
         "arbiter",
+        "cnc",
+        "cnc",
         "cpc",
         "cpc",
         "driver",
         "generator",
         "generator",
-        "hccdm",
-        "hccdm",
         "localizer",
         "router",
         "simulator",
@@ -135,7 +136,7 @@ fn kubernetes_runs_every_pool_and_probes_it_where_it_answers() {
         }
         roles.push(command[0].clone());
     }
-    assert_eq!(roles, ["router", "generator", "cpc", "hccdm"]);
+    assert_eq!(roles, ["router", "generator", "cpc", "cnc"]);
 }
 
 /// What `docs/operations.md` lists in its table of metrics.
@@ -194,14 +195,14 @@ fn every_role_has_a_unit_whose_command_line_is_understood() {
         );
         roles.insert(command[1].clone());
     }
-    let all = ["arbiter", "cpc", "driver", "generator", "hccdm", "localizer", "router", "simulator"];
+    let all = ["arbiter", "cnc", "cpc", "driver", "generator", "localizer", "router", "simulator"];
     assert!(roles.iter().eq(&all), "{roles:?}");
 }
 
 #[test]
 fn systemd_finds_nothing_wrong_with_the_units() {
     if !Command::new("systemd-analyze").arg("--version").output().is_ok_and(|o| o.status.success()) {
-        println!("skipped: systemd-analyze is not installed, so the units are only read");
+        skip("systemd-analyze is not installed, so the units are only read");
         return;
     }
     let folder = tempfile::tempdir().unwrap();

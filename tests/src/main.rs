@@ -7,6 +7,8 @@ mod deploy_files;
 #[cfg(test)]
 mod end_to_end;
 #[cfg(test)]
+mod every_number;
+#[cfg(test)]
 mod faults;
 #[cfg(test)]
 mod foreign_bytes;

@@ -1,39 +1,95 @@
-//! `curionav`: run scenarios, start and supervise deployments, talk to robots.
+//! `curionav`: run scenarios, start and supervise deployments, talk to robots. Each command has a file of its own with
+//! its arguments and their help.
 
-mod arguments;
 mod bench;
+mod cancel;
+mod connect;
 mod doctor;
-mod embedded;
-mod exit;
 mod explain;
-mod mission;
-mod needs;
+mod goal;
+mod mission_request;
 mod output;
-mod package;
-mod picture;
+mod pause;
 mod record;
-mod recording;
 mod replay;
+mod required_roles;
+mod resume;
+mod router;
 mod run;
 mod scale;
 mod scenario;
 mod service;
 mod status;
-mod supervise;
 mod tune;
+mod up;
+mod worker;
 
-use clap::Parser;
+use clap::{Parser, Subcommand};
+use curionav_lab::service_kind::Kind;
+use curionav_runtime::exit::Exit;
+use curionav_runtime::process::ServiceOptions;
 use curionav_runtime::zenoh_threads::{self, Links};
 
-use crate::arguments::{Arguments, Command};
-use crate::exit::Exit;
+/// Cross crowds without getting lost and without bothering people.
+///
+/// Start with `curionav run scenarios/quickstart.toml`. Exit status: 0 reached without collision; 1 ran
+/// but failed (collision, timeout, lost); 2 bad input; 3 lost the network or a required service.
+#[derive(Debug, Parser)]
+#[command(name = "curionav", version, propagate_version = true, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
+    #[arg(long, global = true, default_value = "warn", value_name = "FILTER")]
+    log: String,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::RunOptions),
+    Bench(bench::BenchOptions),
+    Tune(tune::TuneOptions),
+    #[command(hide = true)]
+    Worker(worker::WorkerOptions),
+    Up(up::UpOptions),
+    Router(router::RouterOptions),
+    /// Run one trajectory generator.
+    Generator(ServiceOptions),
+    /// Run one CPC evaluator (localisation uncertainty along candidates).
+    Cpc(ServiceOptions),
+    /// Run one CNC evaluator (human comfort and crowd density along candidates).
+    Cnc(ServiceOptions),
+    /// Run a robot's arbiter.
+    Arbiter(ServiceOptions),
+    /// Run a robot's localizer.
+    Localizer(ServiceOptions),
+    /// Run a robot's driver, which also owns its mission.
+    Driver(ServiceOptions),
+    /// Run the simulator: world, people, laser and base.
+    Simulator(ServiceOptions),
+    Goal(goal::GoalOptions),
+    Pause(pause::PauseOptions),
+    Resume(resume::ResumeOptions),
+    Cancel(cancel::CancelOptions),
+    Status(status::StatusOptions),
+    Doctor(doctor::DoctorOptions),
+    Record(record::RecordOptions),
+    Replay(replay::ReplayOptions),
+    Explain(explain::ExplainOptions),
+    Scale(scale::ScaleOptions),
+    /// Answer bare queries (started by `scale --overhead`).
+    #[command(hide = true)]
+    Echo(ServiceOptions),
+    #[command(subcommand)]
+    Scenario(scenario::ScenarioCommand),
+}
 
 fn main() -> std::process::ExitCode {
     let arguments = Arguments::parse();
     curionav_runtime::telemetry::init(&arguments.log);
     match &arguments.command {
         Command::Router(_) => zenoh_threads::provide(Links::OfRouter),
-        command if service::Kind::of(command).is_some() => zenoh_threads::provide(Links::OfClient),
+        command if service_of(command).is_some() => zenoh_threads::provide(Links::OfClient),
         _ => {}
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
@@ -56,33 +112,47 @@ fn main() -> std::process::ExitCode {
     }
 }
 
+/// The service a command runs, if that is what it does.
+fn service_of(command: &Command) -> Option<Kind> {
+    Some(match command {
+        Command::Generator(_) => Kind::Generator,
+        Command::Cpc(_) => Kind::Cpc,
+        Command::Cnc(_) => Kind::Cnc,
+        Command::Arbiter(_) => Kind::Arbiter,
+        Command::Localizer(_) => Kind::Localizer,
+        Command::Driver(_) => Kind::Driver,
+        Command::Simulator(_) => Kind::Simulator,
+        _ => return None,
+    })
+}
+
 async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
         Command::Run(options) => run::run(options).await,
-        Command::Bench(options) => bench::bench(options).await,
-        Command::Tune(options) => tune::tune(options).await,
-        Command::Worker(options) => bench::worker(options).await,
-        Command::Up(options) => service::up(options, &log).await,
-        Command::Router(options) => service::router(options).await,
-        Command::Generator(options) => service::one(service::Kind::Generator, options).await,
-        Command::Cpc(options) => service::one(service::Kind::Cpc, options).await,
-        Command::Hccdm(options) => service::one(service::Kind::Hccdm, options).await,
-        Command::Arbiter(options) => service::one(service::Kind::Arbiter, options).await,
-        Command::Localizer(options) => service::one(service::Kind::Localizer, options).await,
-        Command::Driver(options) => service::one(service::Kind::Driver, options).await,
-        Command::Simulator(options) => service::one(service::Kind::Simulator, options).await,
-        Command::Goal(options) => mission::goal(options).await,
-        Command::Pause(options) => mission::pause(options).await,
-        Command::Resume(options) => mission::resume(options).await,
-        Command::Cancel(options) => mission::cancel(options).await,
-        Command::Status(options) => status::status(options).await,
-        Command::Doctor(options) => doctor::doctor(options).await,
-        Command::Record(options) => record::record(options).await,
-        Command::Replay(options) => replay::replay(options).await,
-        Command::Explain(options) => explain::explain(options).await,
-        Command::Scale(options) => scale::scale(options, &log).await,
+        Command::Bench(options) => bench::run(options).await,
+        Command::Tune(options) => tune::run(options).await,
+        Command::Worker(options) => worker::run(options).await,
+        Command::Up(options) => up::run(options, &log).await,
+        Command::Router(options) => router::run(options).await,
+        Command::Generator(options) => service::one(Kind::Generator, options).await,
+        Command::Cpc(options) => service::one(Kind::Cpc, options).await,
+        Command::Cnc(options) => service::one(Kind::Cnc, options).await,
+        Command::Arbiter(options) => service::one(Kind::Arbiter, options).await,
+        Command::Localizer(options) => service::one(Kind::Localizer, options).await,
+        Command::Driver(options) => service::one(Kind::Driver, options).await,
+        Command::Simulator(options) => service::one(Kind::Simulator, options).await,
+        Command::Goal(options) => goal::run(options).await,
+        Command::Pause(options) => pause::run(options).await,
+        Command::Resume(options) => resume::run(options).await,
+        Command::Cancel(options) => cancel::run(options).await,
+        Command::Status(options) => status::run(options).await,
+        Command::Doctor(options) => doctor::run(options).await,
+        Command::Record(options) => record::run(options).await,
+        Command::Replay(options) => replay::run(options).await,
+        Command::Explain(options) => explain::run(options).await,
+        Command::Scale(options) => scale::run(options, &log).await,
         Command::Echo(options) => service::echo(options).await,
-        Command::Scenario(command) => scenario::scenario(command),
+        Command::Scenario(command) => scenario::run(command),
     }
 }

@@ -8,11 +8,24 @@ use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use zenoh::Session;
 
-use crate::arguments::ConnectOptions;
-use crate::exit::{Exit, SUCCESS};
-use crate::recording::{Recorder, Scope, Tally, recover};
+use crate::connect::ConnectOptions;
+use curionav_recording::{Recorder, Scope, Tally, recover};
+use curionav_runtime::exit::{Exit, SUCCESS};
 
+/// Record everything robots see, decide and do, to look at and to plan again.
+///
+/// Listens until it is interrupted (Ctrl-C). OUT.mcap opens in Foxglove and in Rerun: map, laser, people,
+/// candidates by cost, path, log. Beside these it holds every message as it was sent, for `replay` and `explain`. A
+/// recording that is killed lacks its last second at most; `replay` and `explain` read it as it is.
+///
+///   curionav record drive.mcap                         every robot behind the router on this machine
+///   curionav record drive.mcap --robot r1 --connect tcp/10.0.0.1:7447
+///   curionav run scenarios/quickstart.toml --record drive.mcap
+///   curionav record whole.mcap --recover killed.mcap   what is left of a killed one, for viewers that want an index
+///
+/// Exit status: 0 recorded; 1 nothing came, or the disk is full; 2 bad argument, or OUT.mcap exists; 3 no router.
 #[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct RecordOptions {
     /// File to write; must not exist.
     #[arg(value_name = "OUT.mcap")]
@@ -27,7 +40,7 @@ pub(crate) struct RecordOptions {
     at: ConnectOptions,
 }
 
-pub(crate) async fn record(options: RecordOptions) -> Result<u8, Exit> {
+pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
     if let Some(killed) = &options.recover {
         let messages = recover(killed, &options.path).map_err(Exit::bad_input)?;
         eprintln!("{}: {messages} messages", options.path.display());

@@ -1,18 +1,51 @@
 //! `curionav scenario`: checking and generating scenario files.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use curionav_crowdsim::paper;
+use clap::Subcommand;
+use curionav_lab::paper;
+use curionav_lab::scenario_reference::scenario_reference;
+use curionav_picture::{Person, SceneSketch, scene_svg};
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::GeodesicField;
+use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
-use crate::arguments::ScenarioCommand;
-use crate::exit::{Exit, SUCCESS};
-use crate::package::{self, Choice};
-use crate::picture::scene_svg;
+use curionav_lab::package::{self, Choice};
+use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_simulator::Prepared;
 
-pub(crate) fn scenario(command: ScenarioCommand) -> Result<u8, Exit> {
+/// Check, draw or generate scenario files.
+#[derive(Debug, Subcommand)]
+pub(crate) enum ScenarioCommand {
+    /// Check scenario files and the maps and recordings they name.
+    Check {
+        /// Scenario files.
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        files: Vec<PathBuf>,
+    },
+    /// Draw scenarios before anything moves, NAME.svg each: map, start, goal, shortest path, people and their
+    /// routes, and where no landmark is within the laser's range.
+    Draw {
+        /// Scenario files.
+        #[arg(required = true, value_name = "SCENARIO.toml")]
+        files: Vec<PathBuf>,
+        /// Directory to write into.
+        #[arg(long, value_name = "DIR", default_value = ".")]
+        out: PathBuf,
+    },
+    /// Print the reference page of the scenario file, as committed in docs/scenario.md: every field with its range.
+    Reference,
+    /// Write the generated scenarios and their maps, as committed under scenarios/.
+    Generate {
+        /// Directory to write into.
+        #[arg(value_name = "DIR")]
+        out: PathBuf,
+    },
+}
+
+pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
     match command {
         ScenarioCommand::Check { files } => {
             for file in &files {
@@ -25,6 +58,13 @@ pub(crate) fn scenario(command: ScenarioCommand) -> Result<u8, Exit> {
             }
         }
         ScenarioCommand::Generate { out } => generate(&out).map_err(Exit::bad_input)?,
+        ScenarioCommand::Reference => {
+            let page = scenario_reference().map_err(Exit::failed)?;
+            #[expect(clippy::print_stdout, reason = "what the command is for")]
+            {
+                print!("{page}");
+            }
+        }
     }
     Ok(SUCCESS)
 }
@@ -41,8 +81,41 @@ fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
     let path = out.join(name).with_extension("svg");
-    std::fs::write(&path, scene_svg(&prepared.world, &prepared.map))
+    std::fs::write(&path, scene_svg(&sketch(&prepared)))
         .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Points of the shortest path are this far apart, metres.
+const SPACING_M: f64 = 0.2;
+
+/// What of a scenario is drawn.
+fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
+    let world = &prepared.world;
+    let (scenario, map, people) = (world.scenario(), world.map(), world.people());
+    let (robot, range) = (&scenario.robot, scenario.laser.range_max);
+    let at = |point: Point2| (point.x, point.y);
+    let field = GeodesicField::new(map, robot.goal, robot.model.radius());
+    let path = field.descend(robot.start.position(), SPACING_M);
+    let is_bare = |(i, cell): (usize, &i8)| {
+        let centre = map.grid.centre(i % map.grid.width(), i / map.grid.width());
+        *cell == 0 && map.to_occupied.at(&map.grid, centre) > range
+    };
+    let person = |i| Person { at: (people.x[i], people.y[i]), velocity: (people.vx[i], people.vy[i]) };
+    SceneSketch {
+        name: &scenario.name,
+        description: &scenario.description,
+        map: &prepared.map,
+        bare: prepared.map.cells.iter().enumerate().map(is_bare).collect(),
+        laser_range: range,
+        start: convert::pose_to_wire(robot.start),
+        robot_radius: robot.model.radius(),
+        goal: at(robot.goal),
+        goal_tolerance: robot.goal_tolerance,
+        shortest_path: path.into_iter().map(at).collect(),
+        people: (0..people.len()).map(person).collect(),
+        person_radius: people.radius,
+        routes: scenario.walkers.iter().map(|w| w.route.iter().copied().map(at).collect()).collect(),
+    }
 }
 
 fn check(file: &Path) -> anyhow::Result<()> {
@@ -73,7 +146,7 @@ fn generate(out: &Path) -> anyhow::Result<()> {
         }
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    // What the drawn scenes turned out to be like, for whoever changes the drawing.
+    // What the drawn scenes turned out to be like, for those who change the drawing.
     for scene in paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]) {
         #[expect(clippy::print_stdout, reason = "what the command is for")]
         {

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use clap::Args;
 use comfy_table::Table;
 use curionav_runtime::membership::members;
 use curionav_runtime::query::fetch;
@@ -9,11 +10,21 @@ use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
-use crate::arguments::StatusOptions;
-use crate::exit::{Exit, SUCCESS};
-use crate::needs::{self, Alive, Need, POOL_ROLES};
+use crate::connect::ConnectOptions;
+use crate::required_roles::{self, Alive, Need, POOL_ROLES};
+use curionav_runtime::exit::{Exit, SUCCESS};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Say who is alive, how loaded and how fast, and who is missing.
+#[derive(Debug, Args)]
+pub(crate) struct StatusOptions {
+    #[command(flatten)]
+    at: ConnectOptions,
+    /// Print one JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
 
 #[derive(Debug, Serialize)]
 struct Line {
@@ -32,7 +43,7 @@ struct Missing {
     fix: String,
 }
 
-pub(crate) async fn status(options: StatusOptions) -> Result<u8, Exit> {
+pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
     let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
     let mut lines = Vec::new();
     for (role, instances) in members(&session).await.map_err(|e| Exit::network(e.into()))? {
@@ -70,8 +81,8 @@ fn missing(lines: &[Line], options: &StatusOptions) -> Vec<Missing> {
         .map(|line| Alive { role: &line.role, instance: &line.instance, status: line.status.as_ref() })
         .collect();
     let pools = POOL_ROLES.map(str::to_owned).into_iter().collect();
-    let needs = Need::of(&needs::robots(&alive), &pools);
-    let missing = needs::missing(needs, &alive, &options.at).into_iter();
+    let needs = Need::of(&required_roles::robots(&alive), &pools);
+    let missing = required_roles::missing(needs, &alive, &options.at).into_iter();
     missing.map(|(what, fix)| Missing { what, fix }).collect()
 }
 

@@ -22,7 +22,11 @@ pub fn perceived(
 ) -> People {
     match what {
         PerceivedPeople::All => people.clone(),
-        PerceivedPeople::WorkingZone => people.within(robot.position(), PerceivedPeople::WORKING_ZONE_M),
+        PerceivedPeople::WorkingZone => {
+            let reach = PerceivedPeople::WORKING_ZONE_M;
+            let near = |i: &usize| people.position(*i).distance_squared(robot.position()) <= reach * reach;
+            people.pick((0..people.len()).filter(near))
+        }
         PerceivedPeople::Laser => seen(people, robot.compose(laser.robot_from_laser), laser, map),
     }
 }
@@ -55,15 +59,7 @@ fn seen(people: &People, map_from_laser: Pose2, laser: &LaserModel, map: &Static
         let hidden = |j: usize| j != i && disc_range(local[j], people.radius, direction) < range;
         rays.range(in_map, range) >= range && !(0..local.len()).any(hidden)
     };
-    let mut kept = People { radius: people.radius, ..People::default() };
-    for i in (0..people.len()).filter(|&i| LOOKED_AT.iter().any(|&offset| sees(i, offset))) {
-        kept.id.push(people.id[i]);
-        kept.x.push(people.x[i]);
-        kept.y.push(people.y[i]);
-        kept.vx.push(people.vx[i]);
-        kept.vy.push(people.vy[i]);
-    }
-    kept
+    people.pick((0..people.len()).filter(|&i| LOOKED_AT.iter().any(|&offset| sees(i, offset))))
 }
 
 #[cfg(test)]

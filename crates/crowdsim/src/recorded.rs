@@ -195,6 +195,8 @@ fn row(line: &str, format: RecordingFormat) -> Result<(f64, u32, Point2), String
 
 #[cfg(test)]
 mod tests {
+    use curionav_testing::reference_data;
+
     use super::*;
 
     const TWO: &str =
@@ -251,16 +253,10 @@ mod tests {
         assert_eq!(people(&r, 0.0), [(0, 5.0, 5.0)]);
     }
 
-    /// A published recording, or none (and a line that says so) where the data are not at hand.
+    #[track_caller]
     fn published(file: &str) -> Option<String> {
-        let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-        let data = std::env::var("CURIONAV_DATA").unwrap_or_else(|_| beside.to_owned());
-        let path = format!("{data}/peds_eth_ucy/{file}");
-        let text = std::fs::read_to_string(&path).ok();
-        if text.is_none() {
-            println!("skipped: {path} is not there");
-        }
-        text
+        let path = reference_data(&format!("peds_eth_ucy/{file}"))?;
+        Some(std::fs::read_to_string(path).unwrap())
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::occupancy::StaticMap;
+use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
@@ -10,7 +11,7 @@ use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::Scenario;
 use crate::walls::wall_distance;
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
@@ -89,9 +90,9 @@ impl World {
         map: StaticMap,
         recordings: Vec<Recording>,
         seed: u64,
-    ) -> Result<Self, ScenarioError> {
-        scenario.validate()?;
-        scenario.check(&map)?;
+    ) -> Result<Self, FieldError> {
+        scenario.check()?;
+        scenario.check_on(&map)?;
         let robot = &scenario.robot;
         let start = robot.start;
         let mut world = Self {
@@ -226,7 +227,7 @@ impl World {
                 let velocity = turn.transform(velocity);
                 add(first + index as u32, setup.pose.transform(position), (velocity.x, velocity.y));
             };
-            if setup.repeat {
+            if setup.r#loop {
                 recording.at_repeating(time).for_each(|p| place(p.index, p.position, p.velocity));
             } else {
                 recording.at(time).for_each(|p| place(p.index, p.position, p.velocity));
@@ -261,10 +262,10 @@ impl World {
 }
 
 /// The recordings with only the people the scenario asks for.
-fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Recording>, ScenarioError> {
+fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Recording>, FieldError> {
     if recordings.len() != scenario.recorded.len() {
         let (wanted, found) = (scenario.recorded.len(), recordings.len());
-        return Err(ScenarioError::new(
+        return Err(FieldError::new(
             "recorded",
             format!("names {wanted} recordings, {found} came along"),
             "send every recording with the scenario",
@@ -273,7 +274,7 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
     for (i, (setup, recording)) in scenario.recorded.iter().zip(&mut recordings).enumerate() {
         if let Some(ids) = &setup.ids {
             recording.keep(ids).map_err(|id| {
-                ScenarioError::new(
+                FieldError::new(
                     format!("recorded[{i}].ids"),
                     format!("nobody in {} has id {id}", setup.file),
                     "list ids of the recording",

@@ -42,5 +42,5 @@ mod weighting;
 pub use estimate::{Estimate, Health};
 pub use kld::sample_size;
 pub use localizer::Localizer;
-pub use params::{LaserLikelihood, LocalizerParams, ParamsError};
+pub use params::{LaserLikelihood, LocalizerParams};
 pub use scan::Scan;

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use curionav_planning::geometry::{Pose2, Twist, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::StaticMap;
+use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
@@ -13,7 +14,7 @@ use crate::clusters::Clusters;
 use crate::estimate::{Estimate, Health};
 use crate::likelihood_field::LikelihoodField;
 use crate::moments::propagate;
-use crate::params::{LocalizerParams, ParamsError};
+use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
 use crate::resampling::{needed, systematic};
@@ -82,7 +83,7 @@ impl Localizer {
         noise: OdometryNoise,
         params: LocalizerParams,
         seed: u64,
-    ) -> Result<Self, ParamsError> {
+    ) -> Result<Self, FieldError> {
         params.check()?;
         let most = params.particles_max;
         let mut localizer = Self {

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use curionav_planning::candidates::{CandidateError, CandidateSet};
+use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::Evaluator;
 use curionav_planning::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
 use curionav_planning::evaluation::distance::DistanceEvaluator;
@@ -17,6 +17,7 @@ use curionav_planning::occupancy::{GeodesicField, GridError, OccupancyGrid, Stat
 use curionav_planning::random::{rng, uniform};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::sensor::LaserModel;
+use curionav_planning::states::{States, StatesError};
 
 const CANDIDATES: usize = 2000;
 const STATES: usize = 56;
@@ -35,14 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let built_ms = 1e3 * started.elapsed().as_secs_f64();
     println!("information field   {built_ms:8.1} ms to build, {:.1} MB", field.bytes() as f64 / 1e6);
     let started = Instant::now();
-    let geodesic = Arc::new(GeodesicField::new(&map.grid, &map.to_obstacle, Point2::new(28.0, 28.0), 0.3));
+    let geodesic = Arc::new(GeodesicField::new(&map, Point2::new(28.0, 28.0), 0.3));
     println!("geodesic field      {:8.1} ms to build", 1e3 * started.elapsed().as_secs_f64());
 
     // One line a metric.
     let evaluators: [Box<dyn Evaluator>; 3] = [
         Box::new(HccdmEvaluator::new(HccdmParams::default())?),
         Box::new(CpcEvaluator::new(field, OdometryNoise::default(), CpcParams::default())),
-        Box::new(DistanceEvaluator::new(map.grid.clone(), geodesic)),
+        Box::new(DistanceEvaluator::new(geodesic)),
     ];
     println!("{CANDIDATES} candidates x {STATES} states, {PEOPLE} people, median and least of {REPEATS}:");
     let mut total = 0.0;
@@ -121,22 +122,18 @@ fn scene() -> Scene {
 }
 
 /// Smooth random drives: the turn rate wanders, the speed keeps to one value.
-fn candidates() -> Result<CandidateSet, CandidateError> {
+fn candidates() -> Result<CandidateSet, StatesError> {
     let start = scene().belief;
     let mut r = rng(3, 0);
-    let (mut x, mut y, mut heading, mut v, mut omega) = (vec![], vec![], vec![], vec![], vec![]);
+    let mut states = States::default();
     for _ in 0..CANDIDATES {
         let mut pose = start.pose;
         let mut twist = Twist { v: 0.35 + 0.65 * uniform(&mut r), omega: uniform(&mut r) - 0.5 };
         for _ in 0..STATES {
             twist.omega = (twist.omega + 0.3 * (uniform(&mut r) - 0.5)).clamp(-1.0, 1.0);
             pose = step(pose, twist, DT);
-            x.push(pose.x);
-            y.push(pose.y);
-            heading.push(pose.heading);
-            v.push(twist.v);
-            omega.push(twist.omega);
+            states.push(pose, twist);
         }
     }
-    CandidateSet::new(STATES, DT, (0..CANDIDATES as u32).collect(), x, y, heading, v, omega)
+    CandidateSet::new(STATES, DT, (0..CANDIDATES as u32).collect(), states)
 }

@@ -1,87 +1,47 @@
 //! Candidate trajectories as a structure of arrays.
 
-/// What is wrong with arrays that were to become a [`CandidateSet`].
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum CandidateError {
-    /// An array's length is not `count * steps`.
-    #[error("array `{array}` holds {found} numbers, expected {expected} (candidates x steps)")]
-    Length {
-        /// Which array.
-        array: &'static str,
-        /// Its length.
-        found: usize,
-        /// count * steps.
-        expected: usize,
-    },
-    /// A number is NaN or infinite.
-    #[error("array `{array}` holds a number that is not finite at index {index}")]
-    NotFinite {
-        /// Which array.
-        array: &'static str,
-        /// Where.
-        index: usize,
-    },
-    /// `dt` is not positive or there are no steps.
-    #[error("time step must be positive and there must be at least one step")]
-    Shape,
-}
+use crate::states::{States, StatesError};
 
 /// `count` trajectories of exactly `steps` states each; state k (from 0) is at time `(k + 1) * dt` after
 /// the scene's stamp. Every array is `[candidate, step]`, row-major, map frame, finite.
 ///
 /// Private fields, so a set can only hold what [`CandidateSet::new`] has checked.
+///
+/// ```
+/// use curionav_planning::candidates::CandidateSet;
+/// use curionav_planning::geometry::{Pose2, Twist};
+/// use curionav_planning::states::States;
+///
+/// let mut states = States::default();
+/// for (x, y) in [(0.3, 0.0), (0.6, 0.0), (0.3, 0.1), (0.6, 0.3)] {
+///     states.push(Pose2::new(x, y, 0.0), Twist { v: 1.0, omega: 0.0 });
+/// }
+/// let candidates = CandidateSet::new(2, 0.3, vec![0, 1], states)?;
+/// assert_eq!(candidates.states(1).y, [0.1, 0.3]);
+/// # Ok::<(), curionav_planning::states::StatesError>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct CandidateSet {
     steps: usize,
     dt: f64,
     id: Vec<u32>,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    heading: Vec<f64>,
-    v: Vec<f64>,
-    omega: Vec<f64>,
+    states: States,
 }
 
 impl CandidateSet {
-    /// Checks shapes and finiteness once, for good.
-    #[expect(clippy::too_many_arguments, reason = "one argument an array; a struct would repeat the type")]
-    pub fn new(
-        steps: usize,
-        dt: f64,
-        id: Vec<u32>,
-        x: Vec<f64>,
-        y: Vec<f64>,
-        heading: Vec<f64>,
-        v: Vec<f64>,
-        omega: Vec<f64>,
-    ) -> Result<Self, CandidateError> {
+    /// One candidate of `steps` states, `dt` seconds apart, per identifier. Shapes and finiteness are checked
+    /// once, for good.
+    pub fn new(steps: usize, dt: f64, id: Vec<u32>, states: States) -> Result<Self, StatesError> {
         if steps == 0 || !(dt > 0.0 && dt.is_finite()) {
-            return Err(CandidateError::Shape);
+            return Err(StatesError::Shape);
         }
-        let expected = id.len() * steps;
-        for (array, values) in [("x", &x), ("y", &y), ("heading", &heading), ("v", &v), ("omega", &omega)] {
-            if values.len() != expected {
-                return Err(CandidateError::Length { array, found: values.len(), expected });
-            }
-            if let Some(index) = values.iter().position(|n| !n.is_finite()) {
-                return Err(CandidateError::NotFinite { array, index });
-            }
-        }
-        Ok(Self { steps, dt, id, x, y, heading, v, omega })
+        states.check(id.len() * steps)?;
+        Ok(Self { steps, dt, id, states })
     }
 
     /// No candidates of `steps` states.
     pub fn empty(steps: usize, dt: f64) -> Self {
-        Self {
-            steps,
-            dt,
-            id: Vec::new(),
-            x: Vec::new(),
-            y: Vec::new(),
-            heading: Vec::new(),
-            v: Vec::new(),
-            omega: Vec::new(),
-        }
+        Self { steps, dt, id: Vec::new(), states: States::default() }
     }
 
     /// Number of candidates.
@@ -104,34 +64,34 @@ impl CandidateSet {
         self.dt
     }
 
-    /// Identifiers, one a candidate; ties between equal costs go to the lower one.
+    /// Identifiers, one per candidate; ties between equal costs go to the lower one.
     pub fn id(&self) -> &[u32] {
         &self.id
     }
 
     /// All x, `[candidate, step]`, metres.
     pub fn x(&self) -> &[f64] {
-        &self.x
+        &self.states.x
     }
 
     /// All y, `[candidate, step]`, metres.
     pub fn y(&self) -> &[f64] {
-        &self.y
+        &self.states.y
     }
 
     /// All headings, `[candidate, step]`, radians.
     pub fn heading(&self) -> &[f64] {
-        &self.heading
+        &self.states.heading
     }
 
     /// All speeds, `[candidate, step]`, m/s: the twist that led to the state.
     pub fn v(&self) -> &[f64] {
-        &self.v
+        &self.states.v
     }
 
     /// All turn rates, `[candidate, step]`, rad/s.
     pub fn omega(&self) -> &[f64] {
-        &self.omega
+        &self.states.omega
     }
 
     /// Where candidate `i` lies in each array.
@@ -141,51 +101,31 @@ impl CandidateSet {
 
     /// The candidates with these indices, in this order.
     pub fn pick(&self, indices: &[usize]) -> Self {
-        let states = |array: &[f64]| -> Vec<f64> {
-            indices.iter().flat_map(|&i| array[self.range(i)].iter().copied()).collect()
+        let states = |array: &[f64]| {
+            indices.iter().flat_map(|&i| &array[self.range(i)]).copied().collect::<Vec<f64>>()
         };
-        Self {
-            steps: self.steps,
-            dt: self.dt,
-            id: indices.iter().map(|&i| self.id[i]).collect(),
-            x: states(&self.x),
-            y: states(&self.y),
-            heading: states(&self.heading),
-            v: states(&self.v),
-            omega: states(&self.omega),
-        }
+        Self { id: indices.iter().map(|&i| self.id[i]).collect(), states: self.states.map(states), ..*self }
     }
 
     /// The candidates of all `sets`, numbered from 0 in order; the sets have `steps` and `dt` in common.
-    pub fn concat(steps: usize, dt: f64, sets: &[Self]) -> Self {
+    pub fn concat(steps: usize, dt: f64, sets: Vec<Self>) -> Self {
         debug_assert!(sets.iter().all(|set| (set.steps, set.dt) == (steps, dt)));
-        let all = |array: fn(&Self) -> &[f64]| sets.iter().flat_map(&array).copied().collect();
         let count = sets.iter().map(Self::len).sum::<usize>() as u32;
-        Self {
-            steps,
-            dt,
-            id: (0..count).collect(),
-            x: all(Self::x),
-            y: all(Self::y),
-            heading: all(Self::heading),
-            v: all(Self::v),
-            omega: all(Self::omega),
-        }
+        let mut states = States::default();
+        sets.into_iter().for_each(|set| states.append(set.states));
+        Self { steps, dt, id: (0..count).collect(), states }
     }
 
     /// Candidates `range` alone: one shard.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let cells = range.start * self.steps..range.end * self.steps;
-        Self {
-            steps: self.steps,
-            dt: self.dt,
-            id: self.id[range].to_vec(),
-            x: self.x[cells.clone()].to_vec(),
-            y: self.y[cells.clone()].to_vec(),
-            heading: self.heading[cells.clone()].to_vec(),
-            v: self.v[cells.clone()].to_vec(),
-            omega: self.omega[cells].to_vec(),
-        }
+        let states = self.states.map(|array| array[cells.clone()].to_vec());
+        Self { id: self.id[range].to_vec(), states, ..*self }
+    }
+
+    /// The states of candidate `i`.
+    pub fn states(&self, i: usize) -> States {
+        self.states.map(|array| array[self.range(i)].to_vec())
     }
 }
 
@@ -196,22 +136,21 @@ mod tests {
     #[test]
     fn picking_neighbours_is_slicing() {
         let n = |k: u32| (0..6).map(|i| f64::from(i * 10 + k)).collect::<Vec<f64>>();
-        let set = CandidateSet::new(2, 0.3, vec![7, 8, 9], n(0), n(1), n(2), n(3), n(4)).unwrap();
+        let states = States { x: n(0), y: n(1), heading: n(2), v: n(3), omega: n(4) };
+        let set = CandidateSet::new(2, 0.3, vec![7, 8, 9], states).unwrap();
         assert_eq!(set.pick(&[1, 2]), set.slice(1..3));
         assert_eq!(set.pick(&[2, 0]).id(), [9, 7]);
-        let halves = [set.slice(0..1), set.slice(1..3)];
-        let all = CandidateSet::concat(2, 0.3, &halves);
+        let all = CandidateSet::concat(2, 0.3, vec![set.slice(0..1), set.slice(1..3)]);
         assert_eq!((all.id(), all.x(), all.omega()), (&[0, 1, 2][..], set.x(), set.omega()));
         assert_eq!(set.pick(&[2, 0]).x(), [40.0, 50.0, 0.0, 10.0]);
     }
 
     #[test]
     fn shapes_and_numbers_are_checked() {
-        let ok = |x: Vec<f64>| {
-            CandidateSet::new(2, 0.3, vec![0], x, vec![0.0; 2], vec![0.0; 2], vec![0.0; 2], vec![0.0; 2])
-        };
+        let zeros = States::default().map(|_| vec![0.0; 2]);
+        let ok = |x: Vec<f64>| CandidateSet::new(2, 0.3, vec![0], States { x, ..zeros.clone() });
         assert!(ok(vec![0.0, 1.0]).is_ok());
-        assert_eq!(ok(vec![0.0]), Err(CandidateError::Length { array: "x", found: 1, expected: 2 }));
-        assert_eq!(ok(vec![0.0, f64::NAN]), Err(CandidateError::NotFinite { array: "x", index: 1 }));
+        assert_eq!(ok(vec![0.0]), Err(StatesError::Length { array: "x", found: 1, expected: 2 }));
+        assert_eq!(ok(vec![0.0, f64::NAN]), Err(StatesError::NotFinite { array: "x", index: 1 }));
     }
 }

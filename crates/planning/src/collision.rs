@@ -3,6 +3,7 @@
 //! One checker serves a whole cycle: generators drop colliding candidates with it, and arbitration asks
 //! it once more before a decision goes out. Both see the same margins.
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::footprint::FootprintShape;
@@ -12,23 +13,24 @@ use crate::motion::{Footprint, RobotModel};
 use crate::occupancy::StaticMap;
 use crate::scene::Scene;
 
-/// How much room is kept around the robot (D12).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CollisionParams {
-    /// Standard deviations of position (belief and forecast together) added to every distance, D12's k.
-    pub sigma_factor: f64,
-    /// Cap of that addition, metres: beyond it uncertainty would close every passage.
-    pub max_inflation: f64,
-    /// Room kept to walls whatever the uncertainty, metres: what tracking a trajectory may miss it by.
-    pub wall_margin: f64,
-    /// Room kept to people whatever the uncertainty, metres.
-    pub person_margin: f64,
-}
-
-impl Default for CollisionParams {
-    fn default() -> Self {
-        Self { sigma_factor: 0.5, max_inflation: 0.25, wall_margin: 0.05, person_margin: 0.1 }
+parameters! {
+    /// How much room is kept around the robot (D12).
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct CollisionParams {
+        /// Standard deviations of position (belief and forecast together) added to every distance, D12's k.
+        #[field(0.0, 10.0, "standard deviations", "ten are certainty")]
+        pub sigma_factor: f64 = 0.5,
+        /// Cap of that addition, metres: beyond it uncertainty would close every passage.
+        #[field(0.0, 10.0, "m", "more room than that no passage has")]
+        pub max_inflation: f64 = 0.25,
+        /// Room kept to walls whatever the uncertainty, metres: what tracking a trajectory may miss it by.
+        #[field(0.0, 10.0, "m", "more room than that no passage has")]
+        pub wall_margin: f64 = 0.05,
+        /// Room kept to people whatever the uncertainty, metres.
+        #[field(0.0, 10.0, "m", "more room than that no passage has")]
+        pub person_margin: f64 = 0.1,
     }
 }
 
@@ -158,7 +160,7 @@ impl<'a> CollisionChecker<'a> {
         let corner = if self.polygon { self.shape.circumscribed_radius() * turn.abs() } else { 0.0 };
         let travel = from.position().distance(to.position()) + corner;
         let pieces = (travel / Self::WALL_SPACING).ceil().max(1.0);
-        (1..=pieces as usize).all(|k| self.wall_clear(between(from, to, k as f64 / pieces)))
+        (1..=pieces as usize).all(|k| self.wall_clear(from.toward(to, k as f64 / pieces)))
     }
 
     /// Gap asked between the robot's shape and any person `t` seconds from now, metres, before it is
@@ -247,7 +249,7 @@ impl<'a> CollisionChecker<'a> {
                 || (1..=Self::POLYGON_POSES).any(|k| {
                     let s = f64::from(k) / f64::from(Self::POLYGON_POSES);
                     let person = Point2::new(p.x + s * (q.x - p.x), p.y + s * (q.y - p.y));
-                    self.gap(between(from, to, s), person) < asked
+                    self.gap(from.toward(to, s), person) < asked
                 });
             if hit {
                 return Some(people.id[i]);
@@ -265,12 +267,6 @@ impl<'a> CollisionChecker<'a> {
         };
         distance - self.forecast.people().radius
     }
-}
-
-/// The pose a share `s` of the way from `a` to `b`, turning the shorter way.
-fn between(a: Pose2, b: Pose2, s: f64) -> Pose2 {
-    let heading = a.heading + s * wrap_angle(b.heading - a.heading);
-    Pose2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), heading)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! Where [`crate::collision`] says yes or no for the final check of every planner, this is the graded
 //! answer by which the Risk-RRT baselines choose.
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::forecast::{ForecastParams, PedestrianForecast};
@@ -11,35 +12,39 @@ use crate::geometry::{Point2, Pose2, bearing, wrap_angle};
 use crate::numerics::{asin, erf, exp, sin_cos};
 use crate::scene::People;
 
-/// How a person's forecast becomes a probability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RiskModel {
-    /// The share of the person's Gaussian forecast under the robot's disc.
-    #[default]
-    Gaussian,
-    /// Certainty inside a square block around the forecast's mean and nothing outside, as the authors'
-    /// ROS package has it.
-    Grid,
+parameters! {
+    /// How a person's forecast becomes a probability.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    #[non_exhaustive]
+    pub enum RiskModel {
+        /// The share of the person's Gaussian forecast under the robot's disc.
+        #[default]
+        Gaussian,
+        /// Certainty inside a square block around the forecast's mean and nothing outside, as the authors'
+        /// ROS package has it.
+        Grid,
+    }
 }
 
-/// Parameters of risk and of the weight that trades it for progress.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RiskParams {
-    /// How people's forecasts become probabilities.
-    pub model: RiskModel,
-    /// Half the side of a person's block under [`RiskModel::Grid`], metres: five cells of 0.054 m.
-    pub block: f64,
-    /// What a risk of one costs in a node's weight; a goal as far as from the root costs one.
-    pub social_weight: f64,
-    /// What a radian between heading and goal costs in a node's weight, 1/rad.
-    pub rotation_weight: f64,
-}
-
-impl Default for RiskParams {
-    fn default() -> Self {
-        Self { model: RiskModel::Gaussian, block: 0.27, social_weight: 1.0, rotation_weight: 0.5 }
+parameters! {
+    /// Parameters of risk and of the weight that trades it for progress.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct RiskParams {
+        /// How people's forecasts become probabilities.
+        #[field(words)]
+        pub model: RiskModel = RiskModel::Gaussian,
+        /// Half the side of a person's block under [`RiskModel::Grid`], metres: five cells of 0.054 m.
+        #[field(0.0, 10.0, "m", "a block wider than that is not a person")]
+        pub block: f64 = 0.27,
+        /// What a risk of one costs in a node's weight; a goal as far as from the root costs one.
+        #[field(0.0, 1e6, "", "beyond, distance no longer counts beside risk")]
+        pub social_weight: f64 = 1.0,
+        /// What a radian between heading and goal costs in a node's weight, 1/rad.
+        #[field(0.0, 1e6, "1/rad", "beyond, distance no longer counts beside turning")]
+        pub rotation_weight: f64 = 0.5,
     }
 }
 

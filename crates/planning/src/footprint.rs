@@ -76,11 +76,6 @@ impl FootprintShape {
         }
     }
 
-    /// Whether the footprint at `pose` touches a cell that is not known to be free, or leaves the map.
-    pub fn collides_grid(&self, pose: Pose2, map: &StaticMap) -> bool {
-        self.comes_within(pose, map, 0.0)
-    }
-
     /// Whether the footprint at `pose` comes within `margin` metres (not negative) of a cell that is not
     /// known to be free, or of the map's edge.
     pub fn comes_within(&self, pose: Pose2, map: &StaticMap, margin: f64) -> bool {

@@ -139,7 +139,7 @@ fn grid_collisions_equal_brute_force_on_rotated_maps() {
             let margin = between(&mut r, 0.0, 0.3);
             let context = format!("seed {seed}, {footprint:?} at {pose:?}, clearance {clearance}");
             if clearance == 0.0 || clearance > 1e-6 {
-                assert_eq!(shape.collides_grid(pose, &map), clearance == 0.0, "{context}");
+                assert_eq!(shape.comes_within(pose, &map, 0.0), clearance == 0.0, "{context}");
             }
             if (clearance - margin).abs() > 1e-6 {
                 assert_eq!(shape.comes_within(pose, &map, margin), clearance < margin, "{context}");
@@ -160,10 +160,10 @@ fn leaving_the_map_is_a_collision() {
     };
     let shape = FootprintShape::from(&long);
     // the nose is 1.0 m ahead of the centre, the map ends at x = 5
-    assert!(!shape.collides_grid(Pose2::new(3.9, 2.5, 0.0), &map));
-    assert!(shape.collides_grid(Pose2::new(4.1, 2.5, 0.0), &map));
-    assert!(!shape.collides_grid(Pose2::new(4.1, 2.5, 1.6), &map), "turned along the edge it fits");
-    assert!(shape.collides_grid(Pose2::new(9.0, 9.0, 0.0), &map));
+    assert!(!shape.comes_within(Pose2::new(3.9, 2.5, 0.0), &map, 0.0));
+    assert!(shape.comes_within(Pose2::new(4.1, 2.5, 0.0), &map, 0.0));
+    assert!(!shape.comes_within(Pose2::new(4.1, 2.5, 1.6), &map, 0.0), "turned along the edge it fits");
+    assert!(shape.comes_within(Pose2::new(9.0, 9.0, 0.0), &map, 0.0));
 }
 
 #[test]

@@ -1,23 +1,23 @@
 //! Where people will be: constant velocity with a growing Gaussian (A20).
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point2;
 use crate::scene::People;
 
-/// Parameters of the forecast.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ForecastParams {
-    /// Standard deviation of a person's position now, metres, on each axis.
-    pub sigma_position: f64,
-    /// Standard deviation of a person's velocity, m/s, on each axis.
-    pub sigma_velocity: f64,
-}
-
-impl Default for ForecastParams {
-    fn default() -> Self {
-        Self { sigma_position: 0.1, sigma_velocity: 0.15 }
+parameters! {
+    /// Parameters of the forecast.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct ForecastParams {
+        /// Standard deviation of a person's position now, metres, on each axis.
+        #[field(0.0, 10.0, "m", "a person known less well than that is not known")]
+        pub sigma_position: f64 = 0.1,
+        /// Standard deviation of a person's velocity, m/s, on each axis.
+        #[field(0.0, 10.0, "m/s", "no person runs faster")]
+        pub sigma_velocity: f64 = 0.15,
     }
 }
 

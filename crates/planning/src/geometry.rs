@@ -1,17 +1,35 @@
 //! Planar geometry: points, poses, angles.
 
+use crate::parameters;
+use crate::parameters::{Numbers, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::numerics::{atan2, sin_cos};
 
-/// A position in the plane, metres.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Point2 {
-    /// Metres along the first axis of the frame.
-    pub x: f64,
-    /// Metres along the second axis of the frame.
-    pub y: f64,
+parameters! {
+    /// A position in the plane, metres.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Point2 {
+        /// Metres along the first axis of the frame.
+        #[field([Range::POSITION])]
+        pub x: f64,
+        /// Metres along the second axis of the frame.
+        #[field([Range::POSITION])]
+        pub y: f64,
+    }
+}
+
+impl Numbers for Point2 {
+    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
+        [self.x, self.y].each(visit);
+    }
+}
+
+impl Numbers for Pose2 {
+    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
+        [self.x, self.y, self.heading].each(visit);
+    }
 }
 
 impl Point2 {
@@ -32,16 +50,21 @@ impl Point2 {
     }
 }
 
-/// A position and a heading: the transform from a body frame to its parent frame.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Pose2 {
-    /// Metres.
-    pub x: f64,
-    /// Metres.
-    pub y: f64,
-    /// Radians, counter-clockwise from the first axis.
-    pub heading: f64,
+parameters! {
+    /// A position and a heading: the transform from a body frame to its parent frame.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Pose2 {
+        /// Metres.
+        #[field([Range::POSITION])]
+        pub x: f64,
+        /// Metres.
+        #[field([Range::POSITION])]
+        pub y: f64,
+        /// Radians, counter-clockwise from the first axis.
+        #[field([Range::HEADING])]
+        pub heading: f64,
+    }
 }
 
 impl Pose2 {
@@ -72,6 +95,13 @@ impl Pose2 {
         let (s, c) = sin_cos(self.heading);
         let (dx, dy) = (p.x - self.x, p.y - self.y);
         Point2::new(c * dx + s * dy, -s * dx + c * dy)
+    }
+
+    /// The pose a share of the way to `to`: in a straight line, turning the shorter way. The heading may leave
+    /// (-pi, pi].
+    pub fn toward(self, to: Self, share: f64) -> Self {
+        let heading = self.heading + share * wrap_angle(to.heading - self.heading);
+        Self::new(self.x + share * (to.x - self.x), self.y + share * (to.y - self.y), heading)
     }
 
     /// `body_from_other` given both in the same parent frame.

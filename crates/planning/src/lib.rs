@@ -1,12 +1,77 @@
-//! Pure planning: what a robot knows about space, motion and people, and how it decides.
+//! How a service robot moves through a crowd while it is not sure where it is: the planner of K. Cai et al. as a
+//! library without I/O. From a map, a belief and the people around, a cycle grows candidate trajectories, computes
+//! what each would cost, and decides which one the robot is to drive.
 //!
-//! No I/O, no clock, no global randomness, no threads, no Zenoh: time, seeds and parameters are
-//! arguments, so every result can be replayed bit for bit. Poses are in the map frame unless a name
+//! Please cite K. Cai, W. Chen, C. Wang, H. Zhang and M. Q.-H. Meng, "Curiosity-based Robot Navigation under
+//! Uncertainty in Crowded Environments", IEEE Robotics and Automation Letters, 2023.
+//!
+//! # One planning cycle
+//!
+//! ```
+//! use std::sync::Arc;
+//! use curionav_planning::arbitration::{Action, Context, Scores, arbitrate};
+//! use curionav_planning::generation::{self, GenerationInput};
+//! use curionav_planning::geometry::{Point2, Pose2, Twist};
+//! use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+//! use curionav_planning::scene::{Belief, People, Scene};
+//! use curionav_planning::terms::{self, DerivedFields, Task};
+//! use curionav_planning::{nalgebra::Matrix3, profile::Profile};
+//!
+//! // An empty hall of 12 m by 12 m; the robot is in its middle and is to go 4 m to the right.
+//! let map = Arc::new(StaticMap::new(OccupancyGrid::new(120, 120, 0.1, Pose2::default(), vec![0; 14_400])?));
+//! let (profile, task) = (Profile::default(), Task { goal: Point2::new(10.0, 6.0), ..Task::default() });
+//! let geodesic = map.geodesic(task.goal, task.robot.radius())?;
+//!
+//! let (pose, covariance) = (Pose2::new(6.0, 6.0, 0.0), Matrix3::from_diagonal_element(0.01));
+//! let belief = Belief { pose, covariance, twist: Twist { v: 0.5, omega: 0.0 } };
+//! let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
+//!
+//! let (robot, forecast) = (&task.robot, profile.forecast);
+//! let input = GenerationInput {
+//!     map: &map, goal: task.goal, geodesic: &geodesic, robot, scene: &scene, forecast, previous: None,
+//! };
+//! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
+//! let (generated, _) = generator.generate(profile.generation_params(), &input, None, 1, &|| false);
+//!
+//! let mut scores = Scores::new(generated.candidates.len());
+//! for (term, _) in profile.active_terms(scene.uncertain) {
+//!     let evaluator = terms::evaluator(term, &profile, &task, &map)?;
+//!     scores.insert(term, 0, &evaluator.evaluate(&scene, &generated.candidates, &|| false)?)?;
+//! }
+//!
+//! let context = Context { profile: &profile, scene: &scene, map: &map, robot, goal: task.goal };
+//! let verdict = arbitrate(&context, &generated.candidates, &scores, None);
+//! assert_eq!(verdict.decision.action, Action::Follow);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Five examples go further: `one_cycle`, `own_term`, `own_generator`, `map_fields` and `cpc_near_walls`.
+//!
+//! # What is deliberately absent
+//!
+//! There is no I/O, no clock, no global randomness, no thread and no network: time, seeds and parameters are
+//! arguments, so every result can be replayed bit for bit, on any machine. Poses are in the map frame unless a name
 //! says otherwise; units are SI and radians.
 //!
-//! Read in this order: [`scene`] (what is known now), [`candidates`] (what could be done),
-//! [`generation`] (how candidates come to be), [`evaluation`] (what each costs),
-//! [`arbitration`] (which one is taken), [`tracking`] (how it is driven).
+//! # Modules
+//!
+//! | to learn | read |
+//! |---|---|
+//! | where walls are, and what is derived from them | [`occupancy`] |
+//! | what is known at one moment | [`scene`], [`forecast`], [`sensor`] |
+//! | what could be driven | [`states`], [`candidates`], [`trajectory`] |
+//! | how candidates come to be (Alg. 1) | [`generation`] |
+//! | what each of them costs (eqs. 7 to 18) | [`evaluation`], [`terms`] |
+//! | which of them is taken (Alg. 2, eqs. 4 to 6) | [`arbitration`] |
+//! | how it is driven | [`tracking`], [`motion`] |
+//! | what is in its way | [`collision`], [`collision_risk`], [`footprint`] |
+//! | every parameter, its range and the reason for it | [`profile`], [`parameters`](mod@parameters) |
+//! | geometry, and mathematics and random numbers that agree everywhere | [`geometry`], [`numerics`], [`random`] |
+//!
+//! # Features
+//!
+//! Both are on by default. `map-files` reads and writes maps as map_server has them (YAML with PNG or PGM), and
+//! `profiles` reads profiles and other parameters from TOML and contains the profiles that are built in.
 
 pub mod arbitration;
 pub mod candidates;
@@ -20,8 +85,15 @@ pub mod geometry;
 pub mod motion;
 pub mod numerics;
 pub mod occupancy;
+pub mod parameters;
 pub mod profile;
 pub mod random;
 pub mod scene;
 pub mod sensor;
+pub mod states;
+pub mod terms;
 pub mod tracking;
+pub mod trajectory;
+
+// Covariances are matrices of this version.
+pub use nalgebra;

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use crate::parameters;
+use crate::parameters::{FieldError, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionParams;
@@ -14,114 +16,113 @@ use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::forecast::ForecastParams;
-use crate::generation::GenerationParams;
+use crate::generation::{self, GenerationParams};
 
+#[cfg(feature = "profiles")]
 mod load;
 
-pub use load::ProfileError;
-
-/// Most states a candidate may have, so that one request stays small (a minute at the paper's step).
-pub const MAX_STEPS: usize = 200;
-
-/// Most cost terms a profile may list; each is a query in every cycle.
-pub const MAX_TERMS: usize = 16;
-
-/// Most trees grown side by side: with the most candidates each may offer they still fit into one batch.
-pub const MAX_TREES: u32 = 8;
-
-/// Everything that decides how a robot plans.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Profile {
-    /// Short name, as on the command line.
-    pub name: String,
-    /// One sentence for people.
-    pub description: String,
-    /// Which trajectory generator is asked.
-    pub generator: String,
-    /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
-    /// of all compete. 1 is the paper's.
-    pub trees: u32,
-    /// States per candidate, K. Every candidate has exactly this many (A12).
-    pub steps: usize,
-    /// Seconds between states, and of one paper-rate planning cycle (A26).
-    pub dt: f64,
-    /// Candidates slower than this on average, m/s, compete only if no faster one is free (D4).
-    pub min_speed: f64,
-    /// A candidate that turns at least this far in all, radians, is not slow: where the way lies behind,
-    /// turning on the spot is getting on.
-    pub min_turn: f64,
-    /// How raw costs become comparable before they are weighted (D1).
-    pub normalisation: Normalisation,
-    /// Which distance to the goal the metric `distance` sums (A11).
-    pub distance: DistanceMeasure,
-    /// The terms of the cost, by metric (eqs. 5 and 6).
-    pub terms: BTreeMap<String, Term>,
-    /// When the position counts as uncertain (eq. 5).
-    pub uncertainty: UncertaintySwitch,
-    /// Which people matter (A21).
-    pub working_zone: WorkingZone,
-    /// When the goal is reached.
-    pub goal: GoalTolerance,
-    /// How far a decision outlives the cycle that made it.
-    pub hold: HoldLimits,
-    /// How reluctantly the robot changes its mind.
-    pub persistence: Persistence,
-    /// Where people will be.
-    pub forecast: ForecastParams,
-    /// How much room is kept around the robot.
-    pub collision: CollisionParams,
-    /// How the Risk-RRT baselines and the metric `risk` see and weigh risk.
-    pub risk: RiskParams,
-    /// How the human comfort and crowd density map is built (eqs. 16 to 18).
-    pub hccdm: HccdmParams,
-    /// When predicted observations are credited (D5).
-    pub cpc: CpcParams,
-    /// What an observation is worth to the prediction (eq. 8).
-    pub information: InformationParams,
-    /// How candidates come to be; what the profile says elsewhere is filled in by
-    /// [`Profile::generation_params`].
-    pub generation: GenerationParams,
-}
-
-impl Default for Profile {
-    fn default() -> Self {
-        let term = |scale, weight, when| Term { scale, weight, when };
-        Self {
-            name: "curiosity".to_owned(),
-            description:
-                "The paper's planner: curiosity for landmarks while lost, respect for people always."
-                    .to_owned(),
-            generator: "rrt-star".to_owned(),
-            trees: 1,
-            steps: 13,
-            dt: 0.3,
-            min_speed: 0.35,
-            min_turn: 0.75,
-            normalisation: Normalisation::Fixed,
-            distance: DistanceMeasure::Geodesic,
-            terms: BTreeMap::from([
-                ("cnc".to_owned(), term(0.106, 2.2, Condition::Always)),
-                ("cpc".to_owned(), term(0.1, 2.2, Condition::Uncertain)),
-                ("distance".to_owned(), term(2.0, 1.0, Condition::Always)),
-            ]),
-            uncertainty: UncertaintySwitch::default(),
-            working_zone: WorkingZone::default(),
-            goal: GoalTolerance::default(),
-            hold: HoldLimits::default(),
-            persistence: Persistence::default(),
-            forecast: ForecastParams::default(),
-            collision: CollisionParams::default(),
-            risk: RiskParams::default(),
-            hccdm: HccdmParams::default(),
-            cpc: CpcParams::default(),
-            information: InformationParams::default(),
-            generation: GenerationParams::default(),
-        }
-    }
+parameters! {
+    /// Everything that decides how a robot plans.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct Profile {
+        /// Short name, as on the command line.
+        pub name: String = "curiosity".to_owned(),
+        /// One sentence for people.
+        pub description: String = "The paper's planner: curiosity for landmarks while lost, respect for people always."
+            .to_owned(),
+        /// Which trajectory generator is asked.
+        pub generator: String = "rrt-star".to_owned(),
+        /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
+        /// of all compete. 1 is the paper's.
+        #[field(1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message")]
+        pub trees: u32 = 1,
+        /// States per candidate, K. Every candidate has exactly this many (A12).
+        #[field([Profile::STEPS])]
+        pub steps: usize = 13,
+        /// Seconds between states, and of one paper-rate planning cycle (A26).
+        #[field([Profile::DT])]
+        pub dt: f64 = 0.3,
+        /// Candidates slower than this on average, m/s, compete only if no faster one is free (D4).
+        #[field([Profile::MIN_SPEED])]
+        pub min_speed: f64 = 0.35,
+        /// A candidate that turns at least this far in all, radians, is not slow: where the way lies behind,
+        /// turning on the spot is getting on.
+        #[field(0.0, 100.0, "rad", "no horizon has room for more")]
+        pub min_turn: f64 = 0.75,
+        /// How raw costs become comparable before they are weighted (D1).
+        #[field(words)]
+        pub normalisation: Normalisation = Normalisation::Fixed,
+        /// Which distance to the goal the metric `distance` sums (A11).
+        #[field(words)]
+        pub distance: DistanceMeasure = DistanceMeasure::Geodesic,
+        /// The terms of the cost, by metric (eqs. 5 and 6).
+        #[field(table; 1.0, 16.0, "each is a question in every cycle")]
+        pub terms: BTreeMap<String, Term> = BTreeMap::from([
+            ("cnc".to_owned(), Term { scale: 0.106, weight: 2.2, when: Condition::Always }),
+            ("cpc".to_owned(), Term { scale: 0.1, weight: 2.2, when: Condition::Uncertain }),
+            ("distance".to_owned(), Term { scale: 2.0, weight: 1.0, when: Condition::Always }),
+        ]),
+        /// When the position counts as uncertain (eq. 5).
+        #[field(table)]
+        pub uncertainty: UncertaintySwitch = UncertaintySwitch::default(),
+        /// Which people matter (A21).
+        #[field(table)]
+        pub working_zone: WorkingZone = WorkingZone::default(),
+        /// When the goal is reached.
+        #[field(table)]
+        pub goal: GoalTolerance = GoalTolerance::default(),
+        /// How far a decision outlives the cycle that made it.
+        #[field(table)]
+        pub hold: HoldLimits = HoldLimits::default(),
+        /// How reluctantly the robot changes its mind.
+        #[field(table)]
+        pub persistence: Persistence = Persistence::default(),
+        /// Where people will be.
+        #[field(table)]
+        pub forecast: ForecastParams = ForecastParams::default(),
+        /// How much room is kept around the robot.
+        #[field(table)]
+        pub collision: CollisionParams = CollisionParams::default(),
+        /// How the Risk-RRT baselines and the metric `risk` see and weigh risk.
+        #[field(table)]
+        pub risk: RiskParams = RiskParams::default(),
+        /// How the human comfort and crowd density map is built (eqs. 16 to 18).
+        #[field(table)]
+        pub hccdm: HccdmParams = HccdmParams::default(),
+        /// When predicted observations are credited (D5).
+        #[field(table)]
+        pub cpc: CpcParams = CpcParams::default(),
+        /// What an observation is worth to the prediction (eq. 8).
+        #[field(table)]
+        pub information: InformationParams = InformationParams::default(),
+        /// How candidates come to be; what the profile says elsewhere is filled in by
+        /// [`Profile::generation_params`].
+        #[field(table)]
+        pub generation: GenerationParams = GenerationParams::default(),
+    } check Self::agrees
 }
 
 impl Profile {
+    /// What K may be.
+    pub const STEPS: Range = Range {
+        least: 1.0,
+        most: 200.0,
+        unit: "states",
+        why: "a message takes 256 per candidate, and the previous one's are added while braking",
+    };
+    /// What the time step may be.
+    pub const DT: Range = Range {
+        least: 0.02,
+        most: 2.0,
+        unit: "s",
+        why: "a shorter step is no cycle, and in a longer one people pass unseen between two states",
+    };
+
+    /// What the slowest speed may be.
+    pub const MIN_SPEED: Range = Range { least: 0.0, most: 10.0, unit: "m/s", why: "no robot drives faster" };
+
     /// Seconds a candidate looks ahead, `T_h = K dt`.
     pub fn horizon(&self) -> f64 {
         self.steps as f64 * self.dt
@@ -133,32 +134,34 @@ impl Profile {
         (v_max + self.working_zone.v_people_max) * self.horizon() + self.working_zone.personal_distance
     }
 
-    /// The generator's parameters, complete: with K, the time step, the slowest speed and the margins that
-    /// this profile says once for everybody.
+    /// The part of this profile that a generator needs.
+    pub fn generator_part(&self) -> GeneratorPart {
+        GeneratorPart {
+            steps: self.steps,
+            dt: self.dt,
+            min_speed: self.min_speed,
+            generation: self.generation.clone(),
+            collision: self.collision,
+            risk: self.risk,
+            forecast: self.forecast,
+        }
+    }
+
+    /// The generator's parameters, complete.
     pub fn generation_params(&self) -> GenerationParams {
-        let mut params = self.generation.clone();
-        params.collision = self.collision;
-        params.risk = self.risk;
-        params.candidates.steps = self.steps as u32;
-        params.candidates.dt = self.dt;
-        params.candidates.slow = self.min_speed;
-        params
+        self.generator_part().params()
     }
 
-    /// What a cycle's growth is limited by: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT.
+    /// What limits the growth of one cycle: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT. Zero if
+    /// there is no such generator.
     pub fn iterations(&self) -> u32 {
-        match self.generator.as_str() {
-            "rrt-star" => self.generation.tree.iterations,
-            _ => self.generation.risk_rrt.nodes,
-        }
+        let mut params = self.generation.clone();
+        generation::find(&self.generator).map_or(0, |kind| *(kind.iterations)(&mut params))
     }
 
-    /// Most candidates one tree offers.
+    /// Most candidates one tree offers. Zero if there is no such generator.
     pub fn max_candidates(&self) -> u32 {
-        match self.generator.as_str() {
-            "rrt-star" => self.generation.candidates.max_candidates,
-            _ => self.generation.risk_rrt.max_candidates,
-        }
+        generation::find(&self.generator).map_or(0, |kind| (kind.max_candidates)(&self.generation))
     }
 
     /// The terms that count in a scene, in order of their metric: those whose condition holds and whose
@@ -169,135 +172,213 @@ impl Profile {
             .filter(move |(_, term)| term.weight > 0.0 && (uncertain || term.when == Condition::Always))
             .map(|(metric, term)| (metric.as_str(), term))
     }
+
+    /// What a check of each number alone does not find.
+    fn agrees(&self) -> Result<(), FieldError> {
+        for (field, text) in [("name", &self.name), ("generator", &self.generator)] {
+            if text.is_empty() {
+                return Err(FieldError::new(field, "is empty", "give a name"));
+            }
+        }
+        if self.terms.keys().any(String::is_empty) {
+            return Err(FieldError::new("terms", "has a metric without a name", "name it"));
+        }
+        if self.active_terms(false).next().is_none() {
+            let problem = "needs a term that always counts";
+            return Err(FieldError::new(
+                "terms",
+                problem,
+                "give one a weight above 0 and leave out its `when`",
+            ));
+        }
+        Ok(())
+    }
 }
 
-/// One term of the cost: `weight * raw / (scale * K)` under fixed scales.
-///
-/// Raw costs of this project's metrics are sums over the K states of a candidate, so the scale is given
-/// per state and multiplied by K: changing the horizon leaves the balance of the terms alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Term {
-    /// The raw cost per state, in the metric's unit, that counts as one. Greater than zero.
-    pub scale: f64,
-    /// Weight (w1, w2, w3 of eqs. 5 and 6). Zero switches the term off and its metric is not asked.
-    #[serde(default = "one")]
-    pub weight: f64,
-    /// When the term counts.
-    #[serde(default)]
-    pub when: Condition,
+parameters! {
+    /// The part of a profile that a generator needs, as it travels to one: any replica then computes the same.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct GeneratorPart {
+        /// States per candidate.
+        #[field([Profile::STEPS])]
+        pub steps: usize,
+        /// Seconds between states.
+        #[field([Profile::DT])]
+        pub dt: f64,
+        /// Average speed below which a candidate counts as slow, m/s (D4).
+        #[field([Profile::MIN_SPEED])]
+        pub min_speed: f64,
+        /// The tree and its candidates.
+        #[field(table)]
+        pub generation: GenerationParams,
+        /// How much room is kept.
+        #[field(table)]
+        pub collision: CollisionParams,
+        /// How the baselines weigh risk.
+        #[field(table)]
+        pub risk: RiskParams,
+        /// How people move on.
+        #[field(table)]
+        pub forecast: ForecastParams,
+    }
+}
+
+impl GeneratorPart {
+    /// The generator's parameters, complete: with K, the time step, the slowest speed and the margins that a
+    /// profile says once for generator and arbiter.
+    pub fn params(&self) -> GenerationParams {
+        let mut params = self.generation.clone();
+        params.collision = self.collision;
+        params.risk = self.risk;
+        params.candidates.steps = self.steps as u32;
+        params.candidates.dt = self.dt;
+        params.candidates.slow = self.min_speed;
+        params
+    }
+}
+
+parameters! {
+    /// One term of the cost: `weight * raw / (scale * K)` under fixed scales.
+    ///
+    /// Raw costs of this project's metrics are sums over the K states of a candidate, so the scale is given
+    /// per state and multiplied by K: changing the horizon leaves the balance of the terms alone.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Term {
+        /// The raw cost per state, in the metric's unit, that counts as one. Greater than zero.
+        #[field(1e-6, 1e9, "", "the terms are divided by it and their sum has to stay finite")]
+        pub scale: f64,
+        /// Weight (w1, w2, w3 of eqs. 5 and 6). Zero switches the term off and its metric is not asked.
+        #[field(0.0, 1e6, "", "0 switches the term off, and the sum has to stay finite")]
+        #[serde(default = "one")]
+        pub weight: f64,
+        /// When the term counts.
+        #[field(words)]
+        #[serde(default)]
+        pub when: Condition,
+    }
 }
 
 fn one() -> f64 {
     1.0
 }
 
-/// When a term counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Condition {
-    /// In every cycle.
-    #[default]
-    Always,
-    /// Only while the position is uncertain (the second case of eq. 5).
-    Uncertain,
-}
-
-/// How raw costs become comparable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Normalisation {
-    /// By the term's own scale: a candidate's total depends on that candidate alone (D1).
-    #[default]
-    Fixed,
-    /// By the least and greatest raw cost of the batch (A13's literal reading). Small differences are
-    /// blown up and one missing candidate can change the order of the others.
-    MinMax,
-}
-
-/// Eq. 5's switch, with hysteresis (D3).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct UncertaintySwitch {
-    /// `Thr'`, m2 + rad2: above it the position counts as uncertain (A9).
-    pub threshold: f64,
-    /// The position counts as certain again below this share of the threshold, (0, 1].
-    pub release_ratio: f64,
-}
-
-impl Default for UncertaintySwitch {
-    fn default() -> Self {
-        Self { threshold: 0.1, release_ratio: 0.8 }
+parameters! {
+    /// When a term counts.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    #[non_exhaustive]
+    pub enum Condition {
+        /// In every cycle.
+        #[default]
+        Always,
+        /// Only while the position is uncertain (the second case of eq. 5).
+        Uncertain,
     }
 }
 
-/// The disc around the robot inside which people are looked at (A21).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WorkingZone {
-    /// Fastest walking expected, m/s.
-    pub v_people_max: f64,
-    /// Personal distance D_pd, metres (A16).
-    pub personal_distance: f64,
-    /// Metres by which a person must leave the zone to be forgotten, so that clusters do not flicker.
-    pub hysteresis: f64,
-}
-
-impl Default for WorkingZone {
-    fn default() -> Self {
-        Self { v_people_max: 1.0, personal_distance: 1.5, hysteresis: 0.5 }
+parameters! {
+    /// How raw costs become comparable.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    #[non_exhaustive]
+    pub enum Normalisation {
+        /// By the term's own scale: a candidate's total depends on that candidate alone (D1).
+        #[default]
+        Fixed,
+        /// By the least and greatest raw cost of the batch (A13's literal reading). Small differences are
+        /// blown up and one missing candidate can change the order of the others.
+        MinMax,
     }
 }
 
-/// When the goal is reached.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GoalTolerance {
-    /// The arbiter ends when the estimated position is nearer than this, metres (D13).
-    pub arrive_distance: f64,
-}
-
-impl Default for GoalTolerance {
-    fn default() -> Self {
-        Self { arrive_distance: 0.3 }
+parameters! {
+    /// Eq. 5's switch, with hysteresis (D3).
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct UncertaintySwitch {
+        /// `Thr'`, m2 + rad2: above it the position counts as uncertain (A9).
+        #[field(1e-6, 1000.0, "m2 + rad2", "no filter is more certain, and none that localises less")]
+        pub threshold: f64 = 0.1,
+        /// The position counts as certain again below this share of the threshold, (0, 1].
+        #[field(
+            0.01, 1.0, "",
+            "at 1 there is no hysteresis, at none the position never counts as certain again"
+        )]
+        pub release_ratio: f64 = 0.8,
     }
 }
 
-/// How far a decision outlives the cycle that made it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HoldLimits {
-    /// Seconds after its scene's stamp for which a followed trajectory is valid: four paper cycles, in
-    /// which a person's forecast has drifted by about 0.2 m.
-    pub max_age: f64,
-    /// Metres the robot may have strayed from the trajectory for its tail still to be held.
-    pub max_deviation: f64,
-    /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;
-    /// a candidate that leaps farther is unreachable (Alg. 2, line 4).
-    pub reach_tolerance: f64,
-}
-
-impl Default for HoldLimits {
-    fn default() -> Self {
-        Self { max_age: 1.2, max_deviation: 0.5, reach_tolerance: 0.3 }
+parameters! {
+    /// The disc around the robot inside which people are looked at (A21).
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct WorkingZone {
+        /// Fastest walking expected, m/s.
+        #[field(0.0, 15.0, "m/s", "no person runs faster")]
+        pub v_people_max: f64 = 1.0,
+        /// Personal distance D_pd, metres (A16).
+        #[field(0.0, 100.0, "m", "people farther away are not met within a horizon")]
+        pub personal_distance: f64 = 1.5,
+        /// Metres by which a person must leave the zone to be forgotten, so that clusters do not flicker.
+        #[field(0.0, 100.0, "m", "people farther away are not met within a horizon")]
+        pub hysteresis: f64 = 0.5,
     }
 }
 
-/// How reluctantly the robot changes its mind.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Persistence {
-    /// Cost by which another candidate must be better than one that continues the previous decision.
-    /// Zero is the paper's pure argmin.
-    pub margin: f64,
-    /// A candidate continues the previous decision if its states lie within this many metres of it on
-    /// average.
-    pub same_within: f64,
+parameters! {
+    /// When the goal is reached.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct GoalTolerance {
+        /// The arbiter ends when the estimated position is nearer than this, metres (D13).
+        #[field(0.01, 10.0, "m", "no pose is exact, and beyond some metres it is another place")]
+        pub arrive_distance: f64 = 0.3,
+    }
 }
 
-impl Default for Persistence {
-    fn default() -> Self {
-        Self { margin: 0.0, same_within: 0.3 }
+parameters! {
+    /// How far a decision outlives the cycle that made it.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct HoldLimits {
+        /// Seconds after its scene's stamp for which a followed trajectory is valid: four paper cycles, in
+        /// which a person's forecast has drifted by about 0.2 m.
+        #[field(
+            0.01, 60.0, "s",
+            "a decision outlives its cycle, and beyond a minute no forecast of people holds"
+        )]
+        pub max_age: f64 = 1.2,
+        /// Metres the robot may have strayed from the trajectory for its tail still to be held.
+        #[field(0.0, 100.0, "m", "farther away it is another trajectory")]
+        pub max_deviation: f64 = 0.5,
+        /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;
+        /// a candidate that leaps farther is unreachable (Alg. 2, line 4).
+        #[field(0.0, 100.0, "m", "leaps beyond it are no trajectory")]
+        pub reach_tolerance: f64 = 0.3,
+    }
+}
+
+parameters! {
+    /// How reluctantly the robot changes its mind.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct Persistence {
+        /// Cost by which another candidate must be better than one that continues the previous decision.
+        /// Zero is the paper's pure argmin.
+        #[field(0.0, 1e6, "", "costs have to stay finite")]
+        pub margin: f64 = 0.0,
+        /// A candidate continues the previous decision if its states lie within this many metres of it on
+        /// average.
+        #[field(0.0, 100.0, "m", "farther away it is another trajectory")]
+        pub same_within: f64 = 0.3,
     }
 }
 

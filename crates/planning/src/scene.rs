@@ -16,6 +16,11 @@ pub struct Belief {
 }
 
 impl Belief {
+    /// Mean pose and measured twist: where a trajectory decided on now starts.
+    pub fn motion(&self) -> (Pose2, Twist) {
+        (self.pose, self.twist)
+    }
+
     /// The localisation uncertainty `l` of eq. 9: the trace of the covariance (m2 + rad2, A8).
     pub fn uncertainty(&self) -> f64 {
         self.covariance.trace()
@@ -62,17 +67,15 @@ impl People {
         Point2::new(self.x[i], self.y[i])
     }
 
-    /// Only those within `radius` metres of `centre`: the Working Zone (A21).
-    pub fn within(&self, centre: Point2, radius: f64) -> Self {
+    /// Those with these indices, in this order.
+    pub fn pick(&self, indices: impl IntoIterator<Item = usize>) -> Self {
         let mut kept = Self { radius: self.radius, ..Self::default() };
-        for i in 0..self.len() {
-            if self.position(i).distance_squared(centre) <= radius * radius {
-                kept.id.push(self.id[i]);
-                kept.x.push(self.x[i]);
-                kept.y.push(self.y[i]);
-                kept.vx.push(self.vx[i]);
-                kept.vy.push(self.vy[i]);
-            }
+        for i in indices {
+            kept.id.push(self.id[i]);
+            kept.x.push(self.x[i]);
+            kept.y.push(self.y[i]);
+            kept.vx.push(self.vx[i]);
+            kept.vy.push(self.vy[i]);
         }
         kept
     }

@@ -1,39 +1,54 @@
 //! The planar laser as the planner and the localiser model it.
 
+use crate::parameters;
+use crate::parameters::FieldError;
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::Pose2;
+use crate::geometry::{Point2, Pose2};
 
-/// A planar scanner: equally spaced beams, counter-clockwise, the first at `-fov/2`.
-/// Default: the paper's Sick laser as its map scale implies (180 degrees, 181 beams).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LaserModel {
-    /// Where the scanner sits on the robot.
-    pub robot_from_laser: Pose2,
-    /// Field of view, radians; 2 pi means all around, the last beam next to the first.
-    pub fov: f64,
-    /// Number of beams, at least 2.
-    pub beams: u32,
-    /// Greatest range, metres; a beam that meets nothing reports this value.
-    pub range_max: f64,
-    /// Standard deviation of one range, metres.
-    pub range_sigma: f64,
-}
-
-impl Default for LaserModel {
-    fn default() -> Self {
-        Self {
-            robot_from_laser: Pose2::new(0.0, 0.0, 0.0),
-            fov: std::f64::consts::PI,
-            beams: 181,
-            range_max: 5.0,
-            range_sigma: 0.03,
-        }
-    }
+parameters! {
+    /// A planar scanner: equally spaced beams, counter-clockwise, the first at `-fov/2`.
+    /// Default: the paper's Sick laser as its map scale implies (180 degrees, 181 beams).
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct LaserModel {
+        /// Where the scanner sits on the robot.
+        #[field(table)]
+        pub robot_from_laser: Pose2 = Pose2::new(0.0, 0.0, 0.0),
+        /// Field of view, radians; 2 pi means all around, the last beam next to the first.
+        #[field(0.01, std::f64::consts::TAU, "rad", "a full turn is all there is, and one direction is no scan")]
+        pub fov: f64 = std::f64::consts::PI,
+        /// Number of beams, at least 2.
+        #[field(
+            2.0, 8192.0, "beams",
+            "the densest lidars have some 4000, and a scan of one beam has no spacing"
+        )]
+        pub beams: u32 = 181,
+        /// Greatest range, metres; a beam that meets nothing reports this value.
+        #[field(
+            0.1, 200.0, "m",
+            "the robot is as large as the least, and planar lasers see no farther than the greatest"
+        )]
+        pub range_max: f64 = 5.0,
+        /// Standard deviation of one range, metres.
+        #[field(0.0, 1.0, "m", "a worse laser sees nothing")]
+        pub range_sigma: f64 = 0.03,
+    } check Self::sits_on_the_robot
 }
 
 impl LaserModel {
+    /// Farthest from the robot's centre that a scanner may sit, metres: outside of any robot.
+    const MOST_OFFSET: f64 = 10.0;
+
+    fn sits_on_the_robot(&self) -> Result<(), FieldError> {
+        let offset = self.robot_from_laser.position().distance(Point2::default());
+        if offset <= Self::MOST_OFFSET {
+            return Ok(());
+        }
+        let problem = format!("puts the laser {offset} m from the robot's centre");
+        Err(FieldError::new("robot_from_laser", problem, format!("keep it within {} m", Self::MOST_OFFSET)))
+    }
+
     /// Bearing of beam `i` in the laser frame, radians.
     pub fn bearing(&self, i: u32) -> f64 {
         let full = self.fov >= std::f64::consts::TAU - 1e-9;

@@ -17,14 +17,9 @@ use crate::shutdown::Shutdown;
 /// Largest answer that is given, bytes: no message of the contract is larger than 64 MiB.
 const ANSWER_MAX: u64 = 64 << 20;
 
-/// Where the echo of that name answers.
-fn key(instance: &str) -> String {
-    format!("{}/echo/{instance}", keys::ROOT)
-}
-
 /// Answers every question with as many bytes as it asks for, for as long as it lives.
 pub fn serve(session: &Session, instance: &str) -> Result<Queryable<()>, ServeError> {
-    let key = key(instance);
+    let key = keys::echo(instance);
     let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
     queryable.map_err(|e| ServeError { key, reason: e.to_string() })
 }
@@ -66,7 +61,7 @@ pub async fn round_trip(
     payload[..8].copy_from_slice(&(answer as u64).to_le_bytes());
     let started = Instant::now();
     let replies = session
-        .get(key(instance))
+        .get(keys::echo(instance))
         .payload(payload)
         .consolidation(ConsolidationMode::None)
         .timeout(timeout)

@@ -77,13 +77,17 @@ impl<M: Ticked> Latest<M> {
         self.newest.as_ref()
     }
 
-    /// In lockstep: waits until the message of `tick` is here, at most [`LOCKSTEP_PATIENCE`]. In real
-    /// time: the newest, at once.
+    /// In lockstep: waits until the message of `tick` is here, at most [`LOCKSTEP_PATIENCE`]; one that has been
+    /// passed over does not come again and is not waited for. In real time: the newest, at once.
     pub async fn of_tick(&mut self, tick: u64, clock: Clock) -> Option<&M> {
         if clock == Clock::Realtime {
             return self.newest();
         }
+        let is_past = |m: &M| m.tick() > tick && !has_started_over(m.tick(), tick);
         let wait = async {
+            if self.newest.as_ref().is_some_and(is_past) {
+                return None;
+            }
             while self.newest.as_ref().is_none_or(|m| m.tick() != tick) {
                 self.newest = Some(self.inbox.next().await?);
             }

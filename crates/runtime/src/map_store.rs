@@ -4,14 +4,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
-use curionav_schemas::{self as wire, MapId, Reject, RejectCode, keys};
+use curionav_schemas::{self as wire, MapId, Refusal, Reject, keys};
 use zenoh::Session;
 
 use crate::convert;
 use crate::metrics::Tally;
 use crate::query::fetch_from_all;
 use crate::serve::{ServeError, Server, serve_state};
-use crate::warm::Kept;
+use crate::single_flight_cache::SingleFlightCache;
 
 /// Maps kept by one process: a robot works on one or two at a time.
 const MAPS_KEPT: usize = 4;
@@ -28,7 +28,7 @@ pub fn host(session: &Session, map: wire::OccupancyGrid, refused: &Tally) -> Res
 pub fn accept(id: MapId, served: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
     let grid = convert::occupancy_grid(served)?;
     if grid.hash().0 != id.0 {
-        return Err(Reject::new(RejectCode::Invalid, format!("what was served as map {id} is another map")));
+        return Err(Refusal::WrongMap.at("map"));
     }
     Ok(grid)
 }
@@ -37,19 +37,19 @@ pub fn accept(id: MapId, served: wire::OccupancyGrid) -> Result<OccupancyGrid, R
 pub struct MapStore {
     /// Where a missing map is asked for.
     source: Option<(Session, tokio::runtime::Handle)>,
-    maps: Kept<MapId, StaticMap>,
+    maps: SingleFlightCache<MapId, StaticMap>,
 }
 
 impl MapStore {
     /// An empty store. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
         let source = (session.clone(), tokio::runtime::Handle::current());
-        Self { source: Some(source), maps: Kept::new(MAPS_KEPT) }
+        Self { source: Some(source), maps: SingleFlightCache::new(MAPS_KEPT) }
     }
 
     /// A store of these maps, the first [`MAPS_KEPT`] of them, without a source of others.
     pub fn holding(maps: impl IntoIterator<Item = StaticMap>) -> Self {
-        let store = Self { source: None, maps: Kept::new(MAPS_KEPT) };
+        let store = Self { source: None, maps: SingleFlightCache::new(MAPS_KEPT) };
         for map in maps.into_iter().take(MAPS_KEPT) {
             let id = MapId(map.grid.hash().0);
             let kept: Result<_, std::convert::Infallible> = store.maps.get_or_try(&id, || Ok(map));
@@ -71,9 +71,10 @@ impl MapStore {
     /// The map with this identity. Blocks while it is fetched: call from a thread that may block.
     pub fn get(&self, id: MapId) -> Result<Arc<StaticMap>, Reject> {
         self.maps.get_or_try(&id, || {
-            let missing =
-                |why: String| Reject::new(RejectCode::Cold, format!("map {id} could not be fetched: {why}"));
-            let Some((session, runtime)) = &self.source else { return Err(missing("no source".into())) };
+            let missing = |detail: String| Reject::from(Refusal::NoMap { detail });
+            let Some((session, runtime)) = &self.source else {
+                return Err(missing("this process does not fetch maps".into()));
+            };
             let grid = runtime
                 .block_on(fetch_from_all(session, &keys::map(&id), FETCH_TIMEOUT, |grid| accept(id, grid)))
                 .map_err(|e| missing(e.to_string()))?;

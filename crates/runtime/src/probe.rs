@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use curionav_schemas::{DecodeError, Message, Reject};
+use curionav_schemas::{Message, Reject};
 use zenoh::handlers::FifoChannel;
 use zenoh::pubsub::Subscriber;
 use zenoh::qos::CongestionControl;
@@ -32,7 +32,7 @@ impl RawReply {
     }
 
     /// The answer, if it is one and can be understood.
-    pub fn decode<A: Message>(&self) -> Option<Result<A, DecodeError>> {
+    pub fn decode<A: Message>(&self) -> Option<Result<A, Reject>> {
         let (payload, encoding) = self.answer.as_ref().ok()?;
         Some(A::decode(payload, Some(encoding)))
     }

@@ -11,9 +11,10 @@ use serde::{Deserialize, Serialize};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
+use crate::exit::Exit;
 use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
-use crate::shutdown::{Shutdown, ShutdownTrigger, on_signals, shutdown};
+use crate::shutdown::{Shutdown, on_end};
 use crate::zenoh_threads::{self, Links};
 
 /// Where a client looks for a router unless told otherwise.
@@ -126,59 +127,6 @@ impl Ready {
     }
 }
 
-/// The end asked for by a signal or, under supervision, by the supervisor's own end.
-pub fn end(supervised: bool) -> std::io::Result<Shutdown> {
-    let mut signals = on_signals()?;
-    if !supervised {
-        return Ok(signals);
-    }
-    let (trigger, token) = shutdown();
-    let (orphaned, mut supervisor_gone) = shutdown();
-    fire_on_end_of_input(orphaned);
-    tokio::spawn(async move {
-        tokio::select! {
-            () = signals.requested() => {}
-            () = supervisor_gone.requested() => {}
-        }
-        trigger.fire();
-    });
-    Ok(token)
-}
-
-/// Standard input of a supervised process is a pipe nobody writes to: it closes when the supervisor ends,
-/// whatever ended it.
-fn fire_on_end_of_input(trigger: ShutdownTrigger) {
-    std::thread::spawn(move || {
-        // Either way (end of file or an unreadable pipe) the supervisor is gone.
-        let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
-        trigger.fire();
-    });
-}
-
-/// Why a service process ended other than by being asked to.
-#[derive(Debug, thiserror::Error)]
-pub enum ProcessError {
-    /// Arguments or configuration.
-    #[error("{0:#}")]
-    Input(anyhow::Error),
-    /// No session.
-    #[error(transparent)]
-    Session(#[from] SessionError),
-    /// The service itself.
-    #[error("{0:#}")]
-    Service(anyhow::Error),
-}
-
-impl ProcessError {
-    /// Exit status: 2 for bad input, 3 for everything else.
-    pub fn exit_code(&self) -> u8 {
-        match self {
-            Self::Input(_) => 2,
-            Self::Session(_) | Self::Service(_) => 3,
-        }
-    }
-}
-
 /// Called by a service once it answers, with where its metrics are, if anywhere.
 pub type OnReady = Box<dyn FnOnce(Option<SocketAddr>) + Send>;
 
@@ -190,20 +138,24 @@ pub type Running<'a> = Pin<Box<dyn Future<Output = anyhow::Result<()>> + Send + 
 pub type Service = for<'a> fn(&'a ServiceConfig, &'a Session, Shutdown, OnReady) -> Running<'a>;
 
 /// Connects, runs `service` until it is asked to end, and closes the session.
-pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), ProcessError> {
-    let config = options.configuration().map_err(ProcessError::Input)?;
+///
+/// # Errors
+/// Bad input if arguments or configuration are wrong, the network if there is no session or the service fails.
+pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), Exit> {
+    let config = options.configuration().map_err(Exit::bad_input)?;
     // A wrong address is said before any router is looked for.
     if let Some(address) = config.metrics {
-        metrics_endpoint::check(address).map_err(|e| ProcessError::Input(e.into()))?;
+        metrics_endpoint::check(address).map_err(|e| Exit::bad_input(e.into()))?;
     }
-    let mut shutdown = end(options.supervised).context("signals").map_err(ProcessError::Service)?;
-    let Some(session) = connect(&config, options.supervised, &mut shutdown).await? else { return Ok(()) };
+    let mut shutdown = on_end(options.supervised).context("signals").map_err(Exit::network)?;
+    let session = connect(&config, options.supervised, &mut shutdown).await;
+    let Some(session) = session.map_err(|e| Exit::network(e.into()))? else { return Ok(()) };
     let name = format!("{role} {}", config.instance);
     let ready: OnReady =
         Box::new(move |metrics| Ready { metrics, ..Ready::process(name, Vec::new()) }.print());
     let served = service(&config, &session, shutdown, ready).await;
     session::close(&session);
-    served.map_err(ProcessError::Service)
+    served.map_err(Exit::network)
 }
 
 /// A session, or nothing if the end is asked for before there is one. Whoever is supervised waits for a router that
@@ -241,13 +193,13 @@ pub fn service_main(role: &'static str, service: Service) -> std::process::ExitC
     zenoh_threads::provide(Links::OfClient);
     let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
         Ok(runtime) => runtime.block_on(run_service(role, &arguments.options, service)),
-        Err(error) => Err(ProcessError::Service(error.into())),
+        Err(error) => Err(Exit::network(error.into())),
     };
     match outcome {
         Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(error) => {
-            tracing::error!("{error}");
-            error.exit_code().into()
+        Err(exit) => {
+            tracing::error!("{exit}");
+            exit.code.into()
         }
     }
 }

@@ -33,14 +33,11 @@ const ZENOH_TIMEOUT: &[u8] = b"Timeout";
 
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Urgency<'a> {
+pub enum Urgency {
     /// Work of a cycle. In real time it is dropped rather than stalling the link, and asked again elsewhere;
-    /// in lockstep it waits for room, as everything does. The robot it is for goes with it, so that replicas
-    /// can serve robots in turn.
+    /// in lockstep it waits for room, as everything does.
     Shard {
-        /// Whose cycle.
-        robot: &'a str,
-        /// How that robot's time passes.
+        /// How the robot's time passes.
         clock: Clock,
     },
     /// Everything else: missions, maps, scenarios.
@@ -53,7 +50,7 @@ pub async fn ask<Q: Message, A: Message>(
     key: &str,
     question: &Q,
     timeout: Duration,
-    urgency: Urgency<'_>,
+    urgency: Urgency,
 ) -> Result<A, AskError> {
     ask_bytes(session, key, Some((question.encode(), Q::ENCODING)), timeout, urgency).await
 }
@@ -80,7 +77,7 @@ pub async fn ask_bytes<A: Message>(
     key: &str,
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
-    urgency: Urgency<'_>,
+    urgency: Urgency,
 ) -> Result<A, AskError> {
     exchange(session, key, question, timeout, urgency, QueryTarget::BestMatching, Ok).await
 }
@@ -90,13 +87,13 @@ async fn exchange<A: Message, T>(
     key: &str,
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
-    urgency: Urgency<'_>,
+    urgency: Urgency,
     target: QueryTarget,
     accept: impl Fn(A) -> Result<T, Reject>,
 ) -> Result<T, AskError> {
     let (congestion, priority) = match urgency {
-        Urgency::Shard { clock: Clock::Realtime, .. } => (CongestionControl::Drop, Priority::InteractiveLow),
-        Urgency::Shard { clock: Clock::Lockstep, .. } => (CongestionControl::Block, Priority::InteractiveLow),
+        Urgency::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
+        Urgency::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
         Urgency::Normal => (CongestionControl::Block, Priority::Data),
     };
     let mut get = session
@@ -109,9 +106,6 @@ async fn exchange<A: Message, T>(
         .express(true);
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
-    }
-    if let Urgency::Shard { robot, .. } = urgency {
-        get = get.attachment(robot);
     }
     let replies = get.with(FifoChannel::new(4)).wait().map_err(|e| AskError::Send(e.to_string()))?;
     let mut failure = AskError::NoReply;
@@ -127,7 +121,7 @@ async fn exchange<A: Message, T>(
             Ok(sample) => {
                 let encoding = sample.encoding().to_string();
                 let answer = A::decode(&sample.payload().to_bytes(), Some(&encoding));
-                match answer.map_err(|error| Reject::from(&error)).and_then(&accept) {
+                match answer.and_then(&accept) {
                     Ok(answer) => return Ok(answer),
                     Err(reject) => failure = AskError::Malformed(reject.to_string()),
                 }

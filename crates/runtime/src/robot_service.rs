@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use curionav_schemas::{Message, Mission, MissionRequest, MissionState, Reject, keys};
+use curionav_schemas::{Message, Mission, MissionState, Prepared, Readiness, Reject, keys};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
@@ -31,7 +31,7 @@ pub struct RobotService {
     role: &'static str,
     config: ServiceConfig,
     /// What it is prepared for, or what it waits for, as its status has it.
-    prepared_for: Arc<Mutex<Option<String>>>,
+    prepared_for: Arc<Mutex<Option<Prepared>>>,
 }
 
 impl RobotService {
@@ -104,9 +104,10 @@ impl RobotService {
             sessions.push(("control", &self.control));
         }
         let prepared_for = Arc::clone(&self.prepared_for);
-        let warmed =
+        let prepared =
             move || prepared_for.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect();
-        let announced = announce_service(&self.config, &sessions, metrics, Arc::clone(&self.counts), warmed)?;
+        let counts = Arc::clone(&self.counts);
+        let announced = announce_service(&self.config, &sessions, metrics, counts, prepared)?;
         tracing::info!(robot = %self.config.robot, instance = %self.config.instance, "{} ready", self.role);
         Ok(announced)
     }
@@ -121,11 +122,10 @@ impl RobotService {
     /// least of all by one of several that are there to replace each other.
     pub async fn must_retry(&self, mission: &Mission, outcome: &Result<(), Reject>) -> bool {
         let revision = mission.revision;
-        let waits = outcome.as_ref().err().filter(|reject| reject.code.is_transient());
+        let waits = outcome.as_ref().err().filter(|reject| reject.why.is_transient());
         let now = match (outcome, waits) {
-            (Ok(()), _) => Some(format!("revision {revision}")),
-            // Cut to what a text may be.
-            (Err(_), Some(r)) => Some(Reject::new(r.code, format!("revision {revision} waits: {r}")).reason),
+            (Ok(()), _) => Some(Prepared::Revision { revision }),
+            (Err(_), Some(reject)) => Some(Prepared::Waiting { revision, reject: reject.clone() }),
             (Err(_), None) => None,
         };
         let before = std::mem::replace(
@@ -144,23 +144,27 @@ impl RobotService {
     /// Tells the driver that this role is prepared for `revision`, or that it never will be.
     pub async fn report(&self, revision: u64, prepared: &Result<(), Reject>) -> anyhow::Result<()> {
         let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
-        let request = match prepared {
-            Ok(()) => MissionRequest::Ready { role, instance, revision },
-            Err(reject) => {
-                tracing::error!(%reject, "the mission cannot be carried out");
-                MissionRequest::Finish { revision, reason: format!("{role}: {reject}") }
-            }
-        };
-        tell_driver(&self.session, &self.key("mission")?, &request).await;
+        let refused = prepared.as_ref().err().cloned();
+        if let Some(reject) = &refused {
+            tracing::error!(%reject, "the mission cannot be carried out");
+        }
+        let readiness = Readiness { role, instance, revision, refused };
+        tell_driver(&self.session, &keys::mission_ready(&self.config.robot)?, &readiness).await;
         Ok(())
     }
 
     /// Reports what has become of preparing for `mission`: if that was done `anew`, or else if the mission still waits
     /// for this role, as the driver may have been out of reach when it was told.
-    pub async fn tell(&self, mission: &Mission, prepared: &Prepared, anew: bool) -> anyhow::Result<()> {
+    pub async fn tell(
+        &self,
+        mission: &Mission,
+        prepared: Option<&Preparation>,
+        anew: bool,
+    ) -> anyhow::Result<()> {
+        let Some(prepared) = prepared.filter(|prepared| prepared.is_for(mission)) else { return Ok(()) };
         let named = |roles: &[String]| roles.iter().any(|role| role == self.role);
-        let waits = mission.state == MissionState::Preparing && named(&mission.require);
-        if prepared.is_for(mission) && (anew || (waits && !named(&mission.ready))) {
+        let waits = mission.state == MissionState::Preparing && named(&mission.order.require);
+        if anew || (waits && !named(&mission.ready)) {
             self.report(mission.revision, &prepared.outcome).await?;
         }
         Ok(())
@@ -169,13 +173,13 @@ impl RobotService {
 
 /// What has become of preparing for one revision of a mission.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct Preparation {
     run: u64,
     revision: u64,
     outcome: Result<(), Reject>,
 }
 
-impl Prepared {
+impl Preparation {
     /// What has become of preparing for `mission`.
     pub fn new(mission: &Mission, outcome: Result<(), Reject>) -> Self {
         Self { run: mission.run, revision: mission.revision, outcome }
@@ -187,7 +191,7 @@ impl Prepared {
     }
 }
 
-/// Whether nobody is to drive by `mission` any more.
+/// Whether no robot is to drive by `mission` any more.
 pub fn is_over(mission: &Mission) -> bool {
     matches!(mission.state, MissionState::Cancelled | MissionState::Finished)
 }

@@ -9,7 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use curionav_schemas::{Message, Reject, RejectCode, keys};
+use curionav_schemas::{Message, Refusal, Reject, keys};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
@@ -63,7 +63,7 @@ impl Default for ServeCounts {
 pub fn refusals() -> Tally {
     let refused = Tally::new(&["reason"]);
     // A count that is there from the start shows its first increase.
-    RejectCode::ALL.iter().for_each(|code| refused.add_many(&[code.name()], 0));
+    Refusal::CODES.iter().for_each(|code| refused.add_many(&[code], 0));
     refused
 }
 
@@ -95,7 +95,7 @@ impl ServeCounts {
 
     /// One more refusal.
     pub fn refuse(&self, reject: &Reject) {
-        self.refused.add(&[reject.code.name()]);
+        self.refused.add(&[reject.why.code()]);
     }
 
     /// Questions waiting or being computed, for each that can be computed at once.
@@ -136,6 +136,8 @@ struct Waiting {
     queue: Mutex<(FairQueue<(Query, Instant)>, bool)>,
     /// Signalled for each query, and for all when the server ends.
     arrived: Condvar,
+    /// Whether the key takes the questions of every robot, each with the robot's name as its last chunk.
+    is_pool: bool,
 }
 
 impl Waiting {
@@ -206,7 +208,8 @@ pub struct ServeError {
     pub reason: String,
 }
 
-/// Answers questions on `key` with `handler`, `slots` at once, `queue` more waiting.
+/// Answers questions on `key` with `handler`, `slots` at once, `queue` more waiting. If the key ends with `/*`, its last
+/// chunk is the name of the robot that asks, and robots are served in turn.
 pub fn serve<Q: Message, A: Message>(
     session: &Session,
     key: &str,
@@ -214,11 +217,21 @@ pub fn serve<Q: Message, A: Message>(
     queue: usize,
     handler: impl Fn(Q, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, (slots, queue), &refusals(), move |query, arrival| {
+    serve_counted(session, key, (slots, queue), &refusals(), handler)
+}
+
+/// As [`serve`]; what is refused is added to `refused`.
+pub fn serve_counted<Q: Message, A: Message>(
+    session: &Session,
+    key: &str,
+    at_once_and_waiting: (usize, usize),
+    refused: &Tally,
+    handler: impl Fn(Q, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
+) -> Result<Server, ServeError> {
+    serve_queries(session, key, at_once_and_waiting, refused, move |query, arrival| {
         let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
         let encoding = query.encoding().map(ToString::to_string);
-        let question = Q::decode(&payload, encoding.as_deref()).map_err(|error| Reject::from(&error))?;
-        handler(question, arrival)
+        handler(Q::decode(&payload, encoding.as_deref())?, arrival)
     })
 }
 
@@ -232,7 +245,7 @@ pub fn serve_state<A: Message>(
 ) -> Result<Server, ServeError> {
     serve_queries(session, key, (1, 64), refused, move |query, _| {
         if query.payload().is_some_and(|payload| !payload.is_empty()) {
-            return Err(Reject::invalid("payload", "this key is asked without one"));
+            return Err(Refusal::UnexpectedPayload.into());
         }
         state()
     })
@@ -248,8 +261,11 @@ pub fn serve_queries<A: Message>(
 ) -> Result<Server, ServeError> {
     let error = |reason: String| ServeError { key: key.into(), reason };
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
-    let waiting =
-        Arc::new(Waiting { queue: Mutex::new((FairQueue::new(queue), false)), arrived: Condvar::new() });
+    let waiting = Arc::new(Waiting {
+        queue: Mutex::new((FairQueue::new(queue), false)),
+        arrived: Condvar::new(),
+        is_pool: key.ends_with("/*"),
+    });
     let handler = Arc::new(handler);
     let mut threads = Vec::new();
     for slot in 0..slots.max(1) {
@@ -271,15 +287,21 @@ pub fn serve_queries<A: Message>(
 }
 
 fn admit(waiting: &Waiting, counts: &ServeCounts, query: Query) {
+    // The last chunk of the key is the asking robot's name, or the same for all questions of this server.
+    let key = query.key_expr().clone();
+    let Some(robot) = keys::asker(&key).or((!waiting.is_pool).then_some("")) else {
+        return refuse(&query, Refusal::WrongRobot, counts);
+    };
     counts.in_flight.inc();
-    // Who says nothing about whose work it is shares a line with all who do not.
-    let robot = query.attachment().map(|a| a.to_bytes().into_owned()).unwrap_or_default();
-    let robot = std::str::from_utf8(&robot).ok().filter(|name| keys::check_id(name).is_ok()).unwrap_or("");
     let Some(refused) = waiting.push(robot, query) else { return };
     counts.in_flight.dec();
-    let reject = Reject::new(RejectCode::Overloaded, "every slot is busy and the queue is full");
+    refuse(&refused, Refusal::Overloaded, counts);
+}
+
+fn refuse(query: &Query, why: Refusal, counts: &ServeCounts) {
+    let reject = why.into();
     counts.refuse(&reject);
-    reply_error(&refused, &reject);
+    reply_error(query, &reject);
 }
 
 fn work<A: Message>(
@@ -290,7 +312,7 @@ fn work<A: Message>(
     while let Some((query, came)) = waiting.pop() {
         // A handler that panics has answered nothing yet; the next question finds the service alive.
         let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, Arrival(came))))
-            .unwrap_or_else(|_| Err(Reject::new(RejectCode::Unknown, "the service failed on this question")));
+            .unwrap_or_else(|_| Err(Refusal::failed("the service failed on this question").into()));
         match answered {
             Ok(answer) => {
                 counts.answered.inc();

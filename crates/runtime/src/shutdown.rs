@@ -1,5 +1,9 @@
-//! Clean ends: one token, cancelled by a signal, a supervisor or a test, seen by everybody.
+//! Clean ends: one token, fired by a signal, a supervisor or a test, that all parts of a process look at.
 
+use std::sync::Arc;
+use std::time::Duration;
+
+use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
 
 /// Holds the right to end what listens to the [`Shutdown`] it came with. Dropping it ends it too.
@@ -29,32 +33,56 @@ impl Shutdown {
         // An error means the trigger was dropped: also an end.
         let _ = self.0.wait_for(|end| *end).await;
     }
-
-    /// Whether the end has been asked for.
-    pub fn is_requested(&self) -> bool {
-        *self.0.borrow() || self.0.has_changed().is_err()
-    }
 }
 
-/// A token that fires on SIGINT or SIGTERM.
+/// How long a process may take to end by itself once it has been asked to. Then it ends as it is, within the two
+/// seconds that a service manager or an impatient person waits.
+const GRACE: Duration = Duration::from_millis(1500);
+
+/// Exit status of a process that had to be ended as it was.
+const ENDED: i32 = 130;
+
+/// A token that fires on SIGINT or SIGTERM. From then on the process has [`GRACE`] to end; a second signal ends it at
+/// once.
 pub fn on_signals() -> std::io::Result<Shutdown> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let mut interrupt = signal(SignalKind::interrupt())?;
-    let mut terminate = signal(SignalKind::terminate())?;
+    on_end(false)
+}
+
+/// As [`on_signals`]; a process that is `supervised` is also asked to end when its standard input closes. That is a
+/// pipe into which nothing is written, so it closes when the supervisor ends, for whatever reason.
+pub fn on_end(supervised: bool) -> std::io::Result<Shutdown> {
     let (trigger, token) = shutdown();
-    tokio::spawn(async move {
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-        }
-        tracing::info!("asked to end");
-        trigger.fire();
-        // A second signal means now.
-        tokio::select! {
-            _ = interrupt.recv() => {}
-            _ = terminate.recv() => {}
-        }
-        std::process::exit(130);
-    });
+    let trigger = Arc::new(trigger);
+    // Threads of our own: whatever computes on the threads of the process's runtime cannot hold up its end.
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let (mut interrupt, mut terminate) = {
+        let _entered = runtime.enter();
+        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?)
+    };
+    if supervised {
+        let trigger = Arc::clone(&trigger);
+        std::thread::Builder::new().name("supervisor".into()).spawn(move || {
+            // Either way, end of file or an unreadable pipe, the supervisor is gone.
+            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+            trigger.fire();
+            std::thread::sleep(GRACE);
+            std::process::exit(ENDED);
+        })?;
+    }
+    std::thread::Builder::new().name("signals".into()).spawn(move || {
+        runtime.block_on(async {
+            let mut signalled = async || {
+                tokio::select! {
+                    _ = interrupt.recv() => {}
+                    _ = terminate.recv() => {}
+                }
+            };
+            signalled().await;
+            tracing::info!("asked to end");
+            trigger.fire();
+            let _ = tokio::time::timeout(GRACE, signalled()).await;
+        });
+        std::process::exit(ENDED);
+    })?;
     Ok(token)
 }

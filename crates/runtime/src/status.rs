@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use curionav_schemas::limits::MAX_LIST;
-use curionav_schemas::{ServiceStatus, keys};
+use curionav_schemas::{Prepared, ServiceStatus, keys};
 use zenoh::liveliness::LivelinessToken;
 use zenoh::{Session, Wait};
 
@@ -17,7 +17,7 @@ use crate::serve::{ServeCounts, ServeError, Server, serve_state};
 
 /// Alive and with a status for as long as it is held.
 pub struct Announced {
-    // The token goes first: nobody is to ask whoever has stopped answering.
+    // The token goes first, so that a service that no longer answers is not asked.
     _token: LivelinessToken,
     _status: Server,
     endpoint: Option<MetricsEndpoint>,
@@ -37,7 +37,7 @@ pub fn announce_service(
     sessions: &[(&'static str, &Session)],
     mut metrics: Metrics,
     counts: Arc<ServeCounts>,
-    warmed: impl Fn() -> Vec<String> + Send + Sync + 'static,
+    prepared: impl Fn() -> Vec<Prepared> + Send + Sync + 'static,
 ) -> anyhow::Result<Announced> {
     let Some((_, session)) = sessions.first() else { anyhow::bail!("a service without a session") };
     counts.register(&mut metrics);
@@ -53,7 +53,7 @@ pub fn announce_service(
         Some(address) => Some(MetricsEndpoint::start(address, Arc::clone(&metrics), session)?),
         None => None,
     };
-    let status = serve_status(session, metrics, counts, warmed)?;
+    let status = serve_status(session, metrics, counts, prepared)?;
     let token = announce(session, &role, &instance)?;
     Ok(Announced { _token: token, _status: status, endpoint })
 }
@@ -63,7 +63,7 @@ pub fn serve_status(
     session: &Session,
     metrics: SharedMetrics,
     counts: Arc<ServeCounts>,
-    warmed: impl Fn() -> Vec<String> + Send + Sync + 'static,
+    prepared: impl Fn() -> Vec<Prepared> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let (role, instance) = (metrics.role.clone(), metrics.instance.clone());
     let key = keys::status(&role, &instance)
@@ -77,13 +77,13 @@ pub fn serve_status(
             robot: metrics.robot.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             uptime_s: metrics.uptime().as_secs_f64(),
-            time_s: SystemTime::now().duration_since(UNIX_EPOCH).ok().map(|t| t.as_secs_f64()),
+            time_s: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64(),
             load: counts.load(),
             requests: counts.answered.get(),
             rejected: counts.refused.total(),
             p50_ms: latency.percentile_ms(0.50),
             p99_ms: latency.percentile_ms(0.99),
-            warmed: warmed().into_iter().take(MAX_LIST).collect(),
+            prepared: prepared().into_iter().take(MAX_LIST).collect(),
             metrics: metrics.samples(),
         })
     })

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-use curionav_schemas::{Clock, Message, Reject};
+use curionav_schemas::{Clock, Message};
 use zenoh::handlers::{RingChannel, RingChannelHandler};
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::{Publisher, Subscriber};
@@ -142,7 +142,7 @@ impl<M: Message> Inbox<M> {
         match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
             Ok(message) => Some(message),
             Err(error) => {
-                self.counts.refused.add(&[Reject::from(&error).code.name()]);
+                self.counts.refused.add(&[error.why.code()]);
                 let refused = self.counts.refused.total();
                 tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
                 None

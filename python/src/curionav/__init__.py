@@ -5,7 +5,7 @@
 ...     with deployment.inject("scenarios/quickstart.toml", seed=1) as run:
 ...         for report in run:
 ...             print(report.scene.stamp, report.decision.action, report.total.min())
-...         print(run.wait().metrics)
+...         print(run.wait().measures)
 
 Units are SI and radians, poses are in the map frame. The messages are in `curionav.messages`.
 """
@@ -43,6 +43,7 @@ from .result import Result
 from .run import Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
+from .words import say, say_all
 
 __all__ = [
     "CandidateSet",
@@ -76,4 +77,6 @@ __all__ = [
     "Service",
     "connect",
     "evaluator",
+    "say",
+    "say_all",
 ]

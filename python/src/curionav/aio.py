@@ -6,7 +6,7 @@
 ...         async with deployment.inject("scenarios/quickstart.toml", seed=1) as run:
 ...             async for report in run:
 ...                 print(report.scene.stamp, report.decision.action)
-...             print((await run.wait()).metrics)
+...             print((await run.wait()).measures)
 >>> asyncio.run(main())                                                          # doctest: +SKIP
 """
 
@@ -26,6 +26,7 @@ from .errors import CurionavError
 from .evaluation import Evaluator
 from .explain import Explanation
 from .messages import Clock, CycleReport, Decision, Mission, OccupancyGrid, RunStatus
+from .profiles import Planner
 from .result import Result
 from .run import _POLL_PERIOD, Run
 from .scenario import Scenario
@@ -88,7 +89,7 @@ class AsyncDeployment:
     def inject(
         self,
         scenario: Scenario | str | Path | dict[str, Any],
-        planner: str | None = None,
+        planner: Planner | None = None,
         seed: int = 1,
         clock: Clock = "lockstep",
         time_scale: float = 1.0,
@@ -110,7 +111,7 @@ class AsyncDeployment:
         return Opening(opened)
 
     async def validate(
-        self, scenario: Scenario | str | Path | dict[str, Any], planner: str | None = None, *, world: str = "world"
+        self, scenario: Scenario | str | Path | dict[str, Any], planner: Planner | None = None, *, world: str = "world"
     ) -> None:
         """As `curionav.Deployment.validate`."""
         await asyncio.to_thread(self._blocking.validate, scenario, planner, world=world)
@@ -175,7 +176,7 @@ class AsyncRun:
 
     @property
     def lost(self) -> int:
-        """Reports and decisions given up because nobody read them in time."""
+        """Reports and decisions that were dropped because the program did not read them in time."""
         return self._run.lost
 
     def __aiter__(self) -> AsyncIterator[CycleReport]:
@@ -201,7 +202,7 @@ class AsyncRun:
             found = run._next(mailbox, message)
             if found is not None:
                 yield found
-                # A long backlog must not keep everybody else waiting.
+                # A long backlog must not keep other tasks waiting.
                 await asyncio.sleep(0)
             elif await self._goes_on() and not run._closed:
                 await run._news.wait_async(seen, _POLL_PERIOD)

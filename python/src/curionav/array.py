@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 import cbor2
 import numpy as np
 from numpy.typing import NDArray
 
-from .kinds import MAX_MAGNITUDE, Fault, Kind, Scope
+from .field_types import MAX_MAGNITUDE, Fault, FieldType, Scope, wrong
 
 _ELEMENTS: dict[str, tuple[int, np.dtype[Any]]] = {
     "f64": (86, np.dtype("<f8")),
@@ -19,7 +20,7 @@ _ELEMENTS: dict[str, tuple[int, np.dtype[Any]]] = {
 }
 
 
-class Array(Kind):
+class Array(FieldType):
     """A typed array of RFC 8746, row-major, with elements within ``low..high``.
 
     Args:
@@ -53,13 +54,12 @@ class Array(Kind):
         free = iter(shape)
         result = tuple(next(free) if n is None else n for n in known)
         if len(shape) > 1 or int(np.prod(result, dtype=np.int64)) != size:
-            wanted = " x ".join(str(d if n is None else n) for n, d in zip(known, self.dims, strict=True))
-            raise Fault(f"holds {size} elements, its shape is {wanted}")
+            raise Fault("wrong_length", found=size, expected=product if len(shape) <= 1 else 0)
         for name, length in zip(self.dims, result, strict=True):
             if isinstance(name, str) and name != "*":
                 scope.lengths.setdefault(name, length)
         if result[0] > self.limit:
-            raise Fault(f"{result[0]} exceeds the limit of {self.limit}")
+            raise Fault("too_many", found=result[0], most=self.limit)
         return result
 
     def _checked(self, array: NDArray[Any]) -> NDArray[Any]:
@@ -67,17 +67,19 @@ class Array(Kind):
         if array.size and not (array.min() >= self.low and array.max() <= self.high):
             flat = array.reshape(-1)
             index = int(np.flatnonzero(~((flat >= self.low) & (flat <= self.high)))[0])
-            low_high = f"{self.low:g}..{self.high:g}"
-            raise Fault(f"{flat[index]} is not a finite number within {low_high}", f"[{index}]")
+            found = float(flat[index])
+            if not abs(found) <= MAX_MAGNITUDE:
+                raise Fault("not_finite", f"[{index}]")
+            raise Fault("out_of_range", f"[{index}]", found=found, least=float(self.low), most=float(self.high))
         return array
 
     def take(self, value: object, scope: Scope) -> NDArray[Any]:
         """A read-only view of the received bytes, in shape."""
         if not isinstance(value, cbor2.CBORTag) or value.tag != self.tag or not isinstance(value.value, bytes):
             found = f"tag {value.tag}" if isinstance(value, cbor2.CBORTag) else type(value).__name__
-            raise Fault(f"must be a typed array with tag {self.tag}, found {found}")
+            raise wrong(f"must be a typed array with tag {self.tag}, found {found}")
         if len(value.value) % self.dtype.itemsize:
-            raise Fault(f"{len(value.value)} bytes are no whole number of {self.dtype.itemsize}-byte elements")
+            raise wrong(f"{len(value.value)} bytes are no whole number of {self.dtype.itemsize}-byte elements")
         array = np.frombuffer(value.value, self.dtype)
         return self._checked(array.reshape(self._shape(array.size, scope)))
 
@@ -87,13 +89,73 @@ class Array(Kind):
             given = np.asarray(value)
             array = np.ascontiguousarray(given, self.dtype)
         except (TypeError, ValueError, OverflowError) as error:
-            raise Fault(f"is no array of numbers: {error}") from None
+            raise wrong(f"is no array of numbers: {error}") from None
         if self.dtype.kind in "iu" and not np.array_equal(array, given):
-            raise Fault(f"does not fit {self.dtype.name}")
+            raise wrong(f"does not fit {self.dtype.name}")
         shape = self._shape(array.size, scope)
         if array.size and array.shape != shape:
-            raise Fault(f"has shape {array.shape}, must have {shape}")
+            raise wrong(f"has shape {array.shape}, must have {shape}")
         return cbor2.CBORTag(self.tag, self._checked(array).tobytes())
+
+
+@dataclass(frozen=True)
+class ScoredOnly(FieldType):
+    """Numbers of candidates, some of which have none: here NaN stands for those, on the wire they are left out.
+
+    The field ``scored`` beside it, which comes first, has the indices of those with a number, in ascending order;
+    ``count`` names the number of all candidates.
+    """
+
+    count: str
+
+    def take(self, value: object, scope: Scope) -> NDArray[Any]:
+        """An array of shape [count]."""
+        found = Array("f64", "scored").take(value, Scope({"scored": len(scope.values["scored"])}))
+        spread = np.full(self._count(scope), np.nan)
+        spread[scope.values["scored"]] = found
+        spread.flags.writeable = False
+        return spread
+
+    def give(self, value: Any, scope: Scope) -> cbor2.CBORTag:
+        """The numbers of the candidates that have one."""
+        try:
+            every = np.asarray(value, np.float64)
+        except (TypeError, ValueError) as error:
+            raise wrong(f"is no array of numbers: {error}") from None
+        if every.shape != (self._count(scope),):
+            raise Fault("wrong_length", found=every.size, expected=self._count(scope))
+        if not np.array_equal(np.flatnonzero(~np.isnan(every)), scope.values["scored"]):
+            raise wrong("must have a number for the candidates in `scored`, and NaN for all others")
+        return Array("f64", "*").give(every[scope.values["scored"]], Scope({}))
+
+    def _count(self, scope: Scope) -> int:
+        count = scope.length(self.count)
+        assert count is not None
+        return count
+
+
+@dataclass(frozen=True)
+class Indices(FieldType):
+    """Indices of candidates in ascending order; ``count`` names the number of all candidates."""
+
+    count: str
+
+    def take(self, value: object, scope: Scope) -> NDArray[Any]:
+        """Refuses indices that do not rise, or that lie beyond the candidates."""
+        return self._checked(Array("u32", "*", high=2**32 - 1).take(value, Scope({})), scope)
+
+    def give(self, value: Any, scope: Scope) -> cbor2.CBORTag:
+        """Takes anything that NumPy can make such an array of."""
+        given = Array("u32", "*", high=2**32 - 1).give(value, Scope({}))
+        self._checked(np.asarray(value), scope)
+        return given
+
+    def _checked(self, indices: NDArray[Any], scope: Scope) -> NDArray[Any]:
+        if (indices[1:] <= indices[:-1]).any():
+            raise Fault("not_ascending")
+        if len(indices) and int(indices[-1]) >= (scope.length(self.count) or 0):
+            raise Fault("no_such_index", found=int(indices[-1]))
+        return indices
 
 
 F64 = NDArray[np.float64]

@@ -29,7 +29,7 @@ _MAILBOX_BYTES = 1 << 20
 _WAIT = 0.5
 _STOP_TIMEOUT = 2.0
 _AGAIN = 0.3
-"""Whoever asks for a tick again so long after it was answered is another run, seconds."""
+"""A question for a tick that comes again so long after its answer is from another run, seconds."""
 
 _log = logging.getLogger("curionav")
 
@@ -87,7 +87,7 @@ def people(  # noqa: PLR0917 - the columns of a table of people
             vy=still if vy is None else _column(vy),
         )
     except (TypeError, ValueError) as error:
-        raise EncodeError(People.NAME, "", str(error)) from error
+        raise EncodeError(People.NAME, "", {"code": "invalid", "detail": str(error)}) from error
 
 
 def _column(given: ArrayLike) -> F64:

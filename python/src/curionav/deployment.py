@@ -22,13 +22,14 @@ from .messages import (
     InjectRequest,
     Message,
     Mission,
-    MissionRequest,
+    MissionCommand,
     OccupancyGrid,
     Pause,
     Resume,
     RunStatus,
     ServiceStatus,
 )
+from .profiles import Planner
 from .run import SCENARIO_TIMEOUT, Run
 from .scenario import Scenario
 from .serving import EvaluatorServer
@@ -79,6 +80,18 @@ def _scenario(given: Scenario | str | Path | dict[str, Any]) -> Scenario:
     return Scenario.from_dict(given) if isinstance(given, dict) else Scenario.load(given)
 
 
+def _injection(
+    scenario: Scenario,
+    planner: Planner | None,
+    seed: int = 1,
+    clock: Clock = "lockstep",
+    time_scale: float = 1.0,
+) -> InjectRequest:
+    tables, files = scenario.packed()
+    profile = scenario.profile(planner)
+    return InjectRequest(scenario=tables, files=files, profile=profile, seed=seed, clock=clock, time_scale=time_scale)
+
+
 class Deployment:
     """A connection to a deployment, made by `connect`; a context manager that closes it."""
 
@@ -90,7 +103,7 @@ class Deployment:
     def inject(
         self,
         scenario: Scenario | str | Path | dict[str, Any],
-        planner: str | None = None,
+        planner: Planner | None = None,
         seed: int = 1,
         clock: Clock = "lockstep",
         time_scale: float = 1.0,
@@ -103,41 +116,38 @@ class Deployment:
 
         Args:
             scenario: A scenario, a scenario file, or its tables.
-            planner: Name of a built-in planner profile. Default: the scenario's own.
+            planner: Planner profile: the name of a built-in one, a profile file (``.toml``), or tables as in such a
+                file. Default: the scenario's own. The scenario's ``[profile]`` changes it in any case.
             seed: Seed of everything random; equal seeds give equal decisions in lockstep.
             clock: ``lockstep`` waits for every message and runs as fast as the machine allows; ``realtime`` takes the
                 newest.
-            time_scale: Simulated seconds a second of wall time, with a realtime clock.
+            time_scale: Simulated seconds per second of wall time, with a realtime clock.
             world: Name of the simulated world.
             robot: Name of the robot in it.
             crowd: Plays further people: a function from a `CrowdStep` to ``(x, y)``, ``(x, y, vx, vy)`` or
-                ``(x, y, vx, vy, ids)``; m and m/s, map frame. It is called once a tick, on a thread of its own; what it
-                raises ends the run. The scenario's people become ``kind = "live"``.
+                ``(x, y, vx, vy, ids)``; m and m/s, map frame. It is called once per tick, on a thread of its own; what
+                it raises ends the run. The scenario's people become ``kind = "live"``.
 
         Raises:
             Rejected: The scenario was refused, with the field and the reason, or a run is under way there.
-            ScenarioError: The scenario cannot be sent: a file it names is missing.
+            ScenarioError: The scenario cannot be sent: a file it names is missing, or there is no such planner.
             NoAnswer: No simulator of this world is there.
         """
         found = _scenario(scenario)
-        tables, files = (found if crowd is None else found.with_live_people()).packed()
-        request = InjectRequest(
-            scenario=tables, files=files, profile=planner, seed=seed, clock=clock, time_scale=time_scale
-        )
+        request = _injection(found if crowd is None else found.with_live_people(), planner, seed, clock, time_scale)
         return Run(self._open(), request, world, robot, crowd)
 
     def validate(
-        self, scenario: Scenario | str | Path | dict[str, Any], planner: str | None = None, *, world: str = "world"
+        self, scenario: Scenario | str | Path | dict[str, Any], planner: Planner | None = None, *, world: str = "world"
     ) -> None:
         """Checks a scenario as `inject` would, map and routes included, and runs nothing.
 
         Raises:
             Rejected: It would be refused, with the field and the reason.
-            ScenarioError: It cannot be sent: a file it names is missing.
+            ScenarioError: It cannot be sent: a file it names is missing, or there is no such planner.
             NoAnswer: No simulator of this world is there.
         """
-        tables, files = _scenario(scenario).packed()
-        request = InjectRequest(scenario=tables, files=files, profile=planner, seed=1, clock="lockstep", time_scale=1.0)
+        request = _injection(_scenario(scenario), planner)
         self._ask(keys.world(world, "check"), RunStatus, request, SCENARIO_TIMEOUT)
 
     def crowd(self, world: str = "world") -> Crowd:
@@ -155,11 +165,11 @@ class Deployment:
     ) -> EvaluatorServer:
         """Answers for an evaluator written in Python, on threads of this process, until the server is closed.
 
-        A profile takes it in by a term of its metric's name. For several processes use ``python -m curionav.serve``.
+        A profile takes it in by a term of its name. For several processes use ``python -m curionav.serve``.
 
         Args:
             evaluator: A function decorated with `curionav.evaluator`.
-            instance: Name of this replica. Default: one that nobody else has.
+            instance: Name of this replica, which no other replica may have. Default: a random one.
             slots: Questions computed at once, each on a thread of its own.
             queue: Questions that may wait; more are refused as ``overloaded``.
         """
@@ -182,7 +192,7 @@ class Deployment:
         """What a robot is to do.
 
         Raises:
-            Rejected: It has had no mission yet (code ``unknown``).
+            Rejected: It has had no mission yet (code ``no_mission``).
             NoAnswer: No driver of this robot is there; so for every function about a mission.
         """
         return self._ask(keys.robot(robot, "mission"), Mission)
@@ -207,12 +217,12 @@ class Deployment:
         """The map with this hash, such as ``report.map``.
 
         Raises:
-            NoAnswer: Nobody serves this map.
+            NoAnswer: No service has this map.
             DecodeError: What came is another one.
         """
         grid = self._ask(keys.grid(identity), OccupancyGrid, timeout=_MAP_TIMEOUT)
         if grid.identity() != identity:
-            raise DecodeError(OccupancyGrid.NAME, "map", "the content has another hash than the one asked for")
+            raise DecodeError(OccupancyGrid.NAME, "map", {"code": "wrong_map"})
         return grid
 
     def close(self) -> None:
@@ -235,8 +245,8 @@ class Deployment:
             raise CurionavError("the connection is closed")
         return self._session
 
-    def _wish(self, robot: str, request: MissionRequest) -> Mission:
-        return self._ask(keys.robot(robot, "mission"), Mission, request)
+    def _wish(self, robot: str, request: MissionCommand) -> Mission:
+        return self._ask(keys.mission_command(robot), Mission, request)
 
     def _ask(self, key: str, answer: type[A], question: Message | None = None, timeout: float = _TIMEOUT) -> A:
         return ask(self._open(), key, answer, question, timeout)

@@ -1,6 +1,10 @@
-"""What can go wrong, one class for each thing a caller may want to treat differently."""
+"""What can go wrong: one class for each thing that a caller may want to treat differently."""
 
 from __future__ import annotations
+
+from typing import Any
+
+from .words import say
 
 
 class CurionavError(Exception):
@@ -12,7 +16,7 @@ class ConnectionFailed(CurionavError, ConnectionError):  # noqa: N818 - reads as
 
 
 class NoAnswer(CurionavError, TimeoutError):  # noqa: N818
-    """Nobody serves what was asked for, or whoever does did not answer in time."""
+    """No service has what was asked for, or the one that has it did not answer in time."""
 
 
 class Rejected(CurionavError):  # noqa: N818
@@ -20,34 +24,44 @@ class Rejected(CurionavError):  # noqa: N818
 
     Attributes:
         field: Path of the field at fault, such as ``robot.goal``; ``None`` if it concerns no field.
+        why: The refusal: its ``code`` and the parameters of that code (``refusal`` in ``schemas/service.cddl``).
+        code: What kind of refusal it is, for a program, such as ``out_of_range``, ``overloaded`` or ``stopped``.
         reason: What is wrong, for a person.
-        code: What kind of refusal it is, for a program: ``malformed``, ``oversize``, ``version``, ``invalid``,
-            ``overloaded``, ``stopped``, ``cold`` or ``unknown``.
     """
 
-    def __init__(self, field: str | None, reason: str, code: str) -> None:
-        super().__init__(f"{field}: {reason}" if field else reason)
+    def __init__(self, field: str | None, why: dict[str, Any]) -> None:
         self.field = field
-        self.reason = reason
-        self.code = code
+        self.why = why
+        self.code: str = why["code"]
+        self.reason = say("refusal", why)
+        super().__init__(f"{field}: {self.reason}" if field else self.reason)
 
 
 class EvaluatorError(CurionavError):
-    """An evaluator's function raised, was late, or gave anything but one finite cost >= 0 a candidate.
+    """An evaluator's function raised, was late, or gave anything but one finite cost >= 0 per candidate.
 
     Attributes:
-        metric: Which evaluator.
+        term: The term that the evaluator computes.
         reason: What is wrong, for a person.
     """
 
-    def __init__(self, metric: str, reason: str) -> None:
-        super().__init__(f"{metric} {reason}")
-        self.metric = metric
+    def __init__(self, term: str, reason: str) -> None:
+        super().__init__(f"{term} {reason}")
+        self.term = term
         self.reason = reason
 
 
 class RunFailed(CurionavError):  # noqa: N818
-    """A run ended without a result: it was cancelled, a service was lost, or the world went on to another run."""
+    """A run ended without a result: it was cancelled, a service was lost, or the world went on to another run.
+
+    Attributes:
+        end: Why the mission ended, if the world says so: a ``code`` and its parameters (``mission_end`` in
+            ``schemas/mission.cddl``).
+    """
+
+    def __init__(self, reason: str, end: dict[str, Any] | None = None) -> None:
+        super().__init__(reason)
+        self.end = end
 
 
 class ScenarioError(CurionavError, ValueError):
@@ -64,20 +78,26 @@ class ScenarioError(CurionavError, ValueError):
         self.reason = reason
 
 
+class DatasetError(CurionavError):
+    """A file of a dataset is not there, or cannot be downloaded."""
+
+
 class MessageError(CurionavError, ValueError):
     """A message has a field it may not have.
 
     Attributes:
         message: Name of the message, such as ``cycle_report``.
         field: Path of the field at fault, such as ``scene.people.x``; empty for the message as a whole.
-        reason: What is wrong, for a person.
+        why: What is wrong: a ``code`` and its parameters (``refusal`` in ``schemas/service.cddl``).
+        reason: The same for a person.
     """
 
-    def __init__(self, message: str, field: str, reason: str) -> None:
-        super().__init__(f"{message}: {field}: {reason}" if field else f"{message}: {reason}")
+    def __init__(self, message: str, field: str, why: dict[str, Any]) -> None:
         self.message = message
         self.field = field
-        self.reason = reason
+        self.why = why
+        self.reason = say("refusal", why)
+        super().__init__(f"{message}: {field}: {self.reason}" if field else f"{message}: {self.reason}")
 
 
 class DecodeError(MessageError):

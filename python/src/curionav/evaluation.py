@@ -1,4 +1,4 @@
-"""Evaluators written in Python: a function from a scene and candidates to one cost a candidate."""
+"""Evaluators written in Python: a function from a scene and candidates to one cost per candidate."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ import numpy as np
 from . import keys
 from .array import F64
 from .errors import EvaluatorError
-from .kinds import MAX_MAGNITUDE
+from .field_types import MAX_MAGNITUDE
 from .messages import CandidateSet, EvaluateRequest, People, Scene
 
 BUILT_IN = frozenset({"cnc", "cpc", "distance", "risk"})
-"""Metrics the services compute themselves: a function of that name would be mixed with theirs."""
+"""Terms that the services compute themselves: a function of that name would be mixed with theirs."""
 
 
 class Evaluator:
-    """A metric and the function that computes it; made by `evaluator`. Calling it calls the function.
+    """A term of the cost and the function that computes it; made by `evaluator`. Calling it calls the function.
 
     Attributes:
-        metric: Name of the metric, as in the profile's ``terms``.
+        term: Name of the term, as in the profile's ``terms``.
     """
 
-    def __init__(self, metric: str, function: Callable[..., Any]) -> None:
-        if not keys.is_name(metric):
-            raise ValueError(f"metric {metric[:64]!r} must be 1 to 64 of the characters a-z, 0-9, `_` and `-`")
-        if metric in BUILT_IN:
-            raise ValueError(f"metric {metric!r} is built in: choose another name")
-        self.metric = metric
+    def __init__(self, term: str, function: Callable[..., Any]) -> None:
+        if not keys.is_name(term):
+            raise ValueError(f"term {term[:64]!r} must be 1 to 64 of the characters a-z, 0-9, `_` and `-`")
+        if term in BUILT_IN:
+            raise ValueError(f"term {term!r} is built in: choose another name")
+        self.term = term
         self._function = function
         self._takes_request = _takes_request(function)
         self.__doc__ = function.__doc__
-        self.__name__ = getattr(function, "__name__", metric)
+        self.__name__ = getattr(function, "__name__", term)
 
     def __call__(self, *arguments: Any) -> Any:
         """What the function gives, unchecked."""
         return self._function(*arguments)
 
     def __repr__(self) -> str:
-        return f"Evaluator({self.metric!r}, {self.__name__})"
+        return f"Evaluator({self.term!r}, {self.__name__})"
 
     def costs(self, request: EvaluateRequest) -> F64:
         """The checked costs of a request's candidates, shape [count].
 
         Raises:
-            EvaluatorError: The function raised, or gave anything but one finite cost >= 0 a candidate.
+            EvaluatorError: The function raised, or gave anything but one finite cost >= 0 per candidate.
         """
         if not request.candidates.count:
             return np.empty(0)
@@ -57,13 +57,13 @@ class Evaluator:
         try:
             found = self._function(*arguments, request) if self._takes_request else self._function(*arguments)
         except Exception as error:
-            raise EvaluatorError(self.metric, f"raised {type(error).__name__}: {error}{_place(error)}") from error
+            raise EvaluatorError(self.term, f"raised {type(error).__name__}: {error}{_place(error)}") from error
         return self._checked(found, request.candidates.count)
 
     def trial(self, request: EvaluateRequest) -> F64:
-        """Tries the function on three candidates, among nobody and among two people, before work depends on it.
+        """Tries the function on three candidates, without people and among two, before work depends on it.
 
-        Gives no costs. ``request`` is one without candidates; what it says of map, goal and robot holds.
+        Gives no costs. ``request`` is one without candidates; what it says of map, goal and robot model holds.
 
         Raises:
             EvaluatorError: As `costs`, or a candidate's cost changes with its neighbours in the batch.
@@ -79,7 +79,7 @@ class Evaluator:
             alone = np.concatenate([asked(part(three, index)) for index in range(three.count)])
             if not np.allclose(together, alone, rtol=1e-6, atol=1e-9):
                 raise EvaluatorError(
-                    self.metric,
+                    self.term,
                     f"the cost of a candidate changes with its neighbours: {together} for three together, {alone} for "
                     "each alone; a batch is cut into parts, so do not scale or rank costs within it",
                 )
@@ -89,35 +89,35 @@ class Evaluator:
         try:
             cost = np.asarray(found, np.float64)
         except (TypeError, ValueError) as error:
-            raise EvaluatorError(self.metric, f"gave no array of numbers: {error}") from error
+            raise EvaluatorError(self.term, f"gave no array of numbers: {error}") from error
         if cost.shape != (count,):
-            raise EvaluatorError(self.metric, f"gave an array of shape {cost.shape}, expected ({count},)")
+            raise EvaluatorError(self.term, f"gave an array of shape {cost.shape}, expected ({count},)")
         usable = (cost >= 0.0) & (cost <= MAX_MAGNITUDE)  # a NaN is neither
         if not usable.all():
             index = int(np.flatnonzero(~usable)[0])
-            raise EvaluatorError(self.metric, f"cost[{index}] is {cost[index]}, not a finite number >= 0")
+            raise EvaluatorError(self.term, f"cost[{index}] is {cost[index]}, not a finite number >= 0")
         return cost
 
 
-def evaluator(metric: str) -> Callable[[Callable[..., Any]], Evaluator]:
-    """Makes a function an evaluator of ``metric``.
+def evaluator(term: str) -> Callable[[Callable[..., Any]], Evaluator]:
+    """Makes a function an evaluator of ``term``.
 
     The function takes a `Scene` and a `CandidateSet`, and if it has a third parameter the whole `EvaluateRequest`
-    (goal, map, robot). It gives one finite cost >= 0 a candidate, shape [count]; lower is better. A candidate's cost
-    must not depend on the others: a batch is cut into parts, over as many replicas as there are.
+    (goal, map, robot model). It gives one finite cost >= 0 per candidate, shape [count]; lower is better. A candidate's
+    cost must not depend on the others: a batch is cut into parts, over as many replicas as there are.
 
     >>> @evaluator("tempo")
     ... def tempo(scene, candidates):
-    ...     "Metres a second missing to 1 m/s."
+    ...     "Metres per second missing to 1 m/s."
     ...     return abs(1.0 - candidates.v).mean(axis=1)
-    >>> tempo.metric
+    >>> tempo.term
     'tempo'
     """
-    if not isinstance(metric, str):
-        raise TypeError('give the metric a name: @curionav.evaluator("my-metric")')
+    if not isinstance(term, str):
+        raise TypeError('give the term a name: @curionav.evaluator("my-term")')
 
     def decorate(function: Callable[..., Any]) -> Evaluator:
-        return Evaluator(metric, function)
+        return Evaluator(term, function)
 
     return decorate
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from .messages import CycleReport, TermReport
+from .array import F64
+from .messages import CycleReport, Twist
+from .words import say, say_all
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One row of the table: a candidate by its ``id``, with what each metric adds to its cost.
+    """One row of the table: a candidate by its ``id``, with what each term adds to its cost.
 
-    ``cost`` is ``None`` if a term has not scored it, and so are the entries of ``terms`` and ``raw`` of such a term.
-    ``remark`` is ``chosen``, ``next``, or why it was rejected; empty if it was only dearer.
+    ``cost`` is ``None`` if an active term has not scored it, and so are the entries of ``terms`` and ``raw`` of a term
+    that has not. ``remark`` is ``chosen``, ``next``, or why it was rejected; empty if it was only dearer.
     """
 
     id: int
@@ -26,9 +29,9 @@ class Candidate:
 
 @dataclass(frozen=True)
 class WhatIf:
-    """With the weight of ``metric`` ``doubled``, ``halved`` or set to ``zero``, ``candidate`` would have been taken."""
+    """With the weight of ``term`` ``doubled``, ``halved`` or ``set to zero``, ``candidate`` would have been taken."""
 
-    metric: str
+    term: str
     change: str
     weight: float
     candidate: int
@@ -53,13 +56,14 @@ class Explanation:
         """Every candidate: the chosen one, those that ran, those rejected; each by cost, those without one last."""
         report = self.report
 
-        def rank(i: int) -> tuple[bool, bool, bool, float, int]:
-            return report.chosen != i, bool(report.rejected[i]), bool(self._lacking(i)), float(report.total[i]), i
+        def rank(i: int) -> tuple[bool, bool, float, int]:
+            total = float(report.total[i])
+            return report.chosen != i, report.rejected[i] is not None, math.inf if math.isnan(total) else total, i
 
         return [self._candidate(i) for i in sorted(range(report.candidates.count), key=rank)]
 
     def what_if(self) -> list[WhatIf]:
-        """What other weights would have led to; empty if no candidate was followed or the arbiter is older."""
+        """What other weights would have led to; empty if no candidate was followed."""
         found = []
         for term in self.report.terms:
             for change, weight, index in (
@@ -68,12 +72,12 @@ class Explanation:
                 ("set to zero", 0.0, term.without),
             ):
                 if index is not None:
-                    found.append(WhatIf(term.metric, change, weight, self._id(index), index == self.report.chosen))
+                    found.append(WhatIf(term.term, change, weight, self._id(index), index == self.report.chosen))
         return found
 
     def alone(self) -> dict[str, int]:
-        """By metric: the candidate that this term alone would have chosen."""
-        return {term.metric: self._id(term.alone) for term in self.report.terms if term.alone is not None}
+        """By term: the candidate that this term alone would have chosen."""
+        return {term.term: self._id(term.alone) for term in self.report.terms if term.alone is not None}
 
     def __str__(self) -> str:
         return "\n".join([*self._words(), *self._table()])
@@ -81,56 +85,61 @@ class Explanation:
     def _id(self, index: int) -> int:
         return int(self.report.candidates.id[index])
 
-    def _lacking(self, index: int) -> set[str]:
-        """The metrics that have not scored a candidate."""
-        return {term.metric for term in self.report.terms if term.missing is not None and index in term.missing}
-
     def _candidate(self, index: int) -> Candidate:
         report = self.report
-        scored = [term for term in report.terms if len(term.raw)]
-        lacking = self._lacking(index)
 
-        def column(term: TermReport, raw: bool) -> float | None:
-            array = term.raw if raw else term.cost
-            return None if array is None or not len(array) or term.metric in lacking else float(array[index])
+        def number(of: F64) -> float | None:
+            return None if math.isnan(of[index]) else float(of[index])
 
-        remark = {report.chosen: "chosen", report.runner_up: "next"}.get(index, report.rejected[index])
+        why = report.rejected[index]
+        remark = {report.chosen: "chosen", report.runner_up: "next"}.get(index, say("rejection", why) if why else "")
+        scored = [term for term in report.terms if len(term.scored)]
         return Candidate(
             id=self._id(index),
-            cost=None if lacking else float(report.total[index]),
-            terms={term.metric: column(term, raw=False) for term in scored},
-            raw={term.metric: column(term, raw=True) for term in scored},
+            cost=number(report.total),
+            terms={term.term: number(term.cost) for term in scored},
+            raw={term.term: number(term.raw) for term in scored},
             remark=remark,
         )
 
     def _words(self) -> Iterator[str]:
         report, decision = self.report, self.report.decision
         did = decision.action if report.chosen is None else f"follow candidate {self._id(report.chosen)}"
-        yield f"Robot {report.robot}, cycle {report.seq} at {decision.stamp:.1f} s: {did} ({decision.reason})."
-        reasons = Counter(reason for reason in report.rejected if reason)
-        left = report.candidates.count - sum(reasons.values())
-        rejected = "".join(f"; {count} {reason}" for reason, count in reasons.most_common(4))
+        why = say("reason", decision.reason)
+        yield f"Robot {report.robot}, cycle {report.seq} at {decision.stamp:.1f} s: {did} ({why})."
+        if report.driven is not None:
+            yield f"Before it, {driven(report.driven)}."
+        codes = Counter(why["code"] for why in report.rejected if why is not None)
+        left = report.candidates.count - codes.total()
+        rejected = "".join(f"; {count} {say('rejections', code)}" for code, count in codes.most_common())
         yield f"Of {report.candidates.count} candidates {left} were left to compare{rejected}."
         if report.runner_up is not None and report.margin is not None:
             how = "dearer" if report.margin >= 0.0 else "cheaper"
             yield f"Candidate {self._id(report.runner_up)} would have been next, {abs(report.margin):.4f} {how}."
-        for metric, candidate in self.alone().items():
-            yield f"- {metric} alone would have chosen candidate {candidate}."
+        for term, candidate in self.alone().items():
+            yield f"- {term} alone would have chosen candidate {candidate}."
         same = []
         for case in self.what_if():
             if case.same:
-                same.append(f"{case.metric} {case.change}")
+                same.append(f"{case.term} {case.change}")
             else:
-                yield f"With the weight of {case.metric} {case.change} it would have taken candidate {case.candidate}."
+                yield f"With the weight of {case.term} {case.change} it would have taken candidate {case.candidate}."
         if same:
             yield f"It would have taken the same with the weight of {', '.join(same)}."
-        yield f"Degraded: {'; '.join(decision.degraded)}." if decision.degraded else "Nothing was degraded."
+        degraded = say_all("degradation", decision.degraded)
+        yield f"Degraded: {degraded}." if degraded else "Nothing was degraded."
 
     def _table(self) -> Iterator[str]:
-        metrics = [term.metric for term in self.report.terms if len(term.raw)]
-        yield "  ".join(f"{name:>10}" for name in ("candidate", "cost", *metrics))
+        terms = [term.term for term in self.report.terms if len(term.scored)]
+        yield "  ".join(f"{name:>10}" for name in ("candidate", "cost", *terms))
         rows = self.candidates()
         for row in rows[: self.top] if self.top else rows:
-            numbers = [row.cost, *(row.terms[metric] for metric in metrics)]
+            numbers = [row.cost, *(row.terms[term] for term in terms)]
             cells = [f"{row.id:>10}", *("" if n is None else f"{n:.4f}" for n in numbers)]
             yield "  ".join([*(f"{cell:>10}" for cell in cells), row.remark]).rstrip()
+
+
+def driven(twist: Twist) -> str:
+    """What the driver does with the decisions, in words."""
+    reason = say("command_reason", twist.reason)
+    return f"the driver commanded {twist.v:.2f} m/s and {twist.omega:.2f} rad/s ({reason}, since {twist.since:.1f} s)"

@@ -28,9 +28,15 @@ def _chunk(name: str) -> str:
 def robot(name: str, stream: str) -> str:
     """Stream of a robot.
 
-    ``scan``, ``odom``, ``people``, ``belief``, ``particles``, ``mission``, ``decision``, ``cmd``, ``report``.
+    ``scan``, ``odom``, ``people``, ``belief``, ``particles``, ``mission``, ``decision``, ``cmd``, ``report``,
+    ``memory``.
     """
     return f"{ROOT}/robot/{_chunk(name)}/{_chunk(stream)}"
+
+
+def mission_command(name: str) -> str:
+    """Where the driver takes commands about a robot's mission."""
+    return f"{robot(name, 'mission')}/command"
 
 
 def world(name: str, channel: str) -> str:
@@ -43,9 +49,20 @@ def grid(identity: bytes) -> str:
     return f"{ROOT}/map/{identity.hex()}"
 
 
-def evaluate(metric: str, instance: str) -> str:
-    """Where one evaluator of a metric answers."""
-    return f"{ROOT}/evaluate/{_chunk(metric)}/{_chunk(instance)}"
+def question(term: str, instance: str, asker: str) -> str:
+    """Where one evaluator of a term takes the questions of the robot ``asker``."""
+    return f"{ROOT}/evaluate/{_chunk(term)}/{_chunk(instance)}/{_chunk(asker)}"
+
+
+def questions(term: str, instance: str) -> str:
+    """Where one evaluator of a term takes the questions of every robot."""
+    return f"{ROOT}/evaluate/{_chunk(term)}/{_chunk(instance)}/*"
+
+
+def asker(key: str) -> str | None:
+    """The robot that a question's key names; ``None`` if its last chunk is not a plain name."""
+    name = key.rpartition("/")[2]
+    return name if is_name(name) else None
 
 
 def live(role: str, instance: str) -> str:

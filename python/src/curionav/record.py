@@ -6,14 +6,27 @@ import dataclasses
 import io
 import types
 import typing
-from collections.abc import Callable
 from typing import Any, ClassVar, TypeVar
 
 import cbor2
 import numpy as np
 
 from .errors import DecodeError, EncodeError
-from .kinds import Boolean, Fault, Float, Integer, Kind, ListOf, MapOf, OneOf, Scope, Text, expected
+from .field_types import (
+    Boolean,
+    Fault,
+    FieldType,
+    Float,
+    Integer,
+    ListOf,
+    MapOf,
+    OneOf,
+    Scope,
+    Text,
+    at,
+    expected,
+    wrong,
+)
 
 R = TypeVar("R", bound="Record")
 M = TypeVar("M", bound="Message")
@@ -25,7 +38,7 @@ MAX_DEPTH = 18
 @dataclasses.dataclass(frozen=True)
 class _Field:
     name: str
-    kind: Kind
+    type: FieldType
     optional: bool
     """May be absent on the wire, and is left out at its default."""
     default: object
@@ -59,7 +72,8 @@ class Record:
 
 def _equal(a: object, b: object) -> bool:
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
-        return np.array_equal(np.asarray(a), np.asarray(b))
+        # NaN stands for a candidate without a score.
+        return np.array_equal(np.asarray(a), np.asarray(b), equal_nan=True)
     if isinstance(a, dict) and isinstance(b, dict):
         return a.keys() == b.keys() and all(_equal(a[key], b[key]) for key in a)
     if isinstance(a, list) and isinstance(b, list):
@@ -68,7 +82,7 @@ def _equal(a: object, b: object) -> bool:
 
 
 @dataclasses.dataclass(frozen=True)
-class Part(Kind):
+class Part(FieldType):
     """A map of its own inside a message."""
 
     type: type[Record]
@@ -78,14 +92,14 @@ class Part(Kind):
         if not isinstance(value, dict):
             raise expected("a map", value)
         cls = _variant(self.type, value.get("kind"))
-        inner = Scope({})
+        inner = Scope({}, outer=scope)
         for field in _fields(cls):
             if field.name in value:
-                inner.values[field.name] = _at(field.name, field.kind.take, value[field.name], inner)
+                inner.values[field.name] = at(field.name, field.type.take, value[field.name], inner)
             elif field.optional:
                 inner.values[field.name] = field.default
             else:
-                raise Fault("is missing", field.name)
+                raise wrong("is missing", field.name)
         record = cls(**inner.values)
         record.check()
         return record
@@ -94,21 +108,14 @@ class Part(Kind):
         """Writes the fields of the record."""
         if not isinstance(value, self.type):
             raise expected(f"a {self.type.__name__}", value)
-        inner = Scope(vars(value))
+        inner = Scope(vars(value), outer=scope)
         given = {}
         for field in _fields(type(value)):
             found = getattr(value, field.name)
             if not field.optional or not _equal(found, field.default):
-                given[field.name] = _at(field.name, field.kind.give, found, inner)
+                given[field.name] = at(field.name, field.type.give, found, inner)
         value.check()
         return given
-
-
-def _at(name: str, convert: Callable[[Any, Scope], Any], value: object, scope: Scope) -> Any:
-    try:
-        return convert(value, scope)
-    except Fault as fault:
-        raise fault.within(name) from None
 
 
 def _variant(cls: type[R], kind: object) -> type[R]:
@@ -116,7 +123,7 @@ def _variant(cls: type[R], kind: object) -> type[R]:
         return cls
     variants = {sub.__dataclass_fields__["kind"].default: sub for sub in cls.__subclasses__()}  # type: ignore[attr-defined]
     if kind not in variants:
-        raise Fault(f"{str(kind)[:64]!r} is none of {', '.join(variants)}", "kind")
+        raise Fault("unknown_name", "kind", found=str(kind)[:64], known=list(variants))
     found: type[R] = variants[kind]
     return found
 
@@ -139,31 +146,31 @@ def _read_fields(cls: Any) -> tuple[_Field, ...]:
         if typing.get_origin(hint) in (typing.Union, types.UnionType):
             hint = next(arm for arm in typing.get_args(hint) if arm is not type(None))
         default = field.default if has_default else None
-        result.append(_Field(field.name, _kind(hint), has_default, default))
+        result.append(_Field(field.name, _field_type(hint), has_default, default))
     return tuple(result)
 
 
-def _kind(hint: Any) -> Kind:
-    """The kind an annotation stands for."""
+def _field_type(hint: Any) -> FieldType:
+    """The field type an annotation stands for."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Annotated:
         inner, note = arguments[0], arguments[1]
-        if isinstance(note, Kind):
+        if isinstance(note, FieldType):
             return note
         # A list or map with a limit of its own.
-        return dataclasses.replace(_kind(inner), **note)  # type: ignore[type-var]
+        return dataclasses.replace(_field_type(inner), **note)  # type: ignore[type-var]
     if origin is typing.Literal:
         return OneOf(arguments)
     if origin is list:
-        return ListOf(_kind(arguments[0]))
+        return ListOf(_field_type(arguments[0]))
     if origin is dict:
-        return MapOf(_kind(arguments[1]))
+        return MapOf(_field_type(arguments[1]))
     if isinstance(hint, type) and issubclass(hint, Record):
         return Part(hint)
     return _SIMPLE[hint]
 
 
-_SIMPLE: dict[Any, Kind] = {float: Float(), int: Integer(), bool: Boolean(), str: Text()}
+_SIMPLE: dict[Any, FieldType] = {float: Float(), int: Integer(), bool: Boolean(), str: Text()}
 
 
 class Message(Record):
@@ -187,29 +194,29 @@ class Message(Record):
         """
         try:
             data = cbor2.dumps(Part(type(self)).give(self, Scope({})))
+            if len(data) > self.MAX_BYTES:
+                raise Fault("oversize", found=len(data), most=self.MAX_BYTES)
         except Fault as fault:
-            raise EncodeError(self.NAME, fault.path, fault.reason) from None
-        if len(data) > self.MAX_BYTES:
-            raise EncodeError(self.NAME, "", f"{len(data)} bytes exceed the limit of {self.MAX_BYTES}")
+            raise EncodeError(self.NAME, fault.path, fault.why) from None
         return data
 
     @classmethod
     def decode(cls: type[M], data: bytes, encoding: str | None = None) -> M:
-        """Reads a message from bytes nobody has checked.
+        """Reads a message from unchecked bytes.
 
         Arrays of the result are read-only views. ``encoding`` is the string that came with the bytes, if any did.
 
         Raises:
             DecodeError: They are not this message, or a field has a value, shape or size it may not have.
         """
-        if len(data) > cls.MAX_BYTES:
-            raise DecodeError(cls.NAME, "", f"{len(data)} bytes exceed the limit of {cls.MAX_BYTES}")
-        if encoding is not None and encoding != cls.encoding():
-            raise DecodeError(cls.NAME, "", f"encoding {encoding[:96]!r} is not {cls.encoding()!r}")
         try:
+            if len(data) > cls.MAX_BYTES:
+                raise Fault("oversize", found=len(data), most=cls.MAX_BYTES)
+            if encoding is not None and encoding != cls.encoding():
+                raise Fault("wrong_encoding", found=encoding[:96], expected=cls.encoding())
             message = Part(cls).take(_parse(data), Scope({}))
         except Fault as fault:
-            raise DecodeError(cls.NAME, fault.path, fault.reason) from None
+            raise DecodeError(cls.NAME, fault.path, fault.why) from None
         assert isinstance(message, cls)
         return message
 
@@ -226,8 +233,11 @@ def _parse(data: bytes) -> object:
             strict_hashable_types=True,
         )
         value: object = decoder.decode()
+    except cbor2.CBORDecodeEOF:
+        raise Fault("malformed", offset=len(data), fault="cut_short") from None
     except (cbor2.CBORDecodeError, ValueError, TypeError, OverflowError, RecursionError, MemoryError) as error:
-        raise Fault(f"is malformed: {error}") from None
-    if stream.read(1):
-        raise Fault("is malformed: bytes after the end of the message")
+        raise wrong(f"is no well-formed CBOR: {error}") from None
+    end = stream.tell()
+    if end != len(data):
+        raise Fault("malformed", offset=end, fault="trailing_bytes")
     return value

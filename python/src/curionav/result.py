@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from .array import F64
-from .messages import Cycles, Metrics, PeopleTrace, RunResult
+from .messages import Cycles, Measures, PeopleTrace, RunResult
 
 
 @dataclass(frozen=True)
@@ -18,15 +18,15 @@ class Result:
         planner: Name of the planner profile.
         seed: Seed of everything random.
         outcome: At the goal, out of time, or believing to be where the robot is not.
-        metrics: The metrics of the paper and a few more.
+        measures: The measures of the paper and a few more.
         social: The standard measures of social navigation by name, units in the names: ``spl``, ``personal_share``,
             ``time_to_collision_min_s`` and so on. What there was nothing to measure of is not in it.
         cycles: The planning cycles, in numbers.
-        real_time_factor: Simulated seconds a second of wall time.
+        real_time_factor: Simulated seconds per second of wall time.
         decisions_sha256: Digest of scene stamps and chosen trajectories, 64 hexadecimal digits: equal for equal
             decisions.
-        trace: What happened, one array of shape [rows] a column, one row a tick: ``time_s``, ``true_x``, ``belief_x``
-            and so on; m, rad, s.
+        trace: What happened, one array of shape [rows] per column, one row per tick: ``time_s``, ``true_x``,
+            ``belief_x`` and so on; m, rad, s.
         people: Where the people were in these rows.
     """
 
@@ -34,7 +34,7 @@ class Result:
     planner: str
     seed: int
     outcome: Literal["reached", "timeout", "lost"]
-    metrics: Metrics
+    measures: Measures
     social: dict[str, float]
     cycles: Cycles
     real_time_factor: float
@@ -51,7 +51,7 @@ class Result:
             planner=message.planner,
             seed=message.seed,
             outcome=message.outcome,
-            metrics=message.metrics,
+            measures=message.measures,
             social=dict(message.social or {}),
             cycles=message.cycles,
             real_time_factor=message.real_time_factor,

@@ -27,6 +27,7 @@ from .messages import (
 )
 from .result import Result
 from .session import Mailbox, News, ask, close_at_exit, subscribe
+from .words import say
 
 M = TypeVar("M", CycleReport, Decision)
 A = TypeVar("A", bound=Message)
@@ -76,7 +77,7 @@ class Run:
         self._session = session
         close_at_exit(self, session)
         self._run_key = keys.world(world, "run")
-        self._mission_key = keys.robot(robot, "mission")
+        self._command_key = keys.mission_command(robot)
         decision_key = keys.robot(robot, "decision")
         self._news = News()
         self._statuses = Mailbox(self._news, MAILBOX_BYTES)
@@ -148,7 +149,7 @@ class Run:
 
     @property
     def lost(self) -> int:
-        """Reports and decisions given up because nobody read them in time; `MAILBOX_BYTES` of each are kept."""
+        """Reports and decisions that were dropped unread: `MAILBOX_BYTES` of each are kept."""
         return self._reports.lost + self._decisions.lost
 
     def _reports_complete(self) -> bool:
@@ -205,7 +206,7 @@ class Run:
         return self._status
 
     def progress(self) -> Iterator[RunStatus]:
-        """Where the run stands, whenever the simulator says so (five times a second); ends with the run's end."""
+        """Where the run stands, whenever the simulator says so (five times per second); ends with the run's end."""
         told: RunStatus | None = None
         while True:
             seen = self._news.count
@@ -245,7 +246,8 @@ class Run:
 
     def _result(self) -> Result:
         if self._status.result is None:
-            raise RunFailed(self._status.error or "the run ended without a result")
+            end = self._status.error
+            raise RunFailed(say("end", end) if end else "the run ended without a result", end)
         return Result.of(self._status.result)
 
     def cancel(self, timeout: float = 10.0) -> None:
@@ -262,7 +264,7 @@ class Run:
                 raise NoAnswer(f"the run did not end within {timeout:g} s of being cancelled")
             # Again and again: the mission of a run that has just been injected may not be there yet.
             with contextlib.suppress(NoAnswer, Rejected):
-                ask(self._session, self._mission_key, Mission, Cancel(), min(left, _ASK_TIMEOUT))
+                ask(self._session, self._command_key, Mission, Cancel(), min(left, _ASK_TIMEOUT))
             self._news.wait(seen, min(left, _CANCEL_PERIOD))
 
     def close(self) -> None:
@@ -291,7 +293,7 @@ class Run:
             self.close()
 
     def _check_crowd(self) -> None:
-        """A crowd that has failed ends the run: nobody would play it any more."""
+        """A crowd that has failed ends the run: it cannot go on without people."""
         failure = self._crowd.failure if self._crowd is not None else None
         if failure is not None and not self._closed and not self._cancelling:
             self._cancelling = True

@@ -7,13 +7,15 @@ import re
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from .errors import ScenarioError
-from .kinds import Fault, plain
+from .datasets import locate
+from .errors import DatasetError, ScenarioError
+from .field_types import Fault, plain
+from .profiles import DEFAULT, Planner, changed, complete, read_toml
 
 _WHOLE = frozenset({"plan_every", "beams", "ids", "max_neighbors"})
 """Integer fields of a scenario; every other number in it is a float, as the CBOR reader of the services demands."""
 
-_FREE = frozenset({"localizer", "profile"})
+_FREE = frozenset({"localizer"})
 """Tables that go to other readers as they are."""
 
 _IMAGE = re.compile(r"""^image\s*:\s*(?:"([^"]*)"|'([^']*)'|([^#\n]*?))\s*(?:\s#.*)?$""", re.MULTILINE)
@@ -37,43 +39,32 @@ class Scenario:
 
     @classmethod
     def load(cls, path: str | Path) -> Scenario:
-        """Reads a scenario file (TOML; needs Python 3.11).
+        """Reads a scenario file (TOML).
 
         Raises:
-            ScenarioError: The file cannot be read or is not TOML, or this Python has no TOML reader.
+            ScenarioError: The file cannot be read or is not TOML.
         """
-        try:
-            import tomllib  # noqa: PLC0415 - not there before Python 3.11
-        except ImportError:
-            reason = "reading TOML needs Python 3.11; read the file yourself and use Scenario.from_dict"
-            raise ScenarioError("", reason) from None
         path = Path(path)
-        try:
-            data = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ScenarioError("", f"cannot read {path}: {error.strerror}") from error
-        except ValueError as error:
-            raise ScenarioError("", f"{path}: {error}") from error
-        return cls(data, path.parent)
+        return cls(read_toml(path, ""), path.parent)
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], base: str | Path = ".") -> Scenario:
         """A scenario from tables made in Python; they are copied. ``base`` is where the names of files start from."""
         return cls(copy.deepcopy(data), base)
 
-    def with_term(self, metric: str, weight: float = 1.0, scale: float = 1.0, when: str = "always") -> Scenario:
+    def with_term(self, term: str, weight: float = 1.0, scale: float = 1.0, when: str = "always") -> Scenario:
         """The scenario with one more term in its planner's profile, in place of one of the same name.
 
         Args:
-            metric: Which metric, such as that of an `Evaluator`.
+            term: Name of the term, such as that of an `Evaluator`.
             weight: How much it counts; 0 takes the term out.
-            scale: The cost a state of a candidate, in the metric's unit, that counts as one: a candidate adds
+            scale: The cost per state of a candidate, in the term's unit, that counts as one: a candidate adds
                 ``weight * cost / (scale * states)``.
             when: ``always``, or ``uncertain``: only while the robot is unsure where it is.
         """
         changed = Scenario.from_dict(self.data, self.base)
         terms = changed.data.setdefault("profile", {}).setdefault("terms", {})
-        terms[metric] = {"scale": float(scale), "weight": float(weight), "when": when}
+        terms[term] = {"scale": float(scale), "weight": float(weight), "when": when}
         return changed
 
     def with_live_people(self, patience_s: float = 10.0) -> Scenario:
@@ -86,6 +77,27 @@ class Scenario:
         changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
         return changed
 
+    def profile(self, planner: Planner | None = None) -> dict[str, Any]:
+        """The whole planner profile: the one of this name, by default the scenario's own, with its ``[profile]``.
+
+        Args:
+            planner: The name of a built-in profile, a profile file (``.toml``), or tables as in such a file.
+
+        Raises:
+            ScenarioError: There is no such profile, or its file cannot be read.
+        """
+        if planner is not None:
+            chosen = complete(planner, Path(), "planner")
+        else:
+            chosen = complete(self._table("planner").get("profile", DEFAULT), self.base, "planner.profile")
+        return changed(chosen, self._table("profile"))
+
+    def _table(self, name: str) -> dict[str, Any]:
+        table = self.data.get(name, {})
+        if not isinstance(table, dict):
+            raise ScenarioError(name, f"must be a table, found {type(table).__name__}")
+        return table
+
     def files(self) -> dict[str, bytes]:
         """Content of every file the scenario names, by the name it is sent under.
 
@@ -97,28 +109,38 @@ class Scenario:
     def packed(self) -> tuple[dict[str, Any], dict[str, bytes]]:
         """The tables and the files as they are sent: names of files have lost their directories.
 
+        The table ``profile`` is not among them: `profile` makes a whole profile of it.
+
         Raises:
             ScenarioError: A file is missing, or a value has no form on the wire.
         """
         data = copy.deepcopy(self.data)
+        data.pop("profile", None)
         files: dict[str, bytes] = {}
         table = data.get("map")
         # What is missing here is the services' to refuse: they name the field.
         if isinstance(table, dict) and isinstance(table.get("file"), str):
-            table["file"] = self._pack_map(self.base / table["file"], files)
+            table["file"] = self._pack_map(self._located("map.file", table["file"]), files)
         recordings = data.get("recorded", [])
         sent: dict[Path, str] = {}
         for index, recorded in enumerate(recordings if isinstance(recordings, list) else []):
             if isinstance(recorded, dict) and isinstance(recorded.get("file"), str):
-                path = self.base / recorded["file"]
+                field = f"recorded[{index}].file"
+                path = self._located(field, recorded["file"])
                 if path not in sent:
                     sent[path] = _free_name(path.name, index, files)
-                    files[sent[path]] = _read(f"recorded[{index}].file", path)
+                    files[sent[path]] = _read(field, path)
                 recorded["file"] = sent[path]
         try:
             return _floats(plain(data)), files
         except Fault as fault:
             raise ScenarioError(fault.path, fault.reason) from None
+
+    def _located(self, field: str, file: str) -> Path:
+        try:
+            return locate(file, self.base)
+        except DatasetError as error:
+            raise ScenarioError(field, str(error)) from error
 
     def _pack_map(self, path: Path, files: dict[str, bytes]) -> str:
         description = _read("map.file", path)

@@ -93,7 +93,7 @@ def _serve(options: argparse.Namespace) -> int:
         for evaluator in evaluators:
             server = deployment.serve(evaluator, slots=options.slots, queue=options.queue)
             servers.enter_context(server)
-            _log.info("serving %s as %s", server.metric, server.instance)
+            _log.info("serving %s as %s", server.term, server.instance)
         if options.child:
             # Its end of the pipe closes with the parent, however that one ends.
             threading.Thread(target=_until_end_of_input, args=(ended,), daemon=True).start()

@@ -15,6 +15,7 @@ import uuid
 from collections import Counter, deque
 from importlib import metadata
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 import zenoh
@@ -34,8 +35,8 @@ _REPORT_PERIOD = 10.0
 
 _log = logging.getLogger("curionav")
 
-Waiting = tuple[zenoh.Query, float]
-"""A query and when it came."""
+Waiting = tuple[zenoh.Query, str, float]
+"""A query, the robot that asks, and when it came."""
 
 
 class _LateError(EvaluatorError):
@@ -46,11 +47,12 @@ class EvaluatorServer:
     """A replica of an evaluator; made by `Deployment.serve`. A context manager that ends it.
 
     Attributes:
-        metric: What it computes.
-        instance: Its name among the replicas of the metric.
+        term: What it computes.
+        instance: Its name among the replicas of the term.
         answered: Questions answered.
-        refused: Questions refused, by code: ``overloaded``, ``cold``, ``stopped`` (late), ``malformed``, and
-            ``unknown`` for a function that raised or gave no usable costs.
+        refused: Questions refused, by the code of the refusal: ``overloaded``, ``cold``, ``stopped`` (late),
+            ``wrong_robot``, that of a question that is not understood, and ``failed`` for a function that raised or
+            gave no usable costs.
         last_failure: Why the function failed last; ``None`` if it never has.
     """
 
@@ -60,8 +62,8 @@ class EvaluatorServer:
         close_at_exit(self, session)
         if slots < 1 or queue < 1:
             raise ValueError(f"slots and queue must be at least 1, found {slots} and {queue}")
-        self.metric = evaluator.metric
-        self.instance = instance or f"{evaluator.metric[:50]}-{uuid.uuid4().hex[:8]}"
+        self.term = evaluator.term
+        self.instance = instance or f"{evaluator.term[:50]}-{uuid.uuid4().hex[:8]}"
         self.answered = 0
         self.refused: Counter[str] = Counter()
         self.last_failure: str | None = None
@@ -79,15 +81,15 @@ class EvaluatorServer:
         self._threads = [
             threading.Thread(target=self._work, name=f"{self.instance}-{slot}", daemon=True) for slot in range(slots)
         ]
-        names = (self.metric, self.instance)
+        names = (self.term, self.instance)
         # Made before anything is declared: a bad name then leaves nothing behind.
-        asked, status, live = keys.evaluate(*names), keys.status(*names), keys.live(*names)
+        asked, status, live = keys.questions(*names), keys.status(*names), keys.live(*names)
         try:
             self._declared.append(answer_queries(session, asked, self._admit))
             self._declared.append(answer_queries(session, status, self._tell))
             for thread in self._threads:
                 thread.start()
-            # Last: nobody is to ask whoever does not answer yet.
+            # Last: a replica that does not answer yet must not be asked.
             self._declared.append(session.liveliness().declare_token(live))
         except BaseException:
             self.close()
@@ -96,12 +98,13 @@ class EvaluatorServer:
     # ---- on Zenoh's threads ----
 
     def _admit(self, query: zenoh.Query) -> None:
-        attachment = query.attachment
-        robot = attachment.to_bytes().decode("utf-8", "replace") if attachment is not None else ""
-        # Who says nothing about whose work it is shares a line with all who do not.
-        refused = self._queue.push(robot if keys.is_name(robot) else "", (query, time.monotonic()))
+        robot = keys.asker(str(query.key_expr))
+        if robot is None:
+            self._refuse(query, {"code": "wrong_robot"})
+            return
+        refused = self._queue.push(robot, (query, robot, time.monotonic()))
         if refused is not None:
-            self._refuse(refused[0], "overloaded", "every slot is busy and the queue is full")
+            self._refuse(refused[0], {"code": "overloaded"})
 
     def _tell(self, query: zenoh.Query) -> None:
         with query:
@@ -111,11 +114,11 @@ class EvaluatorServer:
 
     def _work(self) -> None:
         while (waiting := self._queue.pop()) is not None:
-            query, arrived = waiting
+            query, robot, arrived = waiting
             with self._lock:
                 self._computing += 1
             try:
-                self._answer(query, arrived)
+                self._answer(query, robot, arrived)
             except Exception:
                 # The next question finds the replica alive, whatever was wrong with this one.
                 _log.exception("%s: a question could not be answered", self.instance)
@@ -124,32 +127,33 @@ class EvaluatorServer:
                     self._computing -= 1
                     self._latencies.append(time.monotonic() - arrived)
 
-    def _answer(self, query: zenoh.Query, arrived: float) -> None:
+    def _answer(self, query: zenoh.Query, robot: str, arrived: float) -> None:
         payload = query.payload
         try:
             request = EvaluateRequest.decode(
                 payload.to_bytes() if payload is not None else b"", str(query.encoding) if query.encoding else None
             )
         except DecodeError as error:
-            self._refuse(query, _code(error), error.reason, error.field or None)
+            self._refuse(query, error.why, error.field or None)
             return
         warms_up = request.candidates.count == 0
-        need = _need(request)
+        need = _need(robot, request)
         prepared = need in self._prepared
         if not warms_up and not prepared:
-            self._refuse(query, "cold", "not prepared for this mission: ask without candidates first")
+            self._refuse(query, {"code": "cold", "detail": "the mission"})
             return
         if not warms_up and _spent_ms(arrived) > request.budget_ms:
-            self._refuse(query, "stopped", "its time was over before a slot was free")
+            self._refuse(query, {"code": "stopped"})
             return
         try:
             cost = self._evaluator.trial(request) if warms_up and not prepared else self._evaluator.costs(request)
             if not warms_up and _spent_ms(arrived) > request.budget_ms:
-                late = f"took {_spent_ms(arrived):.0f} ms of a budget of {request.budget_ms} ms"
-                raise _LateError(self.metric, late)
+                took = f"took {_spent_ms(arrived):.0f} ms of a budget of {request.budget_ms} ms"
+                raise _LateError(self.term, took)
         except EvaluatorError as error:
             self._failed(error, need)
-            self._refuse(query, "stopped" if isinstance(error, _LateError) else "unknown", str(error))
+            late = isinstance(error, _LateError)
+            self._refuse(query, {"code": "stopped"} if late else {"code": "failed", "detail": _cut(str(error))})
             return
         if warms_up:
             with self._lock:
@@ -160,7 +164,7 @@ class EvaluatorServer:
             epoch=request.epoch,
             seq=request.seq,
             shard=request.shard,
-            metric=self.metric,
+            term=self.term,
             instance=self.instance,
             cost=cost,
             elapsed_us=max(0, round(_spent_ms(arrived) * 1e3)),
@@ -178,13 +182,13 @@ class EvaluatorServer:
             if len(self._said) > 100:
                 self._said.clear()
             self._said[what] = now
-            _log.error("%s (%s): %s", self.metric, self.instance, error.reason, exc_info=error.__cause__)
+            _log.error("%s (%s): %s", self.term, self.instance, error.reason, exc_info=error.__cause__)
 
-    def _refuse(self, query: zenoh.Query, code: str, reason: str, field: str | None = None) -> None:
+    def _refuse(self, query: zenoh.Query, why: dict[str, Any], field: str | None = None) -> None:
         with self._lock:
-            self.refused[code] += 1
+            self.refused[why["code"]] += 1
         with query:
-            _reply(query, Reject(reason=_cut(reason), field=_cut(field) if field else None, code=code))
+            _reply(query, Reject(field=_cut(field) if field else None, why=why))
 
     def _settle(self, query: zenoh.Query, scores: Message) -> None:
         with self._lock:
@@ -202,7 +206,7 @@ class EvaluatorServer:
             answered, refused = self.answered, self.refused.total()
         p50, p99 = np.percentile(latencies or [0.0], [50.0, 99.0]) * 1e3
         return ServiceStatus(
-            role=self.metric,
+            role=self.term,
             instance=self.instance,
             version=_version(),
             uptime_s=time.monotonic() - self._started,
@@ -212,7 +216,7 @@ class EvaluatorServer:
             rejected=refused,
             p50_ms=float(p50),
             p99_ms=float(p99),
-            warmed=[],
+            prepared=[],
         )
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -227,7 +231,7 @@ class EvaluatorServer:
 
     def close(self, timeout: float = 2.0) -> None:
         """Ends it: what waits is still answered, for at most ``timeout`` s. Does nothing the second time."""
-        # The token goes first: nobody is to ask whoever has stopped answering.
+        # The token goes first: a replica that has stopped answering must not be asked.
         while self._declared:
             with contextlib.suppress(zenoh.ZError):
                 self._declared.pop().undeclare()  # type: ignore[no-untyped-call]
@@ -249,10 +253,10 @@ class EvaluatorServer:
         self.close()
 
 
-def _need(request: EvaluateRequest) -> tuple[object, ...]:
-    """What a replica is prepared for: another map, goal, profile or shape of candidates is tried anew."""
+def _need(robot: str, request: EvaluateRequest) -> tuple[object, ...]:
+    """What a replica is prepared for: another robot, map, goal or shape of candidates is tried anew."""
     return (
-        request.robot,
+        robot,
         request.map,
         request.goal_x,
         request.goal_y,
@@ -263,14 +267,6 @@ def _need(request: EvaluateRequest) -> tuple[object, ...]:
 
 def _spent_ms(arrived: float) -> float:
     return (time.monotonic() - arrived) * 1e3
-
-
-def _code(error: DecodeError) -> str:
-    if error.field:
-        return "invalid"
-    if error.reason.startswith("encoding"):
-        return "version"
-    return "oversize" if "exceed the limit" in error.reason else "malformed"
 
 
 def _cut(text: str) -> str:

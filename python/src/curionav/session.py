@@ -35,13 +35,18 @@ _CONFIGURATION = """{
   queries_default_timeout: 1000,
   adminspace: { enabled: false },
   transport: {
+    unicast: { open_timeout: 1000 },
     link: {
-      tx: { lease: 1000, keep_alive: 4 },
+      tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
+        block: { wait_before_close: 500000 },
+        drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
       rx: { max_message_size: 134217728 },
     },
     shared_memory: { enabled: false },
   },
 }"""
+"""The settings of the services (``crates/runtime/src/session.rs``): no scouting, a lease of one second, a link that is
+given up after one second of opening or half a second of a blocked send, no shared memory, short queries."""
 
 
 def open_session(
@@ -253,7 +258,7 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
     """Asks ``key`` and waits for the first usable answer.
 
     Raises:
-        NoAnswer: Nobody serves the key, or not within ``timeout`` s.
+        NoAnswer: No service answers at the key within ``timeout`` s.
         Rejected: The service refused.
         DecodeError: The answer is not what it should be.
     """
@@ -283,7 +288,7 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
         payload=None if question is None else question.encode(),
         encoding=None if question is None else question.encoding(),
     )
-    failure: Exception = NoAnswer(f"nobody answers at {key}")
+    failure: Exception = NoAnswer(f"no service answers at {key}")
     deadline = time.monotonic() + timeout + 0.1
     while True:
         with changed:
@@ -312,7 +317,7 @@ def _answer(reply: zenoh.Reply, key: str, answer: type[M], timeout: float) -> M:
     except DecodeError:
         # Zenoh's own error reply: the time is up.
         raise NoAnswer(f"no answer at {key} within {timeout:g} s") from None
-    raise Rejected(reject.field, reject.reason, reject.code)
+    raise Rejected(reject.field, reject.why)
 
 
 def alive(session: zenoh.Session, key: str, timeout: float) -> list[str]:

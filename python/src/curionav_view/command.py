@@ -152,20 +152,20 @@ def _show(options: argparse.Namespace) -> int:
 
 def _replay(options: argparse.Namespace, output: Output, wanted: Wanted) -> None:
     from . import recording  # noqa: PLC0415
-    from .story import Story  # noqa: PLC0415
+    from .scene_logger import SceneLogger  # noqa: PLC0415
 
-    story: Story | None = None
+    scene_logger: SceneLogger | None = None
     run: int | None = None
     count = 0
     for message in recording.messages(options.recording, options.robot):
         started = message.run if isinstance(message, Mission) else None
-        if story is None or (started is not None and run is not None and started != run):
-            grid = story.grid if story is not None else None
-            story = Story(output.recording(options.recording.stem, live=False))
+        if scene_logger is None or (started is not None and run is not None and started != run):
+            grid = scene_logger.grid if scene_logger is not None else None
+            scene_logger = SceneLogger(output.recording(options.recording.stem, live=False))
             if grid is not None:
-                story.draw(grid)
+                scene_logger.draw(grid)
         run = started if started is not None else run
-        story.draw(message)
+        scene_logger.draw(message)
         count += 1
     output.finish()
     output.check()
@@ -176,15 +176,15 @@ def _replay(options: argparse.Namespace, output: Output, wanted: Wanted) -> None
 
 def _follow(options: argparse.Namespace, output: Output) -> None:
     from .live import Live, Source  # noqa: PLC0415
-    from .story import Story  # noqa: PLC0415
+    from .scene_logger import SceneLogger  # noqa: PLC0415
 
     source = Source(options.connect, options.namespace, options.config, 5.0, options.robot or "robot", options.world)
     live = Live(
         source,
-        lambda name: Story(output.recording(name)),
+        lambda name: SceneLogger(output.recording(name)),
         _say,
         # Files are for runs.
-        (lambda name: Story(output.recording(name, saved=False))) if output.is_watched else None,
+        (lambda name: SceneLogger(output.recording(name, saved=False))) if output.is_watched else None,
     )
     try:
         live.follow(output.alive, options.once)

@@ -1,4 +1,4 @@
-"""Messages as they come over Zenoh: one run after the other, each with a story of its own.
+"""Messages as they come over Zenoh: one run after the other, each with its own scene logger.
 
 What was sent before the viewer listened does not come again. So it asks how things stand when it joins: what the robot
 is to do, the map, and of a run that is over its result.
@@ -17,7 +17,7 @@ from curionav.messages import MESSAGES, Message, Mission, OccupancyGrid, RunStat
 from curionav.session import DEFAULT_ENDPOINT, Mailbox, News, ask, open_session, subscribe
 
 from . import words
-from .story import Story
+from .scene_logger import SceneLogger
 
 STREAMS = ("scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report")
 """What is listened to of a robot."""
@@ -53,10 +53,10 @@ class Live:
 
     Args:
         source: Where to listen.
-        begin: Gives the story of a run that begins, by its name.
-        say: Takes a line for whoever has started the program.
-        aside: Gives the story for what is no run: one that was over before, or that there is none. Without it such
-            things are not drawn.
+        begin: Makes the scene logger of a run that begins, from the run's name.
+        say: Takes a line for the user of the program.
+        aside: Makes the scene logger for what is not a new run: a run that was over before, or the wait for one.
+            Without it such things are not drawn.
 
     Attributes:
         refused: Messages that could not be understood and were passed over.
@@ -65,18 +65,18 @@ class Live:
     def __init__(
         self,
         source: Source,
-        begin: Callable[[str], Story],
+        begin: Callable[[str], SceneLogger],
         say: Callable[[str], None],
-        aside: Callable[[str], Story] | None = None,
+        aside: Callable[[str], SceneLogger] | None = None,
     ) -> None:
         self._source, self._begin, self._say, self._aside = source, begin, say, aside
         self._session = open_session(source.endpoint, source.namespace, source.config, source.timeout)
         self._deployment = Deployment(self._session)
         self._news = News()
         self._mail = Mailbox(self._news, MAILBOX_BYTES)
-        self._story: Story | None = None
+        self._scene_logger: SceneLogger | None = None
         self._run: int | None = None
-        # Whether the story at hand is of no run that this has seen begin.
+        # Whether the run that is drawn began before the viewer did, or there is none.
         self._past = True
         self._joined = 0.0
         self._maps: dict[bytes, OccupancyGrid] = {}
@@ -126,8 +126,8 @@ class Live:
         """Says that there is nothing to see yet, also on the page."""
         self._say(why)
         if self._aside is not None:
-            self._story = self._aside(f"{self._source.robot}, waiting")
-            self._story.note(words.waiting(why, self._endpoint()), always=True)
+            self._scene_logger = self._aside(f"{self._source.robot}, waiting")
+            self._scene_logger.note(words.waiting(why, self._endpoint()), always=True)
 
     def _endpoint(self) -> str | None:
         """Where others can connect to; unknown if a configuration file says so."""
@@ -152,7 +152,10 @@ class Live:
         kind = _KINDS.get(encoding)
         try:
             if kind is None:
-                raise DecodeError(encoding[:96], "", "is no message of this version")
+                known = "a message of this version of the contract"
+                raise DecodeError(
+                    encoding[:96], "", {"code": "wrong_encoding", "found": encoding[:96], "expected": known}
+                )
             self._receive_message(kind.decode(data, encoding))
         except DecodeError as error:
             self.refused += 1
@@ -163,10 +166,10 @@ class Live:
     def _receive_message(self, message: Message) -> None:
         if isinstance(message, Mission):
             self._take(message)
-        elif self._story is not None and self._past and isinstance(message, RunStatus):
-            self._recall(self._story, message)
-        elif self._story is not None:
-            self._story.draw(message)
+        elif self._scene_logger is not None and self._past and isinstance(message, RunStatus):
+            self._recall(self._scene_logger, message)
+        elif self._scene_logger is not None:
+            self._scene_logger.draw(message)
 
     def _take(self, mission: Mission) -> None:
         over = mission.state in _OVER
@@ -174,7 +177,7 @@ class Live:
         if mission.run != self._run or (self._past and not over):
             self._run, self._past, self._over, self._asked = mission.run, over, None, 0.0
             begin = self._aside if over else self._begin
-            self._story = begin(f"{mission.robot}, run {mission.run}") if begin is not None else None
+            self._scene_logger = begin(f"{mission.order.robot}, run {mission.run}") if begin is not None else None
         # A mission is sent again and again while it stays as it is.
         ended = over and self._ended != (mission.run, mission.revision)
         self._ended = (mission.run, mission.revision) if over else None
@@ -182,47 +185,47 @@ class Live:
             self._over = None
         elif ended:
             self._over = time.monotonic()
-            self._say(f"the mission is {mission.state}" + (f": {mission.note}" if mission.note else ""))
-        if self._story is None:
+            self._say(f"the mission is {words.standing(mission)}")
+        if self._scene_logger is None:
             return
-        self._story.draw(mission)
+        self._scene_logger.draw(mission)
         self._fetch_map()
         if ended:
-            self._story.note(words.over(mission, None, self._past), always=self._past)
+            self._scene_logger.note(words.over(mission, None, self._past), always=self._past)
         if ended and self._past:
-            self._ask_for_result(self._story)
+            self._ask_for_result(self._scene_logger)
 
-    def _ask_for_result(self, story: Story) -> None:
+    def _ask_for_result(self, scene_logger: SceneLogger) -> None:
         try:
             status = ask(self._session, keys.world(self._source.world, "run"), RunStatus, None, _TIMEOUT)
         except CurionavError as error:
             # A real robot, or a world of another name.
             _log.info("no result of the run: %s", error)
             return
-        self._recall(story, status)
+        self._recall(scene_logger, status)
 
     @staticmethod
-    def _recall(story: Story, status: RunStatus) -> None:
-        story.recall(status)
-        if story.mission is not None and status.result is not None:
-            story.note(words.over(story.mission, status.result, past=True), always=True)
+    def _recall(scene_logger: SceneLogger, status: RunStatus) -> None:
+        scene_logger.recall(status)
+        if scene_logger.mission is not None and status.result is not None:
+            scene_logger.note(words.over(scene_logger.mission, status.result, past=True), always=True)
 
     def _fetch_map(self) -> None:
         """Asks for the mission's map until it is there: it may come a little later than the mission."""
-        story = self._story
-        if story is None or story.mission is None or story.grid is not None:
+        scene_logger = self._scene_logger
+        if scene_logger is None or scene_logger.mission is None or scene_logger.grid is not None:
             return
         if time.monotonic() - self._asked < 1.0:
             return
         self._asked = time.monotonic()
-        wanted = story.mission.map
+        wanted = scene_logger.mission.order.map
         try:
             grid = self._maps[wanted] if wanted in self._maps else self._deployment.grid(wanted)
         except CurionavError as error:
             _log.info("no map yet: %s", error)
             return
         self._maps = {wanted: grid}
-        story.draw(grid)
+        scene_logger.draw(grid)
 
     @property
     def lost(self) -> int:

@@ -24,7 +24,7 @@ from curionav.errors import CurionavError
 APPLICATION = "curionav"
 """Rerun keeps one layout an application."""
 HOST = "127.0.0.1"
-"""Only this machine sees the page: what is shown is nobody's else to see."""
+"""Only this machine sees the page: what is shown may be private."""
 _LIVE_TICK, _STORED_TICK = timedelta(seconds=0.2), timedelta(seconds=5.0)
 """How long what was drawn may wait for company: a viewer takes in a few large pieces sooner than many small ones."""
 _START_TIMEOUT = 20.0
@@ -132,7 +132,7 @@ class Output:
         return str(path if self._files == 1 else path.with_stem(f"{path.stem}-{self._files}"))
 
     def alive(self) -> bool:
-        """Whether there is still somebody to show it to."""
+        """Whether a viewer is still open."""
         return self._viewer is None or self._viewer.poll() is None
 
     def check(self) -> None:
@@ -151,7 +151,7 @@ class Output:
             raise NoOutput(f"the viewer ended{why}: {_INSTEAD}")
 
     def finish(self) -> None:
-        """Sends or writes what is still on its way; without a viewer there is nobody to wait for."""
+        """Sends or writes what is still on its way; without a viewer it waits for nothing."""
         recording, self._open = self._open, None
         if recording is None:
             return
@@ -199,7 +199,7 @@ def has_display() -> bool:
 
 
 def _free(port: int, other: int | None = None) -> int:
-    """The port if nobody has it, else a free one."""
+    """The port if it is free, else one that is."""
     for wanted in (port, 0, 0, 0):
         with socket.socket() as probe, contextlib.suppress(OSError):
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -214,9 +214,14 @@ def _drawn(order: NDArray[np.intp]) -> NDArray[np.intp]:
     return order[np.unique(np.linspace(0, len(order) - 1, MAX_DRAWN).round().astype(np.intp))]
 
 
+def _kept(report: CycleReport) -> NDArray[np.bool_]:
+    """Whether a candidate has a cost and was not rejected."""
+    return np.array([why is None for why in report.rejected], bool) & ~np.isnan(report.total)
+
+
 def candidates(report: CycleReport) -> rr.LineStrips3D:
-    """Those that were scored, by cost: the cheapest bright and on top, the dearest dark."""
-    scored = np.flatnonzero([not why for why in report.rejected])
+    """Those that were compared, by cost: the cheapest bright and on top, the dearest dark."""
+    scored = np.flatnonzero(_kept(report))
     order = _drawn(scored[np.argsort(-report.total[scored], kind="stable")])
     cost = report.total[order]
     share = np.zeros(len(order))
@@ -230,8 +235,8 @@ def candidates(report: CycleReport) -> rr.LineStrips3D:
 
 
 def rejected(report: CycleReport) -> rr.LineStrips3D:
-    """Those that were not."""
-    order = _drawn(np.flatnonzero([bool(why) for why in report.rejected]))
+    """Those that were rejected or have no cost."""
+    order = _drawn(np.flatnonzero(~_kept(report)))
     strips = _flat(report.candidates.x[order], report.candidates.y[order], HEIGHT_CANDIDATES - 0.02)
     return rr.LineStrips3D(strips, colors=[colours.REJECTED], radii=[0.012])
 

@@ -6,8 +6,12 @@ from collections import Counter
 
 import numpy as np
 
+from curionav.explain import driven
 from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
+from curionav.words import say, say_all
 
+NORMAL = frozenset({"tracking", "arrived"})
+"""Reasons of the driver that are as they should be."""
 _DONE = {"follow": "Follow", "hold": "Hold", "stop": "Stop"}
 
 
@@ -15,18 +19,20 @@ def decision(report: CycleReport, mission: Mission | None, nearest: float | None
     """What was decided and what it was weighed by, as Markdown."""
     made = report.decision
     lines = [
-        f"### {_DONE[made.action]}: {made.reason}",
+        f"### {_DONE[made.action]}: {say('reason', made.reason)}",
         "",
         _place(report, mission, nearest),
         "",
         *_costs(report),
     ]
+    if report.driven is not None:
+        lines += ["", f"Before it, {driven(report.driven)}."]
     if made.degraded:
-        lines += ["", "**Not as it should be:** " + "; ".join(made.degraded)]
-    refusals = Counter(why for why in report.rejected if why)
-    if refusals:
+        lines += ["", "**Not as it should be:** " + say_all("degradation", made.degraded)]
+    codes = Counter(why["code"] for why in report.rejected if why is not None)
+    if codes:
         lines += ["", "**Rejected**", ""]
-        lines += [f"- {count} x {why}" for why, count in refusals.most_common(4)]
+        lines += [f"- {count} {say('rejections', code)}" for code, count in codes.most_common()]
     return "\n".join(lines)
 
 
@@ -34,7 +40,7 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
     made, belief = report.decision, report.scene.belief
     parts = [f"{report.scene.stamp:.1f} s, cycle {report.seq}"]
     if mission is not None:
-        parts.append(f"goal in {np.hypot(mission.goal_x - belief.x, mission.goal_y - belief.y):.1f} m")
+        parts.append(f"goal in {np.hypot(mission.order.goal_x - belief.x, mission.order.goal_y - belief.y):.1f} m")
     if nearest is not None:
         parts.append(f"nearest person {nearest:.1f} m")
     sure = "**uncertain**, so curious" if made.uncertain else "sure of the place"
@@ -45,7 +51,7 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
 
 def _costs(report: CycleReport) -> list[str]:
     """The chosen candidate's cost, term by term, and how much dearer the next would have been."""
-    kept = sum(not why for why in report.rejected)
+    kept = sum(why is None for why in report.rejected)
     count = report.candidates.count
     if report.chosen is None:
         return [f"No candidate was taken; {kept} of {count} could be driven."]
@@ -56,12 +62,12 @@ def _costs(report: CycleReport) -> list[str]:
         "|---|---|---|---|---|",
     ]
     for term in report.terms:
-        if len(term.raw) == 0:
-            lines.append(f"| {term.metric} | {term.weight:g} | not asked | | |")
-            continue
         raw = float(term.raw[report.chosen])
+        if np.isnan(raw):
+            lines.append(f"| {term.term} | {term.weight:g} | not asked | | |")
+            continue
         share = _share(term, report.chosen)
-        lines.append(f"| {term.metric} | {term.weight:g} | {raw:.3g} | {share} | {term.evaluated} |")
+        lines.append(f"| {term.term} | {term.weight:g} | {raw:.3g} | {share} | {term.evaluated} |")
     return lines
 
 
@@ -73,10 +79,8 @@ def _margin(report: CycleReport) -> str:
 
 
 def _share(term: TermReport, chosen: int) -> str:
-    """What a term adds to the cost of the chosen candidate; an arbiter of an older version does not say."""
-    if not term.active:
-        return "(off)"
-    return "" if term.cost is None or len(term.cost) == 0 else f"{term.cost[chosen]:.3f}"
+    """What a term adds to the cost of the chosen candidate."""
+    return f"{term.cost[chosen]:.3f}" if term.active else "(off)"
 
 
 def threshold(mission: Mission | None) -> float | None:
@@ -86,7 +90,7 @@ def threshold(mission: Mission | None) -> float | None:
 
 def number(mission: Mission | None, table: str, key: str) -> float | None:
     """A number of the planner's profile; ``None`` if it has none there."""
-    inner = mission.profile.get(table) if mission is not None else None
+    inner = mission.order.profile.get(table) if mission is not None else None
     value = inner.get(key) if isinstance(inner, dict) else None
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
@@ -95,11 +99,12 @@ def event(previous: Decision | None, made: Decision) -> tuple[str, str] | None:
     """(text, level) if something has changed for the worse or back; ``None`` if all is as before."""
     if previous is None or previous.action != made.action:
         level = "INFO" if made.action == "follow" else "WARN"
-        return f"{_DONE[made.action]}: {made.reason}", level
+        return f"{_DONE[made.action]}: {say('reason', made.reason)}", level
     if previous.uncertain != made.uncertain:
         return ("uncertain where it is: curious" if made.uncertain else "sure of the place again"), "INFO"
-    if set(previous.degraded) != set(made.degraded):
-        return ("degraded: " + "; ".join(made.degraded) if made.degraded else "all is as it should be again"), "WARN"
+    before, now = say_all("degradation", previous.degraded), say_all("degradation", made.degraded)
+    if before != now:
+        return (f"degraded: {now}" if now else "all is as it should be again"), "WARN"
     return None
 
 
@@ -121,12 +126,16 @@ def waiting(why: str, endpoint: str | None) -> str:
     )
 
 
+def standing(mission: Mission) -> str:
+    """Where a mission stands, and why it ended."""
+    return mission.state + (f": {say('end', mission.end)}" if mission.end else "")
+
+
 def over(mission: Mission, result: RunResult | None, past: bool) -> str:
-    """That a mission is over and how it ended, as Markdown; ``past``: it was over before anybody looked."""
-    note = f": {mission.note}" if mission.note else ""
-    lines = [f"### Nothing is running: the mission is {mission.state}{note}", ""]
+    """That a mission is over and how it ended, as Markdown; ``past``: it was over before the viewer started."""
+    lines = [f"### Nothing is running: the mission is {standing(mission)}", ""]
     if result is not None:
-        measured = result.metrics
+        measured = result.measures
         parts = [
             f"{result.scenario}, {result.planner}, seed {result.seed}",
             f"{result.outcome} after {measured.time_s:.1f} s and {measured.length_m:.1f} m",

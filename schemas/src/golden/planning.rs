@@ -2,9 +2,9 @@
 
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use crate::{
-    Action, CandidateSet, Crowd, CycleReport, Decision, EvaluateRequest, Evaluated, F64Array, Footprint,
-    GenerateReply, GenerateRequest, Memory, MetricTime, NO_PARENT, Previous, Scores, TermReport, Timings,
-    Tree, Twist, U32Array,
+    Action, CandidateSet, CommandReason, Crowd, CycleReport, Decision, Degradation, EvaluateRequest,
+    Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT, Previous,
+    PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime, Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ pub fn candidate_set() -> CandidateSet {
     }
 }
 
-/// A root with two children, edges of two numbers, and a time for each node.
+/// A root with two children, and a time for each node.
 pub fn tree() -> Tree {
     Tree {
         x: vec![1.3, 2.0, 2.2].into(),
@@ -31,8 +31,6 @@ pub fn tree() -> Tree {
         heading: vec![0.31, 0.2, 0.6].into(),
         cost: vec![0.0, 0.72, 1.05].into(),
         parent: vec![NO_PARENT, 0, 0].into(),
-        edge_width: 2,
-        edge: vec![0.0, 0.0, 0.72, -0.15, 1.05, 0.28].into(),
         extra: BTreeMap::from([("time".into(), vec![0.0, 0.9, 1.3].into())]),
     }
 }
@@ -46,8 +44,6 @@ pub fn tree_of_two_roots() -> Tree {
         heading: vec![0.31, 0.31, -2.34].into(),
         cost: vec![0.0, 0.25, 0.0].into(),
         parent: vec![NO_PARENT, 0, NO_PARENT].into(),
-        edge_width: 0,
-        edge: F64Array::default(),
         extra: BTreeMap::from([
             column("omega", vec![-0.1, 0.0, 0.0]),
             column("risk", vec![0.0, 0.02, 0.0]),
@@ -61,7 +57,6 @@ pub fn tree_of_two_roots() -> Tree {
 /// A request that hands back a tree.
 pub fn generate_request() -> GenerateRequest {
     GenerateRequest {
-        robot: "r1".into(),
         epoch: 2,
         seq: 14,
         budget_ms: 120,
@@ -100,7 +95,6 @@ pub fn cut_generate_reply() -> GenerateReply {
 /// A shard of two candidates.
 pub fn evaluate_request() -> EvaluateRequest {
     EvaluateRequest {
-        robot: "r1".into(),
         epoch: 2,
         seq: 14,
         shard: 1,
@@ -123,11 +117,11 @@ pub fn scores() -> Scores {
         epoch: 2,
         seq: 14,
         shard: 1,
-        metric: "cpc".into(),
+        term: "cpc".into(),
         instance: "cpc-1".into(),
         cost: vec![0.42, 0.37].into(),
         elapsed_us: 830,
-        slots: Some(2),
+        slots: 2,
     }
 }
 
@@ -140,7 +134,7 @@ pub fn decision() -> Decision {
         stamp: 4.2,
         valid_for_s: 1.2,
         action: Action::Follow,
-        reason: "least cost".into(),
+        reason: Reason::LeastCost,
         arrived: false,
         candidate: Some(9),
         dt: 0.3,
@@ -156,7 +150,7 @@ pub fn decision() -> Decision {
             ("cpc".into(), Evaluated::Local),
             ("distance".into(), Evaluated::Local),
         ]),
-        degraded: vec!["cpc: no replica answered by half the budget".into()],
+        degraded: vec![Degradation::EvaluatedLocally { term: "cpc".into() }],
         elapsed_us: 12_345,
     }
 }
@@ -165,7 +159,7 @@ pub fn decision() -> Decision {
 pub fn stop() -> Decision {
     Decision {
         action: Action::Stop,
-        reason: "no candidate is free of collision".into(),
+        reason: Reason::NoneFree { previous: PreviousState::Strayed { distance_m: 0.75 } },
         candidate: None,
         x: F64Array::default(),
         y: F64Array::default(),
@@ -179,19 +173,29 @@ pub fn stop() -> Decision {
 
 /// The command that begins to follow it.
 pub fn twist() -> Twist {
-    Twist { epoch: 2, seq: 14, tick: 42, stamp: 4.2, v: 0.8, omega: -0.1, reason: String::new() }
+    Twist {
+        epoch: 2,
+        seq: 14,
+        tick: 42,
+        stamp: 4.2,
+        v: 0.8,
+        omega: -0.1,
+        reason: CommandReason::Tracking,
+        since: 3.6,
+    }
 }
 
-fn term(metric: &str, raw: F64Array, evaluated: Evaluated) -> TermReport {
+fn term(name: &str, scored: Vec<u32>, raw: Vec<f64>, evaluated: Evaluated) -> TermReport {
+    let cost = raw.iter().map(|raw| raw * 2.0).collect();
     TermReport {
-        metric: metric.into(),
+        term: name.into(),
         weight: 1.0,
         scale: 0.5,
         active: true,
-        raw,
         evaluated,
-        cost: F64Array::default(),
-        missing: U32Array::default(),
+        scored: scored.into(),
+        raw: raw.into(),
+        cost,
         alone: None,
         without: None,
         doubled: None,
@@ -199,7 +203,7 @@ fn term(metric: &str, raw: F64Array, evaluated: Evaluated) -> TermReport {
     }
 }
 
-/// A cycle with three terms, in which one candidate was rejected.
+/// A cycle with three terms, in which one candidate was rejected and no other could have been followed.
 pub fn cycle_report() -> CycleReport {
     CycleReport {
         robot: "r1".into(),
@@ -209,12 +213,16 @@ pub fn cycle_report() -> CycleReport {
         scene: scene(),
         candidates: candidate_set(),
         terms: vec![
-            term("cnc", vec![0.11, 0.07].into(), Evaluated::Pool),
-            term("cpc", vec![0.42, 0.37].into(), Evaluated::Local),
-            TermReport { active: false, ..term("distance", F64Array::default(), Evaluated::None) },
+            term("cnc", vec![0, 1], vec![0.11, 0.07], Evaluated::Pool),
+            term("cpc", vec![0, 1], vec![0.42, 0.37], Evaluated::Local),
+            TermReport { active: false, ..term("distance", vec![], vec![], Evaluated::None) },
         ],
-        total: vec![0.0, 0.88].into(),
-        rejected: vec!["collision at 0.6 s".into(), String::new()],
+        scored: vec![0, 1].into(),
+        total: vec![1.06, 0.88].into(),
+        rejected: vec![RejectedCandidate {
+            candidate: 0,
+            why: Rejection::HitsPerson { person: 7, after_s: 0.6 },
+        }],
         chosen: Some(1),
         runner_up: None,
         margin: None,
@@ -222,13 +230,14 @@ pub fn cycle_report() -> CycleReport {
         timings: Timings {
             generate_us: 5_900,
             evaluate_us: vec![
-                MetricTime { metric: "cnc".into(), us: 1_400 },
-                MetricTime { metric: "cpc".into(), us: 2_100 },
+                TermTime { term: "cnc".into(), us: 1_400 },
+                TermTime { term: "cpc".into(), us: 2_100 },
             ],
             arbitrate_us: 310,
             total_us: 12_345,
         },
         crowds: vec![Crowd { x: 3.55, y: 0.15, sigma: 1.5, weight: 1.0, members: 2 }],
+        driven: None,
         gap: 0,
     }
 }
@@ -252,26 +261,25 @@ pub fn explained_cycle_report() -> CycleReport {
         candidates,
         terms: vec![
             TermReport {
-                cost: vec![0.22, 0.14, 0.04].into(),
                 alone: Some(2),
                 without: Some(1),
                 doubled: Some(2),
                 halved: Some(1),
-                ..term("cnc", vec![0.11, 0.07, 0.02].into(), Evaluated::Pool)
+                ..term("cnc", vec![0, 1, 2], vec![0.11, 0.07, 0.02], Evaluated::Pool)
             },
             TermReport {
-                cost: vec![0.0, 0.74, 0.88].into(),
-                missing: vec![0].into(),
                 alone: Some(1),
                 without: Some(2),
                 doubled: Some(1),
                 halved: Some(2),
-                ..term("cpc", vec![0.0, 0.37, 0.44].into(), Evaluated::Local)
+                ..term("cpc", vec![1, 2], vec![0.37, 0.44], Evaluated::Local)
             },
             plain.terms[2].clone(),
         ],
-        total: vec![0.0, 0.88, 0.92].into(),
-        rejected: vec!["not scored by `cpc`".into(), String::new(), String::new()],
+        scored: vec![1, 2].into(),
+        total: vec![0.88, 0.92].into(),
+        rejected: vec![RejectedCandidate { candidate: 0, why: Rejection::NotScored { term: "cpc".into() } }],
+        driven: Some(Twist { seq: 13, tick: 41, stamp: 4.1, ..twist() }),
         runner_up: Some(2),
         margin: Some(0.04),
         ..plain
@@ -300,6 +308,7 @@ pub fn memory() -> Memory {
             v: vec![0.8, 0.8].into(),
             omega: vec![0.0, -0.1].into(),
         }),
+        driven: Some(Twist { seq: 13, tick: 41, stamp: 4.1, ..twist() }),
         trees: vec![tree(), Tree::default()],
     }
 }

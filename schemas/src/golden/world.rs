@@ -2,8 +2,8 @@
 
 use super::{MAP, parameters};
 use crate::{
-    Clock, Cycles, InjectRequest, Metrics, OccupancyGrid, Outcome, PeopleTrace, Pose, RunResult, RunState,
-    RunStatus, ServiceStatus, Trace,
+    Clock, Cycles, InjectRequest, Measures, OccupancyGrid, Outcome, PeopleTrace, Pose, Prepared, RunResult,
+    RunState, RunStatus, ServiceStatus, Trace,
 };
 use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ pub fn inject_request() -> InjectRequest {
     InjectRequest {
         scenario: parameters(&[("name", "two-people".into()), ("map", "maps/tiny.pgm".into())]),
         files: BTreeMap::from([("maps/tiny.pgm".into(), ByteBuf::from(*b"P5 2 1 255\n\x00\xff"))]),
-        profile: Some("paper".into()),
+        profile: parameters(&[("name", "paper".into())]),
         seed: Some(17),
         clock: Clock::Realtime,
         time_scale: 2.0,
@@ -53,7 +53,7 @@ pub fn run_result() -> RunResult {
         planner: "paper".into(),
         seed: 17,
         outcome: Outcome::Reached,
-        metrics: Metrics {
+        measures: Measures {
             rmse_m: 0.12,
             tcm: 0.05,
             nm: 1,
@@ -92,13 +92,16 @@ pub fn service_status() -> ServiceStatus {
         robot: Some("r1".into()),
         version: "0.1.0".into(),
         uptime_s: 3600.5,
-        time_s: Some(1_700_000_000.25),
+        time_s: 1_700_000_000.25,
         load: 0.35,
         requests: 12_001,
         rejected: 2,
         p50_ms: 1.2,
         p99_ms: 4.75,
-        warmed: vec![MAP.to_string()],
+        prepared: vec![
+            Prepared::Map { map: MAP },
+            Prepared::Sensor { map: MAP, beams: 181, fov: 3.125, range_max: 5.0 },
+        ],
         metrics: BTreeMap::from([
             ("curionav_requests_total{role=\"cpc\",name=\"cpc-1\"}".into(), 12_001.0),
             ("curionav_refused_total{role=\"cpc\",name=\"cpc-1\",reason=\"overloaded\"}".into(), 2.0),

@@ -4,10 +4,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use curionav_runtime::metrics::{Counter, Durations, Metrics, Tally};
-use curionav_schemas::{Action, CycleReport, Decision, Evaluated};
+use curionav_schemas::{Action, Decision, Evaluated};
 
-use crate::peers::{Peers, ZenohPeers};
-use crate::pool::Pool;
+use crate::report::Account;
+use curionav_pool::peers::{Peers, ZenohPeers};
+use curionav_pool::pool::Pool;
 
 /// Counts since the start.
 #[derive(Debug)]
@@ -16,7 +17,7 @@ pub(crate) struct CycleCounts {
     degraded: Tally,
     evaluations: Tally,
     stages: Durations,
-    unreported: Counter,
+    unplanned: Counter,
     /// Roles the mission asks pools for.
     roles: Arc<Mutex<Vec<String>>>,
 }
@@ -26,15 +27,15 @@ impl CycleCounts {
         Self {
             decisions: Tally::new(&["action"]),
             degraded: Tally::new(&["reason"]),
-            evaluations: Tally::new(&["metric", "by"]),
+            evaluations: Tally::new(&["term", "by"]),
             stages: Durations::new("stage"),
-            unreported: Counter::default(),
+            unplanned: Counter::default(),
             roles: Arc::default(),
         }
     }
 
-    /// One more decision, with its report if it was planned.
-    pub(crate) fn record(&self, decision: &Decision, report: Option<&CycleReport>) {
+    /// One more decision, with its account if it was planned.
+    pub(crate) fn record(&self, decision: &Decision, account: Option<&Account>) {
         let action = match decision.action {
             Action::Follow => "follow",
             Action::Hold => "hold",
@@ -42,25 +43,25 @@ impl CycleCounts {
         };
         self.decisions.add(&[action]);
         for reason in &decision.degraded {
-            self.degraded.add(&[reason]);
+            self.degraded.add(&[reason.code()]);
         }
-        for (metric, by) in &decision.evaluated {
+        for (term, by) in &decision.evaluated {
             let by = match by {
                 Evaluated::Pool => "pool",
                 Evaluated::Local => "local",
                 Evaluated::None => "none",
             };
-            self.evaluations.add(&[metric, by]);
+            self.evaluations.add(&[term, by]);
         }
-        let Some(report) = report else { return };
-        self.unreported.inc_by(report.gap);
+        let Some(account) = account else { return };
+        self.unplanned.inc_by(account.gap);
         let stage = |stage, us| self.stages.record(stage, Duration::from_micros(us));
-        stage("generate", report.timings.generate_us);
-        // Metrics are evaluated side by side.
-        if let Some(us) = report.timings.evaluate_us.iter().map(|t| t.us).max() {
+        stage("generate", account.timings.generate_us);
+        // Terms are evaluated side by side.
+        if let Some(us) = account.timings.evaluate_us.iter().map(|t| t.us).max() {
             stage("evaluate", us);
         }
-        stage("arbitrate", report.timings.arbitrate_us);
+        stage("arbitrate", account.timings.arbitrate_us);
     }
 
     /// From now on the mission asks pools for these.
@@ -73,12 +74,12 @@ impl CycleCounts {
         metrics.tally("degraded", "Decisions made while something was missing, by what", &self.degraded);
         metrics.tally(
             "evaluations",
-            "Decisions in which a metric counted, by who costed it",
+            "Decisions in which a term counted, by what scored it",
             &self.evaluations,
         );
         metrics.durations("stage_duration_seconds", "Time of each stage of a cycle", &self.stages);
-        let help = "Planning ticks for which there is no report: skipped, or not planned";
-        metrics.count("unreported_ticks", help, self.unreported.clone());
+        let help = "Planning ticks without a cycle: skipped, or not planned";
+        metrics.count("unplanned_ticks", help, self.unplanned.clone());
         metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
         let (of, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
         let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {

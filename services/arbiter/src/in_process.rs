@@ -5,71 +5,71 @@ use std::collections::BTreeSet;
 use curionav_planning::arbitration::{Scores, total_costs};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
-use curionav_runtime::evaluators::AT_HOME;
+use curionav_planning::terms;
 
-use crate::context::PlanContext;
+use curionav_pool::context::PlanContext;
 
 /// Candidates scored in one go: what is done when time runs out is kept.
 const CHUNK: usize = 16;
 
-/// Scores what is missing of `metrics` until `is_over`, and says of which metrics it scored some. What is
+/// Scores what is missing of `terms_to_score` until `is_over`, and says of which terms_to_score it scored some. What is
 /// at home here is never cut short: nobody else computes it. Of the others the most promising candidates come first, each
-/// under every metric, so that what is done in time can be followed.
+/// under every term, so that what is done in time can be followed.
 pub(crate) fn score<'a>(
     context: &PlanContext,
     scene: &Scene,
     candidates: &CandidateSet,
-    metrics: &[&'a str],
+    terms_to_score: &[&'a str],
     scores: &mut Scores,
     is_over: &dyn Fn() -> bool,
 ) -> BTreeSet<&'a str> {
     let mut scored = BTreeSet::new();
-    let (own, others): (Vec<&str>, Vec<&str>) = metrics.iter().partition(|m| AT_HOME.contains(m));
+    let (own, others): (Vec<&str>, Vec<&str>) = terms_to_score.iter().partition(|m| terms::is_local(m));
     let everybody: Vec<usize> = (0..candidates.len()).collect();
-    for metric in own {
-        if score_some(context, scene, candidates, metric, &everybody, scores, &|| false) {
-            scored.insert(metric);
+    for term in own {
+        if score_some(context, scene, candidates, term, &everybody, scores, &|| false) {
+            scored.insert(term);
         }
     }
     if !context.in_process || others.is_empty() {
         return scored;
     }
     for chunk in promising(context, scene, candidates, &others, scores).chunks(CHUNK) {
-        for metric in &others {
+        for term in &others {
             if is_over() {
                 return scored;
             }
-            if score_some(context, scene, candidates, metric, chunk, scores, is_over) {
-                scored.insert(metric);
+            if score_some(context, scene, candidates, term, chunk, scores, is_over) {
+                scored.insert(term);
             }
         }
     }
     scored
 }
 
-/// Scores those of `indices` that `metric` has not scored; whether any were.
+/// Scores those of `indices` that `term` has not scored; whether any were.
 fn score_some(
     context: &PlanContext,
     scene: &Scene,
     candidates: &CandidateSet,
-    metric: &str,
+    term: &str,
     indices: &[usize],
     scores: &mut Scores,
     is_over: &dyn Fn() -> bool,
 ) -> bool {
-    let Some(evaluator) = context.local(metric) else { return false };
-    let missing: Vec<usize> = indices.iter().copied().filter(|&i| scores.cost(metric, i).is_none()).collect();
+    let Some(evaluator) = context.local(term) else { return false };
+    let missing: Vec<usize> = indices.iter().copied().filter(|&i| scores.cost(term, i).is_none()).collect();
     match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
         Ok(costs) => {
             for (&index, cost) in missing.iter().zip(&costs) {
-                if let Err(error) = scores.insert(metric, index, &[*cost]) {
+                if let Err(error) = scores.insert(term, index, &[*cost]) {
                     tracing::error!(%error, "own scores not used");
                 }
             }
             !missing.is_empty()
         }
         Err(stopped) => {
-            tracing::warn!(metric, %stopped, "in-process evaluation ran out of time");
+            tracing::warn!(term, %stopped, "in-process evaluation ran out of time");
             false
         }
     }
@@ -84,7 +84,7 @@ fn promising(
     scores: &Scores,
 ) -> Vec<usize> {
     let mut profile = context.profile.clone();
-    profile.terms.retain(|metric, _| !missing.contains(&metric.as_str()));
+    profile.terms.retain(|term, _| !missing.contains(&term.as_str()));
     let total = total_costs(&profile, scene.uncertain, candidates.steps(), scores).total;
     let cost = |i: usize| total.get(i).copied().flatten().unwrap_or(f64::INFINITY);
     let mut order: Vec<usize> = (0..candidates.len()).collect();

@@ -2,18 +2,13 @@
 //!
 //! Read [`cycle::plan`] first.
 
-pub mod budget;
-pub mod context;
 pub mod cycle;
 mod cycle_counts;
-pub mod dispatch;
-mod growth;
+mod evaluation_stage;
+mod generation_stage;
 mod in_process;
-pub mod lanes;
+pub mod memory;
 pub mod muster;
-pub mod peers;
-pub mod pool;
-pub mod replicas;
 pub mod report;
 mod service;
 pub mod succession;

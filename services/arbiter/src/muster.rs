@@ -3,24 +3,24 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use curionav_schemas::{Reject, RejectCode};
+use curionav_schemas::{Refusal, Reject};
 
-use crate::context::PlanContext;
-use crate::peers::{GENERATOR, Peers};
-use crate::pool::Pool;
+use curionav_pool::context::PlanContext;
+use curionav_pool::peers::{GENERATOR, Peers};
+use curionav_pool::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// How long it waits for a metric that is not built in. Nobody else can compute it, so the mission is then refused.
+/// How long it waits for a term that is not built in. Nobody else can compute it, so the mission is then refused.
 const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// Between two looks.
 const PAUSE: Duration = Duration::from_millis(5);
 
 /// Completes once every replica that is alive is ready and there is one of each role. What the arbiter can compute
-/// itself is waited for only so long, a metric that is not built in longer: without it nothing can be followed, and
+/// itself is waited for only so long, a term that is not built in longer: without it nothing can be followed, and
 /// the mission is refused. What could be computed here but must not be is waited for without limit.
 pub async fn muster<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
-    let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_metrics()).collect();
+    let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
     let started = pool.peers.now();
     let mut done_without = BTreeSet::new();
     loop {
@@ -51,18 +51,21 @@ pub async fn muster<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(
     }
 }
 
-/// How long to wait for a metric that is not built in: less if one who computes it says that it never will.
+/// How long to wait for a term that is not built in: less if one who computes it says that it never will.
 fn patience<P: Peers>(pool: &Pool<P>, role: &str) -> Duration {
-    let refused = pool.refusal(role).is_some_and(|reject| !reject.code.is_transient());
+    let refused = pool.refusal(role).is_some_and(|(_, reject)| !reject.why.is_transient());
     if refused { POOL_PATIENCE } else { FOREIGN_PATIENCE }
 }
 
-/// Why a mission cannot do without a metric. One that has been under way is not given up because its replicas are out of
+/// Why a mission cannot do without a term. One that has been under way is not given up because its replicas are out of
 /// reach: they may come back, or be in reach of another arbiter.
 fn refusal<P: Peers>(pool: &Pool<P>, context: &PlanContext, role: &str) -> Reject {
     let refused = pool.refusal(role);
-    let may_come = refused.as_ref().is_none_or(|reject| reject.code.is_transient());
-    let why = refused.map_or_else(|| "none is alive, or none answers".to_owned(), |r| r.reason);
-    let reject = Reject::invalid(format!("terms.{role}"), format!("no replica gets ready: {why}"));
-    if may_come && context.mission.has_run { Reject { code: RejectCode::Cold, ..reject } } else { reject }
+    let may_come = refused.as_ref().is_none_or(|(_, reject)| reject.why.is_transient());
+    let detail = refused.map_or_else(
+        || "none is alive, or none answers".to_owned(),
+        |(instance, reject)| format!("{instance}: {reject}"),
+    );
+    let may_come = may_come && context.mission.has_run;
+    Refusal::no_replica(role, may_come, detail).at(format!("terms.{role}"))
 }

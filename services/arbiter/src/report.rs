@@ -2,14 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use curionav_planning::arbitration::{self, Explanation, Scores, Verdict};
+use curionav_planning::arbitration::{self, Explanation, Lack, Previous, Scores, Verdict, explain};
 use curionav_planning::candidates::CandidateSet;
+use curionav_planning::collision::{Collision, Obstacle};
 use curionav_planning::evaluation::hccdm::Hccdm;
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
-use curionav_schemas::{self as wire, Action, Crowd, CycleReport, Decision, Evaluated, TermReport, Timings};
+use curionav_schemas::{
+    self as wire, Action, Crowd, CycleReport, Decision, Degradation, Evaluated, F64Array, PreviousState,
+    Reason, RejectedCandidate, Rejection, TermReport, Timings, Twist, U32Array,
+};
 
-use crate::context::PlanContext;
+use curionav_pool::context::PlanContext;
 
 /// The decision as it goes to the driver.
 pub(crate) fn decision(
@@ -17,7 +21,7 @@ pub(crate) fn decision(
     scene: &Scene,
     decision: &arbitration::Decision,
     evaluated: BTreeMap<String, Evaluated>,
-    degraded: Vec<String>,
+    degraded: Vec<Degradation>,
     elapsed_us: u64,
 ) -> Decision {
     let trajectory = &decision.trajectory;
@@ -32,15 +36,15 @@ pub(crate) fn decision(
             arbitration::Action::Hold => Action::Hold,
             arbitration::Action::Stop => Action::Stop,
         },
-        reason: decision.reason.to_string(),
+        reason: reason_to_wire(&decision.reason),
         arrived: decision.arrived,
         candidate: decision.candidate,
         dt: trajectory.dt(),
-        x: trajectory.x().into(),
-        y: trajectory.y().into(),
-        heading: trajectory.heading().into(),
-        v: trajectory.v().into(),
-        omega: trajectory.omega().into(),
+        x: trajectory.states().x.as_slice().into(),
+        y: trajectory.states().y.as_slice().into(),
+        heading: trajectory.states().heading.as_slice().into(),
+        v: trajectory.states().v.as_slice().into(),
+        omega: trajectory.states().omega.as_slice().into(),
         uncertainty: scene.belief.uncertainty(),
         uncertain: scene.uncertain,
         evaluated,
@@ -50,7 +54,13 @@ pub(crate) fn decision(
 }
 
 /// A stop that no cycle led to: the mission is not running, or an input is missing.
-pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degraded: bool) -> Decision {
+pub fn stop(
+    id: (u64, u64),
+    belief: &wire::Belief,
+    dt: f64,
+    reason: Reason,
+    degraded: Option<Degradation>,
+) -> Decision {
     let none = wire::F64Array::default;
     Decision {
         epoch: id.0,
@@ -59,7 +69,7 @@ pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degrad
         stamp: belief.stamp,
         valid_for_s: 0.0,
         action: Action::Stop,
-        reason: reason.to_owned(),
+        reason,
         arrived: false,
         candidate: None,
         dt,
@@ -71,93 +81,152 @@ pub fn stop(id: (u64, u64), belief: &wire::Belief, dt: f64, reason: &str, degrad
         uncertainty: belief.covariance.iter().step_by(4).sum(),
         uncertain: false,
         evaluated: BTreeMap::new(),
-        degraded: if degraded { vec![reason.to_owned()] } else { Vec::new() },
+        degraded: degraded.into_iter().collect(),
         elapsed_us: 0,
     }
 }
 
-/// The full account of a cycle.
-#[expect(clippy::too_many_arguments, reason = "one argument a part of the report")]
-pub(crate) fn cycle(
-    context: &PlanContext,
-    scene_message: wire::Scene,
-    scene: &Scene,
-    candidates: &CandidateSet,
-    verdict: &Verdict,
-    explanation: &Explanation,
-    scores: &Scores,
-    decision: Decision,
-    timings: Timings,
-    gap: u64,
-) -> CycleReport {
-    let terms = context.profile.terms.keys().map(|metric| {
-        let evaluated = decision.evaluated.get(metric).copied();
-        term(context, verdict, explanation, scores, metric, evaluated)
-    });
-    let crowds =
-        Hccdm::build(&scene.people, &context.profile.hccdm, context.profile.steps, context.profile.dt);
-    CycleReport {
-        robot: context.mission.robot.clone(),
-        epoch: decision.epoch,
-        seq: decision.seq,
-        map: context.mission.map,
-        scene: scene_message,
-        candidates: convert::candidates_to_wire(candidates),
-        terms: terms.collect(),
-        total: verdict.totals.total.iter().map(|t| t.unwrap_or(0.0)).collect(),
-        rejected: verdict
-            .rejected
-            .iter()
-            .map(|r| r.as_ref().map(ToString::to_string).unwrap_or_default())
-            .collect(),
-        chosen: verdict.chosen.map(|i| i as u32),
-        runner_up: explanation.runner_up.map(|i| i as u32),
-        margin: explanation.margin,
-        decision,
-        timings,
-        crowds: crowds
-            .components()
-            .iter()
-            .map(|c| Crowd {
-                x: c.centre.x,
-                y: c.centre.y,
-                sigma: c.variance,
-                weight: c.weight,
-                members: c.members.len() as u32,
-            })
-            .collect(),
-        gap,
+/// All that a cycle's report is made from: it is made only if something listens.
+pub struct Account {
+    pub(crate) scene_message: wire::Scene,
+    pub(crate) scene: Scene,
+    pub(crate) candidates: CandidateSet,
+    pub(crate) verdict: Verdict,
+    pub(crate) scores: Scores,
+    /// The decision before this one, as far as this cycle needed it.
+    pub(crate) previous: Option<Previous>,
+    /// Where the time went.
+    pub timings: Timings,
+    /// Planning ticks since the previous cycle that had none.
+    pub gap: u64,
+    pub(crate) driven: Option<Twist>,
+}
+
+impl Account {
+    /// The report of the cycle that ended in `decision`.
+    pub fn report(self, context: &PlanContext, decision: Decision) -> CycleReport {
+        let previous = self.previous.as_ref();
+        let explanation =
+            explain(&context.arbitration(&self.scene), &self.candidates, &self.verdict, previous);
+        let profile = &context.profile;
+        let terms = profile.terms.keys().map(|term| {
+            let evaluated = decision.evaluated.get(term).copied();
+            term_report(context, &self.verdict, &explanation, &self.scores, term, evaluated)
+        });
+        let terms = terms.collect();
+        let crowds = Hccdm::build(&self.scene.people, &profile.hccdm, profile.steps, profile.dt);
+        let (scored, total) = with_cost(self.verdict.totals.total.iter().copied());
+        let rejected = self.verdict.rejected.iter().enumerate().filter_map(|(i, rejection)| {
+            Some(RejectedCandidate { candidate: i as u32, why: rejection_to_wire(rejection.as_ref()?) })
+        });
+        CycleReport {
+            robot: context.mission.order.robot.clone(),
+            epoch: decision.epoch,
+            seq: decision.seq,
+            map: context.mission.order.map,
+            scene: self.scene_message,
+            candidates: convert::candidates_to_wire(&self.candidates),
+            terms,
+            scored,
+            total,
+            rejected: rejected.collect(),
+            chosen: self.verdict.chosen.map(|i| i as u32),
+            runner_up: explanation.runner_up.map(|i| i as u32),
+            margin: explanation.margin,
+            decision,
+            timings: self.timings,
+            crowds: crowds
+                .components()
+                .iter()
+                .map(|c| Crowd {
+                    x: c.centre.x,
+                    y: c.centre.y,
+                    sigma: c.variance,
+                    weight: c.weight,
+                    members: c.members.len() as u32,
+                })
+                .collect(),
+            driven: self.driven,
+            gap: self.gap,
+        }
     }
 }
 
+/// The indices of the candidates that have a cost, and the costs.
+fn with_cost(costs: impl Iterator<Item = Option<f64>>) -> (U32Array, F64Array) {
+    let some = costs.enumerate().filter_map(|(i, cost)| Some((i as u32, cost?)));
+    let (indices, costs): (Vec<u32>, Vec<f64>) = some.unzip();
+    (indices.into(), costs.into())
+}
+
 /// What one term of the profile cost and wanted; `evaluated` is absent while its condition does not hold.
-fn term(
+fn term_report(
     context: &PlanContext,
     verdict: &Verdict,
     explanation: &Explanation,
     scores: &Scores,
-    metric: &str,
+    term: &str,
     evaluated: Option<Evaluated>,
 ) -> TermReport {
-    let missing = scores.missing(metric);
-    let some = !scores.is_empty() && missing.len() < scores.len();
-    let raw = (0..scores.len()).filter(|_| some).map(|i| scores.cost(metric, i).unwrap_or(0.0));
-    let costs = verdict.totals.terms.iter().find(|term| term.metric == metric).filter(|_| some);
-    let influence = explanation.terms.iter().find(|term| term.metric == metric);
+    let (scored, raw) = with_cost((0..scores.len()).map(|i| scores.cost(term, i)));
+    let costs = verdict.totals.terms.iter().find(|costs| costs.metric == term);
+    let (_, cost) = with_cost(costs.into_iter().flat_map(|costs| costs.cost.iter().copied()));
+    let influence = explanation.terms.iter().find(|influence| influence.metric == term);
     let index = |i: Option<usize>| i.map(|i| i as u32);
-    let settings = &context.profile.terms[metric];
+    let settings = &context.profile.terms[term];
     TermReport {
-        metric: metric.to_owned(),
+        term: term.to_owned(),
         weight: settings.weight,
         scale: settings.scale,
         active: evaluated.is_some(),
-        raw: raw.collect(),
         evaluated: evaluated.unwrap_or(Evaluated::None),
-        cost: costs.map(|c| c.cost.iter().map(|c| c.unwrap_or(0.0)).collect()).unwrap_or_default(),
-        missing: missing.iter().filter(|_| some).map(|&i| i as u32).collect(),
+        scored,
+        raw,
+        cost,
         alone: influence.and_then(|i| index(i.alone)),
         without: influence.and_then(|i| index(i.without)),
         doubled: influence.and_then(|i| index(i.doubled)),
         halved: influence.and_then(|i| index(i.halved)),
+    }
+}
+
+fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
+    match reason {
+        arbitration::Reason::Arrived => Reason::Arrived,
+        arbitration::Reason::LeastCost => Reason::LeastCost,
+        arbitration::Reason::OnlySlowFree => Reason::OnlySlowFree,
+        arbitration::Reason::Degraded { lack, previous } => {
+            let previous = previous_to_wire(previous);
+            match lack {
+                Lack::NoCandidates => Reason::NoCandidates { previous },
+                Lack::NotScored { metric } => Reason::NotScored { term: metric.clone(), previous },
+                Lack::NoneFree => Reason::NoneFree { previous },
+            }
+        }
+    }
+}
+
+fn previous_to_wire(previous: &arbitration::PreviousState) -> PreviousState {
+    match *previous {
+        arbitration::PreviousState::Held => PreviousState::Held,
+        arbitration::PreviousState::Absent => PreviousState::Absent,
+        arbitration::PreviousState::Expired => PreviousState::Expired,
+        arbitration::PreviousState::Strayed { metres } => PreviousState::Strayed { distance_m: metres },
+        arbitration::PreviousState::Collides(Collision { with, time: after_s, .. }) => match with {
+            Obstacle::Wall => PreviousState::HitsWall { after_s },
+            Obstacle::Person(person) => PreviousState::HitsPerson { person, after_s },
+        },
+    }
+}
+
+fn rejection_to_wire(rejection: &arbitration::Rejection) -> Rejection {
+    match rejection {
+        arbitration::Rejection::NotScored { metric } => Rejection::NotScored { term: metric.clone() },
+        arbitration::Rejection::Unreachable { step } => Rejection::Unreachable { step: *step as u32 },
+        arbitration::Rejection::Slow => Rejection::Slow,
+        arbitration::Rejection::Collides(Collision { with, time: after_s, .. }) => match *with {
+            Obstacle::Wall => Rejection::HitsWall { after_s: *after_s },
+            Obstacle::Person(person) => Rejection::HitsPerson { person, after_s: *after_s },
+        },
     }
 }

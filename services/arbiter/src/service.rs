@@ -3,26 +3,27 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use curionav_pool::fields::Fields;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::OnReady;
 use curionav_runtime::query::{AskError, fetch};
-use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
+use curionav_runtime::robot_service::{Preparation, RobotService, is_over, superseded, supersedes};
 use curionav_runtime::shutdown::Shutdown;
-use curionav_runtime::topic::{Flow, Inbox, OnDemand, Topic};
+use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Reject, RejectCode, Twist,
+    self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Refusal, Reject, Twist,
 };
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
-use crate::context::PlanContext;
-use crate::cycle::{self, Memory};
+use crate::cycle;
 use crate::cycle_counts::CycleCounts;
+use crate::memory::Memory;
 use crate::muster::muster;
-use crate::peers::{GENERATOR, ZenohPeers};
-use crate::pool::Pool;
+use curionav_pool::context::PlanContext;
+use curionav_pool::peers::{GENERATOR, ZenohPeers};
+use curionav_pool::pool::Pool;
 
 /// The driver is on the same robot; if it does not answer, its commands say whom it obeys.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
@@ -35,17 +36,17 @@ struct Arbiter {
     beliefs: Latest<Belief>,
     people: Latest<People>,
     decisions: Topic<Decision>,
-    reports: Topic<CycleReport>,
+    reports: OnDemand<CycleReport>,
     memories: OnDemand<wire::Memory>,
     mission: Option<Mission>,
     context: Option<Arc<PlanContext>>,
     /// The run whose streams it follows.
     run: Option<u64>,
-    prepared: Option<Prepared>,
+    prepared: Option<Preparation>,
     keeping_ready: Option<JoinHandle<()>>,
     memory: Memory,
     /// What the driver commands, and on whose decision.
-    commands: Inbox<Twist>,
+    commands: Latest<Twist>,
     /// Tick of the last decision.
     planned: Option<u64>,
     counts: CycleCounts,
@@ -70,8 +71,8 @@ pub(crate) async fn run(
         beliefs: Latest::new(service.inbox("belief")?),
         people: Latest::new(service.inbox("people")?),
         decisions: service.topic("decision", Flow::Control)?,
-        reports: service.topic("report", Flow::Report)?,
-        commands: service.inbox("cmd")?,
+        reports: service.on_demand("report", Flow::Report)?,
+        commands: Latest::new(service.inbox("cmd")?),
         memories: service.on_demand("memory", Flow::Report)?,
         service,
         mission: None,
@@ -97,7 +98,9 @@ pub(crate) async fn run(
                 biased;
                 () = shutdown.requested() => break,
                 () = superseded(&missions, &mut said, ends) => {}
-                anew = arbiter.take(&mission) => arbiter.tell(&mission, anew).await?,
+                anew = arbiter.take(&mission) => {
+                    arbiter.service.tell(&mission, arbiter.prepared.as_ref(), anew).await?;
+                }
             }
             continue;
         }
@@ -134,9 +137,7 @@ impl Arbiter {
         match fetch::<Decision>(self.service.session_of("decision"), &key, DRIVER_TIMEOUT).await {
             Ok(last) => self.memory.succeed(Some((last.epoch, last.seq))),
             // It has obeyed nobody yet.
-            Err(AskError::Rejected(reject)) if reject.code == RejectCode::Unknown => {
-                self.memory.succeed(None)
-            }
+            Err(AskError::Rejected(Reject { why: Refusal::NoDecision, .. })) => self.memory.succeed(None),
             Err(error) => tracing::debug!(%error, "the driver does not say whom it obeys"),
         }
         Ok(())
@@ -159,21 +160,14 @@ impl Arbiter {
             // Nothing of the new run can be on its way before this role has reported ready.
             self.beliefs.clear();
             self.people.clear();
+            self.commands.clear();
             self.planned = None;
         }
-        self.prepared = Some(Prepared::new(mission, outcome));
+        self.prepared = Some(Preparation::new(mission, outcome));
         true
     }
 
-    async fn tell(&self, mission: &Mission, anew: bool) -> anyhow::Result<()> {
-        match &self.prepared {
-            Some(prepared) => self.service.tell(mission, prepared, anew).await,
-            None => Ok(()),
-        }
-    }
-
     async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
-        let broken = |why: String| Reject::new(RejectCode::Unknown, why);
         self.context = None;
         if let Some(keeping_ready) = &mut self.keeping_ready {
             keeping_ready.abort();
@@ -182,13 +176,13 @@ impl Arbiter {
             self.keeping_ready = None;
         }
         self.pool.clear();
-        self.succeed().await.map_err(|error| broken(error.to_string()))?;
+        self.succeed().await.map_err(Refusal::failed)?;
         self.memory = self.memory.fresh();
         let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
         let preparing = move || PlanContext::new(mission, &fields, in_process);
         let prepared = tokio::task::spawn_blocking(preparing).await;
-        let context = Arc::new(prepared.map_err(|error| broken(error.to_string()))??);
-        let roles = std::iter::once(GENERATOR).chain(context.pool_metrics());
+        let context = Arc::new(prepared.map_err(Refusal::failed)??);
+        let roles = std::iter::once(GENERATOR).chain(context.pool_terms());
         self.counts.follow(roles.map(str::to_owned));
         let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
         self.keeping_ready = Some(tokio::spawn(async move { pool.keep_ready(&of).await }));
@@ -199,12 +193,9 @@ impl Arbiter {
 
     /// Plans on every `plan_every`-th tick of the localiser.
     async fn tick(&mut self, mut belief: Belief) -> anyhow::Result<()> {
-        while let Some(command) = self.commands.try_next() {
-            self.memory.hear(&command);
-        }
         let Some(mission) = self.mission.clone() else { return Ok(()) };
-        let period = u64::from(mission.plan_every.max(1));
-        if mission.clock == Clock::Realtime
+        let period = u64::from(mission.order.plan_every.max(1));
+        if mission.order.clock == Clock::Realtime
             && let Some(newest) = self.beliefs.newest()
         {
             belief = newest.clone();
@@ -212,9 +203,10 @@ impl Arbiter {
         if self.planned.is_some_and(|last| has_started_over(last, belief.tick)) {
             tracing::warn!(tick = belief.tick, last = ?self.planned, "the base has started over");
             self.planned = None;
+            self.commands.clear();
             self.memory = self.memory.fresh();
         }
-        let due = match mission.clock {
+        let due = match mission.order.clock {
             Clock::Lockstep => belief.tick.is_multiple_of(period),
             Clock::Realtime => self.planned.is_none_or(|last| belief.tick >= last + period),
         };
@@ -222,22 +214,37 @@ impl Arbiter {
             return Ok(());
         }
         let started = std::time::Instant::now();
+        self.hear_commands(belief.tick, mission.order.clock).await;
         self.planned = Some(belief.tick);
-        let people = self.people.of_tick(belief.tick, mission.clock).await.cloned();
+        let people = self.people.of_tick(belief.tick, mission.order.clock).await.cloned();
         let context = self.context.as_deref();
         let carried = self.memories.is_heard().then(|| self.memory.to_wire(&mission));
-        let (decision, report) =
+        let (decision, account) =
             cycle::decide(&self.pool, context, &mut self.memory, &mission, belief, people).await;
-        self.decisions.publish(&decision, mission.clock);
-        self.counts.record(&decision, report.as_ref());
-        if let Some(report) = report {
-            // Before the report: who has the one can wait for the other.
-            if let Some(carried) = carried {
-                self.memories.publish(&carried, mission.clock);
-            }
-            self.reports.publish(&report, mission.clock);
-        }
+        self.decisions.publish(&decision, mission.order.clock);
+        self.counts.record(&decision, account.as_ref());
         self.service.counts.record(started.elapsed());
+        if let Some((context, account)) = context.zip(account) {
+            // Before the report: a recorder that has the memory can wait for the report.
+            if let Some(carried) = carried {
+                self.memories.publish(&carried, mission.order.clock);
+            }
+            if self.reports.is_heard() {
+                self.reports.publish(&account.report(context, decision), mission.order.clock);
+            }
+        }
         Ok(())
+    }
+
+    /// Takes note of what the driver has done. In lockstep its command of the tick before is waited for, so that a
+    /// cycle always starts from the same; of a run that it has not yet planned in it has missed commands.
+    async fn hear_commands(&mut self, tick: u64, clock: Clock) {
+        let command = match (clock, self.planned, tick.checked_sub(1)) {
+            (Clock::Lockstep, Some(_), Some(before)) => self.commands.of_tick(before, clock).await,
+            _ => self.commands.newest(),
+        };
+        if let Some(command) = command {
+            self.memory.hear(command);
+        }
     }
 }

@@ -1,13 +1,13 @@
 //! Curiosity for positive content: what each candidate does to the certainty of the position (eqs. 7 to 15).
 
+use curionav_pool::evaluation_service;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::evaluation_service;
 use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::shutdown::Shutdown;
 use zenoh::Session;
 
-/// The metric it serves, part of its keys.
-pub const METRIC: &str = "cpc";
+/// The term it serves, part of its keys.
+pub const TERM: &str = "cpc";
 
 /// Serves until `shutdown`; `on_ready` is called once requests are answered.
 pub fn run<'a>(
@@ -16,5 +16,5 @@ pub fn run<'a>(
     shutdown: Shutdown,
     on_ready: OnReady,
 ) -> Running<'a> {
-    Box::pin(evaluation_service::run(METRIC, config, session, shutdown, on_ready))
+    Box::pin(evaluation_service::run(TERM, config, session, shutdown, on_ready))
 }

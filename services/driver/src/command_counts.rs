@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use curionav_runtime::metrics::{Metrics, Tally};
-use curionav_schemas::{Mission, MissionState};
+use curionav_schemas::{CommandReason, Mission, MissionState};
 use tokio::sync::watch;
 
 /// What commands are made from, and when each was taken, seconds of the robot's clock.
@@ -46,8 +46,8 @@ impl CommandCounts {
     }
 
     /// One more command.
-    pub(crate) fn command(&self, reason: &str) {
-        self.commands.add(&[reason]);
+    pub(crate) fn command(&self, reason: CommandReason) {
+        self.commands.add(&[reason.code()]);
     }
 
     /// What the newest command was made from; `time_scale` robot seconds pass in a second.

@@ -2,8 +2,9 @@
 
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::RobotModel;
-use curionav_planning::tracking::{Reference, TrackingParams, track};
-use curionav_schemas::{Action, Belief, Decision, Odometry, Scan};
+use curionav_planning::tracking::{TrackingParams, track};
+use curionav_runtime::convert;
+use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
 use crate::proximity::guard;
 
@@ -15,16 +16,6 @@ pub const SCAN_AGE_MAX: f64 = 0.5;
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
 const FUTURE_MAX: f64 = 0.2;
-
-/// Reason of a command that follows a decision as it is.
-pub const TRACKING: &str = "tracking";
-/// Reason of a command that follows a decision as far as what is close allows.
-pub const TOO_CLOSE: &str = "something is too close";
-
-/// Whether a command given for `reason` follows a decision.
-pub fn follows(reason: &str) -> bool {
-    matches!(reason, TRACKING | TOO_CLOSE)
-}
 
 /// What the driver knows at one tick.
 pub struct Inputs<'a> {
@@ -51,8 +42,8 @@ pub struct Inputs<'a> {
 pub struct Command {
     /// What to drive.
     pub twist: Twist,
-    /// In a few words.
-    pub reason: &'static str,
+    /// What becomes of the decision, and why.
+    pub reason: CommandReason,
 }
 
 /// The command of one tick. Whatever is missing or old stops the robot.
@@ -60,51 +51,44 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
     let now = inputs.odometry.stamp;
     let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
     let stop = |reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason };
-    let Some(decision) = inputs.decision else { return stop("no decision yet") };
+    let Some(decision) = inputs.decision else { return stop(CommandReason::NoDecision) };
     if decision.action == Action::Stop {
-        return stop(if decision.arrived { "arrived" } else { "told to stop" });
+        return stop(if decision.arrived { CommandReason::Arrived } else { CommandReason::ToldToStop });
     }
     let age = now - decision.stamp;
     if age > decision.valid_for_s {
-        return stop("the decision has expired");
+        return stop(CommandReason::DecisionExpired);
     }
     if age < -FUTURE_MAX {
-        return stop("the decision is from another run");
+        return stop(CommandReason::DecisionOfAnotherRun);
     }
-    let Some((belief, at_belief)) = inputs.belief else { return stop("no belief yet") };
-    let Some(made_from) = inputs.made_from else { return stop("the decision's belief is not known") };
+    let Some((belief, at_belief)) = inputs.belief else { return stop(CommandReason::NoBelief) };
+    let Some(made_from) = inputs.made_from else { return stop(CommandReason::DecisionBeliefUnknown) };
     if now - belief.stamp > BELIEF_AGE_MAX {
-        return stop("the belief is too old");
+        return stop(CommandReason::BeliefTooOld);
     }
     if now - belief.stamp < -FUTURE_MAX {
-        return stop("the belief is from another run");
+        return stop(CommandReason::BeliefOfAnotherRun);
     }
-    let Some((scan, at_scan)) = inputs.scan else { return stop("no scan yet") };
+    let Some((scan, at_scan)) = inputs.scan else { return stop(CommandReason::NoScan) };
     if now - scan.stamp > SCAN_AGE_MAX {
-        return stop("the scan is too old");
+        return stop(CommandReason::ScanTooOld);
     }
     if now - scan.stamp < -FUTURE_MAX {
-        return stop("the scan is from another run");
+        return stop(CommandReason::ScanOfAnotherRun);
     }
     let pose = now_pose(belief, at_belief, inputs.odometry);
-    let reference = Reference {
-        start: Pose2::new(made_from.x, made_from.y, made_from.heading),
-        start_twist: Twist { v: made_from.v, omega: made_from.omega },
-        dt: decision.dt,
-        x: &decision.x,
-        y: &decision.y,
-        heading: &decision.heading,
-        v: &decision.v,
-        omega: &decision.omega,
+    let Ok(reference) = convert::trajectory(decision, made_from) else {
+        return stop(CommandReason::DecisionInvalid);
     };
     let wanted =
         track(&reference, age, pose, moving, inputs.robot, inputs.period, &TrackingParams::default());
     let scan_from_robot = pose_of(at_scan).relative(pose_of(inputs.odometry));
     let guarded = guard(wanted, scan, scan_from_robot, inputs.robot, inputs.period);
     if guarded == wanted {
-        Command { twist: wanted, reason: TRACKING }
+        Command { twist: wanted, reason: CommandReason::Tracking }
     } else {
-        Command { twist: inputs.robot.limit(moving, guarded, inputs.period), reason: TOO_CLOSE }
+        Command { twist: inputs.robot.limit(moving, guarded, inputs.period), reason: CommandReason::TooClose }
     }
 }
 
@@ -181,16 +165,16 @@ mod tests {
         let (odometry, belief, scan, decision) = moving();
         let reason =
             |o: &Odometry, b: &Belief, s: &Scan, d: &Decision| command(&inputs(o, b, s, d, &robot)).reason;
-        assert_eq!(reason(&odometry, &belief, &scan, &decision), "tracking");
+        assert_eq!(reason(&odometry, &belief, &scan, &decision), CommandReason::Tracking);
         let mut old = decision.clone();
         old.stamp = 8.7;
-        assert_eq!(reason(&odometry, &belief, &scan, &old), "the decision has expired");
+        assert_eq!(reason(&odometry, &belief, &scan, &old), CommandReason::DecisionExpired);
         let mut old = belief.clone();
         old.stamp = 9.4;
-        assert_eq!(reason(&odometry, &old, &scan, &decision), "the belief is too old");
+        assert_eq!(reason(&odometry, &old, &scan, &decision), CommandReason::BeliefTooOld);
         let mut old = scan.clone();
         old.stamp = 9.4;
-        assert_eq!(reason(&odometry, &belief, &old, &decision), "the scan is too old");
+        assert_eq!(reason(&odometry, &belief, &old, &decision), CommandReason::ScanTooOld);
     }
 
     #[test]
@@ -201,12 +185,12 @@ mod tests {
         // A tick ahead is on another way from the base; 40 s ahead is of the time before it started over.
         let (mut ahead, mut before) = (belief.clone(), belief.clone());
         (ahead.stamp, before.stamp) = (10.1, 50.0);
-        assert_eq!(reason(&ahead, &scan), TRACKING);
-        assert_eq!(reason(&before, &scan), "the belief is from another run");
+        assert_eq!(reason(&ahead, &scan), CommandReason::Tracking);
+        assert_eq!(reason(&before, &scan), CommandReason::BeliefOfAnotherRun);
         let (mut ahead, mut before) = (scan.clone(), scan.clone());
         (ahead.stamp, before.stamp) = (10.1, 50.0);
-        assert_eq!(reason(&belief, &ahead), TRACKING);
-        assert_eq!(reason(&belief, &before), "the scan is from another run");
+        assert_eq!(reason(&belief, &ahead), CommandReason::Tracking);
+        assert_eq!(reason(&belief, &before), CommandReason::ScanOfAnotherRun);
     }
 
     #[test]
@@ -214,11 +198,11 @@ mod tests {
         let robot = RobotModel::default();
         let (odometry, belief, mut scan, decision) = moving();
         let told = |s: &Scan, d: &Decision| command(&inputs(&odometry, &belief, s, d, &robot)).reason;
-        assert!(follows(told(&scan, &decision)));
+        assert!(told(&scan, &decision).follows());
         let stop = Decision { action: Action::Stop, ..decision.clone() };
-        assert!(!follows(told(&scan, &stop)));
+        assert!(!told(&scan, &stop).follows());
         scan.ranges.0.fill(0.4);
-        assert!(follows(told(&scan, &decision)) && told(&scan, &decision) == TOO_CLOSE);
+        assert_eq!(told(&scan, &decision), CommandReason::TooClose);
     }
 
     #[test]
@@ -229,14 +213,14 @@ mod tests {
             let known = inputs(&odometry, &belief, &scan, &decision, &robot);
             command(&Inputs { decision: newest, made_from: None, ..known }).reason
         };
-        assert_eq!(reason(None), "no decision yet");
-        assert_eq!(reason(Some(&decision)), "the decision's belief is not known");
+        assert_eq!(reason(None), CommandReason::NoDecision);
+        assert_eq!(reason(Some(&decision)), CommandReason::DecisionBeliefUnknown);
         let old = Decision { stamp: 8.7, ..decision.clone() };
-        assert_eq!(reason(Some(&old)), "the decision has expired");
+        assert_eq!(reason(Some(&old)), CommandReason::DecisionExpired);
         let future = Decision { stamp: 10.3, ..decision.clone() };
-        assert_eq!(reason(Some(&future)), "the decision is from another run");
+        assert_eq!(reason(Some(&future)), CommandReason::DecisionOfAnotherRun);
         let stop = Decision { action: Action::Stop, arrived: true, ..decision.clone() };
-        assert_eq!(reason(Some(&stop)), "arrived");
+        assert_eq!(reason(Some(&stop)), CommandReason::Arrived);
     }
 
     #[test]

@@ -1,7 +1,10 @@
 //! The mission desk: the robot's side of what to do. It lives in the driver, the one service without
 //! which nothing moves, so that pausing works whatever else has failed.
 
-use curionav_schemas::{Mission, MissionRequest, MissionState, Reject, RejectCode};
+use curionav_runtime::convert;
+use curionav_schemas::{
+    Mission, MissionCommand, MissionEnd, MissionOrder, MissionState, Readiness, Refusal, Reject,
+};
 
 /// Holds the mission and its revision; every change is a new value to publish.
 #[derive(Debug)]
@@ -25,79 +28,93 @@ impl Desk {
         self.mission.as_ref()
     }
 
-    /// Applies a request; answers with the mission as it then stands.
-    pub fn handle(&mut self, request: MissionRequest) -> Result<Mission, Reject> {
-        match request {
-            MissionRequest::Set { mission } => Ok(self.set(*mission)),
-            MissionRequest::Ready { role, instance: _, revision } => self.ready(&role, revision),
-            MissionRequest::Goal { x, y, heading } => self.revise(|m| {
-                (m.goal_x, m.goal_y, m.goal_heading) = (x, y, heading);
+    /// Applies a command; answers with the mission as it then stands.
+    pub fn command(&mut self, command: MissionCommand) -> Result<Mission, Reject> {
+        match command {
+            MissionCommand::Set { order } => {
+                convert::check_order(&order)?;
+                Ok(self.set(*order))
+            }
+            MissionCommand::Goal { x, y, heading } => self.revise(|m| {
+                (m.order.goal_x, m.order.goal_y, m.order.goal_heading) = (x, y, heading);
                 prepare(m);
             }),
-            MissionRequest::Pause => {
+            MissionCommand::Pause => {
                 let mission = self.transition(MissionState::Running, MissionState::Paused)?;
                 self.paused = true;
                 Ok(mission)
             }
-            MissionRequest::Resume => {
+            MissionCommand::Resume => {
                 let mission = self.transition(MissionState::Paused, MissionState::Running)?;
                 self.paused = false;
                 Ok(mission)
             }
-            MissionRequest::Cancel => {
-                let state = self.current()?.state;
-                if state == MissionState::Finished {
-                    return Err(Reject::new(
-                        RejectCode::Invalid,
-                        "the mission is finished: there is nothing to cancel",
-                    ));
+            MissionCommand::Cancel => {
+                if self.current()?.state == MissionState::Finished {
+                    return Err(Refusal::AlreadyFinished.into());
                 }
-                self.update(|m| m.state = MissionState::Cancelled)
+                self.update(|m| (m.state, m.end) = (MissionState::Cancelled, Some(MissionEnd::Cancelled)))
             }
-            MissionRequest::Finish { revision, reason } => {
-                let mission = self.current()?;
-                if mission.revision != revision {
-                    return Err(stale(revision, mission.revision));
-                }
-                self.update(|m| {
-                    m.state = MissionState::Finished;
-                    m.note = reason;
-                })
-            }
+            MissionCommand::Finish { revision, end } => self.finish(revision, end),
         }
     }
 
-    fn set(&mut self, mut mission: Mission) -> Mission {
-        mission.run = self.next_run;
-        mission.revision = self.mission.as_ref().map_or(1, |m| m.revision + 1);
-        self.next_run += 1;
-        self.paused = false;
-        mission.has_run = false;
-        prepare(&mut mission);
-        self.mission = Some(mission.clone());
-        mission
-    }
-
-    fn ready(&mut self, role: &str, revision: u64) -> Result<Mission, Reject> {
-        let mission = self.current()?;
-        if mission.revision != revision {
-            return Err(stale(revision, mission.revision));
+    /// Takes note of what has become of a service's preparing; answers with the mission as it then stands.
+    pub fn readiness(&mut self, readiness: Readiness) -> Result<Mission, Reject> {
+        let Readiness { role, instance, revision, refused } = readiness;
+        self.of_revision(revision)?;
+        // A role that the mission does not require can neither begin it nor end it.
+        if let Some(reject) = refused.filter(|_| self.requires(&role)) {
+            return self.finish(revision, MissionEnd::Unprepared { role, instance, reject });
         }
         let paused = self.paused;
         self.update(|m| {
-            if m.require.iter().any(|r| r == role) && !m.ready.iter().any(|r| r == role) {
-                m.ready.push(role.to_owned());
+            if m.order.require.contains(&role) && !m.ready.contains(&role) {
+                m.ready.push(role);
                 m.ready.sort();
             }
-            if m.state == MissionState::Preparing && m.require.iter().all(|r| m.ready.contains(r)) {
+            if m.state == MissionState::Preparing && m.order.require.iter().all(|r| m.ready.contains(r)) {
                 m.has_run = true;
                 m.state = if paused { MissionState::Paused } else { MissionState::Running };
             }
         })
     }
 
+    fn set(&mut self, order: MissionOrder) -> Mission {
+        let mut mission = Mission {
+            run: self.next_run,
+            revision: self.mission.as_ref().map_or(1, |m| m.revision + 1),
+            order,
+            ready: Vec::new(),
+            state: MissionState::Preparing,
+            has_run: false,
+            end: None,
+        };
+        prepare(&mut mission);
+        self.next_run += 1;
+        self.paused = false;
+        self.mission = Some(mission.clone());
+        mission
+    }
+
+    fn finish(&mut self, revision: u64, end: MissionEnd) -> Result<Mission, Reject> {
+        self.of_revision(revision)?;
+        self.update(|m| (m.state, m.end) = (MissionState::Finished, Some(end)))
+    }
+
+    fn requires(&self, role: &str) -> bool {
+        self.mission.as_ref().is_some_and(|m| m.order.require.iter().any(|required| required == role))
+    }
+
+    fn of_revision(&mut self, revision: u64) -> Result<(), Reject> {
+        match self.current()?.revision {
+            current if current == revision => Ok(()),
+            current => Err(Refusal::StaleRevision { found: revision, current }.into()),
+        }
+    }
+
     fn current(&mut self) -> Result<&mut Mission, Reject> {
-        self.mission.as_mut().ok_or_else(|| Reject::new(RejectCode::Unknown, "the robot has no mission yet"))
+        self.mission.as_mut().ok_or_else(|| Refusal::NoMission.into())
     }
 
     fn update(&mut self, change: impl FnOnce(&mut Mission)) -> Result<Mission, Reject> {
@@ -116,8 +133,7 @@ impl Desk {
     fn transition(&mut self, from: MissionState, to: MissionState) -> Result<Mission, Reject> {
         let state = self.current()?.state;
         if state != from && state != to {
-            let reason = format!("the mission is {state}, not {from}");
-            return Err(Reject::new(RejectCode::Invalid, &reason));
+            return Err(Refusal::WrongState { found: state, needed: from }.into());
         }
         self.update(|m| m.state = to)
     }
@@ -126,11 +142,7 @@ impl Desk {
 fn prepare(mission: &mut Mission) {
     mission.state = MissionState::Preparing;
     mission.ready.clear();
-    mission.note.clear();
-}
-
-fn stale(asked: u64, current: u64) -> Reject {
-    Reject::new(RejectCode::Invalid, format!("revision {asked} is not the current one, {current}"))
+    mission.end = None;
 }
 
 #[cfg(test)]
@@ -140,58 +152,80 @@ mod tests {
 
     fn desk() -> Desk {
         let mut desk = Desk::new(7);
-        let mut mission = golden::mission();
-        mission.require = vec!["arbiter".into(), "localizer".into()];
-        desk.handle(MissionRequest::Set { mission: Box::new(mission) }).unwrap();
+        let mut order = golden::mission().order;
+        order.require = vec!["arbiter".into(), "localizer".into()];
+        desk.command(MissionCommand::Set { order: Box::new(order) }).unwrap();
         desk
     }
 
-    fn ready(role: &str, revision: u64) -> MissionRequest {
-        MissionRequest::Ready { role: role.into(), instance: "a".into(), revision }
+    fn ready(role: &str, revision: u64) -> Readiness {
+        Readiness { role: role.into(), instance: "a".into(), revision, refused: None }
     }
 
     #[test]
     fn it_runs_once_every_required_role_is_ready_for_this_revision() {
         let mut desk = desk();
-        assert_eq!(desk.handle(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
-        assert!(desk.handle(ready("localizer", 7)).is_err());
-        assert_eq!(desk.handle(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
-        assert_eq!(desk.handle(ready("localizer", 1)).unwrap().state, MissionState::Running);
+        assert_eq!(desk.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
+        assert!(desk.readiness(ready("localizer", 7)).is_err());
+        assert_eq!(desk.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
+        assert_eq!(desk.readiness(ready("localizer", 1)).unwrap().state, MissionState::Running);
     }
 
     #[test]
     fn a_new_goal_is_a_new_revision_to_prepare_for() {
         let mut desk = desk();
-        desk.handle(ready("arbiter", 1)).unwrap();
-        desk.handle(ready("localizer", 1)).unwrap();
-        let mission = desk.handle(MissionRequest::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        desk.readiness(ready("arbiter", 1)).unwrap();
+        desk.readiness(ready("localizer", 1)).unwrap();
+        let mission = desk.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
         assert_eq!((mission.revision, mission.state, mission.ready.len()), (2, MissionState::Preparing, 0));
     }
 
     #[test]
     fn pausing_is_undone_by_resuming_and_by_nothing_else() {
         let mut desk = desk();
-        assert!(desk.handle(MissionRequest::Pause).is_err());
-        desk.handle(ready("arbiter", 1)).unwrap();
-        desk.handle(ready("localizer", 1)).unwrap();
-        assert_eq!(desk.handle(MissionRequest::Pause).unwrap().state, MissionState::Paused);
-        assert_eq!(desk.handle(ready("arbiter", 1)).unwrap().state, MissionState::Paused);
-        assert_eq!(desk.handle(MissionRequest::Resume).unwrap().state, MissionState::Running);
+        assert!(desk.command(MissionCommand::Pause).is_err());
+        desk.readiness(ready("arbiter", 1)).unwrap();
+        desk.readiness(ready("localizer", 1)).unwrap();
+        assert_eq!(desk.command(MissionCommand::Pause).unwrap().state, MissionState::Paused);
+        assert_eq!(desk.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Paused);
+        assert_eq!(desk.command(MissionCommand::Resume).unwrap().state, MissionState::Running);
     }
 
     #[test]
     fn a_new_goal_leaves_a_paused_robot_paused() {
         let mut desk = desk();
-        desk.handle(ready("arbiter", 1)).unwrap();
-        desk.handle(ready("localizer", 1)).unwrap();
-        desk.handle(MissionRequest::Pause).unwrap();
-        desk.handle(MissionRequest::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
-        desk.handle(ready("arbiter", 2)).unwrap();
-        assert_eq!(desk.handle(ready("localizer", 2)).unwrap().state, MissionState::Paused);
+        desk.readiness(ready("arbiter", 1)).unwrap();
+        desk.readiness(ready("localizer", 1)).unwrap();
+        desk.command(MissionCommand::Pause).unwrap();
+        desk.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
+        desk.readiness(ready("arbiter", 2)).unwrap();
+        assert_eq!(desk.readiness(ready("localizer", 2)).unwrap().state, MissionState::Paused);
+    }
+
+    #[test]
+    fn a_role_that_can_never_be_ready_ends_the_mission_and_says_why() {
+        let mut desk = desk();
+        let refused = Refusal::PoseLost.at("localizer");
+        let (role, instance) = ("localizer".to_owned(), "a".to_owned());
+        let mission =
+            desk.readiness(Readiness { refused: Some(refused.clone()), ..ready(&role, 1) }).unwrap();
+        let end = MissionEnd::Unprepared { role, instance, reject: refused };
+        assert_eq!((mission.state, mission.end), (MissionState::Finished, Some(end)));
+        assert_eq!(desk.command(MissionCommand::Cancel).unwrap_err().why, Refusal::AlreadyFinished);
+        let anew = desk.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        assert_eq!((anew.state, anew.end), (MissionState::Preparing, None));
+    }
+
+    #[test]
+    fn a_role_that_is_not_required_ends_nothing() {
+        let mut desk = desk();
+        let refused = Some(Refusal::PoseLost.into());
+        let mission = desk.readiness(Readiness { refused, ..ready("viewer", 1) }).unwrap();
+        assert_eq!((mission.state, mission.end), (MissionState::Preparing, None));
     }
 
     #[test]
     fn without_a_mission_there_is_nothing_to_pause() {
-        assert!(Desk::new(1).handle(MissionRequest::Pause).is_err());
+        assert!(Desk::new(1).command(MissionCommand::Pause).is_err());
     }
 }

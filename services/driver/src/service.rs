@@ -8,12 +8,12 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::OnReady;
-use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::robot_service::{RobotService, is_over};
 use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, Decision, Mission, MissionState, Odometry, Reject, RejectCode, Scan,
+    self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionState, Odometry, Refusal, Scan,
 };
 use tokio::sync::watch;
 use zenoh::Session;
@@ -43,6 +43,8 @@ struct Driver {
     belief_of: BTreeMap<u64, Belief>,
     /// Tick of the last command, and the command.
     told: Option<(u64, Twist)>,
+    /// Why the last command was given, and since which stamp every command has been given for this reason.
+    reason: Option<(CommandReason, f64)>,
     /// Run and revision it has reported ready for.
     begun: Begun,
     counts: CommandCounts,
@@ -61,12 +63,11 @@ pub(crate) async fn run(
     };
     let (mission_sender, missions) = watch::channel(None);
     let refused = service.counts.refused.clone();
-    let _desk = mission_key::serve(session, &service.key("mission")?, &refused, mission_sender)?;
+    let _desk = mission_key::serve(session, &config.robot, &refused, mission_sender)?;
     let (obeyed, last) = watch::channel(Obedience::default());
     let key = service.key("decision")?;
     let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
-        let none = || Reject::new(RejectCode::Unknown, "no decision has been taken yet");
-        last.borrow().newest().cloned().ok_or_else(none)
+        last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
     })?;
     let mut driver = Driver {
         missions,
@@ -80,6 +81,7 @@ pub(crate) async fn run(
         odometry_of: BTreeMap::new(),
         belief_of: BTreeMap::new(),
         told: None,
+        reason: None,
         begun: (0, 0),
         counts: CommandCounts::new(),
     };
@@ -122,7 +124,9 @@ impl Driver {
     /// stands still.
     fn silence(&self) -> Duration {
         match self.mission() {
-            Some(m) if m.clock == Clock::Realtime => Duration::from_secs_f64(5.0 * m.tick_s / m.time_scale),
+            Some(m) if m.order.clock == Clock::Realtime => {
+                Duration::from_secs_f64(5.0 * m.order.tick_s / m.order.time_scale)
+            }
             _ => Duration::from_secs(3600),
         }
     }
@@ -131,14 +135,14 @@ impl Driver {
         let Some(mission) = self.mission() else { return };
         let Some((_, odometry)) = self.odometry_of.last_key_value() else { return };
         let odometry = odometry.clone();
-        self.publish(&mission, &odometry, Twist::default(), "no odometry");
+        self.publish(&mission, &odometry, Twist::default(), CommandReason::NoOdometry);
     }
 
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
         let arrived = std::time::Instant::now();
         self.measured(&odometry);
-        if mission.clock == Clock::Realtime {
+        if mission.order.clock == Clock::Realtime {
             for newer in self.odometry.drain() {
                 self.measured(&newer);
                 odometry = newer;
@@ -148,33 +152,33 @@ impl Driver {
             }
         }
         let tick = odometry.tick;
-        if let Some(belief) = self.beliefs.of_tick(tick, mission.clock).await {
+        if let Some(belief) = self.beliefs.of_tick(tick, mission.order.clock).await {
             remember(&mut self.belief_of, belief.tick, belief.clone());
         }
-        let plan_tick = tick - tick % u64::from(mission.plan_every.max(1));
+        let plan_tick = tick - tick % u64::from(mission.order.plan_every.max(1));
         // In lockstep every planning tick has its decision; in between, the last one stands. In real time
         // each one counts: an arbiter that was replaced but lives on must not hide its successor's.
-        if mission.clock == Clock::Realtime {
+        if mission.order.clock == Clock::Realtime {
             for decision in self.decisions.drain() {
                 self.obey(Some(decision));
             }
         } else {
-            let decision = self.decisions.of_tick(plan_tick, mission.clock).await.cloned();
+            let decision = self.decisions.of_tick(plan_tick, mission.order.clock).await.cloned();
             self.obey(decision);
         }
-        let scan = self.scans.of_tick(tick, mission.clock).await.cloned();
-        let robot = convert::robot_model(&mission.robot_model);
+        let scan = self.scans.of_tick(tick, mission.order.clock).await.cloned();
+        let robot = convert::robot_model(&mission.order.robot_model);
         // In lockstep the base has carried out every command before it measures.
-        let recent = self.told.filter(|(at, _)| mission.clock == Clock::Realtime && at + 1 >= tick);
+        let recent = self.told.filter(|(at, _)| mission.order.clock == Clock::Realtime && at + 1 >= tick);
         let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.obeyed.send_modify(Obedience::lapse);
         }
         if mission.state != MissionState::Running {
-            let moving = on_arrival(&odometry, on_its_way, &robot, mission.tick_s);
-            let twist = robot.limit(moving, Twist::default(), mission.tick_s);
-            self.publish(&mission, &odometry, twist, "the mission is not running");
+            let moving = on_arrival(&odometry, on_its_way, &robot, mission.order.tick_s);
+            let twist = robot.limit(moving, Twist::default(), mission.order.tick_s);
+            self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
             return;
         }
         let obeyed = self.obeyed.borrow().in_force().cloned();
@@ -185,7 +189,7 @@ impl Driver {
             belief: belief.map(|b| b.stamp),
             decision: obeyed.as_ref().map(|d| d.stamp),
         };
-        self.counts.tick(stamps, mission.time_scale);
+        self.counts.tick(stamps, mission.order.time_scale);
         let command = command(&Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
@@ -193,7 +197,7 @@ impl Driver {
             decision: obeyed.as_ref(),
             made_from: obeyed.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
-            period: mission.tick_s,
+            period: mission.order.tick_s,
             on_its_way,
         });
         self.publish(&mission, &odometry, command.twist, command.reason);
@@ -220,6 +224,7 @@ impl Driver {
         self.odometry_of.clear();
         self.belief_of.clear();
         self.told = None;
+        self.reason = None;
         self.obeyed.send_modify(Obedience::lapse);
     }
 
@@ -242,12 +247,15 @@ impl Driver {
             taken == Taken::Obeyed
         });
         if taken == Taken::OutOfReach {
-            tracing::warn!(?id, "a decision of nobody's epoch refused");
-            self.service.counts.refuse(&Reject::invalid("epoch", "too far above the last one obeyed"));
+            tracing::warn!(?id, "a decision refused: no arbiter has such an epoch");
+            self.service.counts.refuse(&Refusal::EpochOutOfReach.at("epoch"));
         }
     }
 
-    fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: &str) {
+    fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: CommandReason) {
+        // A clock that has begun anew makes every reason a new one.
+        let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= odometry.stamp);
+        let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, odometry.stamp)));
         let (epoch, seq) = self.obeyed.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
         let command = wire::Twist {
             epoch,
@@ -256,10 +264,11 @@ impl Driver {
             stamp: odometry.stamp,
             v: twist.v,
             omega: twist.omega,
-            reason: reason.to_owned(),
+            reason,
+            since,
         };
         self.counts.command(reason);
-        self.commands.publish(&command, mission.clock);
+        self.commands.publish(&command, mission.order.clock);
         self.told = Some((odometry.tick, twist));
     }
 }
@@ -273,11 +282,7 @@ async fn other_mission(mut missions: watch::Receiver<Option<Mission>>, begun: Be
 /// Completes when the run at hand is over or another has begun: no answer of its ticks is awaited then.
 async fn run_over(mut missions: watch::Receiver<Option<Mission>>) {
     let run = missions.borrow().as_ref().map_or(0, |m| m.run);
-    let over = |m: &Option<Mission>| {
-        m.as_ref().is_some_and(|m| {
-            m.run != run || matches!(m.state, MissionState::Cancelled | MissionState::Finished)
-        })
-    };
+    let over = |m: &Option<Mission>| m.as_ref().is_some_and(|m| m.run != run || is_over(m));
     let _ = missions.wait_for(over).await;
 }
 

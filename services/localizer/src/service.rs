@@ -6,16 +6,16 @@ use std::time::Instant;
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
+use curionav_pool::fields::Fields;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
-use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::OnReady;
-use curionav_runtime::robot_service::{Prepared, RobotService, is_over, superseded, supersedes};
+use curionav_runtime::robot_service::{Preparation, RobotService, is_over, superseded, supersedes};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
-use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Reject, RejectCode, Scan};
+use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan};
 use zenoh::Session;
 
 use crate::glimpse::{Rate, particles};
@@ -41,7 +41,7 @@ struct Localization {
     answered: Option<u64>,
     /// The run whose streams it follows.
     run: Option<u64>,
-    prepared: Option<Prepared>,
+    prepared: Option<Preparation>,
     /// The newest belief, for operators.
     newest: Newest,
 }
@@ -82,7 +82,9 @@ pub(crate) async fn run(
                 biased;
                 () = shutdown.requested() => return Ok(()),
                 () = superseded(&missions, &mut said, |said| supersedes(said, &mission)) => {}
-                anew = localization.take(&mission) => localization.tell(&mission, anew).await?,
+                anew = localization.take(&mission) => {
+                    localization.service.tell(&mission, localization.prepared.as_ref(), anew).await?;
+                }
             }
             continue;
         }
@@ -141,15 +143,8 @@ impl Localization {
             self.recent_scans.clear();
             self.answered = None;
         }
-        self.prepared = Some(Prepared::new(mission, outcome));
+        self.prepared = Some(Preparation::new(mission, outcome));
         true
-    }
-
-    async fn tell(&self, mission: &Mission, anew: bool) -> anyhow::Result<()> {
-        match &self.prepared {
-            Some(prepared) => self.service.tell(mission, prepared, anew).await,
-            None => Ok(()),
-        }
     }
 
     /// Makes sure that there is a filter for the run of `mission`.
@@ -158,25 +153,25 @@ impl Localization {
             return Ok(());
         }
         if mission.has_run {
-            // This localizer was restarted on the way: the start is long left, and nobody knows the pose.
-            let lost = "it was restarted in mid-run, so the pose is lost; begin a new mission";
-            return Err(Reject::new(RejectCode::Unknown, lost));
+            // This localizer was restarted on the way: the robot has left the start.
+            return Err(Refusal::PoseLost.into());
         }
-        let (fields, id) = (self.fields.clone(), mission.map);
+        convert::check_order(&mission.order)?;
+        let params: LocalizerParams = convert::parameters("localizer", &mission.order.localizer)?;
+        let (fields, id) = (self.fields.clone(), mission.order.map);
         let fetched = tokio::task::spawn_blocking(move || fields.map(id)).await;
-        let map = fetched.map_err(|e| Reject::invalid("map", e.to_string()))??;
-        let params: LocalizerParams = convert::from_value("localizer", &mission.localizer)?;
+        let map = fetched.map_err(|e| Refusal::failed(e).at("map"))??;
         let mut filter = Localizer::new(
             (*map).clone(),
-            convert::laser(&mission.laser),
-            convert::noise(&mission.odometry_noise),
+            convert::laser(&mission.order.laser),
+            convert::noise(&mission.order.odometry_noise),
             params,
-            mission.seed,
+            mission.order.seed,
         )
-        .map_err(|e| Reject::invalid("localizer", e.to_string()))?;
+        .map_err(|e| Refusal::invalid(e).at("localizer"))?;
         filter.initialise(
-            convert::pose(mission.initial_pose),
-            &convert::covariance(&mission.initial_covariance)?,
+            convert::pose(mission.order.initial_pose),
+            &convert::covariance(&mission.order.initial_covariance)?,
         );
         self.filter = Some(filter);
         Ok(())
@@ -186,7 +181,7 @@ impl Localization {
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission.clone() else { return };
         let started = Instant::now();
-        if mission.clock == Clock::Realtime {
+        if mission.order.clock == Clock::Realtime {
             // The newest odometry whose scan is here as well, if any: a scan of another tick is no
             // observation of this pose.
             self.recent_scans.extend(self.scans.drain());
@@ -197,10 +192,10 @@ impl Localization {
             waiting.extend(self.odometry.drain());
             let chosen = waiting.iter().rposition(seen).unwrap_or(waiting.len() - 1);
             odometry = waiting.swap_remove(chosen);
-        } else if let Some(scan) = self.scans.of_tick(odometry.tick, mission.clock).await {
+        } else if let Some(scan) = self.scans.of_tick(odometry.tick, mission.order.clock).await {
             self.recent_scans = vec![scan.clone()];
         }
-        let announced = convert::laser(&mission.laser);
+        let announced = convert::laser(&mission.order.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
         let Some(filter) = &mut self.filter else { return };
         let last = self.answered.replace(odometry.tick);
@@ -216,11 +211,11 @@ impl Localization {
         let twist = Twist { v: odometry.v, omega: odometry.omega };
         let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
         let belief = belief(&estimate, &odometry);
-        self.beliefs.publish(&belief, mission.clock);
+        self.beliefs.publish(&belief, mission.order.clock);
         // After the belief, which others wait for.
         if self.glimpse_rate.is_due(odometry.stamp) && self.glimpses.is_heard() {
             let seen = particles(filter.particles(), odometry.tick, odometry.stamp);
-            self.glimpses.publish(&seen, mission.clock);
+            self.glimpses.publish(&seen, mission.order.clock);
         }
         *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(belief);
         self.service.counts.record(started.elapsed());

@@ -64,10 +64,10 @@ impl LiveCrowd {
         if world.scenario().people.kind != PeopleKind::Live {
             return Ok(true);
         }
-        self.announce(world, mission.clock);
-        match mission.clock {
+        self.announce(world, mission.order.clock);
+        match mission.order.clock {
             Clock::Lockstep => self.of_this_tick(world).await.map(|()| true),
-            Clock::Realtime => self.newest(world, mission.time_scale),
+            Clock::Realtime => self.newest(world, mission.order.time_scale),
         }
     }
 

@@ -1,12 +1,15 @@
 //! From an injected scenario to a world and a mission.
 
 use curionav_crowdsim::scenario::{Recorded, Scenario};
-use curionav_crowdsim::{Recording, ScenarioError, World};
+use curionav_crowdsim::{Recording, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
+use curionav_planning::parameters::{FieldError, Ranged, read_table};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, Mission, MissionState, Reject, Value};
+use curionav_schemas::{
+    self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value, words,
+};
 
 /// Roles that must report ready before a run starts.
 const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
@@ -23,12 +26,12 @@ pub struct InjectError {
 
 impl From<InjectError> for Reject {
     fn from(error: InjectError) -> Self {
-        Self::invalid(error.field, error.problem)
+        Refusal::invalid(error.problem).at(error.field)
     }
 }
 
-impl From<ScenarioError> for InjectError {
-    fn from(error: ScenarioError) -> Self {
+impl From<FieldError> for InjectError {
+    fn from(error: FieldError) -> Self {
         Self { field: error.field, problem: format!("{}; {}", error.problem, error.mend) }
     }
 }
@@ -44,7 +47,7 @@ pub struct Prepared {
     /// Its map, as it is served.
     pub map: wire::OccupancyGrid,
     /// What the robot is to do.
-    pub mission: Mission,
+    pub order: MissionOrder,
     /// How to plan.
     pub profile: Profile,
     /// Seed of everything random.
@@ -55,10 +58,10 @@ pub struct Prepared {
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
 pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectError> {
     let scenario: Scenario =
-        convert::from_value("scenario", &request.scenario).map_err(|r| fault("scenario", r.reason))?;
-    scenario.validate()?;
+        convert::from_value("scenario", &request.scenario).map_err(|r| refused("scenario", &r))?;
+    scenario.check()?;
     let params = check_localizer(&scenario)?;
-    let profile = profile(&scenario, request.profile.as_deref())?;
+    let profile = profile(request)?;
     let grid = {
         let text = String::from_utf8_lossy(file(request, "map.file", &scenario.map.file)?);
         let yaml = MapYaml::parse(&text).map_err(|e| fault("map.file", e))?;
@@ -74,36 +77,27 @@ pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectE
     let map_message = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
     let world = World::new(&scenario, StaticMap::new(grid), recordings, seed)?;
-    let mission = mission(request, &scenario, &profile, params, map_message.map, robot, seed)?;
-    Ok(Prepared { world, map: map_message, mission, profile, seed })
+    let order = order(request, &scenario, &profile, params, map_message.map, robot, seed)?;
+    Ok(Prepared { world, map: map_message, order, profile, seed })
 }
 
-fn profile(scenario: &Scenario, wanted: Option<&str>) -> Result<Profile, InjectError> {
-    let name = wanted.unwrap_or(&scenario.planner.profile);
-    let Some(profile) = Profile::builtin(name) else {
-        let known: Vec<&str> = Profile::names().collect();
-        return Err(fault(
-            "planner.profile",
-            format!("`{name}` is not a built-in profile; known: {}", known.join(", ")),
-        ));
-    };
-    match &scenario.profile {
-        Some(overrides) => profile.with_overrides(overrides).map_err(|e| {
-            let field = e.field.as_deref().map_or("profile".to_owned(), |f| format!("profile.{f}"));
-            fault(field, e.message)
-        }),
-        None => Ok(profile),
-    }
+/// A refusal of the field `field`, which says what is wrong and not which field that is.
+fn refused(field: &str, reject: &Reject) -> InjectError {
+    fault(field, words::say("refusal", &reject.why))
+}
+
+fn profile(request: &InjectRequest) -> Result<Profile, InjectError> {
+    let profile: Profile =
+        convert::from_value("profile", &request.profile).map_err(|r| refused("profile", &r))?;
+    profile.check().map_err(|e| e.below("profile"))?;
+    Ok(profile)
 }
 
 /// The localiser's parameters as they travel, once they have been read and found sensible.
 fn check_localizer(scenario: &Scenario) -> Result<Value, InjectError> {
     let Some(table) = &scenario.localizer else { return Ok(Value::Map(Vec::new())) };
-    let value = convert::to_value(table).map_err(|e| fault("localizer", e))?;
-    let params: LocalizerParams =
-        convert::from_value("localizer", &value).map_err(|r| fault("localizer", r.reason))?;
-    params.check().map_err(|e| fault("localizer", e))?;
-    Ok(value)
+    read_table::<LocalizerParams>(table).map_err(|e| e.below("localizer"))?;
+    convert::to_value(table).map_err(|r| refused("localizer", &r))
 }
 
 fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [u8], InjectError> {
@@ -131,7 +125,7 @@ fn plan_every(scenario: &Scenario, request: &InjectRequest) -> u32 {
     }
 }
 
-fn mission(
+fn order(
     request: &InjectRequest,
     scenario: &Scenario,
     profile: &Profile,
@@ -139,15 +133,13 @@ fn mission(
     map: MapId,
     robot: &str,
     seed: u64,
-) -> Result<Mission, InjectError> {
+) -> Result<MissionOrder, InjectError> {
     let sigma = scenario.robot.initial_sigma;
     let mut covariance = vec![0.0; 9];
     for (i, sigma) in sigma.iter().enumerate() {
         covariance[4 * i] = sigma * sigma;
     }
-    Ok(Mission {
-        run: 0,
-        revision: 0,
+    Ok(MissionOrder {
         robot: robot.to_owned(),
         map,
         initial_pose: convert::pose_to_wire(scenario.robot.start),
@@ -156,7 +148,7 @@ fn mission(
         goal_y: scenario.robot.goal.y,
         goal_heading: scenario.robot.goal_heading,
         goal_tolerance: scenario.robot.goal_tolerance,
-        profile: convert::to_value(profile).map_err(|e| fault("profile", e))?,
+        profile: convert::to_value(profile).map_err(|r| refused("profile", &r))?,
         localizer,
         laser: convert::laser_to_wire(&scenario.laser),
         robot_model: convert::robot_model_to_wire(&scenario.robot.model),
@@ -167,9 +159,5 @@ fn mission(
         tick_s: scenario.clock.tick_s,
         plan_every: plan_every(scenario, request),
         require: REQUIRED.map(String::from).to_vec(),
-        ready: Vec::new(),
-        state: MissionState::Preparing,
-        has_run: false,
-        note: String::new(),
     })
 }

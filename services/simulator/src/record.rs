@@ -135,7 +135,7 @@ impl Record {
                 Outcome::Timeout => wire::Outcome::Timeout,
                 Outcome::Lost => wire::Outcome::Lost,
             },
-            metrics: metrics(&self.recorder.metrics()),
+            measures: measures(&self.recorder.metrics()),
             social: social(&self.track, world, outcome, goal),
             cycles: Cycles {
                 count: self.cycles,
@@ -156,8 +156,8 @@ impl Record {
     }
 }
 
-fn metrics(m: &Metrics) -> wire::Metrics {
-    wire::Metrics {
+fn measures(m: &Metrics) -> wire::Measures {
+    wire::Measures {
         rmse_m: m.rmse_m,
         tcm: m.tcm,
         nm: m.nm,
@@ -178,13 +178,12 @@ const WAY_SPACING: f64 = 0.1;
 /// The measures of social navigation by name; yes is 1, no is 0, and none is left out.
 fn social(track: &Track, world: &World, outcome: Outcome, goal: Point2) -> BTreeMap<String, f64> {
     let (map, radius) = (world.map(), world.scenario().robot.model.radius());
-    let field = GeodesicField::new(&map.grid, &map.to_obstacle, goal, radius);
+    let field = GeodesicField::new(map, goal, radius);
     let start = track.rows().first().map_or(goal, |row| row.pose.position());
-    let way = field.descend(&map.grid, start, WAY_SPACING);
+    let way = field.descend(start, WAY_SPACING);
     let driven: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     let rest = way.last().map_or(0.0, |end| end.distance(goal));
-    let task =
-        Task { outcome, shortest_m: driven + rest, to_go: &|p| field.at(&map.grid, p), robot_radius: radius };
+    let task = Task { outcome, shortest_m: driven + rest, to_go: &|p| field.at(p), robot_radius: radius };
     let measures = SocialMetrics::of(track, &task, &SocialParams::default());
     let named = convert::to_value(&measures).ok().and_then(|value| value.into_map().ok()).unwrap_or_default();
     named

@@ -10,12 +10,12 @@ use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
-use curionav_runtime::query::{Urgency, ask};
+use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, Decision, Mission, MissionRequest, MissionState, Odometry, RunResult, Scan,
-    keys,
+    self as wire, Belief, Clock, Decision, Mission, MissionCommand, MissionEnd, MissionOrder, MissionState,
+    Odometry, Refusal, RunResult, Scan, keys,
 };
 use tokio::sync::watch;
 use zenoh::Session;
@@ -34,7 +34,7 @@ const COMMAND_AGE_MAX: f64 = 0.3;
 /// The streams of one robot.
 pub(crate) struct Streams {
     session: Session,
-    mission_key: String,
+    command_key: String,
     missions: Arc<Inbox<Mission>>,
     beliefs: Latest<Belief>,
     decisions: Latest<Decision>,
@@ -85,7 +85,7 @@ impl Streams {
         let key = |stream| keys::robot(robot, stream);
         Ok(Self {
             session: session.clone(),
-            mission_key: key("mission")?,
+            command_key: keys::mission_command(robot)?,
             missions: Arc::new(Inbox::counted(session, &key("mission")?, counts)?),
             beliefs: Latest::new(Inbox::counted(session, &key("belief")?, counts)?),
             decisions: Latest::new(Inbox::counted(session, &key("decision")?, counts)?),
@@ -103,13 +103,13 @@ impl Streams {
         &mut self,
         prepared: Prepared,
         progress: &watch::Sender<Progress>,
-    ) -> anyhow::Result<RunResult> {
-        let Prepared { mut world, mission, profile, seed, .. } = prepared;
-        let mission = match self.begin(mission).await {
+    ) -> Result<RunResult, MissionEnd> {
+        let Prepared { mut world, order, profile, seed, .. } = prepared;
+        let mission = match self.begin(order).await {
             Ok(mission) => mission,
             Err(error) => {
                 // What never began must not begin later, with nobody to watch it.
-                if let Err(error) = self.request(&MissionRequest::Cancel).await {
+                if let Err(error) = self.request(&MissionCommand::Cancel).await {
                     tracing::debug!(%error, "nothing to cancel");
                 }
                 return Err(error);
@@ -118,33 +118,37 @@ impl Streams {
         let mut record = Record::new();
         let mut mission = mission;
         let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
-        let reason = match &outcome {
-            Ok(outcome) => format!("{outcome:?}").to_lowercase(),
-            Err(error) => format!("{error:#}"),
+        let end = match &outcome {
+            Ok(Outcome::Reached) => MissionEnd::Reached,
+            Ok(Outcome::Timeout) => MissionEnd::Timeout,
+            Ok(Outcome::Lost) => MissionEnd::Lost,
+            Err(end) => end.clone(),
         };
-        // The robot must not go on driving towards a goal nobody judges any more.
-        if let Err(error) = self.request(&MissionRequest::Finish { revision: mission.revision, reason }).await
-        {
+        // The robot must not go on driving once its run is no longer judged.
+        if let Err(error) = self.request(&MissionCommand::Finish { revision: mission.revision, end }).await {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
-        let goal = Point2::new(mission.goal_x, mission.goal_y);
+        let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
         Ok(record.finish(&world, &profile.name, seed, outcome?, goal))
     }
 
-    async fn request(&self, request: &MissionRequest) -> anyhow::Result<Mission> {
-        Ok(ask(&self.session, &self.mission_key, request, DRIVER_TIMEOUT, Urgency::Normal).await?)
+    async fn request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
+        ask(&self.session, &self.command_key, request, DRIVER_TIMEOUT, Urgency::Normal).await
     }
 
     /// Gives the mission to the driver and waits until every required role is ready for it.
-    async fn begin(&mut self, mission: Mission) -> anyhow::Result<Mission> {
+    async fn begin(&mut self, order: MissionOrder) -> Result<Mission, MissionEnd> {
         while self.missions.try_next().is_some() {}
         let deadline = tokio::time::Instant::now() + DRIVER_TIMEOUT;
-        let request = MissionRequest::Set { mission: Box::new(mission) };
+        let request = MissionCommand::Set { order: Box::new(order) };
         let accepted = loop {
             match self.request(&request).await {
                 Ok(accepted) => break accepted,
+                Err(AskError::Rejected(reject)) if !reject.why.is_transient() => {
+                    return Err(MissionEnd::WorldFailed { reject });
+                }
                 Err(error) if tokio::time::Instant::now() > deadline => {
-                    return Err(error).context("no driver takes the mission");
+                    return Err(failed(format!("no driver takes the mission: {error}")));
                 }
                 Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
             }
@@ -152,7 +156,9 @@ impl Streams {
         let mut current = accepted.clone();
         let wait = async {
             while current.state == MissionState::Preparing {
-                let Some(next) = self.missions.next().await else { bail!("the session is closed") };
+                let Some(next) = self.missions.next().await else {
+                    return Err(failed("the session is closed"));
+                };
                 if next.run == accepted.run {
                     current = next;
                 }
@@ -163,12 +169,17 @@ impl Streams {
             Ok(waited) => waited?,
             Err(_) => {
                 let missing: Vec<&str> = current
+                    .order
                     .require
                     .iter()
                     .filter(|r| !current.ready.contains(r))
                     .map(String::as_str)
                     .collect();
-                bail!("not ready within {} s: {}", READY_TIMEOUT.as_secs(), missing.join(", "));
+                return Err(failed(format!(
+                    "not ready within {} s: {}",
+                    READY_TIMEOUT.as_secs(),
+                    missing.join(", ")
+                )));
             }
         }
         // What is here was said before any tick of this run.
@@ -177,10 +188,7 @@ impl Streams {
         self.commands.clear();
         self.crowd.begin();
         self.heard = Heard::default();
-        match current.state {
-            MissionState::Running => Ok(current),
-            state => bail!("the mission was refused ({state}): {}", current.note),
-        }
+        ended(&current).map_or(Ok(current), Err)
     }
 
     async fn ticks(
@@ -189,9 +197,9 @@ impl Streams {
         mission: &mut Mission,
         record: &mut Record,
         progress: &watch::Sender<Progress>,
-    ) -> anyhow::Result<Outcome> {
-        let realtime = mission.clock == Clock::Realtime;
-        let period = Duration::from_secs_f64(mission.tick_s / mission.time_scale);
+    ) -> Result<Outcome, MissionEnd> {
+        let realtime = mission.order.clock == Clock::Realtime;
+        let period = Duration::from_secs_f64(mission.order.tick_s / mission.order.time_scale);
         let mut pace = tokio::time::interval(period);
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut believed = None;
@@ -205,15 +213,17 @@ impl Streams {
                 changed = newest;
             }
             mission.clone_from(&changed);
-            check_goes_on(mission)?;
+            if let Some(end) = ended(mission) {
+                return Err(end);
+            }
             let people_known = tokio::select! {
-                known = self.crowd.take_in(world, mission) => known?,
+                known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
             };
             let observation = world.observe();
-            self.publish(&observation, world, mission.clock, people_known);
+            self.publish(&observation, world, mission.order.clock, people_known);
             let (belief, decisions, command) = tokio::select! {
-                answers = self.answers(world, mission) => answers?,
+                answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
             };
             let truth = world.truth();
@@ -222,7 +232,7 @@ impl Streams {
             let belief = believed.clone().unwrap_or_else(|| convert::initial_belief(mission));
             record.tick(&truth, &belief, world);
             // The scenario's, unless the robot was sent elsewhere on the way.
-            let goal = Point2::new(mission.goal_x, mission.goal_y);
+            let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
             progress.send_replace(Progress {
                 tick: truth.tick,
                 time_s: truth.time,
@@ -232,7 +242,7 @@ impl Streams {
             for decision in &decisions {
                 record.decision(decision);
                 if decision.arrived {
-                    return Ok(Outcome::of_arrival(truth.pose, goal, mission.goal_tolerance));
+                    return Ok(Outcome::of_arrival(truth.pose, goal, mission.order.goal_tolerance));
                 }
             }
             if truth.time >= world.scenario().clock.time_limit_s {
@@ -283,7 +293,7 @@ impl Streams {
         mission: &Mission,
     ) -> anyhow::Result<(Option<Belief>, Vec<Decision>, Twist)> {
         let tick = world.tick();
-        if mission.clock == Clock::Realtime {
+        if mission.order.clock == Clock::Realtime {
             let decisions = self.decisions.drain();
             let belief = self.beliefs.newest().cloned();
             let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
@@ -300,29 +310,31 @@ impl Streams {
             return Ok((belief, decisions, command.unwrap_or_default()));
         }
         let silent = |who: &str| format!("no {who} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
-        let belief = self.beliefs.of_tick(tick, mission.clock).await.cloned();
+        let belief = self.beliefs.of_tick(tick, mission.order.clock).await.cloned();
         let belief = belief.with_context(|| silent("belief from the localizer"))?;
         let mut decisions = Vec::new();
-        if tick.is_multiple_of(u64::from(mission.plan_every)) {
-            let decision = self.decisions.of_tick(tick, mission.clock).await.cloned();
+        if tick.is_multiple_of(u64::from(mission.order.plan_every)) {
+            let decision = self.decisions.of_tick(tick, mission.order.clock).await.cloned();
             decisions.push(decision.with_context(|| silent("decision from the arbiter"))?);
         }
-        let command = self.commands.of_tick(tick, mission.clock).await.map(twist);
+        let command = self.commands.of_tick(tick, mission.order.clock).await.map(twist);
         Ok((Some(belief), decisions, command.with_context(|| silent("command from the driver"))?))
     }
 }
 
-fn check_goes_on(mission: &Mission) -> anyhow::Result<()> {
-    match mission.state {
-        MissionState::Cancelled => bail!("cancelled"),
-        MissionState::Finished => bail!("the mission was given up: {}", mission.note),
-        MissionState::Preparing | MissionState::Running | MissionState::Paused => Ok(()),
-    }
+/// Why the run cannot go on, if its mission has ended.
+fn ended(mission: &Mission) -> Option<MissionEnd> {
+    let is_over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
+    is_over.then(|| mission.end.clone().unwrap_or(MissionEnd::Cancelled))
 }
 
-/// Completes when the mission has ended: nobody answers its ticks any more.
+fn failed(detail: impl ToString) -> MissionEnd {
+    MissionEnd::WorldFailed { reject: Refusal::failed(detail).into() }
+}
+
+/// Completes when the mission has ended: its ticks are no longer answered.
 async fn end_of_mission(missions: &Inbox<Mission>, changed: &mut Mission) {
-    while check_goes_on(changed).is_ok() {
+    while ended(changed).is_none() {
         match missions.next().await {
             Some(newest) => *changed = newest,
             None => std::future::pending().await,

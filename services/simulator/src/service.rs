@@ -12,7 +12,7 @@ use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::status::announce_service;
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{InjectRequest, Reject, RejectCode, RunState, RunStatus, keys};
+use curionav_schemas::{InjectRequest, Refusal, Reject, RunState, RunStatus, keys};
 use tokio::sync::{mpsc, watch};
 use zenoh::Session;
 
@@ -97,16 +97,14 @@ fn serve_injection(
     let robot = config.robot.clone();
     let runs = AtomicU64::new(0);
     let server = serve(session, key, 1, 4, move |request: InjectRequest, _| {
-        let busy =
-            || Reject::new(RejectCode::Overloaded, "a run is under way; wait for it or cancel it first");
         if matches!(locked(&status).state, RunState::Preparing | RunState::Running) {
-            return Err(busy());
+            return Err(Refusal::Busy.into());
         }
         let prepared = prepare(&request, &robot)?;
         let mut status = locked(&status);
         let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
         let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&status.world) };
-        sender.try_send(prepared).map_err(|_| busy())?;
+        sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
         *status = fresh.clone();
         Ok(fresh)
     })?;
@@ -119,7 +117,7 @@ async fn play(
     status: &SharedStatus,
     published: &Topic<RunStatus>,
 ) {
-    let clock = prepared.mission.clock;
+    let clock = prepared.order.clock;
     let (sender, progress) = watch::channel(Progress::default());
     let show = |change: &dyn Fn(&mut RunStatus)| {
         let shown = {
@@ -151,7 +149,7 @@ async fn play(
         (s.tick, s.time_s, s.distance_to_goal) = (last.tick, last.time_s, last.distance_to_goal);
         match &outcome {
             Ok(result) => (s.state, s.result) = (RunState::Finished, Some(result.clone())),
-            Err(error) => (s.state, s.error) = (RunState::Failed, Some(format!("{error:#}"))),
+            Err(error) => (s.state, s.error) = (RunState::Failed, Some(error.clone())),
         }
     });
 }

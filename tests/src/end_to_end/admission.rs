@@ -7,17 +7,21 @@ use std::time::{Duration, Instant};
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::serve::serve;
 use curionav_runtime::session;
-use curionav_schemas::{Clock, EvaluateRequest, RejectCode, Scores, golden, keys};
+use curionav_schemas::{Clock, EvaluateRequest, Refusal, Scores, golden, keys};
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
 const TIMEOUT: Duration = Duration::from_secs(20);
 
-fn question(session: &Session, robot: &'static str) -> JoinHandle<Result<Scores, AskError>> {
-    let (session, key) = (session.clone(), keys::evaluate("cpc", "busy").unwrap());
+/// The cycles that the questions of the two robots are about, by which the handler tells them apart.
+const GREEDY: u64 = 1;
+const MODEST: u64 = 2;
+
+fn question(session: &Session, robot: &'static str, mark: u64) -> JoinHandle<Result<Scores, AskError>> {
+    let (session, key) = (session.clone(), keys::question("cpc", "busy", robot).unwrap());
     tokio::spawn(async move {
-        let request = EvaluateRequest { robot: robot.into(), ..golden::evaluate_request() };
-        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { robot, clock: Clock::Realtime }).await
+        let request = EvaluateRequest { seq: mark, ..golden::evaluate_request() };
+        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { clock: Clock::Realtime }).await
     })
 }
 
@@ -25,31 +29,31 @@ fn question(session: &Session, robot: &'static str) -> JoinHandle<Result<Scores,
 async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
     let session = session::embedded().await.unwrap();
     let (release, gate) = mpsc::channel::<()>();
-    let (begun, begins) = mpsc::channel::<String>();
+    let (begun, begins) = mpsc::channel::<u64>();
     let gate = Mutex::new(gate);
     let handler = move |request: EvaluateRequest, _| {
-        begun.send(request.robot).unwrap();
+        begun.send(request.seq).unwrap();
         gate.lock().unwrap().recv().unwrap();
         Ok(golden::scores())
     };
     // One slot, four may wait.
-    let server = serve(&session, &keys::evaluate("cpc", "busy").unwrap(), 1, 4, handler).unwrap();
+    let server = serve(&session, &keys::questions("cpc", "busy").unwrap(), 1, 4, handler).unwrap();
     let refused = || server.counts().refused.total();
     let in_flight = || server.counts().in_flight.get();
-    let mut waiting = vec![question(&session, "greedy")];
-    assert_eq!(begins.recv_timeout(TIMEOUT).unwrap(), "greedy");
+    let mut waiting = vec![question(&session, "greedy", GREEDY)];
+    assert_eq!(begins.recv_timeout(TIMEOUT).unwrap(), GREEDY);
     for _ in 0..4 {
-        waiting.push(question(&session, "greedy"));
+        waiting.push(question(&session, "greedy", GREEDY));
     }
     let deadline = Instant::now() + TIMEOUT;
     while in_flight() < 5 && Instant::now() < deadline {
         tokio::task::yield_now().await;
     }
     // Nothing is released: only a refusal can come back.
-    let overloaded = question(&session, "greedy").await.unwrap().unwrap_err();
-    assert!(matches!(&overloaded, AskError::Rejected(r) if r.code == RejectCode::Overloaded), "{overloaded}");
+    let overloaded = question(&session, "greedy", GREEDY).await.unwrap().unwrap_err();
+    assert!(matches!(&overloaded, AskError::Rejected(r) if r.why == Refusal::Overloaded), "{overloaded}");
 
-    waiting.push(question(&session, "modest"));
+    waiting.push(question(&session, "modest", MODEST));
     while refused() < 2 && Instant::now() < deadline {
         tokio::task::yield_now().await;
     }
@@ -59,7 +63,7 @@ async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
         served.push(begins.recv_timeout(TIMEOUT).unwrap());
     }
     release.send(()).unwrap();
-    assert_eq!(served, ["greedy", "modest", "greedy", "greedy"]);
+    assert_eq!(served, [GREEDY, MODEST, GREEDY, GREEDY]);
     let mut answered = 0;
     for question in waiting {
         answered += usize::from(question.await.unwrap().is_ok());

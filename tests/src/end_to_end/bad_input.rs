@@ -40,7 +40,7 @@ fn a_wrong_scenario_is_refused_by_file_line_and_field() {
     let directory = tempfile::tempdir().unwrap();
     for (from, to, words) in [
         ("goal = [3.0, 1.0]", "goal = [4.5, 1.0]", &["room.toml", "line 6", "robot.goal"][..]),
-        ("goal = [3.0, 1.0]", "goal = [nan, 1.0]", &["line 6", "robot.goal", "finite"]),
+        ("goal = [3.0, 1.0]", "goal = [nan, 1.0]", &["line 6", "robot.goal[0]", "-1e7 to 1e7 m"]),
         ("start = [1.0, 1.0, 0.0]", "start = [0.1, 1.0, 0.0]", &["line 5", "robot.start", "wall"]),
         ("speed = 0.5", "sped = 0.5", &["line 9", "walkers[0].sped"]),
         ("speed = 0.5", "speed = -1.0", &["line 9", "walkers[0].speed"]),
@@ -50,9 +50,9 @@ fn a_wrong_scenario_is_refused_by_file_line_and_field() {
             &["radius"],
         ),
         ("[[walkers]]", "[planner]\nprofile = \"wandering\"\n[[walkers]]", &["wandering", "curiosity"]),
-        ("[[walkers]]", "[profile]\nsteps = 0\n[[walkers]]", &["profile.steps"]),
+        ("[[walkers]]", "[profile]\nsteps = 0\n[[walkers]]", &["line 8", "profile.steps", "1 to 200"]),
         ("[[walkers]]", "[profile]\nstep = 9\n[[walkers]]", &["room.toml", "step"]),
-        ("[[walkers]]", "[localizer]\nparticles = 9\n[[walkers]]", &["localizer", "particles"]),
+        ("[[walkers]]", "[localizer]\nparticles = 9\n[[walkers]]", &["line 8", "localizer.particles"]),
         ("file = \"room.yaml\"", "file = \"cellar.yaml\"", &["cellar.yaml"]),
         ("image: room.pgm", "image: attic.pgm", &["attic.pgm"]),
         ("resolution: 0.1", "resolution: -0.1", &["room.yaml", "resolution"]),

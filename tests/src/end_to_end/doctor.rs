@@ -31,8 +31,8 @@ fn a_whole_deployment_is_proven_link_by_link() {
     let deployment = Deployment::start(2);
     let (status, report) = doctor(deployment.endpoint(), &[]);
     assert_eq!((status, &report["ok"]), (0, &Value::Bool(true)), "{report:#}");
-    let names = ["generator generator-0", "generator generator-1", "cpc cpc-0", "cpc cpc-1", "cnc hccdm-0"];
-    let more = ["cnc hccdm-1", "driver driver-0", "localizer localizer-0", "arbiter arbiter-0", "simulator"];
+    let names = ["generator generator-0", "generator generator-1", "cpc cpc-0", "cpc cpc-1", "cnc cnc-0"];
+    let more = ["cnc cnc-1", "driver driver-0", "localizer localizer-0", "arbiter arbiter-0", "simulator"];
     for link in names.into_iter().chain(more).chain(["router tcp/"]) {
         let finding = of(&report, link)[0];
         assert_eq!(finding["verdict"], "proven", "{finding:#}");
@@ -84,7 +84,7 @@ fn robots_with_different_planners_need_not_ask_the_same_of_a_pool() {
     }
     let (status, report) = doctor(deployment.endpoint(), &[]);
     assert_eq!(status, 0, "{report:#}");
-    for pool in ["cpc cpc-0", "cnc hccdm-0", "generator generator-0"] {
+    for pool in ["cpc cpc-0", "cnc cnc-0", "generator generator-0"] {
         assert!(of(&report, pool)[0]["detail"].as_str().unwrap().contains("ready for the mission"));
     }
 }
@@ -101,7 +101,7 @@ fn what_is_missing_is_named_with_the_command_that_mends_it() {
         ("arbiter of robot r7", "curionav arbiter"),
         ("trajectory generator", "curionav generator"),
         ("evaluator of the metric cpc", "curionav cpc"),
-        ("evaluator of the metric cnc", "curionav hccdm"),
+        ("evaluator of the metric cnc", "curionav cnc"),
     ] {
         let finding = of(&report, link)[0];
         let fix = finding["fix"].as_str().unwrap();
@@ -115,7 +115,7 @@ fn what_is_missing_is_named_with_the_command_that_mends_it() {
     let words = String::from_utf8(words.stdout).unwrap();
     assert!(words.lines().last().unwrap().starts_with("6 things are missing: driver"), "{words}");
     let status = String::from_utf8(curionav(&["status", "--connect", router.endpoint()]).stdout).unwrap();
-    assert!(status.contains("missing: evaluator of the metric cnc; start it: curionav hccdm"), "{status}");
+    assert!(status.contains("missing: evaluator of the metric cnc; start it: curionav cnc"), "{status}");
 }
 
 #[test]

@@ -73,7 +73,7 @@ fn over_http_and_over_zenoh_the_numbers_are_the_same_and_all_are_documented() {
                 assert_eq!(number(&key, "curionav_router_links"), 2.0);
             }
             "driver" => assert!(number(&key, "curionav_commands_total") > cycles),
-            "cpc" | "hccdm" | "generator" => assert!(number(&key, "curionav_candidates_total") > 0.0),
+            "cpc" | "cnc" | "generator" => assert!(number(&key, "curionav_candidates_total") > 0.0),
             _ => {}
         }
         families.extend(

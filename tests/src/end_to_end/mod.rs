@@ -11,5 +11,6 @@ mod real_inputs;
 mod recording;
 mod scale;
 mod scenarios;
+mod signals;
 mod slow_router;
 mod two_routers;

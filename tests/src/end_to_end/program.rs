@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
@@ -41,17 +41,6 @@ pub(crate) fn program() -> PathBuf {
         program.display()
     );
     program
-}
-
-/// The reference data beside the project, or nothing with a line that says so.
-pub(super) fn reference_data(test: &str) -> Option<PathBuf> {
-    let directory =
-        std::env::var_os("CURIONAV_DATA").map_or_else(|| root().join("../shared/data"), PathBuf::from);
-    if directory.is_dir() {
-        return Some(directory);
-    }
-    println!("skipped: {test} needs the reference data at {} (or CURIONAV_DATA)", directory.display());
-    None
 }
 
 /// Starts `curionav` without reading what it says.
@@ -159,6 +148,20 @@ pub(crate) fn run(scenario: &str, more: &[&str]) -> (RunJson, i32) {
     (json, output.status.code().unwrap())
 }
 
+/// An embedded run at full speed is faster than the robot's time by this factor where a deployment of processes can
+/// keep the robot's time: each process needs its share of a processor, and some to spare.
+const TO_SPARE: f64 = 10.0;
+
+/// The speed of a run in real time (`--speed`) that this machine can keep: 1, or less where it is slow or busy.
+pub(crate) fn real_time() -> f64 {
+    static SPEED: OnceLock<f64> = OnceLock::new();
+    *SPEED.get_or_init(|| {
+        let factor = run("scenarios/quickstart.toml", &[]).0.real_time_factor;
+        println!("an embedded run is {factor:.1} times as fast as the robot's time");
+        (factor / TO_SPARE).min(1.0)
+    })
+}
+
 #[derive(Debug, Deserialize)]
 struct ReadyJson {
     endpoints: Vec<String>,
@@ -225,7 +228,7 @@ impl Deployment {
     pub(crate) fn start(replicas: usize) -> Self {
         let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         let text = format!(
-            "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\nhccdm = {replicas}\n"
+            "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\ncnc = {replicas}\n"
         );
         std::fs::write(file.path(), text).unwrap();
         let (child, ready) = serving(&["up", file.path().to_str().unwrap(), "--port", "0"]);

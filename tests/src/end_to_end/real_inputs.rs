@@ -1,9 +1,14 @@
 //! Real maps and real people.
 
-use super::program::{reference_data, run, turn};
+use std::io::Write;
 
-fn assert_reached(scenario: &str) {
-    if reference_data(scenario).is_none() {
+use curionav_testing::reference_data;
+
+use super::program::{curionav, run, turn};
+
+#[track_caller]
+fn assert_reached(scenario: &str, data: &str) {
+    if reference_data(data).is_none() {
         return;
     }
     let _turn = turn();
@@ -21,15 +26,30 @@ fn assert_reached(scenario: &str) {
 
 #[test]
 fn the_third_floor_in_osnabrueck_is_crossed() {
-    assert_reached("osnabrueck-floor3");
+    assert_reached("osnabrueck-floor3", "maps_real_slam/avz3floor_complete.yaml");
 }
 
 #[test]
 fn the_warehouse_is_crossed() {
-    assert_reached("warehouse");
+    assert_reached("warehouse", "maps_nav2_turtlebot/warehouse.yaml");
 }
 
 #[test]
 fn recorded_people_are_crossed() {
-    assert_reached("zara01");
+    assert_reached("zara01", "peds_eth_ucy/zara01/obsmat.txt");
+}
+
+#[test]
+fn a_missing_dataset_is_told_with_file_line_field_and_the_command_that_downloads_it() {
+    let mut file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
+    file.write_all(
+        b"name = \"s\"\nmap = { file = \"dataset:no-such/map.yaml\" }\nrobot = { start = [0, 0, 0], goal = [1, 0] }\n",
+    )
+    .unwrap();
+    let path = file.path().to_str().unwrap();
+    let output = curionav(&["scenario", "check", path]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(error.contains(&format!("{path}: line 2: map.file: there is no file ")), "{error}");
+    assert!(error.contains("`python -m curionav.datasets no-such` downloads it"), "{error}");
 }

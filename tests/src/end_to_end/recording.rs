@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{Action, Belief, CycleReport, Memory, Message, Mission, Particles};
+use curionav_schemas::{
+    Action, Belief, CycleReport, Degradation, Memory, Message, Mission, Particles, Reason,
+};
 use serde::Deserialize;
 
 use super::program::{
@@ -45,7 +47,7 @@ struct DifferenceJson {
     recorded: SideJson,
     replayed: SideJson,
     apart_m: Option<f64>,
-    degraded: Vec<String>,
+    degraded: Vec<Degradation>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -53,7 +55,7 @@ struct DifferenceJson {
 struct SideJson {
     action: Action,
     candidate: Option<u32>,
-    reason: String,
+    reason: Reason,
 }
 
 fn replay(path: &Path, more: &[&str]) -> (ReplayJson, i32) {
@@ -181,9 +183,9 @@ fn the_same_planner_decides_the_same_again_and_another_does_not() {
             assert_eq!(found.robot, report.robot);
             assert!((found.time_s - report.scene.stamp).abs() < 1e-9);
             let decision = &report.decision;
-            let recorded = (decision.action, decision.candidate, decision.reason.as_str());
+            let recorded = (decision.action, decision.candidate, decision.reason.clone());
             let SideJson { action, candidate, reason } = &found.recorded;
-            assert_eq!((*action, *candidate, reason.as_str()), recorded);
+            assert_eq!((*action, *candidate, reason.clone()), recorded);
             let is_stopped = [found.recorded.action, found.replayed.action].contains(&Action::Stop);
             assert_eq!(found.apart_m.is_none(), is_stopped, "{found:?}");
         }
@@ -198,14 +200,14 @@ fn what_another_weight_is_said_to_lead_to_it_leads_to() {
     let reports = messages::<CycleReport>(path);
     let mut changed = 0;
     for (metric, factor) in [("cnc", 2.0), ("distance", 0.5)] {
-        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
+        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         profile.terms.get_mut(metric).unwrap().weight *= factor;
         let file = folder.path().join(format!("{metric}.toml"));
         std::fs::write(&file, toml::to_string(&profile).unwrap()).unwrap();
         let (replayed, _) = replay(path, &["--planner", file.to_str().unwrap()]);
         for report in &reports {
             let Some(chosen) = report.chosen else { continue };
-            let term = report.terms.iter().find(|term| term.metric == metric).unwrap();
+            let term = report.terms.iter().find(|term| term.term == metric).unwrap();
             let said = if factor > 1.0 { term.doubled } else { term.halved };
             let found = replayed.differences.iter().find(|difference| difference.seq == report.seq);
             let taken = found.map_or(report.decision.candidate, |difference| difference.replayed.candidate);

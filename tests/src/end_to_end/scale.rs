@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use curionav_testing::skip;
 use serde_json::Value;
 
 use super::program::{curionav, is_alive, signal, spawn, turn, wait};
@@ -66,7 +67,7 @@ fn children_of(pid: u32) -> Vec<u32> {
 fn every_number_of_replicas_has_a_row() {
     let _turn = turn();
     for (service, more) in
-        [("hccdm", &["--batch", "200", "--people", "9"][..]), ("cpc", &["--batch", "64"]), ("generator", &[])]
+        [("cnc", &["--batch", "200", "--people", "9"][..]), ("cpc", &["--batch", "64"]), ("generator", &[])]
     {
         let arguments = [&["--service", service, "--replicas", "1,2", "--seconds", "1"], more].concat();
         let json = measured(&arguments);
@@ -78,7 +79,7 @@ fn every_number_of_replicas_has_a_row() {
             assert!(row["p99_ms"].as_f64() >= row["p50_ms"].as_f64(), "{row}");
         }
         assert_eq!(rows(&json)[0]["efficiency"], 1.0);
-        if service == "hccdm" {
+        if service == "cnc" {
             assert_eq!((&json["batch"], &json["people"]), (&Value::from(200), &Value::from(9.0)));
         }
     }
@@ -94,7 +95,7 @@ fn it_says_when_asking_pays_how_many_robots_are_served_and_what_processes_cost()
         positive(row, &["replicas", "people", "batch", "in_process_ms", "pool_ms"]);
     }
 
-    let json = measured(&["--service", "hccdm", "--replicas", "1", "--robots", "1,3", "--seconds", "1"]);
+    let json = measured(&["--service", "cnc", "--replicas", "1", "--robots", "1,3", "--seconds", "1"]);
     assert_eq!(rows(&json).len(), 2, "{json}");
     for row in rows(&json) {
         positive(row, &["robots", "p50_ms", "p99_ms", "budget_ms", "fairness"]);
@@ -118,7 +119,7 @@ fn quotas_are_kept_and_nothing_is_left_when_it_is_interrupted() {
         Ok(json) => assert_eq!((&json["cpu_quota"], rows(&json).len()), (&Value::from(0.1), 1)),
         Err((code, error)) => {
             assert!(code == 2 && error.contains("control group"), "status {code}: {error}");
-            println!("skipped: no control groups here: {}", error.trim());
+            skip(&format!("there are no control groups: {}", error.trim()));
             return;
         }
     }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::program::{Serving, curionav, run, turn, wait_until_running, within};
+use super::program::{Serving, curionav, real_time, run, turn, wait_until_running, within};
 use crate::soak::process::port_for_a_restart;
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -25,11 +25,11 @@ fn losing_the_network_leaves_the_robot_whole() {
     assert!(!well(&robot_at), "the pools are not there yet");
 
     let pools = Serving::start(&["router", "--listen", &of_pools]);
-    let _pool_services = ["generator", "cpc", "hccdm"].map(|role| service(role, &of_pools));
+    let _pool_services = ["generator", "cpc", "cnc"].map(|role| service(role, &of_pools));
     assert!(within(Duration::from_secs(20), || well(&robot_at)), "the routers did not find each other");
 
-    let at = robot_at.clone();
-    let running = std::thread::spawn(move || run(QUICK, &["--connect", &at, "--speed", "realtime"]));
+    let (at, speed) = (robot_at.clone(), real_time().to_string());
+    let running = std::thread::spawn(move || run(QUICK, &["--connect", &at, "--speed", &speed]));
     wait_until_running(&robot_at);
     drop(pools);
     let json = running.join().unwrap().0;

@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
-use curionav_arbiter::context::PlanContext;
-use curionav_arbiter::cycle::{self, Memory};
-use curionav_arbiter::pool::Pool;
+use curionav_arbiter::cycle;
+use curionav_arbiter::memory::Memory;
 use curionav_arbiter::succession::Order;
+use curionav_pool::context::PlanContext;
+use curionav_pool::pool::Pool;
 use tokio::sync::oneshot;
 
 use super::fault::Fault;
@@ -61,13 +62,14 @@ async fn plan(
         };
         commands.iter().for_each(|command| memory.hear(command));
         let Some(belief) = belief else { continue };
-        let period = u64::from(world.mission.plan_every);
+        let period = u64::from(world.mission.order.plan_every);
         if planned.is_some_and(|last| belief.tick < last + period) {
             continue;
         }
         planned = Some(belief.tick);
-        let (decision, report) =
+        let (decision, account) =
             cycle::decide(pool, Some(context), &mut memory, &world.mission, belief, people).await;
+        let report = account.map(|account| account.report(context, decision.clone()));
         invariants::after_a_cycle(world, context, pool, number, &decision, report.as_ref());
         world.state().decided.push((decision.clone(), report));
         world.send(move |world| world.state().robot.receive(decision.clone()));

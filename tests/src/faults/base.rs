@@ -24,7 +24,7 @@ pub(crate) struct Base {
 
 impl Base {
     pub(crate) fn new(mission: &Mission) -> Self {
-        let mut rng = rng(mission.seed, 78);
+        let mut rng = rng(mission.order.seed, 78);
         let mut draw = |scale: f64, mean: f64| -> Vec<f64> {
             (0..PEOPLE).map(|_| mean + scale * standard_normal(&mut rng)).collect()
         };
@@ -40,8 +40,8 @@ impl Base {
             vx: vx.into(),
             vy: vy.into(),
         };
-        let model = convert::robot_model(&mission.robot_model);
-        let pose = convert::pose(mission.initial_pose);
+        let model = convert::robot_model(&mission.order.robot_model);
+        let pose = convert::pose(mission.order.initial_pose);
         Self { model, rng, tick: 0, pose, twist: Twist::default(), people }
     }
 

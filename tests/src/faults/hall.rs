@@ -7,8 +7,8 @@ use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::profile::Profile;
 use curionav_planning::sensor::LaserModel;
+use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
-use curionav_runtime::fields::Fields;
 use curionav_schemas::{Clock, MapId, Mission, MissionState, golden};
 
 /// Metres.
@@ -40,7 +40,8 @@ fn derive() -> (Fields, MapId) {
 
 /// A planner that is quick: small trees, short and few candidates.
 fn profile(trees: u32) -> Profile {
-    let mut profile = Profile { steps: 8, trees, ..Profile::default() };
+    let mut profile = Profile::default();
+    (profile.steps, profile.trees) = (8, trees);
     let tree = &mut profile.generation.tree;
     (tree.iterations, tree.warm_up, tree.max_nodes) = (12, 40, 80);
     let candidates = &mut profile.generation.candidates;
@@ -54,12 +55,12 @@ fn profile(trees: u32) -> Profile {
 pub(crate) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
     let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };
     let mut mission = golden::mission();
-    mission.map = map;
-    mission.initial_pose = convert::pose_to_wire(Pose2::new(START.x, START.y, 0.0));
-    (mission.goal_x, mission.goal_y, mission.goal_heading) = (GOAL.x, GOAL.y, None);
-    mission.profile = convert::to_value(&profile(trees)).unwrap();
-    mission.laser = convert::laser_to_wire(&laser);
-    mission.robot_model = convert::robot_model_to_wire(&RobotModel::default());
-    (mission.seed, mission.clock, mission.state) = (seed, clock, MissionState::Running);
+    mission.order.map = map;
+    mission.order.initial_pose = convert::pose_to_wire(Pose2::new(START.x, START.y, 0.0));
+    (mission.order.goal_x, mission.order.goal_y, mission.order.goal_heading) = (GOAL.x, GOAL.y, None);
+    mission.order.profile = convert::to_value(&profile(trees)).unwrap();
+    mission.order.laser = convert::laser_to_wire(&laser);
+    mission.order.robot_model = convert::robot_model_to_wire(&RobotModel::default());
+    (mission.order.seed, mission.order.clock, mission.state) = (seed, clock, MissionState::Running);
     mission
 }

@@ -3,12 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use curionav_arbiter::context::PlanContext;
-use curionav_arbiter::pool::Pool;
-use curionav_driver::control::follows;
 use curionav_planning::arbitration::{Scores, total_costs};
+use curionav_pool::context::PlanContext;
+use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
-use curionav_schemas::{Action, CycleReport, Decision, Evaluated};
+use curionav_schemas::{Action, CommandReason, CycleReport, Decision, Evaluated};
 
 use super::replica::QUEUE;
 use super::world::{SimulatedPeers, World};
@@ -25,7 +24,7 @@ pub(crate) const HORIZON: f64 = 1.2;
 pub(super) const HEALING: f64 = 5.0 * 0.3;
 
 fn check(world: &World, holds: bool, invariant: &str, what: impl FnOnce() -> String) {
-    assert!(holds, "invariant {invariant}; seed {}: {}", world.mission.seed, what());
+    assert!(holds, "invariant {invariant}; seed {}: {}", world.mission.order.seed, what());
 }
 
 /// After each tick of the robot: what was commanded, and how far it went.
@@ -35,7 +34,7 @@ pub(super) fn after_a_tick(world: &Arc<World>) {
     let mut state = world.state();
     let robot = &mut state.robot;
     let Some(tick) = robot.driven.last().cloned() else { return };
-    let follows = tick.reason.is_some_and(follows);
+    let follows = tick.reason.is_some_and(CommandReason::follows);
     if follows {
         let (_, stamp, valid_for) = tick.obeyed.unwrap_or_default();
         // The command was given at the start of the tick.
@@ -89,7 +88,7 @@ pub(super) fn after_a_cycle(
     check(world, scored, "2, only what every metric has scored is followed", || format!("{decision:?}"));
     let index = report.chosen.unwrap() as usize;
     let (total, by_term) = true_cost(context, report, index, &terms);
-    let found = report.total[index];
+    let found = report.total_of(index).unwrap();
     let lacks = by_term.iter().any(|cost| (found - (total - cost)).abs() < 1e-9 && *cost > 1e-6);
     check(world, !lacks, "2, only what every metric has scored is followed", || {
         format!("cost {found} of {total}: {by_term:?}")
@@ -111,13 +110,13 @@ pub(crate) fn true_cost(
     let scene = convert::scene(&report.scene).unwrap();
     let candidate = convert::candidates(report.candidates.clone()).unwrap().pick(&[index]);
     let mut scores = Scores::new(1);
-    for metric in terms {
-        let cost = match context.local(metric) {
+    for term in terms {
+        let cost = match context.local(term) {
             Some(evaluator) => evaluator.evaluate(&scene, &candidate, &|| false).unwrap(),
-            // Somebody else's: nobody here can compute it anew.
-            None => vec![report.terms.iter().find(|t| t.metric == *metric).unwrap().raw.0[index]],
+            // A term that is not built in cannot be computed anew here.
+            None => vec![report.terms.iter().find(|t| t.term == *term).unwrap().raw_of(index).unwrap()],
         };
-        scores.insert(metric, 0, &cost).unwrap();
+        scores.insert(term, 0, &cost).unwrap();
     }
     let totals = total_costs(&context.profile, scene.uncertain, candidate.steps(), &scores);
     let by_term = totals.terms.iter().map(|term| term.cost[0].unwrap()).collect();

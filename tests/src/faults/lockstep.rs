@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
-use curionav_arbiter::context::PlanContext;
-use curionav_arbiter::cycle::{self, Memory};
-use curionav_arbiter::pool::Pool;
+use curionav_arbiter::cycle;
+use curionav_arbiter::memory::Memory;
 use curionav_planning::random::rng;
+use curionav_pool::context::PlanContext;
+use curionav_pool::pool::Pool;
 use curionav_schemas::Clock;
 
 use super::base::TICK;
@@ -48,7 +49,7 @@ async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
     let pool = Pool::new(Arc::new(peers));
     let driving = async {
         let mut memory = Memory::new(1);
-        let period = u64::from(world.mission.plan_every);
+        let period = u64::from(world.mission.order.plan_every);
         for tick in 0..CYCLES * period {
             let (belief, people) = {
                 let mut state = world.state();
@@ -56,10 +57,11 @@ async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
             };
             if tick % period == 0 {
                 let people = Some(people);
-                let (decision, report) =
+                let (decision, account) =
                     cycle::decide(&pool, Some(&context), &mut memory, &world.mission, belief.clone(), people)
                         .await;
                 let mut state = world.state();
+                let report = account.map(|account| account.report(&context, decision.clone()));
                 state.decided.push((decision.clone(), report));
                 state.robot.receive(decision);
             }

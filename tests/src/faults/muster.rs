@@ -4,12 +4,12 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use curionav_arbiter::context::PlanContext;
 use curionav_arbiter::muster::muster;
-use curionav_arbiter::pool::Pool;
 use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_pool::context::PlanContext;
+use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
-use curionav_schemas::{Clock, Reject, RejectCode};
+use curionav_schemas::{Clock, Refusal, Reject};
 
 use super::hall;
 use super::replica::FOREIGN;
@@ -31,10 +31,10 @@ impl Muster {
     fn outcome(&self) -> Option<(Result<(), Reject>, f64)> {
         let (fields, map) = hall::fields();
         let mut mission = hall::mission(map, 1000, Clock::Realtime, 1);
-        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
+        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
         profile.terms.insert(FOREIGN.to_owned(), term);
-        mission.profile = convert::to_value(&profile).unwrap();
+        mission.order.profile = convert::to_value(&profile).unwrap();
         mission.has_run = self.has_run;
         let world = World::new(&fields, mission.clone(), self.in_process, self.pool);
         for i in 0..self.foreign {
@@ -84,11 +84,9 @@ fn a_metric_nobody_computes_refuses_the_mission_whatever_else_is_missing() {
         let without = Muster { pool, foreign: 0, in_process, has_run: false };
         let (outcome, after) = without.outcome().unwrap();
         let reject = outcome.unwrap_err();
-        assert_eq!(reject.code, RejectCode::Invalid, "{pool:?}: {reject}");
-        assert!(
-            reject.to_string().contains("terms.comfort: no replica gets ready: none is alive"),
-            "{reject}"
-        );
+        let detail = "none is alive, or none answers".to_owned();
+        let expected = Refusal::NoReplica { term: "comfort".into(), may_come: false, detail };
+        assert_eq!(reject, expected.at("terms.comfort"), "{pool:?}");
         assert!((20.0..20.5).contains(&after), "{pool:?}: after {after} s");
     }
 }
@@ -96,7 +94,7 @@ fn a_metric_nobody_computes_refuses_the_mission_whatever_else_is_missing() {
 #[test]
 fn a_mission_that_has_been_under_way_is_not_given_up_for_who_is_out_of_reach() {
     let later = Muster { pool: [2, 2, 2], foreign: 0, in_process: true, has_run: true };
-    assert!(later.outcome().unwrap().0.unwrap_err().code.is_transient());
+    assert!(later.outcome().unwrap().0.unwrap_err().why.is_transient());
 }
 
 #[test]

@@ -4,12 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
+use curionav_pool::{evaluation_service, generator};
 use curionav_runtime::fair_queue::FairQueue;
 use curionav_runtime::query::AskError;
-use curionav_runtime::{evaluation_service, generator};
-use curionav_schemas::{
-    EvaluateRequest, GenerateReply, GenerateRequest, Message, Reject, RejectCode, Scores,
-};
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Message, Refusal, Scores};
 use tokio::sync::{Notify, oneshot};
 
 use super::executor::TaskId;
@@ -30,6 +28,16 @@ const WORK_EACH: Duration = Duration::from_micros(200);
 pub(super) enum Question {
     Generate(GenerateRequest),
     Evaluate(EvaluateRequest),
+}
+
+impl Question {
+    /// The same for two questions only if any replica answers both alike.
+    pub(super) fn name(&self) -> String {
+        match self {
+            Self::Generate(request) => format!("cycle {}, seed {}", request.seq, request.seed),
+            Self::Evaluate(request) => format!("cycle {}, shard {}", request.seq, request.shard),
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -139,8 +147,7 @@ impl Replica {
 
     fn admit_from(&mut self, robot: &str, job: Job) {
         if let Some(refused) = self.queue.push(robot, job) {
-            let full = Reject::new(RejectCode::Overloaded, "full");
-            let _ = refused.reply.send(Err(AskError::Rejected(full)));
+            let _ = refused.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
         }
         self.arrived.notify_one();
     }
@@ -190,7 +197,7 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
 
 fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<Answer, AskError> {
     if !prepared {
-        return Err(AskError::Rejected(Reject::new(RejectCode::Cold, "not prepared")));
+        return Err(AskError::Rejected(Refusal::Cold { detail: "the map".into() }.into()));
     }
     let is_over =
         |budget_ms: u32| world.executor.now() - job.arrived > Duration::from_millis(u64::from(budget_ms));
@@ -206,7 +213,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
                 evaluation_service::answer(&name.0, &name.1, &world.fields, request.clone(), &|| {
                     is_over(budget_ms)
                 });
-            let slots = world.state().replicas.get(name).map(|r| r.slots);
+            let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
             let elapsed_us = (world.executor.now() - job.arrived).as_micros() as u64;
             scores.map(|scores| Answer::Scored(Scores { slots, elapsed_us, ..scores }))
         }
@@ -214,17 +221,17 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     answered.map_err(AskError::Rejected)
 }
 
-/// Costs under a metric of somebody else's: the same for all.
+/// Costs under a term that is not built in: the same for all.
 fn foreign(name: &Name, request: &EvaluateRequest) -> Scores {
     Scores {
         epoch: request.epoch,
         seq: request.seq,
         shard: request.shard,
-        metric: name.0.clone(),
+        term: name.0.clone(),
         instance: name.1.clone(),
         cost: vec![1.0; request.candidates.count as usize].into(),
         elapsed_us: 0,
-        slots: None,
+        slots: 1,
     }
 }
 

@@ -8,7 +8,9 @@ use curionav_driver::control::{Inputs, command};
 use curionav_driver::obedience::{Obedience, Taken};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
-use curionav_schemas::{self as wire, Action, Belief, Decision, Mission, Odometry, People, golden};
+use curionav_schemas::{
+    self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People, golden,
+};
 
 use super::base::{Base, TICK};
 use super::fault::{Epoch, Fault};
@@ -26,7 +28,7 @@ pub(super) struct Driven {
     pub(super) distance: f64,
     pub(super) v: f64,
     /// What the driver said, if it was there.
-    pub(super) reason: Option<&'static str>,
+    pub(super) reason: Option<CommandReason>,
     /// The decision it obeyed: (epoch, seq), stamp, validity.
     pub(super) obeyed: Option<((u64, u64), f64, f64)>,
     /// Metres between the robot and where its trajectory has it.
@@ -107,7 +109,7 @@ impl Robot {
     }
 
     /// The driver's tick.
-    pub(super) fn drive(&mut self, belief: Option<Belief>, period: f64) -> &'static str {
+    pub(super) fn drive(&mut self, belief: Option<Belief>, period: f64) -> CommandReason {
         let odometry = self.base.odometry();
         remember(&mut self.odometry_of, self.base.tick, odometry.clone());
         if let Some(belief) = belief {
@@ -144,7 +146,7 @@ impl Robot {
     }
 
     /// The base's tick.
-    fn roll(&mut self, reason: Option<&'static str>) {
+    fn roll(&mut self, reason: Option<CommandReason>) {
         let distance = self.base.roll(self.command);
         let decision = self.obedience.newest().filter(|d| d.action != Action::Stop);
         let strayed = decision.map_or(0.0, |d| strayed(d, self.base.now(), self.base.pose));

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-use curionav_arbiter::peers::Peers;
 use curionav_planning::random::{Rng, rng, uniform};
-use curionav_runtime::fields::Fields;
+use curionav_pool::fields::Fields;
+use curionav_pool::peers::{Call, Peers};
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    Belief, Clock, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People,
-    Scores, Twist,
+    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People, Scores,
+    Twist,
 };
 use tokio::sync::Notify;
 
@@ -52,6 +52,8 @@ pub(super) struct State {
     pub(super) arbiters: Vec<Arc<ArbiterSeat>>,
     /// What every arbiter decided, with what it was decided from.
     pub(super) decided: Vec<(Decision, Option<CycleReport>)>,
+    /// When an arbiter asked a replica which question.
+    pub(super) asked: Vec<(Duration, String)>,
     pub(super) robot: Robot,
     pub(super) arbiters_started: u64,
     /// Which arbiter an epoch is of.
@@ -71,7 +73,7 @@ pub(super) struct World {
 
 impl World {
     pub(super) fn new(fields: &Fields, mission: Mission, in_process: bool, pool: [usize; 3]) -> Arc<Self> {
-        let mut rng = rng(mission.seed, 77);
+        let mut rng = rng(mission.order.seed, 77);
         let local_cost = Duration::from_secs_f64(0.0001 + 0.002 * uniform(&mut rng));
         let state = State {
             rng,
@@ -79,6 +81,7 @@ impl World {
             replicas: BTreeMap::new(),
             arbiters: Vec::new(),
             decided: Vec::new(),
+            asked: Vec::new(),
             robot: Robot::new(&mission),
             arbiters_started: 0,
             epochs: BTreeMap::new(),
@@ -105,7 +108,7 @@ impl World {
     }
 
     pub(super) fn start_replica(self: &Arc<Self>, name: Name) {
-        let slots = 1 + (name.1.len() + self.mission.seed as usize) % 2;
+        let slots = 1 + (name.1.len() + self.mission.order.seed as usize) % 2;
         let task = self.executor.spawn(serve(Arc::clone(self), name.clone()));
         let fresh = Replica::new(task, slots as u32, self.executor.now());
         self.state().replicas.insert(name, fresh);
@@ -232,6 +235,7 @@ impl World {
         question: Question,
         timeout: Duration,
     ) -> Result<Answer, AskError> {
+        self.state().asked.push((self.executor.now(), format!("{}: {}", name.0, question.name())));
         let asking = async {
             self.way_to_pool().await;
             let (job, answer) = Job::new(question, self.executor.now());
@@ -328,15 +332,9 @@ impl Peers for SimulatedPeers {
         self.seat.members.notified().await;
     }
 
-    async fn generate(
-        &self,
-        instance: &str,
-        request: &GenerateRequest,
-        timeout: Duration,
-        _clock: Clock,
-    ) -> Result<GenerateReply, AskError> {
-        let name = ("generator".to_owned(), instance.to_owned());
-        match self.world.exchange(name, Question::Generate(request.clone()), timeout).await? {
+    async fn generate(&self, call: Call<'_>, request: &GenerateRequest) -> Result<GenerateReply, AskError> {
+        let name = ("generator".to_owned(), call.instance.to_owned());
+        match self.world.exchange(name, Question::Generate(request.clone()), call.timeout).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
@@ -344,14 +342,12 @@ impl Peers for SimulatedPeers {
 
     async fn evaluate(
         &self,
-        metric: &str,
-        instance: &str,
+        term: &str,
+        call: Call<'_>,
         request: &EvaluateRequest,
-        timeout: Duration,
-        _clock: Clock,
     ) -> Result<Scores, AskError> {
-        let name = (metric.to_owned(), instance.to_owned());
-        match self.world.exchange(name, Question::Evaluate(request.clone()), timeout).await? {
+        let name = (term.to_owned(), call.instance.to_owned());
+        match self.world.exchange(name, Question::Evaluate(request.clone()), call.timeout).await? {
             Answer::Scored(scores) => Ok(scores),
             Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
         }

@@ -18,7 +18,7 @@ use zenoh::{Session, Wait};
 use super::impostor::Impostor;
 use super::spoilt::{Spoilt, below, spoilt};
 use super::target::{SERVICES, Target, all};
-use crate::end_to_end::program::{Deployment, is_alive, run, turn};
+use crate::end_to_end::program::{Deployment, is_alive, real_time, run, turn};
 
 const SEED: u64 = 1000;
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -49,10 +49,11 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
     let driving = Arc::new(AtomicBool::new(true));
     let runs = {
         let (endpoint, driving) = (deployment.endpoint().to_owned(), Arc::clone(&driving));
+        let speed = real_time().to_string();
         std::thread::spawn(move || {
             let mut runs = Vec::new();
             while driving.load(Ordering::Relaxed) {
-                let (json, status) = run(QUICK, &["--connect", &endpoint, "--speed", "realtime"]);
+                let (json, status) = run(QUICK, &["--connect", &endpoint, "--speed", &speed]);
                 runs.push((json.outcome, json.cycles.degraded, status));
             }
             runs
@@ -103,7 +104,7 @@ async fn flood(session: &Session, lasts: Duration) -> Sent {
         tokio::time::sleep(Duration::from_millis(50)).await;
     };
     let end = Instant::now() + lasts;
-    let tasks: Vec<_> = (all(&mission.map).into_iter().zip(0..))
+    let tasks: Vec<_> = (all(&mission.order.map).into_iter().zip(0..))
         .map(|(target, i)| tokio::spawn(flood_one(session.clone(), target, rng(SEED, 100 + i), end)))
         .collect();
     let mut sent = Sent::new();

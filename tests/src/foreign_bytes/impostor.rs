@@ -26,9 +26,13 @@ impl Impostor {
     pub(super) fn start(session: &Session, seed: u64) -> Self {
         let nonsense: Arc<AtomicU64> = Arc::default();
         let served = [
-            (keys::generate(NAME).unwrap(), "generate_reply", golden::generate_reply().encode()),
-            (keys::evaluate("cpc", NAME).unwrap(), "scores", golden::scores().encode()),
-            (keys::evaluate("cnc", NAME).unwrap(), "scores", golden::scores().encode()),
+            (
+                keys::questions(keys::GENERATOR, NAME).unwrap(),
+                "generate_reply",
+                golden::generate_reply().encode(),
+            ),
+            (keys::questions("cpc", NAME).unwrap(), "scores", golden::scores().encode()),
+            (keys::questions("cnc", NAME).unwrap(), "scores", golden::scores().encode()),
             // A map by another name is none: nobody may take it for the one asked for.
             (keys::every_map(), "occupancy_grid", golden::occupancy_grid().encode()),
         ];

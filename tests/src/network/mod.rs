@@ -1,7 +1,8 @@
 //! A deployment on a real network of several hosts, and its faults: router, robot and a pool on three
-//! machines, each with an address of its own, driven in real time and planned at 10 Hz.
+//! machines, each with an address of its own, driven in real time and planned at 10 Hz, or more slowly where the
+//! machine needs it (`pace`).
 //!
-//! Needs Linux, root and network namespaces; elsewhere each test says in a line that it was skipped. Run with
+//! The tests need Linux, root and network namespaces; elsewhere each is listed as skipped. Run them with
 //! `--nocapture` to see what each fault cost.
 
 mod arbiter;
@@ -10,6 +11,7 @@ mod figures;
 mod invariants;
 mod links;
 mod namespaces;
+mod pace;
 mod partition;
 mod recorder;
 mod replicas;

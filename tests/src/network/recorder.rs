@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use curionav_arbiter::context::PlanContext;
+use curionav_pool::context::PlanContext;
+use curionav_pool::fields::Fields;
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::fields::Fields;
 use curionav_runtime::membership::Membership;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;
@@ -15,6 +15,9 @@ use curionav_schemas::{
     Action, CycleReport, Decision, Message, Mission, Odometry, ServiceStatus, Twist, keys,
 };
 use zenoh::Session;
+
+use super::figures::Figures;
+use super::pace::{Kept, Pace};
 
 /// Cycles in a row that make a robot nominal.
 const NOMINAL_CYCLES: usize = 10;
@@ -36,6 +39,22 @@ pub(super) struct Record {
 }
 
 impl Record {
+    /// For how long the machine kept anything from the processor since `from`: longest nap of the recorder beyond what it
+    /// asked for, longest time by which a tick was late, and what a cycle takes in the median.
+    pub(super) fn stall_since(&self, from: Instant, pace: Pace) -> Duration {
+        let naps = self.stalls.iter().filter(|(at, _)| *at >= from).map(|(_, stall)| *stall);
+        // Nothing holds the simulator up: a tick that comes late was kept from the processor.
+        let late = self.odometry.windows(2).filter(|pair| pair[0].0 >= from).map(|pair| {
+            let ticks = u32::try_from(pair[1].1.tick.saturating_sub(pair[0].1.tick)).unwrap_or(u32::MAX);
+            (pair[1].0 - pair[0].0).saturating_sub(pace.tick().saturating_mul(ticks))
+        });
+        let mut cycles: Vec<u64> =
+            self.decisions.iter().filter(|(at, _)| *at >= from).map(|(_, d)| d.elapsed_us).collect();
+        cycles.sort_unstable();
+        let usual = cycles.get(cycles.len() / 2).map(|us| Duration::from_micros(*us));
+        naps.chain(late).chain(usual).max().unwrap_or_default()
+    }
+
     /// The last cycles, all on time and as they should be.
     pub(super) fn nominal_since(&self, from: Instant, cycles: usize) -> bool {
         let after = self.decisions.iter().rev().take_while(|(at, _)| *at >= from);
@@ -52,17 +71,18 @@ pub(super) struct Recorder {
     session: Session,
     membership: Membership,
     record: Arc<Mutex<Record>>,
+    pace: Pace,
 }
 
 impl Recorder {
     /// Listens behind the first of these routers that answers.
-    pub(super) fn start(endpoints: &[String]) -> Self {
+    pub(super) fn start(endpoints: &[String], pace: Pace) -> Self {
         let runtime =
             tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
         let config = ServiceConfig { connect: endpoints.to_vec(), ..ServiceConfig::default() };
         let session = runtime.block_on(session::client(&config)).unwrap();
         let membership = Membership::follow(&session).unwrap();
-        let recorder = Self { runtime, session, membership, record: Arc::default() };
+        let recorder = Self { runtime, session, membership, record: Arc::default(), pace };
         recorder.keep("decision", |record, at, decision| record.decisions.push((at, decision)));
         recorder.keep("cmd", |record, at, command| record.commands.push((at, command)));
         recorder.keep("odom", |record, at, odometry| record.odometry.push((at, odometry)));
@@ -105,34 +125,45 @@ impl Recorder {
         locked(&self.record)
     }
 
-    /// Waits until `condition` holds and gives how long that took since `from`.
+    /// Waits until `condition` holds and gives how long that took since `from`, at most `limit` at 10 Hz.
     pub(super) fn await_until(
         &self,
         what: &str,
         from: Instant,
         limit: Duration,
         mut condition: impl FnMut(&Self) -> bool,
-    ) -> Duration {
+    ) -> Kept<Duration> {
+        let limit = self.pace.scaled(limit);
         while !condition(self) {
-            assert!(from.elapsed() < limit, "not within {} s: {what}; {}", limit.as_secs_f64(), self.last());
+            if from.elapsed() >= limit {
+                let stall = self.record().stall_since(from, self.pace);
+                let late = || format!("not within {} s: {what}; {}", limit.as_secs_f64(), self.last());
+                return Err(self.pace.excuse(stall, late));
+            }
             std::thread::sleep(Duration::from_millis(3));
         }
-        from.elapsed()
+        Ok(from.elapsed())
     }
 
     /// Waits until the last cycles were as they should be.
-    pub(super) fn await_nominal(&self, what: &str, limit: Duration) {
+    pub(super) fn await_nominal(&self, what: &str, limit: Duration) -> Kept {
         let from = Instant::now();
-        self.await_until(what, from, limit, |r| r.record().nominal_since(from, NOMINAL_CYCLES));
+        self.await_until(what, from, limit, |r| r.record().nominal_since(from, NOMINAL_CYCLES))?;
+        Ok(())
     }
 
     /// Waits for so many cycles from now on, however they end.
-    pub(super) fn await_cycles(&self, cycles: usize) {
+    pub(super) fn await_cycles(&self, cycles: usize) -> Kept {
         let from = Instant::now();
-        let limit = Duration::from_secs(10);
-        self.await_until("cycles go on", from, limit, |r| {
+        self.await_until("cycles go on", from, Duration::from_secs(10), |r| {
             r.record().decisions.iter().rev().take_while(|(at, _)| *at > from).count() >= cycles
-        });
+        })?;
+        Ok(())
+    }
+
+    /// What all since `from` came to.
+    pub(super) fn figures_since(&self, from: Instant) -> Figures {
+        Figures::since(&self.record(), from, self.pace)
     }
 
     /// Whether a replica has announced itself.
@@ -140,11 +171,18 @@ impl Recorder {
         self.membership.of(role).iter().any(|i| i == instance)
     }
 
-    /// Questions a replica has been asked since it started; nothing if it does not answer.
-    pub(super) fn questions(&self, role: &str, instance: &str) -> Option<u64> {
+    /// What a replica has done since it started: questions a generator has answered, candidates an evaluator has
+    /// scored; nothing if it does not say.
+    pub(super) fn work(&self, role: &str, instance: &str) -> Option<f64> {
         let key = keys::status(role, instance).unwrap();
         let status = self.runtime.block_on(fetch::<ServiceStatus>(&self.session, &key, FETCH_TIMEOUT));
-        status.ok().map(|status| status.requests)
+        let status = status.ok()?;
+        if role == "generator" {
+            return Some(status.requests as f64);
+        }
+        let (_, scored) =
+            status.metrics.iter().find(|(name, _)| name.starts_with("curionav_candidates_total"))?;
+        Some(*scored)
     }
 
     /// The mission made ready here as the arbiter has it, to compute costs anew.
@@ -165,7 +203,7 @@ impl Recorder {
         let mut said = String::from("the last cycles:\n");
         for (at, d) in &record.decisions[from..] {
             said += &format!(
-                "{:6.2} s ago, tick {}, {:?} ({}), {} us, {:?}\n",
+                "{:6.2} s ago, tick {}, {:?} ({:?}), {} us, {:?}\n",
                 at.elapsed().as_secs_f64(),
                 d.tick,
                 d.action,
@@ -175,7 +213,7 @@ impl Recorder {
             );
         }
         for (at, c) in record.commands.iter().rev().take(5) {
-            said += &format!("{:6.2} s ago, {:.2} m/s, {}\n", at.elapsed().as_secs_f64(), c.v, c.reason);
+            said += &format!("{:6.2} s ago, {:.2} m/s, {:?}\n", at.elapsed().as_secs_f64(), c.v, c.reason);
         }
         for (at, o) in record.odometry.iter().rev().take(5) {
             said +=

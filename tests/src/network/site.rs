@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::MutexGuard;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::delayed_link::DelayedLink;
 use super::namespaces::Network;
+use super::pace::{Kept, Pace};
 use super::recorder::Recorder;
 use crate::end_to_end::program::{program, ready_line, root, signal, spawn, turn};
 
@@ -18,8 +19,24 @@ const SEED: &str = "1004";
 pub(super) const POOL: [&str; 3] = ["pool-0", "pool-1", "pool-2"];
 /// The port of the deployment's routers.
 const PORT: u16 = 7447;
-/// Until the robot drives.
+/// Until the robot's first decision.
 const START_LIMIT: Duration = Duration::from_secs(60);
+/// Until every cycle is as it should be, once there are some or what was wrong is mended.
+pub(super) const NOMINAL_LIMIT: Duration = Duration::from_secs(20);
+/// A planner that takes little time, so that these tests measure the network. It is never so certain of the position
+/// that CPC evaluators could rest.
+const LIGHT: &str = "
+[profile.uncertainty]
+threshold = 1e-6
+[profile.generation.tree]
+iterations = 12
+warm_up = 40
+max_nodes = 80
+[profile.generation.candidates]
+max_candidates = 24
+min_candidates = 8
+max_branches = 12
+";
 
 /// What differs between sites.
 pub(super) struct Layout {
@@ -45,6 +62,7 @@ struct Process {
 
 /// A deployment at work. Everything of it is gone once this is dropped.
 pub(super) struct Site {
+    pub(super) pace: Pace,
     processes: BTreeMap<String, Process>,
     run: Option<Child>,
     pub(super) recorder: Option<Recorder>,
@@ -55,20 +73,14 @@ pub(super) struct Site {
 }
 
 impl Site {
-    /// Starts everything, with the files of `deploy/`, and the scenario in real time; waits until the robot
-    /// drives at its pace. Nothing, with a line that says why, where there can be no network namespaces.
-    pub(super) fn start(test: &str, layout: &Layout) -> Option<Self> {
+    /// The hosts of a deployment, without any process.
+    pub(super) fn new(layout: &Layout, pace: Pace) -> Self {
         let turn = turn();
-        let mut network = match Network::new() {
-            Ok(network) => network,
-            Err(reason) => {
-                println!("skipped: {test} needs root and network namespaces ({reason})");
-                return None;
-            }
-        };
+        let mut network = Network::new().unwrap();
         let hosts = layout.routers.iter().chain(["robot"].iter().filter(|h| !layout.routers.contains(h)));
         hosts.chain(&POOL).for_each(|host| network.add(host));
-        let mut site = Self {
+        Self {
+            pace,
             processes: BTreeMap::new(),
             run: None,
             recorder: None,
@@ -76,34 +88,32 @@ impl Site {
             network,
             directory: tempfile::tempdir().unwrap(),
             _turn: turn,
-        };
-        site.start_routers(layout);
-        let mut endpoints: Vec<String> = layout.routers.iter().map(|host| site.endpoint(host)).collect();
-        site.spawn_robot(&endpoints, layout);
+        }
+    }
+
+    /// Starts everything, with the files of `deploy/`, and the scenario in real time; waits until the robot drives at its
+    /// pace.
+    pub(super) fn start(&mut self, layout: &Layout) -> Kept {
+        self.start_routers(layout);
+        let mut endpoints: Vec<String> = layout.routers.iter().map(|host| self.endpoint(host)).collect();
+        self.spawn_robot(&endpoints, layout);
         endpoints.reverse();
         let (recorded, listened_to) = (endpoints[0].clone(), endpoints.clone());
         if layout.delayed {
-            let link = DelayedLink::new(&site.network.ours(), &recorded);
+            let link = DelayedLink::new(&self.network.ours(), &recorded);
             endpoints = vec![link.endpoint()];
-            site.delayed_link = Some(link);
+            self.delayed_link = Some(link);
         }
-        site.spawn_pool(&endpoints);
-        let names: Vec<String> = site.processes.keys().cloned().collect();
-        names.iter().filter(|name| !name.starts_with("router")).for_each(|name| site.await_ready(name));
-        site.recorder = Some(Recorder::start(&listened_to));
-        site.run = Some(spawn(&[
-            "run",
-            &site.scenario(),
-            "--connect",
-            &recorded,
-            "--speed",
-            "realtime",
-            "--seed",
-            SEED,
-            "--json",
-        ]));
-        site.recorder().await_nominal("the robot drives", START_LIMIT);
-        Some(site)
+        self.spawn_pool(&endpoints);
+        let names: Vec<String> = self.processes.keys().cloned().collect();
+        names.iter().filter(|name| !name.starts_with("router")).for_each(|name| self.await_ready(name));
+        self.recorder = Some(Recorder::start(&listened_to, self.pace));
+        let (scenario, speed) = (self.scenario(), self.pace.speed().to_string());
+        let run = ["run", &scenario, "--connect", &recorded, "--speed", &speed, "--seed", SEED, "--json"];
+        self.run = Some(spawn(&run));
+        let decides = |r: &Recorder| !r.record().decisions.is_empty();
+        self.recorder().await_until("it decides", Instant::now(), START_LIMIT, decides)?;
+        self.recorder().await_nominal("the robot drives", NOMINAL_LIMIT)
     }
 
     /// What has been heard since the start.
@@ -174,7 +184,7 @@ impl Site {
     fn spawn_pool(&mut self, endpoints: &[String]) {
         let file = root().join("deploy/service.toml");
         for (index, host) in POOL.iter().enumerate() {
-            for kind in ["generator", "cpc", "hccdm"] {
+            for kind in ["generator", "cpc", "cnc"] {
                 let name = format!("{kind}-{index}");
                 self.spawn(&name, host, service(kind, &name, file.to_str().unwrap(), endpoints));
             }
@@ -200,7 +210,7 @@ impl Site {
         self.processes.insert(name.into(), Process { child, host: host.into(), arguments });
     }
 
-    /// The scenario planned at 10 Hz, and never so certain of the position that CPC evaluators could rest.
+    /// The scenario planned in every tick.
     fn scenario(&self) -> String {
         let shipped = root().join(SCENARIO);
         let maps = shipped.parent().unwrap().join("maps");
@@ -208,7 +218,7 @@ impl Site {
         let text = text
             .replace("plan_every = 3", "plan_every = 1")
             .replace("\"maps/", &format!("\"{}/", maps.display()))
-            + "\n[profile.uncertainty]\nthreshold = 1e-6\n";
+            + LIGHT;
         assert!(text.contains("plan_every = 1"));
         let file = self.directory.path().join("scenario.toml");
         std::fs::write(&file, text).unwrap();

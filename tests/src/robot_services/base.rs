@@ -2,7 +2,9 @@
 
 use curionav_planning::geometry::Pose2;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{Action, Belief, Clock, Decision, Odometry, People, Scan, Twist, golden};
+use curionav_schemas::{
+    Action, Belief, Clock, CommandReason, Decision, Odometry, People, Scan, Twist, golden,
+};
 
 use super::stand::{LIMIT, Stand};
 use crate::faults::hall::START;
@@ -77,7 +79,7 @@ impl Base {
         self.scans.publish(&scan, Clock::Realtime);
         self.say_odometry(tick, Pose2::default());
         // A driver that has waited for a while also says that it heard nothing.
-        next(&self.commands, |c| c.tick == tick && c.reason != "no odometry").await
+        next(&self.commands, |c| c.tick == tick && c.reason != CommandReason::NoOdometry).await
     }
 
     /// What the arbiter decides when it hears of a belief.

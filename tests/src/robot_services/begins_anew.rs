@@ -1,7 +1,7 @@
 //! A clock that begins anew: another run, or a base that was restarted in mid-run.
 
-use curionav_driver::control::{TRACKING, follows};
 use curionav_planning::geometry::Pose2;
+use curionav_schemas::{CommandReason, MissionState, Reason};
 
 use super::base::Base;
 use super::stand::Stand;
@@ -15,19 +15,19 @@ async fn a_decision_of_the_run_before_is_not_followed_when_its_stamp_comes_again
     stand.runs().await;
     for tick in 0..=20 {
         let command = base.command(tick, Some((1, 1 + tick))).await;
-        assert_eq!(command.reason, TRACKING, "tick {tick}");
+        assert_eq!(command.reason, CommandReason::Tracking, "tick {tick}");
     }
     let next = stand.set_mission(&["driver"]).await;
     stand.mission_that(|m| m.run == next.run && m.ready == ["driver"]).await;
     // The last one was made at tick 20 and would be valid for twelve more.
     for tick in 0..=25 {
         let command = base.command(tick, None).await;
-        assert!(!follows(&command.reason), "tick {tick}: {}", command.reason);
+        assert!(!command.reason.follows(), "tick {tick}: {:?}", command.reason);
         // But it still is the one to outrank.
         assert_eq!((command.epoch, command.seq), (1, 21));
     }
-    assert!(!follows(&base.command(26, Some((1, 21))).await.reason));
-    assert_eq!(base.command(27, Some((1, 22))).await.reason, TRACKING);
+    assert!(!base.command(26, Some((1, 21))).await.reason.follows());
+    assert_eq!(base.command(27, Some((1, 22))).await.reason, CommandReason::Tracking);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -40,13 +40,13 @@ async fn a_base_that_was_restarted_in_mid_run_is_driven_again() {
     // More ticks than are remembered.
     for tick in 500..580 {
         seq += 1;
-        assert_eq!(base.command(tick, Some((1, seq))).await.reason, TRACKING, "tick {tick}");
+        assert_eq!(base.command(tick, Some((1, seq))).await.reason, CommandReason::Tracking, "tick {tick}");
     }
     for tick in 0..20 {
         seq += 1;
         let command = base.command(tick, Some((1, seq))).await;
         // With the first one it forgets all that came before.
-        assert!(tick == 0 || command.reason == TRACKING, "tick {tick}: {}", command.reason);
+        assert!(tick == 0 || command.reason == CommandReason::Tracking, "tick {tick}: {:?}", command.reason);
     }
 }
 
@@ -58,23 +58,23 @@ async fn for_a_base_that_was_restarted_in_mid_run_is_planned_again() {
     let base = Base::of(&stand);
     stand.set_mission(&["arbiter"]).await;
     stand.runs().await;
-    let nobody = "nobody says where people are";
+    let unknown = Reason::PeopleUnknown;
     // Until it has heard that the mission runs.
     let mut tick = 500;
     loop {
         base.say_people(tick);
         let decision = base.decision(tick).await;
         tick += 1;
-        if decision.reason != "the mission is preparing" {
-            assert_ne!(decision.reason, nobody);
+        if decision.reason != (Reason::MissionNotRunning { state: MissionState::Preparing }) {
+            assert_ne!(decision.reason, unknown);
             break;
         }
     }
     // People are still those of the time before.
-    assert_eq!(base.decision(0).await.reason, nobody);
+    assert_eq!(base.decision(0).await.reason, unknown);
     for tick in 1..5 {
         base.say_people(tick);
-        assert_ne!(base.decision(tick).await.reason, nobody, "tick {tick}");
+        assert_ne!(base.decision(tick).await.reason, unknown, "tick {tick}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use curionav_runtime::process::Service;
-use curionav_schemas::{MissionRequest, MissionState};
+use curionav_schemas::{MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus};
 
 use super::stand::Stand;
 use crate::faults::hall::START;
@@ -13,6 +13,11 @@ const ARBITER: Service = curionav_arbiter::run;
 const GENERATOR: Service = curionav_trajectory_generator::run;
 const LOCALIZER: Service = curionav_localizer::run;
 
+fn waits_for_a_map(status: &ServiceStatus) -> bool {
+    let of_a_map = |reject: &Reject| matches!(reject.why, Refusal::NoMap { .. });
+    matches!(&status.prepared[..], [Prepared::Waiting { revision: 1, reject }] if of_a_map(reject))
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
     let mut stand = Stand::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
@@ -20,10 +25,10 @@ async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
     let begun = stand.set_mission(&["arbiter", "driver", "localizer"]).await;
     stand.runs().await;
     for goal in [10.0, 20.0] {
-        let given = stand.request(MissionRequest::Goal { x: goal, y: START.y, heading: None }).await;
+        let given = stand.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
         assert_eq!((given.run, given.state), (begun.run, MissionState::Preparing));
         let mission = stand.runs().await;
-        assert_eq!((mission.revision, mission.goal_x), (given.revision, goal));
+        assert_eq!((mission.revision, mission.order.goal_x), (given.revision, goal));
         assert_eq!(mission.ready, ["arbiter", "driver", "localizer"]);
     }
 }
@@ -33,16 +38,12 @@ async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
     for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
         let mut stand = Stand::start(&[DRIVER, GENERATOR, service], true).await;
         stand.set_mission(&[role]).await;
-        let says = |what: &'static str| {
-            move |s: &curionav_schemas::ServiceStatus| s.warmed.iter().any(|w| w.contains(what))
-        };
-        let status = stand.status_that(role, says("revision 1 waits: map")).await;
-        assert!(status.warmed[0].contains("could not be fetched"), "{:?}", status.warmed);
+        stand.status_that(role, waits_for_a_map).await;
         let mission = stand.mission_that(|_| true).await;
-        assert_eq!((mission.state, mission.note.as_str()), (MissionState::Preparing, ""), "{role}");
+        assert_eq!((mission.state, mission.end), (MissionState::Preparing, None), "{role}");
         stand.host_map();
         stand.runs().await;
-        stand.status_that(role, |s| s.warmed == ["revision 1"]).await;
+        stand.status_that(role, |s| s.prepared == [Prepared::Revision { revision: 1 }]).await;
     }
 }
 
@@ -53,9 +54,15 @@ async fn an_arbiter_that_waits_hears_of_other_missions() {
     stand.host_map();
     stand.set_mission(&["arbiter"]).await;
     // Outside the hall.
-    stand.request(MissionRequest::Goal { x: 100.0, y: START.y, heading: None }).await;
+    stand.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
     let refused = stand.mission_that(|mission| mission.state == MissionState::Finished).await;
-    assert!(refused.revision == 2 && refused.note.contains("cannot be reached"), "{}", refused.note);
+    let unreachable = |reject: &Reject| matches!(reject.why, Refusal::UnreachableGoal { x: 100.0, .. });
+    assert_eq!(refused.revision, 2);
+    assert!(
+        matches!(&refused.end, Some(MissionEnd::Unprepared { role, reject, .. }) if role == "arbiter" && unreachable(reject)),
+        "{:?}",
+        refused.end
+    );
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -72,6 +79,6 @@ async fn services_that_wait_end_when_they_are_asked_to() {
     // For a map that nobody serves.
     let stand = Stand::start(&[DRIVER, LOCALIZER], true).await;
     stand.set_mission(&["localizer"]).await;
-    stand.status_that("localizer", |s| s.warmed.iter().any(|w| w.contains("waits"))).await;
+    stand.status_that("localizer", waits_for_a_map).await;
     assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
 }

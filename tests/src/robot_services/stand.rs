@@ -12,7 +12,7 @@ use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
 use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{Clock, Message, Mission, MissionRequest, MissionState, ServiceStatus, keys};
+use curionav_schemas::{Clock, Message, Mission, MissionCommand, MissionState, ServiceStatus, keys};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
@@ -74,22 +74,22 @@ impl Stand {
         Inbox::new(&self.session, &keys::robot(ROBOT, stream).unwrap()).unwrap()
     }
 
-    pub(super) async fn request(&self, request: MissionRequest) -> Mission {
-        let key = keys::robot(ROBOT, "mission").unwrap();
+    pub(super) async fn request(&self, request: MissionCommand) -> Mission {
+        let key = keys::mission_command(ROBOT).unwrap();
         ask(&self.session, &key, &request, LIMIT, Urgency::Normal).await.unwrap()
     }
 
-    /// A mission through the hall, in real time and planned by a metric that needs no pool but a generator, that begins
+    /// A mission through the hall, in real time and planned by a term that needs no pool but a generator, that begins
     /// once these roles are ready.
     pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
         let mut mission = hall::mission(hall::fields().1, 1000, Clock::Realtime, 1);
-        let mut profile: Profile = convert::from_value("profile", &mission.profile).unwrap();
-        profile.terms.retain(|metric, _| metric == "distance");
-        mission.profile = convert::to_value(&profile).unwrap();
-        mission.robot = ROBOT.to_owned();
-        (mission.tick_s, mission.time_scale, mission.plan_every) = (0.1, 1.0, 1);
-        mission.require = require.iter().map(|role| (*role).to_owned()).collect();
-        self.request(MissionRequest::Set { mission: Box::new(mission) }).await
+        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
+        profile.terms.retain(|term, _| term == "distance");
+        mission.order.profile = convert::to_value(&profile).unwrap();
+        mission.order.robot = ROBOT.to_owned();
+        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 1.0, 1);
+        mission.order.require = require.iter().map(|role| (*role).to_owned()).collect();
+        self.request(MissionCommand::Set { order: Box::new(mission.order) }).await
     }
 
     /// The mission once it is as it should be.

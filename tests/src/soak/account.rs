@@ -46,10 +46,10 @@ impl Soak {
             .map(|r| *r.lateness.lock().unwrap())
             .fold((0.0, 0.0), |a, b| (f64::max(a.0, b.0), a.1 + b.1));
         println!("{counts:?}");
-        let mut degraded: BTreeMap<String, u64> = BTreeMap::new();
+        let mut degraded: BTreeMap<&str, u64> = BTreeMap::new();
         for robot in &self.robots {
             for (why, count) in &robot.watch().degraded {
-                *degraded.entry(why.clone()).or_default() += count;
+                *degraded.entry(why).or_default() += count;
             }
         }
         println!("{degraded:?}");

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard};
 use super::process::{Process, port_for_a_restart};
 
 /// Roles of the pool.
-pub(super) const POOL: [&str; 3] = ["generator", "cpc", "hccdm"];
+pub(super) const POOL: [&str; 3] = ["generator", "cpc", "cnc"];
 /// Replicas of each.
 pub(super) const REPLICAS: usize = 3;
 

@@ -197,7 +197,7 @@ impl Soak {
 async fn statuses(session: &Session) -> Vec<(String, ServiceStatus)> {
     let mut statuses = Vec::new();
     for role in POOL {
-        let metric = if role == "hccdm" { "cnc" } else { role };
+        let metric = if role == "cnc" { "cnc" } else { role };
         for index in 0..REPLICAS {
             let name = format!("{role}-{index}");
             let key = keys::status(metric, &name).unwrap();

@@ -4,14 +4,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use curionav_arbiter::context::PlanContext;
 use curionav_planning::geometry::{Pose2, Twist};
+use curionav_pool::context::PlanContext;
+use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
-use curionav_runtime::fields::Fields;
 use curionav_runtime::query::{Urgency, ask, fetch};
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CycleReport, Decision, MapId, Mission, MissionRequest, MissionState,
+    self as wire, Belief, Clock, CycleReport, Decision, MapId, Mission, MissionCommand, MissionState,
     Odometry, People, Scan, keys,
 };
 use zenoh::Session;
@@ -28,6 +28,7 @@ const STANDSTILL_MAX: Duration = Duration::from_secs(30);
 pub(super) struct Robot {
     session: Session,
     mission_key: String,
+    command_key: String,
     mission: Mission,
     watch: Mutex<Watch>,
     violations: Violations,
@@ -45,21 +46,22 @@ impl Robot {
         violations: &Violations,
     ) -> Self {
         let mut mission = hall::mission(*map, seed, Clock::Realtime, 1);
-        mission.robot = name.to_owned();
-        (mission.tick_s, mission.time_scale, mission.plan_every) = (TICK, 1.0, 1);
-        mission.require = vec!["arbiter".into()];
+        mission.order.robot = name.to_owned();
+        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, 1.0, 1);
+        mission.order.require = vec!["arbiter".into()];
         // A goal of its own: every pool holds the fields of many.
         let aside = (seed % 7) as f64 * 0.5 - 1.5;
         let start = Pose2::new(START.x, START.y + aside, 0.0);
-        mission.initial_pose = convert::pose_to_wire(start);
-        (mission.goal_x, mission.goal_y) = (GOAL.x, GOAL.y + aside);
+        mission.order.initial_pose = convert::pose_to_wire(start);
+        (mission.order.goal_x, mission.order.goal_y) = (GOAL.x, GOAL.y + aside);
         let mut back = mission.clone();
-        (back.goal_x, back.goal_y) = (start.x, start.y);
+        (back.order.goal_x, back.order.goal_y) = (start.x, start.y);
         let contexts = [mission.clone(), back].map(|m| Arc::new(PlanContext::new(m, fields, true).unwrap()));
         let watch = Mutex::new(Watch::new(name, contexts.to_vec(), violations.clone()));
         Self {
             session: session.clone(),
             mission_key: keys::robot(name, "mission").unwrap(),
+            command_key: keys::mission_command(name).unwrap(),
             mission,
             watch,
             violations: violations.clone(),
@@ -68,7 +70,7 @@ impl Robot {
     }
 
     pub(super) fn name(&self) -> &str {
-        &self.mission.robot
+        &self.mission.order.robot
     }
 
     pub(super) fn watch(&self) -> MutexGuard<'_, Watch> {
@@ -81,32 +83,32 @@ impl Robot {
     }
 
     fn topic<M: wire::Message>(&self, stream: &str) -> Topic<M> {
-        let key = keys::robot(&self.mission.robot, stream).unwrap();
+        let key = keys::robot(&self.mission.order.robot, stream).unwrap();
         Topic::new(&self.session, &key, Flow::Sensor).unwrap()
     }
 
     fn inbox<M: wire::Message>(&self, stream: &str) -> Inbox<M> {
-        Inbox::new(&self.session, &keys::robot(&self.mission.robot, stream).unwrap()).unwrap()
+        Inbox::new(&self.session, &keys::robot(&self.mission.order.robot, stream).unwrap()).unwrap()
     }
 
     /// Asks the driver until it takes it.
-    async fn request(&self, request: &MissionRequest) {
+    async fn request(&self, request: &MissionCommand) {
         let timeout = Duration::from_secs(2);
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             let asked =
-                ask::<_, Mission>(&self.session, &self.mission_key, request, timeout, Urgency::Normal);
+                ask::<_, Mission>(&self.session, &self.command_key, request, timeout, Urgency::Normal);
             if asked.await.is_ok() {
                 return;
             }
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        self.violations.check(false, "the driver takes missions", || self.mission.robot.clone());
+        self.violations.check(false, "the driver takes missions", || self.mission.order.robot.clone());
     }
 
     /// Sets its mission and waits until it runs.
     pub(super) async fn begin(&self) {
-        self.request(&MissionRequest::Set { mission: Box::new(self.mission.clone()) }).await;
+        self.request(&MissionCommand::Set { order: Box::new(self.mission.order.clone()) }).await;
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             let mission: Option<Mission> =
@@ -116,7 +118,7 @@ impl Robot {
             }
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        self.violations.check(false, "the mission begins", || self.mission.robot.clone());
+        self.violations.check(false, "the mission begins", || self.mission.order.robot.clone());
     }
 
     /// Sends it to the other end of the hall.
@@ -127,11 +129,11 @@ impl Robot {
             watch.counts.goals += 1;
             watch.counts.goals % 2 == 1
         };
-        let there = (self.mission.goal_x, self.mission.goal_y);
-        let here = (self.mission.initial_pose.x, self.mission.initial_pose.y);
+        let there = (self.mission.order.goal_x, self.mission.order.goal_y);
+        let here = (self.mission.order.initial_pose.x, self.mission.order.initial_pose.y);
         let (x, y) = if to_start { here } else { there };
         let robot = Arc::clone(self);
-        tokio::spawn(async move { robot.request(&MissionRequest::Goal { x, y, heading: None }).await });
+        tokio::spawn(async move { robot.request(&MissionCommand::Goal { x, y, heading: None }).await });
     }
 
     /// Tick after tick, the first after `phase`, until `end`.

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use curionav_arbiter::context::PlanContext;
-use curionav_driver::control::follows;
-use curionav_schemas::{Action, CycleReport, Decision, Evaluated, Twist};
+use curionav_pool::context::PlanContext;
+use curionav_schemas::{Action, CommandReason, CycleReport, Decision, Evaluated, Twist};
 
 use crate::faults::invariants::{HORIZON, UNCONTROLLED_MAX, true_cost};
 
@@ -90,7 +89,7 @@ pub(super) struct Watch {
     /// With when each came.
     decisions: BTreeMap<(u64, u64), (Instant, Decision)>,
     obeyed: (u64, u64),
-    commanded_because: String,
+    commanded_because: Option<CommandReason>,
     uncontrolled: f64,
     pub(super) preparing_since: Option<Instant>,
     /// When it last followed a decision, and longest between two times, seconds.
@@ -98,7 +97,7 @@ pub(super) struct Watch {
     pub(super) followed_gap: f64,
     pub(super) counts: Counts,
     /// How often a decision was degraded, by why.
-    pub(super) degraded: BTreeMap<String, u64>,
+    pub(super) degraded: BTreeMap<&'static str, u64>,
     pub(super) recovery: Option<Recovery>,
 }
 
@@ -110,7 +109,7 @@ impl Watch {
             violations,
             decisions: BTreeMap::new(),
             obeyed: (0, 0),
-            commanded_because: String::new(),
+            commanded_because: None,
             uncontrolled: 0.0,
             preparing_since: None,
             followed_at: Instant::now(),
@@ -135,7 +134,7 @@ impl Watch {
         self.counts.decisions += 1;
         self.counts.nominal += u64::from(decision.degraded.is_empty());
         for why in &decision.degraded {
-            *self.degraded.entry(why.clone()).or_default() += 1;
+            *self.degraded.entry(why.code()).or_default() += 1;
         }
         let follows = decision.action == Action::Follow;
         self.counts.followed += u64::from(follows);
@@ -185,7 +184,7 @@ impl Watch {
             self.contexts[0].profile.active_terms(report.scene.uncertain).map(|t| t.0).collect();
         let costs: Vec<f64> =
             self.contexts.iter().map(|context| true_cost(context, report, index, &terms).0).collect();
-        let found = report.total[index];
+        let found = report.total_of(index).unwrap();
         self.check(costs.contains(&found), "3, scores count for their own scene only", || {
             format!("cost {found} instead of one of {costs:?}, cycle {}", decision.seq)
         });
@@ -197,8 +196,8 @@ impl Watch {
         let id = (command.epoch, command.seq);
         self.check(id >= self.obeyed, "4, (epoch, seq) rises", || format!("{id:?} after {:?}", self.obeyed));
         self.obeyed = id;
-        self.commanded_because.clone_from(&command.reason);
-        if !follows(&command.reason) {
+        self.commanded_because = Some(command.reason);
+        if !command.reason.follows() {
             return;
         }
         self.followed_gap = self.followed_gap.max(self.followed_at.elapsed().as_secs_f64());
@@ -221,9 +220,9 @@ impl Watch {
     pub(super) fn last_words(&self) -> String {
         let decision = self.decisions.last_key_value().map(|(id, (came, d))| {
             let (ago, degraded) = (came.elapsed(), &d.degraded);
-            format!("decision {id:?} {ago:.1?} ago, {:?}: {} {degraded:?}", d.action, d.reason)
+            format!("decision {id:?} {ago:.1?} ago, {:?}: {:?} {degraded:?}", d.action, d.reason)
         });
-        let commanded = format!("obeys {:?}, {}", self.obeyed, self.commanded_because);
+        let commanded = format!("obeys {:?}, {:?}", self.obeyed, self.commanded_because);
         format!("{}; {commanded}", decision.unwrap_or_else(|| "no decision".to_owned()))
     }
 
@@ -232,7 +231,7 @@ impl Watch {
         self.counts.ticks += 1;
         self.counts.metres += metres;
         let controlled =
-            command.is_some_and(|c| now - c.stamp <= COMMAND_AGE_MAX + 1e-9 && follows(&c.reason));
+            command.is_some_and(|c| now - c.stamp <= COMMAND_AGE_MAX + 1e-9 && c.reason.follows());
         self.uncontrolled = if controlled || v == 0.0 { 0.0 } else { self.uncontrolled + metres };
         self.counts.uncontrolled = self.counts.uncontrolled.max(self.uncontrolled);
         let far = self.uncontrolled;

@@ -1,26 +1,46 @@
 //! Who may import whom: `docs/architecture.md`, "Floors".
 
+use std::collections::BTreeSet;
+
+use super::imports::Import;
 use super::source::{blank_literals, paths_below};
 use super::tree::{assert_none, files, files_of, text};
 
 /// The library of simulated truth: no planner may see it.
 const TRUTH: &str = "curionav-crowdsim";
 
+/// What tests share; what is built for users must not need it.
+const TESTING: &str = "curionav-testing";
+
 /// What a crate may import of this project, by its directory; `None` for a crate without a floor.
 fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const PLANNING: &str = "curionav-planning";
     const SCHEMAS: &str = "curionav-schemas";
     const RUNTIME: &str = "curionav-runtime";
+    const POOL: &str = "curionav-pool";
     const LOCALIZATION: &str = "curionav-localization";
     Some(match directory {
-        "schemas" | "crates/planning" => vec![],
-        "crates/localization" | "crates/crowdsim" => vec![PLANNING],
+        "schemas" | "crates/datasets" => vec![],
+        "crates/testing" => vec!["curionav-datasets"],
+        "crates/planning" => vec![TESTING],
+        "crates/localization" | "crates/crowdsim" => vec![PLANNING, TESTING],
+        "crates/picture" => vec![PLANNING, SCHEMAS],
         "crates/runtime" => vec![PLANNING, SCHEMAS],
-        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION, TRUTH],
-        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION],
+        // The only crate that may import from its own floor.
+        "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME],
+        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH],
+        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION],
+        "crates/recording" => below_laboratory(),
+        "crates/lab" => [below_laboratory(), vec!["curionav-picture", TRUTH]].concat(),
         "crates/cli" | "tests" => ours(),
         _ => return None,
     })
+}
+
+/// Every package below the floor of laboratory and recordings but pictures and truth.
+fn below_laboratory() -> Vec<&'static str> {
+    let above = ["curionav-lab", "curionav-recording", "curionav-picture", TRUTH];
+    ours().into_iter().filter(|name| !above.contains(name)).collect()
 }
 
 /// Every package that may be imported from the top floor.
@@ -29,14 +49,20 @@ fn ours() -> Vec<&'static str> {
         "curionav-arbiter",
         "curionav-cpc-evaluator",
         TRUTH,
+        "curionav-datasets",
         "curionav-driver",
-        "curionav-hccdm-evaluator",
+        "curionav-cnc-evaluator",
+        "curionav-lab",
         "curionav-localization",
         "curionav-localizer",
+        "curionav-picture",
         "curionav-planning",
+        "curionav-pool",
+        "curionav-recording",
         "curionav-runtime",
         "curionav-schemas",
         "curionav-simulator",
+        TESTING,
         "curionav-trajectory-generator",
     ]
 }
@@ -70,6 +96,20 @@ fn collect(table: &toml::Table, names: &mut Vec<String>) {
     }
 }
 
+/// Every import of a crate of this project into another, by their packages.
+pub(super) fn imports_between_crates() -> BTreeSet<Import> {
+    let package = |directory: &str| {
+        let manifest: toml::Table = text(&format!("{directory}/Cargo.toml")).unwrap().parse().unwrap();
+        manifest["package"]["name"].as_str().unwrap().to_owned()
+    };
+    let imports = crates().into_iter().flat_map(|(directory, names)| {
+        let from = package(&directory);
+        let ours = names.into_iter().filter(|name| name.starts_with("curionav"));
+        ours.map(move |to| Import { from: from.clone(), path: to.clone(), to }).collect::<Vec<_>>()
+    });
+    imports.collect()
+}
+
 #[test]
 fn no_crate_imports_from_its_own_floor_or_above() {
     let mut offences = Vec::new();
@@ -88,12 +128,12 @@ fn no_crate_imports_from_its_own_floor_or_above() {
 fn only_those_who_make_or_judge_the_truth_can_see_it() {
     let seers: Vec<String> =
         crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
-    assert_eq!(seers, ["crates/cli", "services/simulator", "tests"]);
+    assert_eq!(seers, ["crates/lab", "services/simulator", "tests"]);
 }
 
 #[test]
 fn pure_crates_and_schemas_build_and_test_without_zenoh() {
-    let pure = ["schemas", "crates/planning", "crates/localization", "crates/crowdsim"];
+    let pure = ["schemas", "crates/planning", "crates/localization", "crates/crowdsim", "crates/picture"];
     let networked = ["zenoh", "tokio", "async-std", "smol", "mio"];
     let mut offences = Vec::new();
     for (directory, names) in crates().into_iter().filter(|c| pure.contains(&c.0.as_str())) {

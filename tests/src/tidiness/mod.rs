@@ -1,7 +1,9 @@
 //! The rules of `CONTRIBUTING.md` that a machine can hold.
 
+mod circles;
 mod documents;
 mod floors;
+mod imports;
 mod layout;
 mod purity;
 mod source;

@@ -120,11 +120,16 @@ pub(super) fn production_code(directory: &str) -> Vec<(String, String)> {
     while let Some(path) = pending.pop() {
         let source = tree::text(&path).unwrap();
         let code = without_tests(&blank_literals(&source));
-        pending.extend(modules(&code).into_iter().map(|name| module_file(&path, &name)));
+        pending.extend(declared_modules(&code, &path).into_iter().map(|module| module.1));
         found.push((path, code));
     }
     found.sort();
     found
+}
+
+/// (name, file) of each module that the code of the file `parent` declares without a body.
+pub(super) fn declared_modules(code: &str, parent: &str) -> Vec<(String, String)> {
+    modules(code).into_iter().map(|name| (name.clone(), module_file(parent, &name))).collect()
 }
 
 /// Names of the modules that are declared without a body.
@@ -148,17 +153,21 @@ fn module_file(parent: &str, name: &str) -> String {
     if tree::root().join(&beside).is_file() { beside } else { format!("{folder}/{name}/mod.rs") }
 }
 
+/// The name or number with which some code begins; empty if it begins with something else.
+pub(super) fn name_at(code: &str) -> &str {
+    &code[..code.bytes().take_while(|b| is_name(*b)).count()]
+}
+
 /// Every name and number of some code, with its place.
 pub(super) fn words(code: &str) -> Vec<(usize, &str)> {
-    let bytes = code.as_bytes();
     let mut found = Vec::new();
     let mut at = 0;
-    while at < bytes.len() {
-        let length = bytes[at..].iter().take_while(|b| is_name(**b)).count();
-        if length > 0 {
-            found.push((at, &code[at..at + length]));
+    while at < code.len() {
+        let name = if code.is_char_boundary(at) { name_at(&code[at..]) } else { "" };
+        if !name.is_empty() {
+            found.push((at, name));
         }
-        at += length.max(1);
+        at += name.len().max(1);
     }
     found
 }

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use curionav_arbiter::context::PlanContext;
-use curionav_runtime::generator;
+use curionav_pool::context::PlanContext;
+use curionav_pool::generator;
 use curionav_runtime::latency::Latency;
 use curionav_runtime::probe::{RawReply, ask_everybody};
 use curionav_schemas::{
@@ -13,8 +13,8 @@ use curionav_schemas::{
 use zenoh::Session;
 
 use super::finding::Finding;
-use crate::arguments::ConnectOptions;
-use crate::needs::{Alive, Need, ROBOT_ROLES};
+use crate::connect::ConnectOptions;
+use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
@@ -57,9 +57,7 @@ impl Instance {
             instance.answering = instance.answering.max(statuses.len());
             instance.bytes += replies.iter().map(RawReply::bytes).sum::<usize>();
             times.record(took);
-            if let Some(theirs) = status.time_s {
-                offsets.push((took, (theirs - asked - took.as_secs_f64() / 2.0) * 1e3));
-            }
+            offsets.push((took, (status.time_s - asked - took.as_secs_f64() / 2.0) * 1e3));
             instance.status = Some(status.clone());
         }
         instance.round_trip_ms = times.percentile_ms(0.5);
@@ -198,19 +196,19 @@ impl Instance {
         session: &Session,
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Result<String, String>> {
+        let robot = context.map_or("doctor", |context| &context.mission.order.robot);
+        let key = keys::question(&self.role, &self.name, robot)?;
         if self.role == generator::ROLE {
             let request = match context {
                 Some(context) => GenerateRequest { budget_ms: budget_ms(), ..context.warm_up_generator()? },
                 None => GenerateRequest { budget_ms: 0, iterations: 1, ..golden::generate_request() },
             };
-            let key = keys::generate(&self.name)?;
             return asked::<_, GenerateReply>(session, &key, &request, context.is_some()).await;
         }
         let request = match context {
             Some(context) => EvaluateRequest { budget_ms: budget_ms(), ..context.warm_up(&self.role) },
             None => EvaluateRequest { budget_ms: 0, ..golden::evaluate_request() },
         };
-        let key = keys::evaluate(&self.role, &self.name)?;
         asked::<_, Scores>(session, &key, &request, context.is_some()).await
     }
 }

@@ -15,15 +15,21 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::arguments::ConnectOptions;
-use crate::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
-use crate::needs::{self, Alive, Need, POOL_ROLES};
+use crate::connect::ConnectOptions;
+use crate::required_roles::{self, Alive, Need, POOL_ROLES};
+use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
 use instances::Instance;
 
 /// How long a router is looked for, seconds: whoever asks is waiting.
 const CONNECT_TIMEOUT_S: f64 = 3.0;
 
+/// Ask over every link a deployment needs; say what is missing and how to mend it.
+///
+/// Looks for the router, asks every live instance for its status and for work, checks missions and maps,
+/// and listens to each robot's streams. Needs nothing but the router.
+///
+/// Exit status: 0 all well; 1 something is missing; 2 bad input; 3 no router.
 #[derive(Debug, Args)]
 pub(crate) struct DoctorOptions {
     #[command(flatten)]
@@ -46,7 +52,7 @@ fn parse_listen(text: &str) -> Result<f64, String> {
     }
 }
 
-pub(crate) async fn doctor(options: DoctorOptions) -> Result<u8, Exit> {
+pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     let robot = options.robot.as_deref();
     robot
         .map_or(Ok(()), keys::check_id)
@@ -97,7 +103,7 @@ async fn examine(
     let alive: Vec<Alive<'_>> = instances.iter().map(Instance::alive).collect();
     let robots = match &options.robot {
         Some(robot) => BTreeSet::from([robot.clone()]),
-        None => needs::robots(&alive),
+        None => required_roles::robots(&alive),
     };
     let mut missions = Vec::new();
     for robot in &robots {
@@ -114,7 +120,7 @@ async fn examine(
         let context = missions.iter().find_map(|mission| mission.asking(instance.role()));
         findings.extend(instance.examine(session, &options.at, context).await?);
     }
-    let missing = needs::missing(Need::of(&robots, &pools), &alive, &options.at).into_iter();
+    let missing = required_roles::missing(Need::of(&robots, &pools), &alive, &options.at).into_iter();
     findings.extend(missing.map(|(what, fix)| Finding::missing(what, "nobody is alive", fix)));
     for mission in &missions {
         findings.extend(mission.findings(&options.at));

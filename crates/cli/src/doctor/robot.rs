@@ -2,19 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-use curionav_arbiter::context::PlanContext;
 use curionav_planning::occupancy::StaticMap;
-use curionav_runtime::fields::Fields;
+use curionav_pool::context::PlanContext;
+use curionav_pool::fields::Fields;
+use curionav_pool::generator;
+use curionav_runtime::map_store;
 use curionav_runtime::probe::{Heard, Listener, ask_everybody};
 use curionav_runtime::query::{AskError, fetch_from_all};
-use curionav_runtime::{generator, map_store};
+use curionav_runtime::robot_service::is_over;
 use curionav_schemas::{
     self as wire, Belief, Decision, MapId, Message, MissionState, Odometry, People, Scan, keys,
 };
 use zenoh::Session;
 
 use super::finding::Finding;
-use crate::arguments::ConnectOptions;
+use crate::connect::ConnectOptions;
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// A large map over a slow link.
@@ -43,7 +45,7 @@ impl Mission {
         let mut found =
             Self { robot: robot.to_owned(), driver: !replies.is_empty(), mission, map: None, context: None };
         let Some(mission) = found.mission.clone() else { return Ok(found) };
-        match fetch_map(session, mission.map).await {
+        match fetch_map(session, mission.order.map).await {
             Ok((served, map)) => {
                 found.map = Some(Ok(served));
                 let fields = Fields::of_maps([map]);
@@ -67,7 +69,7 @@ impl Mission {
     /// The roles its mission asks pools for; none without a mission.
     pub(super) fn pool_roles(&self) -> Vec<String> {
         let Some(context) = self.context() else { return Vec::new() };
-        std::iter::once(generator::ROLE).chain(context.pool_metrics()).map(str::to_owned).collect()
+        std::iter::once(generator::ROLE).chain(context.pool_terms()).map(str::to_owned).collect()
     }
 
     fn is_running(&self) -> bool {
@@ -87,8 +89,7 @@ impl Mission {
         };
         let mut findings = vec![state_of(link, mission)];
         // What is over needs no map any more, and nobody has to serve it.
-        let is_over = matches!(mission.state, MissionState::Finished | MissionState::Cancelled);
-        let fault = |link: String, detail: String, fix: String| match is_over {
+        let fault = |link: String, detail: String, fix: String| match is_over(mission) {
             true => Finding::note(link, detail, fix),
             false => Finding::missing(link, detail, fix),
         };
@@ -111,7 +112,7 @@ impl Mission {
                 reason.clone(),
                 format!(
                     "serve it on {}: who set the mission has to; a simulator serves that of its last run",
-                    keys::map(&mission.map)
+                    keys::map(&mission.order.map)
                 ),
             )),
             None => {}
@@ -130,19 +131,22 @@ impl Mission {
 fn state_of(link: String, mission: &wire::Mission) -> Finding {
     let is = format!(
         "revision {}, {}, goal ({:.2}, {:.2})",
-        mission.revision, mission.state, mission.goal_x, mission.goal_y
+        mission.revision,
+        mission.state.name(),
+        mission.order.goal_x,
+        mission.order.goal_y
     );
     let waited_for: Vec<&str> =
-        mission.require.iter().filter(|r| !mission.ready.contains(r)).map(String::as_str).collect();
+        mission.order.require.iter().filter(|r| !mission.ready.contains(r)).map(String::as_str).collect();
+    if let Some(end) = &mission.end {
+        return Finding::proven(link, format!("{is} ({})", wire::words::say("end", end)));
+    }
     match mission.state {
         MissionState::Preparing if !waited_for.is_empty() => Finding::missing(
             link,
             format!("{is}; not ready: {}", waited_for.join(", ")),
-            "wait a few seconds; then look at the log of who is not ready",
+            "wait a few seconds; then look at the logs of the roles that are not ready",
         ),
-        MissionState::Finished | MissionState::Cancelled if !mission.note.is_empty() => {
-            Finding::proven(link, format!("{is} ({})", mission.note))
-        }
         _ => Finding::proven(link, is),
     }
 }
@@ -150,14 +154,11 @@ fn state_of(link: String, mission: &wire::Mission) -> Finding {
 async fn fetch_map(session: &Session, id: MapId) -> Result<(ServedMap, StaticMap), String> {
     let started = Instant::now();
     let read = |served: wire::OccupancyGrid| {
-        let bytes = served.encode().len();
-        Ok((bytes, map_store::accept(id, served)?))
+        let took_ms = started.elapsed().as_secs_f64() * 1e3;
+        Ok((ServedMap { bytes: served.encoded_len(), took_ms }, map_store::accept(id, served)?))
     };
     match fetch_from_all(session, &keys::map(&id), MAP_TIMEOUT, read).await {
-        Ok((bytes, grid)) => {
-            let took_ms = started.elapsed().as_secs_f64() * 1e3;
-            Ok((ServedMap { bytes, took_ms }, StaticMap::new(grid)))
-        }
+        Ok((served, grid)) => Ok((served, StaticMap::new(grid))),
         Err(AskError::NoReply) => Err(format!("nobody serves map {id}")),
         Err(error) => Err(error.to_string()),
     }

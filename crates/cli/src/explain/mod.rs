@@ -12,14 +12,25 @@ use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, keys};
 
-use crate::arguments::ConnectOptions;
-use crate::exit::{Exit, SUCCESS};
-use crate::recording::{Item, Reader};
+use crate::connect::ConnectOptions;
+use curionav_recording::{Item, Reader};
+use curionav_runtime::exit::{Exit, SUCCESS};
 
 /// A robot that drives reports several times a second.
 const REPORT_TIMEOUT: Duration = Duration::from_secs(5);
 
+/// Say why a cycle was decided as it was: every candidate's costs, and what other weights would have led to.
+///
+///   curionav explain drive.mcap --cycle 40             a cycle of a recording; without --cycle the last one
+///   curionav explain --robot r1                        the next cycle of a robot that is driving
+///
+/// The cost of a candidate of K states is the sum of weight x raw cost / (scale x K) over the terms whose condition
+/// holds (of the paper: w1 weighs cpc, w2 cnc, w3 distance). What another weight would have led to is computed by
+/// the arbiter in the cycle itself, collisions included.
+///
+/// Exit status: 0 explained; 1 no such cycle; 2 bad input; 3 no router, or no report came.
 #[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct ExplainOptions {
     /// A recording. Without one, a robot that is driving is listened to.
     #[arg(value_name = "IN.mcap", required_unless_present = "robot")]
@@ -37,7 +48,7 @@ pub(crate) struct ExplainOptions {
     at: ConnectOptions,
 }
 
-pub(crate) async fn explain(options: ExplainOptions) -> Result<u8, Exit> {
+pub(crate) async fn run(options: ExplainOptions) -> Result<u8, Exit> {
     let report = match (&options.recording, &options.robot) {
         (Some(recording), robot) => recorded(recording, robot.as_deref(), options.cycle)?,
         (None, Some(robot)) => live(robot, &options).await?,
@@ -56,7 +67,7 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
     let mut found: Option<CycleReport> = None;
     let mut robots = BTreeSet::new();
     let (mut first, mut last) = (u64::MAX, 0);
-    while let Some(item) = reader.next().map_err(Exit::bad_input)? {
+    while let Some(item) = reader.next_message().map_err(Exit::bad_input)? {
         let Item::Report(report) = item else { continue };
         if robot.is_some_and(|robot| robot != report.robot) {
             continue;

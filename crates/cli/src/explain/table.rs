@@ -1,17 +1,18 @@
 //! Candidates and their costs as a table.
 
 use comfy_table::{CellAlignment, Table};
+use curionav_schemas::words::say;
 use curionav_schemas::{CycleReport, TermReport};
 
 use super::words::name;
 
 /// The `top` best candidates (0: all): those not rejected first, each kind by cost. The chosen one is always there.
 pub(super) fn table(report: &CycleReport, top: usize) -> Table {
-    let scored: Vec<&TermReport> = report.terms.iter().filter(|term| !term.raw.is_empty()).collect();
+    let scored: Vec<&TermReport> = report.terms.iter().filter(|term| !term.scored.is_empty()).collect();
     let mut header = vec!["candidate".to_owned(), "cost".to_owned()];
     for term in &scored {
-        header.push(term.metric.clone());
-        header.push(format!("{} raw", term.metric));
+        header.push(term.term.clone());
+        header.push(format!("{} raw", term.term));
     }
     header.push(String::new());
     let mut table = Table::new();
@@ -31,8 +32,9 @@ fn order(report: &CycleReport, top: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..report.candidates.count as usize).collect();
     let chosen = report.chosen.map(|chosen| chosen as usize);
     order.sort_by(|&a, &b| {
-        let key = |i: usize| (chosen != Some(i), !report.rejected[i].is_empty(), unscored(report, i));
-        key(a).cmp(&key(b)).then(report.total[a].total_cmp(&report.total[b])).then(a.cmp(&b))
+        let key = |i: usize| (chosen != Some(i), report.rejection_of(i).is_some());
+        let cost = |i: usize| report.total_of(i).unwrap_or(f64::INFINITY);
+        key(a).cmp(&key(b)).then(cost(a).total_cmp(&cost(b))).then(a.cmp(&b))
     });
     if top > 0 {
         order.truncate(top);
@@ -40,18 +42,12 @@ fn order(report: &CycleReport, top: usize) -> Vec<usize> {
     order
 }
 
-fn unscored(report: &CycleReport, index: usize) -> bool {
-    report.terms.iter().any(|term| term.missing.contains(&(index as u32)))
-}
-
 fn row(report: &CycleReport, scored: &[&TermReport], index: usize) -> Vec<String> {
-    let known = |term: &TermReport| !term.missing.contains(&(index as u32));
-    let total = if unscored(report, index) { String::new() } else { format!("{:.4}", report.total[index]) };
-    let mut row = vec![name(report, index as u32), total];
+    // No score is an empty cell.
+    let cell = |cost: Option<f64>| cost.map_or(String::new(), |cost| format!("{cost:.4}"));
+    let mut row = vec![name(report, index as u32), cell(report.total_of(index))];
     for term in scored {
-        let cost = term.cost.get(index).filter(|_| known(term));
-        row.push(cost.map_or(String::new(), |cost| format!("{cost:.4}")));
-        row.push(if known(term) { format!("{:.4}", term.raw[index]) } else { String::new() });
+        row.extend([cell(term.cost_of(index)), cell(term.raw_of(index))]);
     }
     row.push(remark(report, index));
     row
@@ -62,7 +58,7 @@ fn remark(report: &CycleReport, index: usize) -> String {
     match Some(index as u32) {
         at if at == report.chosen => "chosen".to_owned(),
         at if at == report.runner_up => "next".to_owned(),
-        _ => report.rejected[index].clone(),
+        _ => report.rejection_of(index).map(|why| say("rejection", why)).unwrap_or_default(),
     }
 }
 

@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use curionav_schemas::{Action, CycleReport, Evaluated, TermReport};
+use curionav_schemas::words::{say, say_all};
+use curionav_schemas::{Action, CommandReason, CycleReport, Evaluated, TermReport};
 
-/// What happened and why, a line a thought.
+/// What happened and why, one line per thought.
 pub(super) fn words(report: &CycleReport) -> String {
     let mut lines = vec![headline(report), certainty(report), field(report)];
+    lines.extend(driven(report));
     lines.extend(margin(report));
     lines.extend(shares(report));
     lines.extend(report.terms.iter().filter(|term| term.active).map(|term| wishes(report, term)));
@@ -14,7 +16,7 @@ pub(super) fn words(report: &CycleReport) -> String {
     lines.extend(what_if(report));
     lines.push(match report.decision.degraded.as_slice() {
         [] => "Nothing was degraded.".to_owned(),
-        degraded => format!("Degraded: {}.", degraded.join("; ")),
+        degraded => format!("Degraded: {}.", say_all("degradation", degraded)),
     });
     lines.join("\n")
 }
@@ -34,7 +36,10 @@ fn headline(report: &CycleReport) -> String {
     };
     format!(
         "Robot {}, cycle {} at {:.1} s: {action} ({}).",
-        report.robot, report.seq, decision.stamp, decision.reason
+        report.robot,
+        report.seq,
+        decision.stamp,
+        say("reason", &decision.reason)
     )
 }
 
@@ -48,39 +53,36 @@ fn certainty(report: &CycleReport) -> String {
     )
 }
 
-/// How many candidates there were and what became of them. Reasons are counted without their figures.
+/// How many candidates there were and what became of them: rejections are counted by their code.
 fn field(report: &CycleReport) -> String {
-    let mut reasons: BTreeMap<String, u32> = BTreeMap::new();
-    for reason in report.rejected.iter().filter(|reason| !reason.is_empty()) {
-        let kind = match reason.split_once(" after ") {
-            Some((kind, _)) if kind.starts_with("runs into person") => "run into people",
-            Some((kind, _)) if kind.starts_with("runs into a wall") => "run into walls",
-            _ if reason.starts_with("slow") => "are slow while a faster one is free",
-            _ if reason.starts_with("leaps") => "cannot be reached",
-            _ => reason.as_str(),
-        };
-        *reasons.entry(kind.to_owned()).or_default() += 1;
+    let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for rejected in &report.rejected {
+        *counts.entry((&rejected.why).into()).or_default() += 1;
     }
-    let left = report.rejected.iter().filter(|reason| reason.is_empty()).count();
-    let rejected: String = reasons.iter().map(|(why, count)| format!("; {count} {why}")).collect();
+    let left = report.candidates.count as usize - report.rejected.len();
+    let rejected: String =
+        counts.iter().map(|(code, count)| format!("; {count} {}", say("rejections", code))).collect();
     format!("Of {} candidates {left} were left to compare{rejected}.", report.candidates.count)
+}
+
+/// What became of the decisions before, unless the driver has just followed them.
+fn driven(report: &CycleReport) -> Option<String> {
+    let driven = report.driven.as_ref().filter(|driven| driven.reason != CommandReason::Tracking)?;
+    let since = report.scene.stamp - driven.since;
+    Some(format!("For {since:.1} s the driver has done this: {}.", say("command_reason", &driven.reason)))
 }
 
 fn margin(report: &CycleReport) -> Option<String> {
     let chosen = report.chosen?;
-    let total = report.total.get(chosen as usize)?;
+    let total = report.total_of(chosen as usize)?;
     Some(match (report.runner_up, report.margin) {
         (Some(second), Some(margin)) => {
-            let why = if margin < 0.0 {
-                ": it was not passed over for its cost, but for being slow or another way than before"
-            } else {
-                ""
-            };
+            let why = if margin < 0.0 { ": it costs less, but it is slow or a change of course" } else { "" };
             format!(
                 "It costs {total:.4}. Candidate {} would have been next, {:.4} {}{why}.",
                 name(report, second),
                 margin.abs(),
-                if margin < 0.0 { "cheaper" } else { "dearer" }
+                if margin < 0.0 { "cheaper" } else { "more expensive" }
             )
         }
         _ => format!("It costs {total:.4}. No other candidate could have been followed."),
@@ -91,7 +93,7 @@ fn margin(report: &CycleReport) -> Option<String> {
 fn shares(report: &CycleReport) -> Option<String> {
     let chosen = report.chosen? as usize;
     let parts: Vec<String> = (report.terms.iter())
-        .filter_map(|term| Some(format!("{} {:.4}", term.metric, term.cost.get(chosen)?)))
+        .filter_map(|term| Some(format!("{} {:.4}", term.term, term.cost_of(chosen)?)))
         .collect();
     (!parts.is_empty()).then(|| format!("Its cost is {}.", parts.join(" + ")))
 }
@@ -101,9 +103,9 @@ fn wishes(report: &CycleReport, term: &TermReport) -> String {
     let by = match term.evaluated {
         Evaluated::Pool => "by its pool",
         Evaluated::Local => "in the arbiter",
-        Evaluated::None => "by nobody",
+        Evaluated::None => "by nothing",
     };
-    let missing = match term.missing.len() {
+    let missing = match report.candidates.count as usize - term.scored.len() {
         0 => String::new(),
         count => format!(", {count} not at all"),
     };
@@ -112,13 +114,13 @@ fn wishes(report: &CycleReport, term: &TermReport) -> String {
         Some(alone) => format!("alone would have chosen candidate {}", name(report, alone)),
         None => "has no say".to_owned(),
     };
-    format!("- {} (weight {}, scale {}; scored {by}{missing}) {wish}.", term.metric, term.weight, term.scale)
+    format!("- {} (weight {}, scale {}; scored {by}{missing}) {wish}.", term.term, term.weight, term.scale)
 }
 
 fn idle(term: &TermReport) -> String {
     format!(
         "- {} (weight {}, scale {}) did not count: its condition did not hold.",
-        term.metric, term.weight, term.scale
+        term.term, term.weight, term.scale
     )
 }
 
@@ -126,15 +128,10 @@ fn idle(term: &TermReport) -> String {
 fn what_if(report: &CycleReport) -> Vec<String> {
     let Some(chosen) = report.chosen else { return Vec::new() };
     let active: Vec<&TermReport> = report.terms.iter().filter(|term| term.active).collect();
-    if active.iter().all(|term| term.alone.is_none()) {
-        return vec![
-            "What other weights would have led to is not in this report: its arbiter is older.".to_owned(),
-        ];
-    }
     let mut lines = Vec::new();
     let mut same = Vec::new();
     for term in active {
-        let TermReport { metric, weight, .. } = term;
+        let TermReport { term: name_of, weight, .. } = term;
         for (how, other, taken) in [
             ("doubled", weight * 2.0, term.doubled),
             ("halved", weight / 2.0, term.halved),
@@ -142,10 +139,10 @@ fn what_if(report: &CycleReport) -> Vec<String> {
         ] {
             match taken {
                 Some(taken) if taken != chosen => lines.push(format!(
-                    "With the weight of {metric} {how} ({weight} to {other}) it would have taken candidate {}.",
+                    "With the weight of {name_of} {how} ({weight} to {other}) it would have taken candidate {}.",
                     name(report, taken)
                 )),
-                Some(_) => same.push(format!("{metric} {how}")),
+                Some(_) => same.push(format!("{name_of} {how}")),
                 None => {}
             }
         }
@@ -163,12 +160,22 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_the_driver_does_is_said_unless_it_follows() {
+        let mut report = golden::explained_cycle_report();
+        assert!(!words(&report).contains("driver"));
+        report.driven.as_mut().unwrap().reason = CommandReason::TooClose;
+        // From 3.6 s to 4.2 s.
+        let line = "For 0.6 s the driver has done this: braking: something is too close.";
+        assert!(words(&report).lines().any(|found| found == line), "{}", words(&report));
+    }
+
+    #[test]
     fn words_say_what_the_report_says() {
         let text = words(&golden::explained_cycle_report());
         for line in [
             "Robot r1, cycle 14 at 4.2 s: follow candidate 9 (least cost).",
-            "Of 3 candidates 2 were left to compare; 1 not scored by `cpc`.",
-            "It costs 0.8800. Candidate 12 would have been next, 0.0400 dearer.",
+            "Of 3 candidates 2 were left to compare; 1 lack a score.",
+            "It costs 0.8800. Candidate 12 would have been next, 0.0400 more expensive.",
             "Its cost is cnc 0.1400 + cpc 0.7400.",
             "- cnc (weight 1, scale 0.5; scored by its pool) alone would have chosen candidate 12.",
             "- cpc (weight 1, scale 0.5; scored in the arbiter, 1 not at all) alone would have chosen the same.",
@@ -176,16 +183,9 @@ mod tests {
             "With the weight of cnc doubled (1 to 2) it would have taken candidate 12.",
             "With the weight of cpc set to zero (1 to 0) it would have taken candidate 12.",
             "It would have taken the same with the weight of cnc halved, cnc set to zero, cpc doubled.",
-            "Degraded: cpc: no replica answered by half the budget.",
+            "Degraded: `cpc` was evaluated by the arbiter.",
         ] {
             assert!(text.lines().any(|found| found == line), "lacks `{line}`:\n{text}");
         }
-    }
-
-    #[test]
-    fn a_report_of_an_older_arbiter_is_no_reason_to_guess() {
-        let text = words(&golden::cycle_report());
-        assert!(text.contains("its arbiter is older"), "{text}");
-        assert!(!text.contains("would have taken"), "{text}");
     }
 }

@@ -1,8 +1,9 @@
 //! The trace and the planning cycles as CSV (RFC 4180), for spreadsheets and notebooks.
 
-use curionav_schemas::{Action, CycleReport, RunResult, Timings};
+use curionav_lab::csv_row::csv_row;
+use curionav_schemas::{Action, CycleReport, RunResult, Timings, words};
 
-/// Columns of `cycles.csv`; times of metrics are empty where the metric was not asked for.
+/// Columns of `cycles.csv`; the time of a term is empty where its condition did not hold.
 const CYCLE_COLUMNS: [&str; 17] = [
     "tick",
     "stamp_s",
@@ -23,21 +24,21 @@ const CYCLE_COLUMNS: [&str; 17] = [
     "crowds",
 ];
 
-/// The trace: its columns, one row a tick, every number in the shortest form that reads back as the same number.
+/// The trace: its columns, one row per tick, every number in the shortest form that reads back as the same number.
 pub(super) fn trajectory(result: &RunResult) -> String {
     let trace = &result.trace;
-    let mut text = row(trace.columns.iter().map(String::as_str));
+    let mut text = csv_row(trace.columns.iter().map(String::as_str));
     for values in trace.values.chunks(trace.columns.len().max(1)) {
-        text += &row(values.iter().map(f64::to_string));
+        text += &csv_row(values.iter().map(f64::to_string));
     }
     text
 }
 
-/// One row a planning cycle.
+/// One row per planning cycle.
 pub(super) fn cycles(reports: &[CycleReport]) -> String {
-    let mut text = row(CYCLE_COLUMNS);
+    let mut text = csv_row(CYCLE_COLUMNS);
     for report in reports {
-        text += &row(cycle(report));
+        text += &csv_row(cycle(report));
     }
     text
 }
@@ -50,15 +51,15 @@ fn cycle(report: &CycleReport) -> [String; CYCLE_COLUMNS.len()] {
         report.epoch.to_string(),
         report.seq.to_string(),
         action(decision.action).to_owned(),
-        decision.reason.clone(),
+        words::say("reason", &decision.reason),
         decision.candidate.map_or_else(String::new, |id| id.to_string()),
         report.candidates.count.to_string(),
         decision.uncertainty.to_string(),
         decision.uncertain.to_string(),
-        decision.degraded.join(";"),
+        words::say_all("degradation", &decision.degraded),
         timings.generate_us.to_string(),
-        metric_us(timings, "cpc"),
-        metric_us(timings, "cnc"),
+        term_us(timings, "cpc"),
+        term_us(timings, "cnc"),
         timings.arbitrate_us.to_string(),
         timings.total_us.to_string(),
         report.crowds.len().to_string(),
@@ -73,24 +74,9 @@ fn action(action: Action) -> &'static str {
     }
 }
 
-fn metric_us(timings: &Timings, metric: &str) -> String {
-    let time = timings.evaluate_us.iter().find(|time| time.metric == metric);
+fn term_us(timings: &Timings, term: &str) -> String {
+    let time = timings.evaluate_us.iter().find(|time| time.term == term);
     time.map_or_else(String::new, |time| time.us.to_string())
-}
-
-/// One record: its fields, quoted where they must be.
-pub(crate) fn row(fields: impl IntoIterator<Item = impl AsRef<str>>) -> String {
-    let quoted: Vec<String> = fields.into_iter().map(|text| field(text.as_ref())).collect();
-    quoted.join(",") + "\n"
-}
-
-/// Quoted where it must be, quotes within doubled.
-fn field(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }
 
 #[cfg(test)]
@@ -117,23 +103,18 @@ mod tests {
     #[test]
     fn every_cycle_is_one_row_of_as_many_fields_as_the_header() {
         let mut report = golden::cycle_report();
-        report.decision.reason = "least cost".into();
-        report.decision.degraded = vec!["cpc late".into(), "map cold".into()];
+        report.decision.degraded.push(curionav_schemas::Degradation::CutShort);
         let text = cycles(&[report.clone(), report]);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 3);
         assert_eq!(lines[1], lines[2]);
         assert_eq!(
             lines[1],
-            "42,4.2,2,14,follow,least cost,9,2,0.09,true,cpc late;map cold,5900,2100,1400,310,12345,1"
+            "42,4.2,2,14,follow,least cost,9,2,0.09,true,`cpc` was evaluated by the arbiter; a tree was cut short by the \
+             budget,5900,2100,1400,310,12345,1"
         );
         for line in lines {
             assert_eq!(line.split(',').count(), CYCLE_COLUMNS.len());
         }
-    }
-
-    #[test]
-    fn commas_quotes_and_line_breaks_are_quoted() {
-        assert_eq!(row(["a", "b,c", "say \"no\"", "d\ne"]), "a,\"b,c\",\"say \"\"no\"\"\",\"d\ne\"\n");
     }
 }

@@ -4,12 +4,11 @@ mod csv;
 mod summary;
 mod table;
 
-pub(crate) use csv::row as csv_row;
 pub(crate) use summary::{json, summary_with_social};
 pub(crate) use table::table;
 
-use crate::exit;
 use anyhow::Context;
+use curionav_runtime::exit;
 use curionav_schemas::{CycleReport, OccupancyGrid, Outcome, RunResult};
 use std::fs;
 use std::path::Path;
@@ -36,7 +35,7 @@ pub(crate) fn write(
         ("metrics.json", metrics + "\n"),
         ("trajectory.csv", csv::trajectory(result)),
         ("cycles.csv", csv::cycles(reports)),
-        ("run.svg", crate::picture::run_svg(result, reports, map, goal, robot_radius, goal_tolerance)),
+        ("run.svg", curionav_picture::run_svg(result, reports, map, goal, robot_radius, goal_tolerance)),
     ];
     for (name, content) in files {
         let path = dir.join(name);
@@ -47,7 +46,7 @@ pub(crate) fn write(
 
 /// The exit status of a run that came to an end: success only at the goal and without a collision.
 pub(crate) fn exit_code(result: &RunResult) -> u8 {
-    let success = result.outcome == Outcome::Reached && result.metrics.collisions == 0;
+    let success = result.outcome == Outcome::Reached && result.measures.collisions == 0;
     if success { exit::SUCCESS } else { exit::FAILED }
 }
 
@@ -64,7 +63,7 @@ mod tests {
             assert_eq!(exit_code(&RunResult { outcome, ..reached.clone() }), exit::FAILED);
         }
         let mut bumped = reached;
-        bumped.metrics.collisions = 1;
+        bumped.measures.collisions = 1;
         assert_eq!(exit_code(&bumped), exit::FAILED);
     }
 

@@ -1,6 +1,6 @@
 //! The JSON object of a run, which people script against.
 
-use curionav_schemas::{Cycles, Metrics, Outcome, RunResult};
+use curionav_schemas::{Cycles, Measures, Outcome, RunResult};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ pub(crate) struct Summary<'a> {
     planner: &'a str,
     seed: u64,
     outcome: Outcome,
-    metrics: MetricsObject,
+    metrics: MeasuresObject,
     cycles: &'a Cycles,
     real_time_factor: f64,
     decisions_sha256: &'a str,
@@ -20,9 +20,9 @@ pub(crate) struct Summary<'a> {
     social: Option<&'a BTreeMap<String, f64>>,
 }
 
-/// [`Metrics`] with every key present: `md_m` is null rather than left out.
+/// [`Measures`] with every key present: `md_m` is null rather than left out.
 #[derive(Debug, Serialize)]
-struct MetricsObject {
+struct MeasuresObject {
     rmse_m: f64,
     tcm: f64,
     nm: u32,
@@ -43,7 +43,7 @@ pub(crate) fn summary(result: &RunResult) -> Summary<'_> {
         planner: &result.planner,
         seed: result.seed,
         outcome: result.outcome,
-        metrics: metrics(&result.metrics),
+        metrics: measures(&result.measures),
         cycles: &result.cycles,
         real_time_factor: result.real_time_factor,
         decisions_sha256: &result.decisions_sha256,
@@ -61,8 +61,8 @@ pub(crate) fn json(result: &RunResult) -> serde_json::Result<String> {
     serde_json::to_string(&summary(result))
 }
 
-fn metrics(m: &Metrics) -> MetricsObject {
-    MetricsObject {
+fn measures(m: &Measures) -> MeasuresObject {
+    MeasuresObject {
         rmse_m: m.rmse_m,
         tcm: m.tcm,
         nm: m.nm,
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn a_distance_to_nobody_is_null_and_not_missing() {
         let mut result = golden::run_result();
-        result.metrics.md_m = None;
+        result.measures.md_m = None;
         assert!(json(&result).unwrap().contains("\"md_m\":null"));
     }
 }

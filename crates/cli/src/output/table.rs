@@ -27,8 +27,8 @@ pub(crate) fn table(result: &RunResult) -> String {
 
 /// One line: how it ended, of what.
 fn headline(result: &RunResult) -> String {
-    let RunResult { scenario, planner, seed, metrics, .. } = result;
-    let bumps = match metrics.collisions {
+    let RunResult { scenario, planner, seed, measures, .. } = result;
+    let bumps = match measures.collisions {
         0 => "without collision".to_owned(),
         1 => "with 1 collision".to_owned(),
         many => format!("with {many} collisions"),
@@ -45,7 +45,7 @@ fn outcome(outcome: Outcome) -> &'static str {
 }
 
 fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
-    let m = &result.metrics;
+    let m = &result.measures;
     let c = &result.cycles;
     let digest = result.decisions_sha256.get(..DIGEST_SHOWN).unwrap_or(&result.decisions_sha256);
     let per_cent = |share: f64| format!("{:.1} %", 100.0 * share);
@@ -98,8 +98,8 @@ mod tests {
     #[test]
     fn a_run_among_nobody_says_so() {
         let mut result = golden::run_result();
-        result.metrics.md_m = None;
-        result.metrics.collisions = 2;
+        result.measures.md_m = None;
+        result.measures.collisions = 2;
         let text = table(&result);
         assert!(text.contains("nobody") && text.contains("with 2 collisions"), "{text}");
     }

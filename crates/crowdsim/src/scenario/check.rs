@@ -2,18 +2,19 @@
 
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{Cell, StaticMap};
+use curionav_planning::parameters::FieldError;
 
-use super::{Scenario, ScenarioError, WalkMode, Walker};
+use super::{Scenario, WalkMode, Walker};
 
 impl Scenario {
     /// Whether the scenario fits its map: start and goal clear of walls and connected by a way as wide
     /// as the robot, walkers' routes clear of walls. The first fault names its field and the mend.
-    pub fn check(&self, map: &StaticMap) -> Result<(), ScenarioError> {
+    pub fn check_on(&self, map: &StaticMap) -> Result<(), FieldError> {
         let radius = self.robot.model.radius();
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
         if !connected(map, self.robot.start.position(), self.robot.goal, radius) {
-            return Err(ScenarioError::new(
+            return Err(FieldError::new(
                 "robot.goal",
                 format!("cannot be reached from the start by a robot of radius {radius} m"),
                 "move the goal or the start, or widen the passage between them",
@@ -26,9 +27,9 @@ impl Scenario {
     }
 }
 
-fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<(), ScenarioError> {
+fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<(), FieldError> {
     if map.grid.locate(p).is_none() {
-        return Err(ScenarioError::new(
+        return Err(FieldError::new(
             field,
             format!("({}, {}) lies outside the map", p.x, p.y),
             "give a point inside the map",
@@ -36,7 +37,7 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     }
     let clearance = map.to_obstacle.clearance(&map.grid, p);
     if clearance < radius {
-        return Err(ScenarioError::new(
+        return Err(FieldError::new(
             field,
             format!("({}, {}) is {clearance:.2} m from a wall or unknown space", p.x, p.y),
             format!("keep the robot's radius, {radius} m, clear"),
@@ -77,7 +78,7 @@ fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
     false
 }
 
-fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), ScenarioError> {
+fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), FieldError> {
     let closing = (walker.mode == WalkMode::Loop).then(|| walker.route[0]);
     let corners: Vec<Point2> = walker.route.iter().copied().chain(closing).collect();
     let spacing = 0.5 * map.grid.resolution();
@@ -89,7 +90,7 @@ fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Re
             let p = Point2::new(corner.x + s * (next.x - corner.x), corner.y + s * (next.y - corner.y));
             if map.grid.at(p) != Cell::Free || map.to_obstacle.at(&map.grid, p) < radius {
                 let corner = i.min(walker.route.len() - 1);
-                return Err(ScenarioError::new(
+                return Err(FieldError::new(
                     format!("{field}.route[{corner}]"),
                     format!("the way from here touches a wall or unknown space at ({:.2}, {:.2})", p.x, p.y),
                     format!("keep the people's radius, {radius} m, clear"),
@@ -125,7 +126,7 @@ mod tests {
 
     #[test]
     fn a_fitting_scenario_passes() {
-        scenario("[8, 5]", "[[1, 1], [4, 1]]").check(&two_rooms(20)).unwrap();
+        scenario("[8, 5]", "[[1, 1], [4, 1]]").check_on(&two_rooms(20)).unwrap();
     }
 
     #[test]
@@ -139,7 +140,7 @@ mod tests {
             ("[8, 5]", "[[1, 1], [8, 1]]", 20, "walkers[0].route[0]"),
             ("[8, 5]", "[[1, 1], [1, 4], [8, 1]]", 20, "walkers[0].route[1]"),
         ] {
-            let error = scenario(goal, walker).check(&two_rooms(gap)).unwrap_err();
+            let error = scenario(goal, walker).check_on(&two_rooms(gap)).unwrap_err();
             assert_eq!(error.field, field, "{error}");
         }
     }

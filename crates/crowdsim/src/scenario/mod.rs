@@ -5,101 +5,126 @@
 
 mod arrays;
 mod check;
-mod error;
 mod people;
+mod reference;
 mod validate;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{OdometryNoise, RobotModel};
+use curionav_planning::parameters;
+use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
 use serde::{Deserialize, Serialize};
 
-pub use error::{ScenarioError, field_line};
 pub use people::{
     Motion, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode,
     Walker,
 };
 
-/// One scenario. Positions are in the map frame, metres; headings in radians.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Scenario {
-    /// Short name, unique among the scenarios compared: it labels results.
-    pub name: String,
-    /// What the scenario shows, for people.
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    pub description: String,
-    /// The static map.
-    pub map: MapFile,
-    /// The robot, where it starts and where it shall go.
-    pub robot: RobotSetup,
-    /// The robot's laser, in the simulator as in the localiser and in CPC.
-    #[serde(default)]
-    pub laser: LaserModel,
-    /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
-    #[serde(default)]
-    pub odometry_noise: OdometryNoise,
-    /// Which people the planner is told about.
-    #[serde(default)]
-    pub perception: Perception,
-    /// Tick, planning period and time limit.
-    #[serde(default)]
-    pub clock: Clock,
-    /// What all people have in common.
-    #[serde(default)]
-    pub people: PeopleParams,
-    /// People with routes.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub walkers: Vec<Walker>,
-    /// Recorded pedestrians.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub recorded: Vec<Recorded>,
-    /// The planner to use unless the command line names another.
-    #[serde(default)]
-    pub planner: PlannerChoice,
-    /// Parameters of the localiser that differ from its defaults; checked by the localiser.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub localizer: Option<toml::Table>,
-    /// Parameters of the planner profile that differ from it; checked by the planner.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub profile: Option<toml::Table>,
+parameters! {
+    /// One scenario. Positions are in the map frame, metres; headings in radians.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Scenario {
+        /// Short name, unique among the scenarios compared: it labels results.
+        pub name: String,
+        /// What the scenario shows, for people.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        pub description: String,
+        /// The static map.
+        #[field(table)]
+        pub map: MapFile,
+        /// The robot, where it starts and where it shall go.
+        #[field(table)]
+        pub robot: RobotSetup,
+        /// The robot's laser, in the simulator as in the localiser and in CPC.
+        #[field(table)]
+        #[serde(default)]
+        pub laser: LaserModel,
+        /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
+        #[field(table)]
+        #[serde(default)]
+        pub odometry_noise: OdometryNoise,
+        /// Which people the planner is told about.
+        #[field(table)]
+        #[serde(default)]
+        pub perception: Perception,
+        /// Tick, planning period and time limit.
+        #[field(table)]
+        #[serde(default)]
+        pub clock: Clock,
+        /// What all people have in common.
+        #[field(table)]
+        #[serde(default)]
+        pub people: PeopleParams,
+        /// People with routes.
+        #[field(table; 0.0, 1000.0, "twenty times the densest published scenario")]
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub walkers: Vec<Walker>,
+        /// Recorded pedestrians.
+        #[field(table; 0.0, 16.0, "each is a file that travels with the scenario")]
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub recorded: Vec<Recorded>,
+        /// The planner to use unless the command line names another.
+        #[field(table)]
+        #[serde(default)]
+        pub planner: PlannerChoice,
+        /// Parameters of the localiser that differ from its defaults; checked by the localiser.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub localizer: Option<toml::Table>,
+        /// Parameters of the planner profile that differ from it; checked by the planner.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub profile: Option<toml::Table>,
+    } check Self::has_a_plain_name
 }
 
-/// Where the static map is.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MapFile {
-    /// A `map_server` YAML file, path relative to the scenario file.
-    pub file: String,
+parameters! {
+    /// Where the static map is.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct MapFile {
+        /// A `map_server` YAML file: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a
+        /// dataset.
+        pub file: String,
+    } check Self::names_a_file
 }
 
-/// The robot's task and body.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RobotSetup {
-    /// Nominal start `[x, y, heading]`: what the localiser is told.
-    #[serde(with = "arrays::pose")]
-    pub start: Pose2,
-    /// Goal `[x, y]`.
-    #[serde(with = "arrays::point")]
-    pub goal: Point2,
-    /// Heading wanted at the goal; none means any. A wish to the planner: arrivals are judged by position.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub goal_heading: Option<f64>,
-    /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
-    #[serde(default = "default_goal_tolerance")]
-    pub goal_tolerance: f64,
-    /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
-    /// pi/12 (trace 0.5685).
-    #[serde(default = "default_initial_sigma", deserialize_with = "arrays::three")]
-    pub initial_sigma: [f64; 3],
-    /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
-    /// cut at two standard deviations (D8).
-    #[serde(default = "default_start_noise")]
-    pub start_noise: f64,
-    /// Outline and limits of the base.
-    #[serde(default)]
-    pub model: RobotModel,
+parameters! {
+    /// The robot's task and body.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct RobotSetup {
+        /// Nominal start `[x, y, heading]`: what the localiser is told.
+        #[field([Range::POSITION, Range::POSITION, Range::HEADING])]
+        #[serde(with = "arrays::pose")]
+        pub start: Pose2,
+        /// Goal `[x, y]`.
+        #[field([Range::POSITION])]
+        #[serde(with = "arrays::point")]
+        pub goal: Point2,
+        /// Heading wanted at the goal; none means any. A wish to the planner: arrivals are judged by position.
+        #[field([Range::HEADING])]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub goal_heading: Option<f64>,
+        /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
+        #[field(0.01, 10.0, "m", "no pose is exact, and beyond some metres it is another place")]
+        #[serde(default = "default_goal_tolerance")]
+        pub goal_tolerance: f64,
+        /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
+        /// pi/12 (trace 0.5685).
+        #[field(0.0, 10.0, "m or rad", "a filter spread wider has nothing to start from")]
+        #[serde(default = "default_initial_sigma", deserialize_with = "arrays::three")]
+        pub initial_sigma: [f64; 3],
+        /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
+        /// cut at two standard deviations (D8).
+        #[field(0.0, 2.0, "times initial_sigma", "more than that the localiser is not told the truth")]
+        #[serde(default = "default_start_noise")]
+        pub start_noise: f64,
+        /// Outline and limits of the base.
+        #[field(table)]
+        #[serde(default)]
+        pub model: RobotModel,
+    }
 }
 
 fn default_goal_tolerance() -> f64 {
@@ -114,37 +139,35 @@ fn default_start_noise() -> f64 {
     0.5
 }
 
-/// Simulated time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Clock {
-    /// Length of a simulation tick, seconds. Default 0.1, as in Stage.
-    pub tick_s: f64,
-    /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz. In real time this is
-    /// the most; planning is then at 10 Hz if ticks are that frequent.
-    pub plan_every: u32,
-    /// Simulated seconds after which the run ends as a timeout (A37).
-    pub time_limit_s: f64,
+parameters! {
+    /// Simulated time.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Clock {
+        /// Length of a simulation tick, seconds. Default 0.1, as in Stage.
+        #[field(0.01, 1.0, "s", "no planar laser scans more often, and in a longer tick people pass through each other")]
+        pub tick_s: f64 = 0.1,
+        /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz. In real time this is
+        /// the most; planning is then at 10 Hz if ticks are that frequent.
+        #[field(
+            1.0, 1000.0, "ticks",
+            "there is no planning between ticks, and who plans more rarely does not plan"
+        )]
+        pub plan_every: u32 = 3,
+        /// Simulated seconds after which the run ends as a timeout (A37).
+        #[field(0.01, 864_000.0, "s", "a day of ticks of 0.1 s is the longest run")]
+        pub time_limit_s: f64 = 120.0,
+    } check Self::has_ticks
 }
 
-impl Default for Clock {
-    fn default() -> Self {
-        Self { tick_s: 0.1, plan_every: 3, time_limit_s: 120.0 }
-    }
-}
-
-/// The planner a scenario asks for.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PlannerChoice {
-    /// Name of a planner profile.
-    pub profile: String,
-}
-
-impl Default for PlannerChoice {
-    fn default() -> Self {
-        Self { profile: "curiosity".to_owned() }
-    }
+parameters! {
+    /// The planner a scenario asks for.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct PlannerChoice {
+        /// Name of a planner profile.
+        pub profile: String = "curiosity".to_owned(),
+    } check Self::names_a_profile
 }
 
 impl Scenario {
@@ -152,17 +175,15 @@ impl Scenario {
     pub const MAX_TEXT_BYTES: usize = 4 << 20;
 
     /// Reads and validates a scenario file. Errors name line and field.
-    pub fn from_toml(text: &str) -> Result<Self, ScenarioError> {
+    pub fn from_toml(text: &str) -> Result<Self, FieldError> {
         if text.len() > Self::MAX_TEXT_BYTES {
-            return Err(ScenarioError::new(
+            return Err(FieldError::new(
                 "",
                 format!("the file has {} bytes, more than {}", text.len(), Self::MAX_TEXT_BYTES),
                 "describe fewer walkers",
             ));
         }
-        let scenario: Self = toml::from_str(text).map_err(|e| ScenarioError::from_syntax(&e, text))?;
-        scenario.validate().map_err(|e| e.located_in(text))?;
-        Ok(scenario)
+        read(text)
     }
 
     /// The scenario as a file that [`Self::from_toml`] reads back to the same value.
@@ -238,7 +259,7 @@ weights = { cpc = 2.0 }
         assert_eq!(scenario.robot.model.v_max, 0.8);
         assert_eq!(scenario.robot.model.a_max, RobotModel::default().a_max);
         assert_eq!(scenario.walkers[1].mode, WalkMode::Stand);
-        assert!(scenario.recorded[0].repeat);
+        assert!(scenario.recorded[0].r#loop);
         assert_eq!((scenario.people.motion, scenario.people.hrvo.max_neighbors), (Motion::Hrvo, 8));
         assert_eq!(scenario.people.hrvo.max_speed_factor, 1.3);
         assert_eq!((scenario.people.kind, scenario.people.live_patience_s), (PeopleKind::Live, 4.0));
@@ -304,12 +325,12 @@ weights = { cpc = 2.0 }
     #[test]
     fn a_bad_value_is_refused_with_its_line_and_name() {
         assert_refused("speed = 0.6", "speed = -0.6", "walkers[0].speed");
-        assert_refused("[4.0, 1.0]]", "[nan, 1.0]]", "walkers[0].route[1]");
-        assert_refused("goal = [8.0, 3.0]", "goal = [inf, 3.0]", "robot.goal");
+        assert_refused("[4.0, 1.0]]", "[nan, 1.0]]", "walkers[0].route[1][0]");
+        assert_refused("goal = [8.0, 3.0]", "goal = [inf, 3.0]", "robot.goal[0]");
         assert_refused("v_max = 0.8", "v_max = 0", "robot.model.v_max");
         assert_refused("fps = 25.0", "fps = 0", "recorded[0].fps");
         assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");
-        assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint");
+        assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint.radius");
         assert_refused("name = \"full\"", "name = \"a/b\"", "name");
         assert_refused("live_patience_s = 4.0", "live_patience_s = 0", "people.live_patience_s");
         assert_refused("max_neighbors = 8", "max_neighbors = 0", "people.hrvo.max_neighbors");

@@ -1,31 +1,38 @@
 //! The people of a scenario: scripted walkers, recordings, and who of them the planner is told about.
 
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::parameters;
+use curionav_planning::parameters::Range;
 use serde::{Deserialize, Serialize};
 
 use super::arrays;
 use crate::hrvo::HrvoParams;
 
-/// Which people the planner is told about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Perception {
-    /// See [`PerceivedPeople`].
-    pub people: PerceivedPeople,
+parameters! {
+    /// Which people the planner is told about.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Perception {
+        /// See [`PerceivedPeople`].
+        #[field(words)]
+        pub people: PerceivedPeople,
+    }
 }
 
-/// Which people the planner is told about; always their true positions and velocities (D10, A33).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PerceivedPeople {
-    /// Everybody; the arbiter keeps those inside the Working Zone around its own belief.
-    #[default]
-    All,
-    /// Those within [`Self::WORKING_ZONE_M`] of the robot's true position.
-    WorkingZone,
-    /// Those of whom the laser could see something: within its range and field of view, and with a free
-    /// line of sight past walls and other people.
-    Laser,
+parameters! {
+    /// Which people the planner is told about; always their true positions and velocities (D10, A33).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum PerceivedPeople {
+        /// All people; the arbiter keeps those inside the Working Zone around its own belief.
+        #[default]
+        All,
+        /// Those within [`Self::WORKING_ZONE_M`] of the robot's true position.
+        WorkingZone,
+        /// People of whom the laser could see something: within its range and field of view, and with a free
+        /// line of sight past walls and other people.
+        Laser,
+    }
 }
 
 impl PerceivedPeople {
@@ -33,36 +40,31 @@ impl PerceivedPeople {
     pub const WORKING_ZONE_M: f64 = 9.5;
 }
 
-/// What all people of the scenario have in common.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PeopleParams {
-    /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
-    pub radius: f64,
-    /// Whether somebody else plays further people while the run goes on.
-    #[serde(skip_serializing_if = "PeopleKind::is_scenario")]
-    pub kind: PeopleKind,
-    /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: whoever
-    /// plays a crowd may start after the run, or load a model first.
-    #[serde(skip_serializing_if = "is_default_patience")]
-    pub live_patience_s: f64,
-    /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
-    #[serde(skip_serializing_if = "Motion::is_scripted")]
-    pub motion: Motion,
-    /// Parameters of `motion = "hrvo"`; without effect on scripted people.
-    #[serde(skip_serializing_if = "HrvoParams::is_default")]
-    pub hrvo: HrvoParams,
-}
-
-impl Default for PeopleParams {
-    fn default() -> Self {
-        Self {
-            radius: 0.25,
-            kind: PeopleKind::Scenario,
-            live_patience_s: LIVE_PATIENCE_S,
-            motion: Motion::Scripted,
-            hrvo: HrvoParams::default(),
-        }
+parameters! {
+    /// What all people of the scenario have in common.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct PeopleParams {
+        /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
+        #[field(0.05, 2.0, "m", "a person is neither a cat nor a car")]
+        pub radius: f64 = 0.25,
+        /// Where people come from: the scenario alone, or also from outside while the run goes on.
+        #[field(words)]
+        #[serde(skip_serializing_if = "PeopleKind::is_scenario")]
+        pub kind: PeopleKind = PeopleKind::Scenario,
+        /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: the program that
+        /// plays a crowd may start after the run, or load a model first.
+        #[field(0.1, 600.0, "s", "a run that waits longer is forgotten")]
+        #[serde(skip_serializing_if = "is_default_patience")]
+        pub live_patience_s: f64 = LIVE_PATIENCE_S,
+        /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
+        #[field(words)]
+        #[serde(skip_serializing_if = "Motion::is_scripted")]
+        pub motion: Motion = Motion::Scripted,
+        /// Parameters of `motion = "hrvo"`; without effect on scripted people.
+        #[field(table)]
+        #[serde(skip_serializing_if = "HrvoParams::is_default")]
+        pub hrvo: HrvoParams = HrvoParams::default(),
     }
 }
 
@@ -72,15 +74,17 @@ fn is_default_patience(seconds: &f64) -> bool {
     *seconds == LIVE_PATIENCE_S
 }
 
-/// Where people come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PeopleKind {
-    /// From `[[walkers]]` and `[[recorded]]` alone.
-    #[default]
-    Scenario,
-    /// Also from outside: whatever is published as the people of the world, tick by tick.
-    Live,
+parameters! {
+    /// Where people come from.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum PeopleKind {
+        /// From `[[walkers]]` and `[[recorded]]` alone.
+        #[default]
+        Scenario,
+        /// Also from outside: whatever is published as the people of the world, tick by tick.
+        Live,
+    }
 }
 
 impl PeopleKind {
@@ -89,17 +93,19 @@ impl PeopleKind {
     }
 }
 
-/// How the people of `[[walkers]]` move along their routes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Motion {
-    /// In straight lines at constant speed, through each other; only the robot in the way stops them
-    /// (D11).
-    #[default]
-    Scripted,
-    /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
-    /// velocity obstacles (`docs/methods.md` 10).
-    Hrvo,
+parameters! {
+    /// How the people of `[[walkers]]` move along their routes.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum Motion {
+        /// In straight lines at constant speed, through each other; only the robot in the way stops them
+        /// (D11).
+        #[default]
+        Scripted,
+        /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
+        /// velocity obstacles (`docs/methods.md` 10).
+        Hrvo,
+    }
 }
 
 impl Motion {
@@ -108,81 +114,108 @@ impl Motion {
     }
 }
 
-/// How a walker goes along its route.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum WalkMode {
-    /// To the last point, back to the first, and so on.
-    #[default]
-    BackAndForth,
-    /// To the last point, where it stays.
-    Once,
-    /// Round and round: from the last point straight to the first.
-    Loop,
-    /// Does not move from where `start_offset` puts it.
-    Stand,
+parameters! {
+    /// How a walker goes along its route.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum WalkMode {
+        /// To the last point, back to the first, and so on.
+        #[default]
+        BackAndForth,
+        /// To the last point, where it stays.
+        Once,
+        /// Round and round: from the last point straight to the first.
+        Loop,
+        /// Does not move from where `start_offset` puts it.
+        Stand,
+    }
 }
 
-/// A person with a route. Scripted, it does not react, except that it waits while the robot stands in its
-/// way (D11); see [`Motion`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Walker {
-    /// Corners of the route `[[x, y], ...]`, walked in straight lines; at least two unless it stands.
-    #[serde(with = "arrays::points")]
-    pub route: Vec<Point2>,
-    /// Walking speed, m/s.
-    #[serde(default = "default_speed")]
-    pub speed: f64,
-    /// How the route is walked.
-    #[serde(default)]
-    pub mode: WalkMode,
-    /// Metres along the route at t = 0. For `back-and-forth` up to twice the route's length: the second
-    /// half is the way back. For `loop` up to the length of the closed route.
-    #[serde(default)]
-    pub start_offset: f64,
-    /// Rest at each end of the route, seconds; for `loop` at the first point.
-    #[serde(default)]
-    pub pause_s: f64,
+parameters! {
+    /// A person with a route. Scripted, it does not react, except that it waits while the robot stands in its
+    /// way (D11); see [`Motion`].
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Walker {
+        /// Corners of the route `[[x, y], ...]`, walked in straight lines; at least two unless it stands.
+        #[field(
+            [Range::POSITION];
+            1.0, 1000.0, "one point is enough to stand, and every point is checked against walls"
+        )]
+        #[serde(with = "arrays::points")]
+        pub route: Vec<Point2>,
+        /// Walking speed, m/s.
+        #[field(0.01, 10.0, "m/s", "no person runs faster, and one who does not walk has mode = \"stand\"")]
+        #[serde(default = "default_speed")]
+        pub speed: f64,
+        /// How the route is walked.
+        #[field(words)]
+        #[serde(default)]
+        pub mode: WalkMode,
+        /// Metres along the route at t = 0. For `back-and-forth` up to twice the route's length: the second
+        /// half is the way back. For `loop` up to the length of the closed route.
+        #[field(0.0, 1e6, "m", "it lies on the route")]
+        #[serde(default)]
+        pub start_offset: f64,
+        /// Rest at each end of the route, seconds; for `loop` at the first point.
+        #[field(0.0, 3600.0, "s", "a longer rest outlasts the run")]
+        #[serde(default)]
+        pub pause_s: f64,
+    } check Self::leads_somewhere
 }
 
 fn default_speed() -> f64 {
     0.8
 }
 
-/// How a recording is written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RecordingFormat {
-    /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
-    Obsmat,
-    /// Four columns `frame id x y` (Social-GAN and its descendants).
-    Text,
+parameters! {
+    /// How a recording is written.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    pub enum RecordingFormat {
+        /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
+        Obsmat,
+        /// Four columns `frame id x y` (Social-GAN and its descendants).
+        Text,
+    }
 }
 
-/// Pedestrians that walk as they were recorded. They do not react.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Recorded {
-    /// The recording, path relative to the scenario file.
-    pub file: String,
-    /// How it is written.
-    pub format: RecordingFormat,
-    /// Frames per second: a frame number divided by it is the time in seconds. No default: it differs
-    /// between recordings that look alike.
-    pub fps: f64,
-    /// Time in the recording at t = 0, seconds.
-    #[serde(default)]
-    pub start_s: f64,
-    /// `map_from_recording` as `[x, y, heading]`.
-    #[serde(default, with = "arrays::pose")]
-    pub pose: Pose2,
-    /// Only these people of the recording; none means everybody.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ids: Option<Vec<u32>>,
-    /// Begin again with the first frame after the last.
-    #[serde(default, rename = "loop")]
-    pub repeat: bool,
+parameters! {
+    /// Pedestrians that walk as they were recorded. They do not react.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub struct Recorded {
+        /// The recording: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a dataset.
+        pub file: String,
+        /// How it is written.
+        #[field(words)]
+        pub format: RecordingFormat,
+        /// Frames per second: a frame number divided by it is the time in seconds. No default: it differs
+        /// between recordings that look alike.
+        #[field(
+            0.1, 1000.0, "1/s",
+            "recordings of people have between one and some hundred frames per second"
+        )]
+        pub fps: f64,
+        /// Time in the recording at t = 0, seconds.
+        #[field(0.0, 1e6, "s", "eleven days are longer than any recording")]
+        #[serde(default)]
+        pub start_s: f64,
+        /// `map_from_recording` as `[x, y, heading]`.
+        #[field([Range::POSITION, Range::POSITION, Range::HEADING])]
+        #[serde(default, with = "arrays::pose")]
+        pub pose: Pose2,
+        /// Only these people of the recording; none means all of them.
+        #[field(
+            0.0, 4_294_967_295.0, "",
+            "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"
+        )]
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub ids: Option<Vec<u32>>,
+        /// Begin again with the first frame after the last.
+        #[serde(default)]
+        pub r#loop: bool,
+    } check Self::names_a_file
 }
 
 impl Walker {

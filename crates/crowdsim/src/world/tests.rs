@@ -1,10 +1,9 @@
 //! Properties of whole runs.
 
-use curionav_planning::occupancy::OccupancyGrid;
+use curionav_planning::occupancy::{MapYaml, OccupancyGrid, load_map};
 use curionav_planning::random::uniform;
 
 use super::*;
-use crate::paper::{SEED, environment};
 use crate::scenario::{Motion, PerceivedPeople, RecordingFormat, WalkMode, Walker};
 use crate::walkers::WAITING_MARGIN;
 
@@ -227,10 +226,14 @@ fn people_who_avoid_see_the_robot_and_those_who_do_not() {
 
 #[test]
 fn all_people_of_the_published_scene_keep_walking_when_they_avoid() {
-    let scene = environment(4, "s2", SEED).unwrap();
-    let mut s = scene.scenario;
+    let file = |name: &str| {
+        std::fs::read(format!("{}/../../scenarios/paper/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+    };
+    let text = |name: &str| String::from_utf8(file(name)).unwrap();
+    let mut s = Scenario::from_toml(&text("env4-s2.toml")).unwrap();
     s.people.motion = Motion::Hrvo;
-    let map = scene.map;
+    let yaml = MapYaml::parse(&text("maps/env4-s2.yaml")).unwrap();
+    let map = StaticMap::new(load_map(&yaml, &file("maps/env4-s2.pgm")).unwrap());
     let mut world = World::new(&s, map, Vec::new(), 1000).unwrap();
     let start = world.people().clone();
     let mut walked = vec![0.0; start.len()];

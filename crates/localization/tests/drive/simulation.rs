@@ -1,14 +1,13 @@
 //! A simulated robot on a grid map, for these tests only: ray caster, plant, odometry, path follower.
 
-use std::path::PathBuf;
-
 use curionav_localization::{Estimate, Localizer, Scan};
 use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
 use curionav_planning::motion::{OdometryNoise, step};
 use curionav_planning::numerics::sin_cos;
-use curionav_planning::occupancy::{Cell, OccupancyGrid, StaticMap};
+use curionav_planning::occupancy::{Cell, MapYaml, OccupancyGrid, StaticMap, load_map};
 use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::sensor::LaserModel;
+use curionav_testing::reference_data;
 
 /// 0.2 m standard deviation per 10 m, 5 degrees per full turn, little drift of heading on the straight.
 pub(crate) const NOISE: OdometryNoise = OdometryNoise {
@@ -20,46 +19,13 @@ pub(crate) const NOISE: OdometryNoise = OdometryNoise {
 
 pub(crate) const DT: f64 = 0.1;
 
-/// The real map, if the data set is there.
+/// The real map, if the dataset is there.
+#[track_caller]
 pub(crate) fn real_map() -> Option<StaticMap> {
-    let data = std::env::var("CURIONAV_DATA").map_or_else(
-        |_| PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")),
-        PathBuf::from,
-    );
-    let file = data.join("maps_real_slam/avz3floor_complete.pgm");
-    let Ok(bytes) = std::fs::read(&file) else {
-        println!("skipped: no map at {}", file.display());
-        return None;
-    };
-    // origin and resolution as in the yaml beside it
-    Some(StaticMap::new(load_pgm(&bytes, 0.05, Pose2::new(-66.0, -12.5, 0.0))))
-}
-
-/// P5 with comments; the first row is the top one. Thresholds 0.65 and 0.196 on (255 - v) / 255.
-fn load_pgm(bytes: &[u8], resolution: f64, origin: Pose2) -> OccupancyGrid {
-    let mut at = 0;
-    let mut words = Vec::new();
-    while words.len() < 4 {
-        if bytes[at] == b'#' {
-            at += bytes[at..].iter().position(|&b| b == b'\n').unwrap();
-        } else if bytes[at].is_ascii_whitespace() {
-            at += 1;
-        } else {
-            let end = at + bytes[at..].iter().position(u8::is_ascii_whitespace).unwrap();
-            words.push(std::str::from_utf8(&bytes[at..end]).unwrap().to_owned());
-            at = end;
-        }
-    }
-    assert_eq!(words[0], "P5");
-    let (width, height): (usize, usize) = (words[1].parse().unwrap(), words[2].parse().unwrap());
-    let pixels = &bytes[at + 1..at + 1 + width * height];
-    let value = |v: u8| match f64::from(255 - v) / 255.0 {
-        o if o > 0.65 => 100,
-        o if o < 0.196 => 0,
-        _ => -1,
-    };
-    let cells = pixels.chunks_exact(width).rev().flatten().map(|&v| value(v)).collect();
-    OccupancyGrid::new(width, height, resolution, origin, cells).unwrap()
+    let path = reference_data("maps_real_slam/avz3floor_complete.yaml")?;
+    let yaml = MapYaml::parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let image = std::fs::read(path.with_file_name(&yaml.image)).unwrap();
+    Some(StaticMap::new(load_map(&yaml, &image).unwrap()))
 }
 
 /// A hall of `width` x `height` metres at 0.05 m with solid walls and the given solid boxes

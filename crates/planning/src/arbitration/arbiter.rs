@@ -1,8 +1,7 @@
 //! Taking the best candidate that can be driven, or saying why none can.
 
 use crate::arbitration::{
-    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, Trajectory,
-    total_costs,
+    Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, total_costs,
 };
 use crate::candidates::CandidateSet;
 use crate::collision::{Collision, CollisionChecker};
@@ -11,6 +10,7 @@ use crate::motion::RobotModel;
 use crate::occupancy::StaticMap;
 use crate::profile::Profile;
 use crate::scene::Scene;
+use crate::trajectory::Trajectory;
 
 /// What a decision depends on besides the candidates, their scores and the previous decision.
 #[derive(Debug, Clone, Copy)]
@@ -55,7 +55,8 @@ pub fn arbitrate(
     let Context { profile, scene, map, robot, .. } = *context;
     let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
     decide(context, candidates, scores, previous, &|trajectory| {
-        checker.first_collision(trajectory.x(), trajectory.y(), trajectory.heading(), trajectory.dt())
+        let states = trajectory.states();
+        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
     })
 }
 
@@ -79,7 +80,7 @@ fn decide(
     let order = preference(context, candidates, &totals, &rejected, previous);
     let mut chosen = None;
     for &Contender { index, slow, .. } in &order {
-        let trajectory = Trajectory::of(candidates, index);
+        let trajectory = Trajectory::of(candidates, index, scene.belief.motion());
         match first_collision(&trajectory) {
             Some(collision) => rejected[index] = Some(Rejection::Collides(collision)),
             None => {
@@ -200,7 +201,7 @@ fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bo
 
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {
     let states = candidates.range(index);
-    let pairs = states.zip(tail.x().iter().zip(tail.y()));
+    let pairs = states.zip(tail.states().x.iter().zip(&tail.states().y));
     let distances = pairs.map(|(at, (&x, &y))| {
         Point2::new(candidates.x()[at], candidates.y()[at]).distance(Point2::new(x, y))
     });
@@ -254,12 +255,13 @@ fn valid_tail(context: &Context<'_>, previous: &Previous) -> Result<Trajectory, 
     if !(elapsed >= 0.0 && elapsed < previous.valid_for - 1e-6) {
         return Err(PreviousState::Expired);
     }
-    let Some((expected, _)) = previous.trajectory.at(elapsed) else { return Err(PreviousState::Absent) };
-    let metres = expected.position().distance(context.scene.belief.pose.position());
+    let belief = &context.scene.belief;
+    let (expected, _) = previous.trajectory.at(elapsed);
+    let metres = expected.position().distance(belief.pose.position());
     if metres > context.profile.hold.max_deviation {
         return Err(PreviousState::Strayed { metres });
     }
-    Ok(previous.trajectory.tail(elapsed))
+    Ok(previous.trajectory.tail(elapsed, belief.motion()))
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use crate::arbitration::Trajectory;
 use crate::collision::{Collision, Obstacle};
+use crate::trajectory::Trajectory;
 
 /// What the robot is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

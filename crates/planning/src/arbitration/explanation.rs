@@ -6,9 +6,11 @@
 use std::cell::RefCell;
 
 use crate::arbitration::arbiter::{CollisionCheck, Contender, contenders};
-use crate::arbitration::{Context, Previous, Rejection, Totals, Trajectory, Verdict};
+use crate::arbitration::{Context, Previous, Rejection, Totals, Verdict};
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
+use crate::geometry::{Pose2, Twist};
+use crate::trajectory::Trajectory;
 
 /// A verdict seen from outside. Indices are those of the batch; all is empty if no candidate was followed, for then
 /// no weights would have led to one.
@@ -48,7 +50,8 @@ pub fn explain(
     let Context { profile, scene, map, robot, .. } = *context;
     let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
     explain_by(context, candidates, verdict, previous, &|trajectory| {
-        checker.first_collision(trajectory.x(), trajectory.y(), trajectory.heading(), trajectory.dt())
+        let states = trajectory.states();
+        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
     })
 }
 
@@ -66,6 +69,7 @@ pub(super) fn explain_by(
         contenders: contenders(context, candidates, &may_compete(verdict), previous),
         free: RefCell::new(verdict.rejected.iter().map(known).collect()),
         first_collision,
+        start: context.scene.belief.motion(),
     };
     field.free.borrow_mut()[chosen] = Some(true);
     let runner_up = field.best(&totals.total, Some(chosen));
@@ -93,6 +97,7 @@ struct Field<'a> {
     contenders: Vec<Contender>,
     free: RefCell<Vec<Option<bool>>>,
     first_collision: &'a CollisionCheck<'a>,
+    start: (Pose2, Twist),
 }
 
 impl Field<'_> {
@@ -121,8 +126,9 @@ impl Field<'_> {
             })?;
             let (index, is_free) = (best.index, free[best.index]);
             drop(free);
-            let is_free = is_free
-                .unwrap_or_else(|| (self.first_collision)(&Trajectory::of(self.candidates, index)).is_none());
+            let is_free = is_free.unwrap_or_else(|| {
+                (self.first_collision)(&Trajectory::of(self.candidates, index, self.start)).is_none()
+            });
             self.free.borrow_mut()[index] = Some(is_free);
             if is_free {
                 return Some(index);

@@ -11,7 +11,6 @@ mod decision;
 mod explanation;
 mod observer;
 mod scores;
-mod trajectory;
 
 pub use arbiter::{Context, Verdict, arbitrate};
 pub use cost::{TermCosts, Totals, total_costs};
@@ -19,4 +18,3 @@ pub use decision::{Action, Decision, Lack, Previous, PreviousState, Reason, Reje
 pub use explanation::{Explanation, TermInfluence, explain};
 pub use observer::Observer;
 pub use scores::{ScoreError, Scores};
-pub use trajectory::Trajectory;

@@ -70,15 +70,7 @@ impl Observer {
             .collect();
         order.sort_by_key(|&i| people.id[i]);
         order.dedup_by_key(|i| people.id[*i]);
-        let pick = |values: &[f64]| order.iter().map(|&i| values[i]).collect();
-        People {
-            id: order.iter().map(|&i| people.id[i]).collect(),
-            x: pick(&people.x),
-            y: pick(&people.y),
-            vx: pick(&people.vx),
-            vy: pick(&people.vy),
-            radius: people.radius,
-        }
+        people.pick(order)
     }
 }
 

@@ -2,27 +2,31 @@
 
 use std::sync::Arc;
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
 use crate::evaluation::{Evaluator, Stopped};
 use crate::geometry::Point2;
-use crate::occupancy::{GeodesicField, OccupancyGrid};
+use crate::occupancy::GeodesicField;
 use crate::scene::Scene;
 
 /// What a state costs from which the goal cannot be reached, metres: more than any way through a map of
 /// the largest size allowed, so that one such state outweighs every state that has a way.
 pub const UNREACHABLE: f64 = 100_000.0;
 
-/// Which distance `D` is (A11).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum DistanceMeasure {
-    /// The shortest way around obstacles: no dead ends.
-    #[default]
-    Geodesic,
-    /// As the crow flies.
-    Euclid,
+parameters! {
+    /// Which distance `D` is (A11).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    #[non_exhaustive]
+    pub enum DistanceMeasure {
+        /// The shortest way around obstacles: no dead ends.
+        #[default]
+        Geodesic,
+        /// As the crow flies.
+        Euclid,
+    }
 }
 
 /// Metric `distance`: distance to the goal summed over the states, metres.
@@ -33,14 +37,14 @@ pub struct DistanceEvaluator {
 
 #[derive(Debug, Clone)]
 enum ToGoal {
-    Geodesic { grid: Arc<OccupancyGrid>, field: Arc<GeodesicField> },
+    Geodesic { field: Arc<GeodesicField> },
     Euclid { goal: Point2 },
 }
 
 impl DistanceEvaluator {
-    /// Geodesic distance to the goal of `field`, which was computed on `grid`.
-    pub fn new(grid: Arc<OccupancyGrid>, field: Arc<GeodesicField>) -> Self {
-        Self { to_goal: ToGoal::Geodesic { grid, field } }
+    /// Geodesic distance to the goal of `field`.
+    pub fn new(field: Arc<GeodesicField>) -> Self {
+        Self { to_goal: ToGoal::Geodesic { field } }
     }
 
     /// Straight distance to `goal`, which needs no map.
@@ -60,7 +64,7 @@ impl DistanceEvaluator {
     #[inline]
     fn at(&self, p: Point2) -> f64 {
         let distance = match &self.to_goal {
-            ToGoal::Geodesic { grid, field } => field.at(grid, p),
+            ToGoal::Geodesic { field } => field.at(p),
             ToGoal::Euclid { goal } => p.distance(*goal),
         };
         if distance < UNREACHABLE { distance } else { UNREACHABLE }
@@ -95,8 +99,9 @@ impl Evaluator for DistanceEvaluator {
 mod tests {
     use super::*;
     use crate::geometry::{Pose2, Twist};
-    use crate::occupancy::DistanceField;
+    use crate::occupancy::{OccupancyGrid, StaticMap};
     use crate::scene::{Belief, People};
+    use crate::states::States;
 
     fn scene() -> Scene {
         let belief = Belief {
@@ -109,27 +114,17 @@ mod tests {
 
     fn points(of: &[[(f64, f64); 2]]) -> CandidateSet {
         let flat: Vec<(f64, f64)> = of.iter().flatten().copied().collect();
-        let zero = vec![0.0; flat.len()];
-        CandidateSet::new(
-            2,
-            0.3,
-            (0..of.len() as u32).collect(),
-            flat.iter().map(|p| p.0).collect(),
-            flat.iter().map(|p| p.1).collect(),
-            zero.clone(),
-            zero.clone(),
-            zero,
-        )
-        .unwrap()
+        let mut states = States::default();
+        flat.iter().for_each(|&(x, y)| states.push(Pose2::new(x, y, 0.0), Twist::default()));
+        CandidateSet::new(2, 0.3, (0..of.len() as u32).collect(), states).unwrap()
     }
 
     /// 10 m x 10 m with a wall at x = 5 from y = 0 to y = 8; goal at (2, 2).
     fn walled() -> DistanceEvaluator {
         let cells = (0..10_000).map(|i| if i % 100 == 50 && i / 100 < 80 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap();
-        let clearance = DistanceField::to_obstacle(&grid);
-        let field = GeodesicField::new(&grid, &clearance, Point2::new(2.0, 2.0), 0.3);
-        DistanceEvaluator::new(Arc::new(grid), Arc::new(field))
+        let field = GeodesicField::new(&StaticMap::new(grid), Point2::new(2.0, 2.0), 0.3);
+        DistanceEvaluator::new(Arc::new(field))
     }
 
     #[test]

@@ -121,18 +121,10 @@ pub(crate) fn brute_force_circle(points: &[Point2]) -> Circle {
 
 #[cfg(test)]
 mod tests {
+    use curionav_testing::reference_data;
+
     use super::*;
     use crate::random::{rng, uniform};
-
-    fn reference_file(name: &str) -> Option<String> {
-        let data = std::env::var("CURIONAV_DATA")
-            .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").to_owned());
-        let text = std::fs::read_to_string(format!("{data}/ref_enclosing_circle/{name}")).ok();
-        if text.is_none() {
-            println!("skipped: {name} not found (set CURIONAV_DATA to the folder of reference data)");
-        }
-        text
-    }
 
     #[test]
     fn equals_brute_force_on_random_and_on_nasty_sets() {
@@ -178,30 +170,50 @@ mod tests {
         assert_eq!(smallest_enclosing_circle(&[a, b]), Some(middle));
     }
 
+    /// Answers from the unit tests of 123jimin/ckp (BOJ problems 2389 and 21182) and of G. van Tulder's smallestCircle.
     #[test]
     fn published_cases_come_out_as_published() {
-        let Some(text) = reference_file("sec_known_cases.json") else { return };
-        let cases: serde_json::Value = serde_json::from_str(&text).unwrap();
-        let number = |v: &serde_json::Value| v.as_f64().unwrap();
-        let point = |v: &serde_json::Value| Point2::new(number(&v[0]), number(&v[1]));
-        let cases = cases.as_array().unwrap();
-        assert_eq!(cases.len(), 10);
-        for case in cases {
-            let points: Vec<Point2> = case["points"].as_array().unwrap().iter().map(point).collect();
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let contest = [
+            (435.249, -539.356),
+            (455.823, -539.257),
+            (423.394, -538.858),
+            (446.507, -539.37),
+            (434.266, -560.631),
+            (445.059, -537.501),
+            (449.65, -513.778),
+            (456.05, -561.329),
+        ];
+        type Case<'a> = (&'a [(f64, f64)], f64, Option<(f64, f64)>);
+        let cases: [Case<'_>; 10] = [
+            (&[(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)], std::f64::consts::SQRT_2, Some((2.0, 2.0))),
+            (&[(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)], 1.0, None),
+            (&[(1.0, 1.4), (-1.0, -1.4), (0.0, -0.2)], 1.720_465_053_408_525_3, None),
+            (&[(0.0, 1.4), (0.0, -1.4), (1.0, -0.2)], 1.4, None),
+            (&contest, 24.999_914_659_9, None),
+            (&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], half, Some((0.5, 0.5))),
+            (&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.2, 0.5)], half, Some((0.5, 0.5))),
+            (&[(-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0)], 1.0, Some((0.0, 0.0))),
+            (&[(-1.0, 2.0)], 0.0, Some((-1.0, 2.0))),
+            (&[(-1.0, 2.0), (0.0, 2.0)], 0.5, Some((-0.5, 2.0))),
+        ];
+        for (points, radius, centre) in cases {
+            let points: Vec<Point2> = points.iter().map(|&(x, y)| Point2::new(x, y)).collect();
             let circle = smallest_enclosing_circle(&points).unwrap();
             // answers are printed with as few as twelve digits
-            let radius = number(&case["radius"]);
-            assert!((circle.radius - radius).abs() <= 1e-11 * radius, "{case}: {circle:?}");
-            if !case["center"].is_null() {
-                assert!(circle.centre.distance(point(&case["center"])) < 1e-9, "{case}: {circle:?}");
+            assert!((circle.radius - radius).abs() <= 1e-11 * radius, "{points:?}: {circle:?}");
+            if let Some((x, y)) = centre {
+                assert!(circle.centre.distance(Point2::new(x, y)) < 1e-9, "{points:?}: {circle:?}");
             }
         }
     }
 
     #[test]
     fn thousands_of_cocircular_points_do_not_confuse_it() {
-        let Some(text) = reference_file("cocircular_points_small_radius_2.data") else { return };
-        let points: Vec<Point2> = text
+        let file = "ref_enclosing_circle/cocircular_points_small_radius_2.data";
+        let Some(path) = reference_data(file) else { return };
+        let points: Vec<Point2> = std::fs::read_to_string(path)
+            .unwrap()
             .lines()
             .skip(1)
             .filter(|line| !line.starts_with("//") && !line.trim().is_empty())

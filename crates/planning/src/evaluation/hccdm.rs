@@ -5,114 +5,92 @@
 //! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
 //! and a component ends at [`CUT_SIGMAS`].
 
+use crate::parameters;
+use crate::parameters::{FieldError, Ranged};
 use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
-use crate::evaluation::hccdm_lanes::{Lanes, State};
+use crate::evaluation::hccdm_simd::{Lanes, State};
 use crate::evaluation::{Evaluator, Stopped};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::scene::{People, Scene};
 
-/// A component is exactly zero farther from its mean than this many standard deviations: there it has
-/// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time.
-pub const CUT_SIGMAS: f64 = 4.0;
+pub use crate::evaluation::hccdm_simd::CUT_SIGMAS;
 
-/// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Covariance {
-    /// As printed: the number is the variance, Sigma_g = sigma_g I.
-    #[default]
-    Literal,
-    /// By its dimension: the number is the standard deviation, Sigma_g = sigma_g^2 I.
-    Squared,
-}
-
-/// The weight p_g of a component of eps_g people (eq. 18, A14).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Weighting {
-    /// p_g = eps_g: the map is smoothed people per square metre, whoever else is around (D1).
-    #[default]
-    People,
-    /// p_g = eps_g / sum of eps: the map is a probability density over the plane.
-    Share,
-}
-
-/// Where a component is at the time of a candidate's state (A19).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ComponentMotion {
-    /// It moves with the mean velocity of its people and widens by the forecast's variance (D2).
-    #[default]
-    Moving,
-    /// It stays where its people are now, as in the paper.
-    Frozen,
-}
-
-/// Parameters of the map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct HccdmParams {
-    /// D_pd of eq. 17, metres, positive: the comfortable distance of the paper's reference 17 (A16).
-    pub personal_distance: f64,
-    /// Two people nearer than this stand together, metres, not negative: the far edge of Hall's close
-    /// social phase (A17). 3.6 m joins nearly everybody in dense scenes, 1.2 m hardly anybody.
-    pub social_distance: f64,
-    /// What sigma_g means.
-    pub covariance: Covariance,
-    /// What p_g is.
-    pub weighting: Weighting,
-    /// Whether components move.
-    pub motion: ComponentMotion,
-    /// How moving components widen.
-    pub forecast: ForecastParams,
-}
-
-impl Default for HccdmParams {
-    fn default() -> Self {
-        Self {
-            personal_distance: 1.5,
-            social_distance: 2.1,
-            covariance: Covariance::Literal,
-            weighting: Weighting::People,
-            motion: ComponentMotion::Moving,
-            forecast: ForecastParams::default(),
-        }
+parameters! {
+    /// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    #[non_exhaustive]
+    pub enum Covariance {
+        /// As printed: the number is the variance, Sigma_g = sigma_g I.
+        #[default]
+        Literal,
+        /// By its dimension: the number is the standard deviation, Sigma_g = sigma_g^2 I.
+        Squared,
     }
 }
 
-/// A parameter outside its range.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{field} must be a finite number, {range}; found {found}")]
-pub struct HccdmParamsError {
-    field: &'static str,
-    range: &'static str,
-    found: f64,
+parameters! {
+    /// The weight p_g of a component of eps_g people (eq. 18, A14).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    #[non_exhaustive]
+    pub enum Weighting {
+        /// p_g = eps_g: the map is smoothed people per square metre, however many others are around (D1).
+        #[default]
+        People,
+        /// p_g = eps_g / sum of eps: the map is a probability density over the plane.
+        Share,
+    }
 }
 
-impl HccdmParams {
-    /// Checks every number once.
-    pub fn check(&self) -> Result<(), HccdmParamsError> {
-        let not_negative = [
-            ("social_distance", self.social_distance),
-            ("forecast.sigma_position", self.forecast.sigma_position),
-            ("forecast.sigma_velocity", self.forecast.sigma_velocity),
-        ];
-        let range = "greater than 0";
-        let found = self.personal_distance;
-        if !(found.is_finite() && found > 0.0) {
-            return Err(HccdmParamsError { field: "personal_distance", range, found });
-        }
-        for (field, found) in not_negative {
-            if !(found.is_finite() && found >= 0.0) {
-                return Err(HccdmParamsError { field, range: "not negative", found });
-            }
-        }
-        Ok(())
+parameters! {
+    /// Where a component is at the time of a candidate's state (A19).
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    #[non_exhaustive]
+    pub enum ComponentMotion {
+        /// It moves with the mean velocity of its people and widens by the forecast's variance (D2).
+        #[default]
+        Moving,
+        /// It stays where its people are now, as in the paper.
+        Frozen,
+    }
+}
+
+parameters! {
+    /// Parameters of the map.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct HccdmParams {
+        /// D_pd of eq. 17, metres, positive: the comfortable distance of the paper's reference 17 (A16).
+        #[field(
+            0.01, 10.0, "m",
+            "the spread of a lone person's zone follows from it and must not vanish; Hall's public space \
+             begins nearer"
+        )]
+        pub personal_distance: f64 = 1.5,
+        /// Two people nearer than this stand together, metres, not negative: the far edge of Hall's close
+        /// social phase (A17). 3.6 m joins nearly all people in dense scenes, 1.2 m hardly any.
+        #[field(0.0, 100.0, "m", "people farther apart do not stand together")]
+        pub social_distance: f64 = 2.1,
+        /// What sigma_g means.
+        #[field(words)]
+        pub covariance: Covariance = Covariance::Literal,
+        /// What p_g is.
+        #[field(words)]
+        pub weighting: Weighting = Weighting::People,
+        /// Whether components move.
+        #[field(words)]
+        pub motion: ComponentMotion = ComponentMotion::Moving,
+        /// How moving components widen.
+        #[field(table)]
+        pub forecast: ForecastParams = ForecastParams::default(),
     }
 }
 
@@ -222,7 +200,7 @@ pub struct HccdmEvaluator {
 
 impl HccdmEvaluator {
     /// An evaluator with these parameters, if they are in range.
-    pub fn new(params: HccdmParams) -> Result<Self, HccdmParamsError> {
+    pub fn new(params: HccdmParams) -> Result<Self, FieldError> {
         params.check()?;
         Ok(Self { params })
     }

@@ -4,6 +4,7 @@ use crate::evaluation::enclosing_circle::brute_force_circle;
 use crate::geometry::{Pose2, Twist};
 use crate::random::{Rng, rng, uniform};
 use crate::scene::Belief;
+use crate::states::States;
 use nalgebra::Matrix3;
 
 fn between(r: &mut Rng, low: f64, high: f64) -> f64 {
@@ -42,16 +43,15 @@ fn random_params(r: &mut Rng) -> HccdmParams {
 
 /// Straight, evenly driven trajectories from random starts: arrays `[candidate, step]`.
 fn random_candidates(r: &mut Rng, count: usize, steps: usize, dt: f64, side: f64) -> CandidateSet {
-    let (mut x, mut y) = (Vec::new(), Vec::new());
+    let mut states = States::default();
     for _ in 0..count {
         let (x0, y0) = (between(r, 0.0, side), between(r, 0.0, side));
         let (vx, vy) = (between(r, -1.0, 1.0), between(r, -1.0, 1.0));
-        x.extend((0..steps).map(|k| x0 + vx * time_of(k, dt)));
-        y.extend((0..steps).map(|k| y0 + vy * time_of(k, dt)));
+        for t in (0..steps).map(|k| time_of(k, dt)) {
+            states.push(Pose2::new(x0 + vx * t, y0 + vy * t, 0.0), Twist::default());
+        }
     }
-    let zeros = vec![0.0; count * steps];
-    let id = (0..count as u32).collect();
-    CandidateSet::new(steps, dt, id, x, y, zeros.clone(), zeros.clone(), zeros).unwrap()
+    CandidateSet::new(steps, dt, (0..count as u32).collect(), states).unwrap()
 }
 
 fn scene(people: People) -> Scene {
@@ -277,7 +277,7 @@ fn nobody_costs_nothing_and_a_spent_budget_gives_no_half_answer() {
 fn a_parameter_out_of_range_is_named() {
     let params = HccdmParams { personal_distance: 0.0, ..HccdmParams::default() };
     let message = HccdmEvaluator::new(params).unwrap_err().to_string();
-    assert_eq!(message, "personal_distance must be a finite number, greater than 0; found 0");
+    assert!(message.starts_with("personal_distance: is 0; give 0.01 to 10 m: "), "{message}");
     let params = HccdmParams { social_distance: f64::NAN, ..HccdmParams::default() };
     assert!(HccdmEvaluator::new(params).unwrap_err().to_string().starts_with("social_distance"));
 }

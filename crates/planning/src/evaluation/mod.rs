@@ -9,7 +9,7 @@ pub mod crowd_cluster;
 pub mod distance;
 pub mod enclosing_circle;
 pub mod hccdm;
-mod hccdm_lanes;
+mod hccdm_simd;
 pub mod risk;
 
 use crate::candidates::CandidateSet;

@@ -83,6 +83,7 @@ mod tests {
     use crate::geometry::Twist;
     use crate::occupancy::OccupancyGrid;
     use crate::scene::{Belief, People};
+    use crate::states::States;
 
     fn scene(people: People) -> Scene {
         let belief = Belief {
@@ -107,12 +108,11 @@ mod tests {
 
     /// Straight ways of `steps` states, 0.3 m each, headed along x from (2, y).
     fn ways(steps: usize, ys: &[f64]) -> CandidateSet {
-        let all: Vec<(f64, f64)> =
-            ys.iter().flat_map(|&y| (1..=steps).map(move |k| (2.0 + 0.3 * k as f64, y))).collect();
-        let zero = vec![0.0; all.len()];
-        let (x, y) = (all.iter().map(|p| p.0).collect(), all.iter().map(|p| p.1).collect());
-        let id = (0..ys.len() as u32).collect();
-        CandidateSet::new(steps, 0.3, id, x, y, zero.clone(), zero.clone(), zero).unwrap()
+        let mut states = States::default();
+        for &y in ys {
+            (1..=steps).for_each(|k| states.push(Pose2::new(2.0 + 0.3 * k as f64, y, 0.0), Twist::default()));
+        }
+        CandidateSet::new(steps, 0.3, (0..ys.len() as u32).collect(), states).unwrap()
     }
 
     fn costs(people: People, set: &CandidateSet) -> Vec<f64> {

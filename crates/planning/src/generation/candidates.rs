@@ -2,78 +2,18 @@
 
 use std::collections::BTreeSet;
 
-use serde::{Deserialize, Serialize};
-
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
-use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
+use crate::generation::candidate_params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
+use crate::generation::{GenerationInput, GenerationParams};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
 use crate::numerics::sin_cos;
-
-/// Parameters of candidates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CandidateParams {
-    /// States per candidate, K (A26): with `dt` the horizon. Skipped, as are `dt` and `slow`: a profile
-    /// says them once for everybody.
-    #[serde(skip)]
-    pub steps: u32,
-    /// Seconds between states (A26).
-    #[serde(skip)]
-    pub dt: f64,
-    /// Cruising speeds each path is timed with, as fractions of the greatest.
-    pub profiles: Vec<f64>,
-    /// Cruising speed tried when too few candidates are free otherwise.
-    pub creep: f64,
-    /// Most candidates, I (A24).
-    pub max_candidates: u32,
-    /// With fewer free candidates than this, straight ways in all directions and creeping are tried too.
-    pub min_candidates: u32,
-    /// Most branches of the tree that are timed.
-    pub max_branches: u32,
-    /// Candidates slower than this on average compete only if no faster one is free, m/s (D4). Meant at
-    /// cruising speed: from lower speeds it shrinks as the fastest mean that acceleration allows does.
-    #[serde(skip)]
-    pub slow: f64,
-    /// The goal is reached within this distance, metres: whoever stops there is not slow.
-    pub goal_tolerance: f64,
-    /// Time at which candidates have to differ, seconds.
-    pub differ_by: f64,
-    /// Cell side that tells positions at that time apart, metres.
-    pub near_cell: f64,
-    /// Angle that tells headings at that time apart, radians: from rest, little else differs by then.
-    pub near_angle: f64,
-    /// Cell side that tells final positions apart, metres.
-    pub end_cell: f64,
-    /// From this angle between heading and way on, turning on the spot first is offered, radians.
-    pub turn_from: f64,
-}
-
-impl Default for CandidateParams {
-    fn default() -> Self {
-        Self {
-            steps: 13,
-            dt: 0.3,
-            profiles: vec![1.0, 0.7, 0.45],
-            creep: 0.2,
-            max_candidates: 100,
-            min_candidates: 20,
-            max_branches: 72,
-            slow: 0.35,
-            goal_tolerance: 0.5,
-            differ_by: 2.0,
-            near_cell: 0.1,
-            near_angle: 0.2,
-            end_cell: 0.3,
-            turn_from: std::f64::consts::FRAC_PI_3,
-        }
-    }
-}
+use crate::states::States;
 
 /// Directions of the straight ways tried when little else is free.
 const FAN: u32 = 24;
@@ -97,7 +37,7 @@ struct Proposal {
 
 /// A timed path that is free.
 struct Free {
-    rollout: Rollout,
+    states: States,
     pinned: bool,
     slow: bool,
     /// Whether it can still be stopped short of people who stop walking.
@@ -114,15 +54,17 @@ struct Free {
 /// The candidates of this cycle: the continuation of `input.previous`, the shortest way to the goal and the
 /// branches of `tree`, each at several speeds, without what collides, at most `max_candidates`, spread
 /// over where they are at `differ_by` seconds and where they end. `way` is the shortest way to the goal.
+/// Once told to stop, it still offers the first of these and the arcs, a few dozen rollouts, and no branches.
 pub fn find_candidates(
     input: &GenerationInput<'_>,
     tree: &Tree,
     way: &[Point2],
     checker: &CollisionChecker<'_>,
-    params: &CandidateParams,
-    rollout_params: &RolloutParams,
-    turning_radius: f64,
+    params: &GenerationParams,
+    should_stop: &dyn Fn() -> bool,
 ) -> CandidateSet {
+    let (rollout_params, turning_radius) = (&params.rollout, params.tree.turning_radius);
+    let params = &params.candidates;
     let belief = &input.scene.belief;
     let from = Departure {
         pose: belief.pose,
@@ -136,22 +78,24 @@ pub fn find_candidates(
     let finder = Finder { input, checker, params, rollout_params, from, slow };
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
+    let sure = proposals.len();
     proposals.extend(
         branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, |p| {
-            input.geodesic.at(&input.map.grid, p)
+            input.geodesic.at(p)
         })
         .into_iter()
         .map(|path| Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }),
     );
     let mut free = Vec::new();
-    finder.time(&proposals, &params.profiles, 0, &mut free);
+    finder.time(&proposals[..sure], &params.profiles, 0, &mut free, &|| false);
+    finder.time(&proposals[sure..], &params.profiles, 0, &mut free, should_stop);
     let distinct: BTreeSet<(i64, i64, i64)> = free.iter().filter(|f| f.safe).map(|f| f.near).collect();
     if distinct.len() < params.min_candidates as usize {
         let fan = finder.fan(way, reach);
-        finder.time(&fan, &params.profiles, 0, &mut free);
+        finder.time(&fan, &params.profiles, 0, &mut free, should_stop);
         let creep = [params.creep];
-        finder.time(&proposals, &creep, params.profiles.len(), &mut free);
-        finder.time(&fan, &creep, params.profiles.len(), &mut free);
+        finder.time(&proposals, &creep, params.profiles.len(), &mut free, should_stop);
+        finder.time(&fan, &creep, params.profiles.len(), &mut free, should_stop);
     }
     if free.iter().any(|f| f.safe) {
         free.retain(|f| f.safe);
@@ -192,8 +136,7 @@ impl Finder<'_> {
             let mut path = Path::new(pose.position(), previous.iter().map(|p| p.position()), reach);
             let rest = reach - path.length();
             if rest > Path::SPACING {
-                let grid = &self.input.map.grid;
-                path.extend(self.input.geodesic.descend_for(grid, path.end(), 0.2, rest), reach);
+                path.extend(self.input.geodesic.descend_for(path.end(), 0.2, rest), reach);
             }
             proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
         }
@@ -266,14 +209,28 @@ impl Finder<'_> {
         Path::new(path.points()[0], path.points()[1..].iter().copied(), clear as f64 * Path::SPACING + 1e-6)
     }
 
-    /// Times every path with every profile and keeps what is free.
-    fn time(&self, proposals: &[Proposal], profiles: &[f64], first_profile: usize, free: &mut Vec<Free>) {
+    /// Times every path with every profile and keeps what is free, until told to stop.
+    fn time(
+        &self,
+        proposals: &[Proposal],
+        profiles: &[f64],
+        first_profile: usize,
+        free: &mut Vec<Free>,
+        should_stop: &dyn Fn() -> bool,
+    ) {
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
             for (k, &fraction) in profiles.iter().enumerate() {
+                if should_stop() {
+                    return;
+                }
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
                 let rollout = rollout(&proposal.path, profile, &self.from, self.rollout_params);
-                let hit =
-                    self.checker.first_collision(&rollout.x, &rollout.y, &rollout.heading, self.params.dt);
+                let hit = self.checker.first_collision(
+                    &rollout.states.x,
+                    &rollout.states.y,
+                    &rollout.states.heading,
+                    self.params.dt,
+                );
                 if hit.is_none() {
                     free.push(self.describe(rollout, proposal, first_profile + k));
                 }
@@ -283,31 +240,31 @@ impl Finder<'_> {
 
     fn describe(&self, rollout: Rollout, proposal: &Proposal, profile: usize) -> Free {
         let params = self.params;
-        let last = rollout.x.len() - 1;
+        let states = rollout.states;
+        let last = states.len() - 1;
         let near = ((params.differ_by / params.dt).round() as usize).clamp(1, last + 1) - 1;
-        let cell = |k: usize, side: f64| {
-            ((rollout.x[k] / side).floor() as i64, (rollout.y[k] / side).floor() as i64)
-        };
-        let end = Point2::new(rollout.x[last], rollout.y[last]);
-        let to_go = self.input.geodesic.at(&self.input.map.grid, end);
+        let cell =
+            |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
+        let end = Point2::new(states.x[last], states.y[last]);
+        let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
         Free {
             pinned: proposal.pinned,
             slow: rollout.mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
             safe: self.checker.stops_short(
-                &rollout.x,
-                &rollout.y,
-                self.input.robot.stopping_distance(rollout.v[0]),
+                &states.x,
+                &states.y,
+                self.input.robot.stopping_distance(states.v[0]),
             ),
             travel: end.distance(self.from.pose.position()),
             to_go,
             near: {
                 let (column, row) = cell(near, params.near_cell);
-                (column, row, (rollout.heading[near] / params.near_angle).floor() as i64)
+                (column, row, (states.heading[near] / params.near_angle).floor() as i64)
             },
             end: cell(last, params.end_cell),
             profile,
-            rollout,
+            states,
         }
     }
 
@@ -320,19 +277,15 @@ impl Finder<'_> {
         let (first, second): (Vec<Free>, Vec<Free>) =
             free.into_iter().partition(|f| places.insert(f.near) || f.pinned);
         let chosen = first.into_iter().chain(second).take(self.params.max_candidates as usize);
-        let mut all = Rollout::default();
+        let mut all = States::default();
         let mut count = 0;
         for f in chosen {
-            all.x.extend(f.rollout.x);
-            all.y.extend(f.rollout.y);
-            all.heading.extend(f.rollout.heading);
-            all.v.extend(f.rollout.v);
-            all.omega.extend(f.rollout.omega);
+            all.append(f.states);
             count += 1;
         }
         let (steps, dt) = (self.params.steps as usize, self.params.dt);
         // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
-        CandidateSet::new(steps, dt, (0..count).collect(), all.x, all.y, all.heading, all.v, all.omega)
+        CandidateSet::new(steps, dt, (0..count).collect(), all)
             .unwrap_or_else(|_| CandidateSet::empty(steps, dt))
     }
 }

@@ -1,41 +1,42 @@
 //! Timing a path: the unicycle is driven along it in closed loop, under its limits, and braked so that it
 //! stands when the horizon ends (D14).
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::generation::path::Path;
 use crate::geometry::{Pose2, Twist};
 use crate::motion::{RobotModel, step};
 use crate::numerics::atan2;
+use crate::states::States;
 
-/// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RolloutParams {
-    /// Longest step of integration, seconds: the driver's period, so that both move alike.
-    pub substep: f64,
-    /// Distance of the pursued point at standstill, metres.
-    pub lookahead: f64,
-    /// How much further it is per speed, seconds.
-    pub lookahead_time: f64,
-    /// Beyond this bearing of the pursued point the robot turns on the spot, radians.
-    pub turn_from: f64,
-    /// A turn that comes first ends at this bearing, radians.
-    pub turn_until: f64,
-    /// Share of the greatest turn rate a path's bends may use; the rest is for corrections.
-    pub turn_share: f64,
-}
-
-impl Default for RolloutParams {
-    fn default() -> Self {
-        Self {
-            substep: 0.1,
-            lookahead: 0.35,
-            lookahead_time: 0.4,
-            turn_from: 1.2,
-            turn_until: 0.25,
-            turn_share: 0.9,
-        }
+parameters! {
+    /// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct RolloutParams {
+        /// Longest step of integration, seconds: the driver's period, so that both move alike.
+        #[field(
+            0.01, 1.0, "s",
+            "shorter steps cost time and show nothing new; longer ones than the driver's move otherwise than it does"
+        )]
+        pub substep: f64 = 0.1,
+        /// Distance of the pursued point at standstill, metres.
+        #[field(0.05, 5.0, "m", "a nearer point makes the robot weave, a farther one cuts corners")]
+        pub lookahead: f64 = 0.35,
+        /// How much further it is per speed, seconds.
+        #[field(0.0, 5.0, "s", "a farther point cuts corners")]
+        pub lookahead_time: f64 = 0.4,
+        /// Beyond this bearing of the pursued point the robot turns on the spot, radians.
+        #[field(0.01, 3.15, "rad", "no bearing is greater than half a turn; below, the robot never drives")]
+        pub turn_from: f64 = 1.2,
+        /// A turn that comes first ends at this bearing, radians.
+        #[field(0.01, 3.15, "rad", "no bearing is greater than half a turn; below, a turn never ends")]
+        pub turn_until: f64 = 0.25,
+        /// Share of the greatest turn rate a path's bends may use; the rest is for corrections.
+        #[field(0.01, 1.0, "", "it is a share, and without any the robot never turns")]
+        pub turn_share: f64 = 0.9,
     }
 }
 
@@ -48,19 +49,11 @@ pub struct SpeedProfile {
     pub turn_first: bool,
 }
 
-/// A timed path: states at dt, 2 dt, ... after the start.
+/// A timed path.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Rollout {
-    /// Metres.
-    pub x: Vec<f64>,
-    /// Metres.
-    pub y: Vec<f64>,
-    /// Radians.
-    pub heading: Vec<f64>,
-    /// m/s.
-    pub v: Vec<f64>,
-    /// rad/s.
-    pub omega: Vec<f64>,
+    /// Where the robot is dt, 2 dt, ... after the start.
+    pub states: States,
     /// Mean speed before the final braking ramp, m/s: the ramp is imposed on every candidate and says
     /// nothing about whether this one gets anywhere.
     pub mean_speed: f64,
@@ -112,11 +105,7 @@ pub fn rollout(path: &Path, profile: SpeedProfile, from: &Departure<'_>, params:
             driven += h;
         }
         if k % pieces == 0 {
-            out.x.push(pose.x);
-            out.y.push(pose.y);
-            out.heading.push(pose.heading);
-            out.v.push(twist.v);
-            out.omega.push(twist.omega);
+            out.states.push(pose, twist);
         }
     }
     out.mean_speed = if driven > 0.0 { travelled / driven } else { 0.0 };
@@ -181,16 +170,16 @@ mod tests {
             let profile =
                 SpeedProfile { fraction: 0.2 + 0.8 * uniform(&mut r), turn_first: uniform(&mut r) < 0.3 };
             let from = departure(&robot, uniform(&mut r));
-            let out = rollout(&path, profile, &from, &RolloutParams::default());
-            assert_eq!(out.x.len(), 13);
+            let out = rollout(&path, profile, &from, &RolloutParams::default()).states;
+            assert_eq!(out.len(), 13);
             let (mut pose, mut twist) = (from.pose, from.twist);
             for k in 0..13 {
                 assert!(out.v[k] >= 0.0 && out.v[k] <= robot.v_max && out.omega[k].abs() <= robot.omega_max);
                 assert!((out.v[k] - twist.v).abs() <= robot.a_max * 0.3 + 1e-9);
                 assert!((out.omega[k] - twist.omega).abs() <= robot.alpha_max * 0.3 + 1e-9);
-                let next = Pose2::new(out.x[k], out.y[k], out.heading[k]);
-                assert!(pose.position().distance(next.position()) <= robot.v_max * 0.3 + 1e-9);
-                (pose, twist) = (next, Twist { v: out.v[k], omega: out.omega[k] });
+                let next = out.at(k);
+                assert!(pose.position().distance(next.0.position()) <= robot.v_max * 0.3 + 1e-9);
+                (pose, twist) = next;
             }
             assert!(twist.v.abs() < 1e-9 && twist.omega.abs() < 1e-9, "{twist:?}");
         }
@@ -207,7 +196,7 @@ mod tests {
             &RolloutParams::default(),
         );
         // 0.5 m/s2 up for 1.95 s and down for 1.95 s: 0.975 * 1.95 = 1.9 m
-        assert!((out.x[12] - 1.9).abs() < 0.06, "{}", out.x[12]);
+        assert!((out.states.x[12] - 1.9).abs() < 0.06, "{}", out.states.x[12]);
         // mean before the ramp is about half the peak
         assert!(out.mean_speed > 0.4 && out.mean_speed < 0.55);
     }
@@ -222,7 +211,7 @@ mod tests {
             &departure(&robot, 0.5),
             &RolloutParams::default(),
         );
-        assert!((out.x[12] - 1.0).abs() < 0.12, "{}", out.x[12]);
+        assert!((out.states.x[12] - 1.0).abs() < 0.12, "{}", out.states.x[12]);
     }
 
     #[test]
@@ -235,7 +224,7 @@ mod tests {
             &Departure { steps: 25, ..departure(&robot, 0.0) },
             &RolloutParams::default(),
         );
-        assert!(out.x[3].abs() < 0.05 && out.heading[3].abs() > 0.3);
-        assert!(out.x[24] < -1.0, "{}", out.x[24]);
+        assert!(out.states.x[3].abs() < 0.05 && out.states.heading[3].abs() > 0.3);
+        assert!(out.states.x[24] < -1.0, "{}", out.states.x[24]);
     }
 }

@@ -4,6 +4,7 @@
 //! Near neighbours come from a k-d tree. The nearest node is found by scanning the arrays, because its
 //! distance looks at headings: what lies behind is far.
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionChecker;
@@ -16,46 +17,42 @@ use crate::numerics::{atan2, ln, sin_cos};
 use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, uniform};
 
-/// Parameters of the tree.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RrtStarParams {
-    /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
-    pub iterations: u32,
-    /// Samples drawn besides when there is no tree to go on with.
-    pub warm_up: u32,
-    /// Most nodes a tree may have; beyond it the least promising leaves go first.
-    pub max_nodes: u32,
-    /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
-    pub eta: f64,
-    /// Turning radius of edges, metres: what the robot manages at 0.6 m/s with 1 rad/s.
-    pub turning_radius: f64,
-    /// Longest edge, metres. Below half a turning circle, so that no edge ever loops.
-    pub max_edge: f64,
-    /// RRT*'s gamma, metres: the neighbourhood is min(gamma sqrt(ln n / n), eta).
-    pub gamma: f64,
-    /// Share of samples taken on the shortest way to the goal.
-    pub goal_bias: f64,
-    /// A new node is refused when a node this near, metres, with nearly its heading exists already.
-    pub spacing: f64,
-    /// Room around the disc the robot can cover within the horizon that is sampled as well, metres.
-    pub disc_margin: f64,
-}
-
-impl Default for RrtStarParams {
-    fn default() -> Self {
-        Self {
-            iterations: 300,
-            warm_up: 300,
-            max_nodes: 800,
-            eta: 1.0,
-            turning_radius: 0.6,
-            max_edge: 1.5,
-            gamma: 12.0,
-            goal_bias: 0.05,
-            spacing: 0.15,
-            disc_margin: 1.0,
-        }
+parameters! {
+    /// Parameters of the tree.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct RrtStarParams {
+        /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
+        #[field(1.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end")]
+        pub iterations: u32 = 300,
+        /// Samples drawn besides when there is no tree to go on with.
+        #[field(0.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end")]
+        pub warm_up: u32 = 300,
+        /// Most nodes a tree may have; beyond it the least promising leaves go first.
+        #[field(1.0, 8000.0, "nodes", "the tree travels in every question to a generator")]
+        pub max_nodes: u32 = 800,
+        /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
+        #[field(0.05, 20.0, "m", "shorter extensions go nowhere, longer ones pass every doorway")]
+        pub eta: f64 = 1.0,
+        /// Turning radius of edges, metres: what the robot manages at 0.6 m/s with 1 rad/s.
+        #[field(0.05, 20.0, "m", "edges have arcs; a robot that turns on the spot is near the least")]
+        pub turning_radius: f64 = 0.6,
+        /// Longest edge, metres. Below half a turning circle, so that no edge ever loops.
+        #[field(0.1, 20.0, "m", "an edge is checked for walls along its whole length")]
+        pub max_edge: f64 = 1.5,
+        /// RRT*'s gamma, metres: the neighbourhood is min(gamma sqrt(ln n / n), eta).
+        #[field(0.01, 1000.0, "m", "below no node has neighbours, and eta limits it from above")]
+        pub gamma: f64 = 12.0,
+        /// Share of samples taken on the shortest way to the goal.
+        #[field(0.0, 1.0, "", "it is a share")]
+        pub goal_bias: f64 = 0.05,
+        /// A new node is refused when a node this near, metres, with nearly its heading exists already.
+        #[field(0.01, 5.0, "m", "nodes in one place lead nowhere; nodes far apart miss doorways")]
+        pub spacing: f64 = 0.15,
+        /// Room around the disc the robot can cover within the horizon that is sampled as well, metres.
+        #[field(0.0, 50.0, "m", "farther than the horizon nothing that is sampled is used")]
+        pub disc_margin: f64 = 1.0,
     }
 }
 

@@ -6,6 +6,7 @@ use crate::geometry::{Point2, Pose2};
 
 /// What is wrong with arrays that were to become a [`Tree`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TreeError {
     /// An array's length differs from the number of nodes.
     #[error("tree array `{array}` holds {found} numbers, expected {expected} (one a node)")]

@@ -2,9 +2,10 @@
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
+use std::sync::Arc;
 
 use crate::geometry::Point2;
-use crate::occupancy::{Cell, DistanceField, OccupancyGrid};
+use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 
 /// Geodesic distance to the goal, metres, for every cell from which the goal can be reached.
 ///
@@ -14,8 +15,7 @@ use crate::occupancy::{Cell, DistanceField, OccupancyGrid};
 /// takes its neighbours' values so that interpolation near walls stays finite.
 #[derive(Debug, Clone)]
 pub struct GeodesicField {
-    width: usize,
-    height: usize,
+    grid: Arc<OccupancyGrid>,
     metres: Vec<f32>,
 }
 
@@ -50,8 +50,13 @@ impl GeodesicField {
     /// See [`Self::WALL_SLOWNESS`], metres.
     pub const COMFORT: f64 = 0.3;
 
-    /// Marches from `goal` over `grid`; `clearance` is the distance to the nearest obstacle.
-    pub fn new(grid: &OccupancyGrid, clearance: &DistanceField, goal: Point2, radius: f64) -> Self {
+    /// Room that the shortest way of a planner keeps from walls beyond the robot's radius, metres: what candidates
+    /// must keep, and a cell's diagonal.
+    pub const PLANNING_MARGIN: f64 = 0.15;
+
+    /// Marches from `goal` over `map`, for a robot of `radius` metres.
+    pub fn new(map: &StaticMap, goal: Point2, radius: f64) -> Self {
+        let (grid, clearance) = (&map.grid, &map.to_obstacle);
         let (width, height) = (grid.width(), grid.height());
         let slowness: Vec<f32> = (0..width * height)
             .map(|i| {
@@ -106,7 +111,7 @@ impl GeodesicField {
                 }
             }
         }
-        let mut field = Self { width, height, metres };
+        let mut field = Self { grid: Arc::clone(grid), metres };
         field.grow_rim();
         field.grow_rim();
         field
@@ -115,17 +120,18 @@ impl GeodesicField {
     /// Gives unreachable cells beside reachable ones a value one metre per cell above the least neighbour,
     /// which keeps interpolation finite at walls and points away from them.
     fn grow_rim(&mut self) {
+        let (width, height) = self.size();
         let before = self.metres.clone();
-        for row in 0..self.height {
-            for column in 0..self.width {
-                let index = row * self.width + column;
+        for row in 0..height {
+            for column in 0..width {
+                let index = row * width + column;
                 if before[index].is_finite() {
                     continue;
                 }
                 let mut least = f32::INFINITY;
-                for r in row.saturating_sub(1)..=(row + 1).min(self.height - 1) {
-                    for c in column.saturating_sub(1)..=(column + 1).min(self.width - 1) {
-                        least = least.min(before[r * self.width + c]);
+                for r in row.saturating_sub(1)..=(row + 1).min(height - 1) {
+                    for c in column.saturating_sub(1)..=(column + 1).min(width - 1) {
+                        least = least.min(before[r * width + c]);
                     }
                 }
                 self.metres[index] = least + 1.0;
@@ -135,23 +141,28 @@ impl GeodesicField {
 
     /// Distance to go from a point, metres, bilinear between cell centres; infinite where the goal
     /// cannot be reached or outside the grid.
-    pub fn at(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
-        let (c, r) = grid.grid_from_map(p);
+    pub fn at(&self, p: Point2) -> f64 {
+        let (width, height) = self.size();
+        let (c, r) = self.grid.grid_from_map(p);
         let (c, r) = (c - 0.5, r - 0.5);
-        if c < -0.5 || r < -0.5 || c > self.width as f64 - 0.5 || r > self.height as f64 - 0.5 {
+        if c < -0.5 || r < -0.5 || c > width as f64 - 0.5 || r > height as f64 - 0.5 {
             return f64::INFINITY;
         }
-        let c = c.clamp(0.0, (self.width - 1) as f64);
-        let r = r.clamp(0.0, (self.height - 1) as f64);
+        let c = c.clamp(0.0, (width - 1) as f64);
+        let r = r.clamp(0.0, (height - 1) as f64);
         let (c0, r0) = (c as usize, r as usize);
-        let (c1, r1) = ((c0 + 1).min(self.width - 1), (r0 + 1).min(self.height - 1));
+        let (c1, r1) = ((c0 + 1).min(width - 1), (r0 + 1).min(height - 1));
         let (fc, fr) = (c - c0 as f64, r - r0 as f64);
-        let v = |c: usize, r: usize| f64::from(self.metres[r * self.width + c]);
+        let v = |c: usize, r: usize| f64::from(self.metres[r * width + c]);
         let (a, b, d, e) = (v(c0, r0), v(c1, r0), v(c0, r1), v(c1, r1));
         if a.is_infinite() || b.is_infinite() || d.is_infinite() || e.is_infinite() {
             return a.min(b).min(d).min(e);
         }
         (a * (1.0 - fc) + b * fc) * (1.0 - fr) + (d * (1.0 - fc) + e * fc) * fr
+    }
+
+    fn size(&self) -> (usize, usize) {
+        (self.grid.width(), self.grid.height())
     }
 
     /// Distance to go of a cell by index, metres.
@@ -161,21 +172,21 @@ impl GeodesicField {
 
     /// Shortest way from `start`, a point every `spacing` metres, by steepest descent; empty when the
     /// goal cannot be reached.
-    pub fn descend(&self, grid: &OccupancyGrid, start: Point2, spacing: f64) -> Vec<Point2> {
-        self.descend_for(grid, start, spacing, f64::INFINITY)
+    pub fn descend(&self, start: Point2, spacing: f64) -> Vec<Point2> {
+        self.descend_for(start, spacing, f64::INFINITY)
     }
 
     /// The first `length` metres of [`Self::descend`].
-    pub fn descend_for(&self, grid: &OccupancyGrid, start: Point2, spacing: f64, length: f64) -> Vec<Point2> {
+    pub fn descend_for(&self, start: Point2, spacing: f64, length: f64) -> Vec<Point2> {
         let mut path = vec![start];
         let mut p = start;
-        let whole = self.at(grid, start);
+        let whole = self.at(start);
         if !whole.is_finite() {
             return Vec::new();
         }
         let limit = ((4.0 * whole / spacing) as usize + 16).min((length / spacing).ceil() as usize);
         for _ in 0..limit {
-            let here = self.at(grid, p);
+            let here = self.at(p);
             if here <= spacing {
                 break;
             }
@@ -185,9 +196,9 @@ impl GeodesicField {
                     let (s, c) = crate::numerics::sin_cos(f64::from(k) * std::f64::consts::TAU / 32.0);
                     Point2::new(p.x + spacing * c, p.y + spacing * s)
                 })
-                .min_by(|a, b| self.at(grid, *a).total_cmp(&self.at(grid, *b)));
+                .min_by(|a, b| self.at(*a).total_cmp(&self.at(*b)));
             match best {
-                Some(next) if self.at(grid, next) < here => p = next,
+                Some(next) if self.at(next) < here => p = next,
                 _ => break,
             }
             path.push(p);
@@ -221,16 +232,11 @@ mod tests {
     #[test]
     fn open_space_is_euclidean_within_two_percent() {
         let grid = OccupancyGrid::new(200, 200, 0.1, Pose2::default(), vec![0; 40_000]).unwrap();
-        let clearance = DistanceField::to_obstacle(&grid);
         let goal = Point2::new(10.0, 10.0);
-        let field = GeodesicField::new(&grid, &clearance, goal, 0.3);
+        let field = GeodesicField::new(&StaticMap::new(grid), goal, 0.3);
         for p in [Point2::new(3.0, 10.0), Point2::new(5.0, 5.0), Point2::new(17.0, 13.0)] {
             let expected = p.distance(goal);
-            assert!(
-                (field.at(&grid, p) / expected - 1.0).abs() < 0.02,
-                "{p:?}: {} vs {expected}",
-                field.at(&grid, p)
-            );
+            assert!((field.at(p) / expected - 1.0).abs() < 0.02, "{p:?}: {} vs {expected}", field.at(p));
         }
     }
 
@@ -246,13 +252,12 @@ mod tests {
             cells[k * 100 + 79] = 100;
         }
         let grid = OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap();
-        let clearance = DistanceField::to_obstacle(&grid);
-        let field = GeodesicField::new(&grid, &clearance, Point2::new(2.0, 2.0), 0.3);
+        let field = GeodesicField::new(&StaticMap::new(grid), Point2::new(2.0, 2.0), 0.3);
         // by way of the wall's end at (5, 8): about 6.7 + 6.7
-        let around = field.at(&grid, Point2::new(8.0, 2.5));
+        let around = field.at(Point2::new(8.0, 2.5));
         assert!(around > 12.0 && around < 16.0, "{around}");
-        assert!(field.at(&grid, Point2::new(9.0, 1.0)).is_infinite());
-        let path = field.descend(&grid, Point2::new(8.0, 2.5), 0.2);
+        assert!(field.at(Point2::new(9.0, 1.0)).is_infinite());
+        let path = field.descend(Point2::new(8.0, 2.5), 0.2);
         assert!(path.last().unwrap().distance(Point2::new(2.0, 2.0)) < 0.4);
     }
 }

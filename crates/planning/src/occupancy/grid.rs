@@ -38,6 +38,7 @@ impl fmt::Debug for MapHash {
 
 /// What is wrong with numbers that were to become a grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
     /// Cells do not fill the rectangle, or the rectangle is empty or too large.
     #[error("a map of {width} x {height} needs {expected} cells, at least one and at most {MAX_CELLS}; found {found}", expected = width * height)]

@@ -9,7 +9,8 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgba};
 
 use super::grid::MAX_CELLS;
-use crate::occupancy::{Cell, GridError, MapMode, MapYaml, OccupancyGrid};
+use super::map_server_error::MapServerError;
+use crate::occupancy::{Cell, MapMode, MapYaml, OccupancyGrid};
 
 /// Most memory the image decoder may hold, bytes: the largest map with four 16-bit channels, and as much
 /// again for its scratch.
@@ -18,63 +19,6 @@ const MAX_DECODER_BYTES: u64 = 16 * MAX_CELLS as u64;
 const MAX_PNM_EXPANSION: u64 = 8;
 /// The same for PNG: deflate's limit is 1032.
 const MAX_PNG_EXPANSION: u64 = 1100;
-
-/// What is wrong with a map's yaml or image, and how to mend it.
-#[derive(Debug, thiserror::Error)]
-pub enum MapServerError {
-    /// Not yaml, an unknown or repeated field, or longer than a description can be.
-    #[error("the map's yaml cannot be read: {0}")]
-    Yaml(String),
-    /// A required field is absent.
-    #[error("`{field}` is missing from the map's yaml: add a line such as `{example}`")]
-    Missing {
-        /// Its name.
-        field: &'static str,
-        /// A line that would do.
-        example: &'static str,
-    },
-    /// A field's value cannot be used.
-    #[error("`{field}` in the map's yaml is {found}: {mend}")]
-    Field {
-        /// Its name.
-        field: &'static str,
-        /// What was found.
-        found: String,
-        /// What it has to be.
-        mend: &'static str,
-    },
-    /// The image is neither PNM nor PNG.
-    #[error("the map's image is neither PGM/PNM nor PNG: convert it to one of these")]
-    Format,
-    /// The image is damaged, or too large for the decoder.
-    #[error("the map's image cannot be decoded: {0}")]
-    Image(#[from] image::ImageError),
-    /// More pixels than a map may have.
-    #[error(
-        "the map's image has {width} x {height} pixels, a map has at most {MAX_CELLS} cells: crop it or lower its resolution"
-    )]
-    TooLarge {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// The header promises more pixels than the file can hold.
-    #[error(
-        "the map's image should have {width} x {height} pixels but is only {bytes} bytes long: copy it again, it is cut off"
-    )]
-    Truncated {
-        /// Columns.
-        width: u32,
-        /// Rows.
-        height: u32,
-        /// Length of the file.
-        bytes: usize,
-    },
-    /// The cells do not form a grid.
-    #[error(transparent)]
-    Grid(#[from] GridError),
-}
 
 /// The grid of an image (PGM or another PNM, or PNG; 8 or 16 bit; grey or colour) under its description.
 /// The image's first row is the grid's last. PNM values are first scaled to the full 8 or 16 bits.

@@ -2,24 +2,17 @@ use super::*;
 use crate::geometry::Pose2;
 use crate::occupancy::map_yaml::MAX_YAML_BYTES;
 use crate::random::{rng, uniform};
-use std::path::{Path, PathBuf};
+use curionav_testing::reference_data;
 
 const PLAIN: &str = "image: m.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
-fn reference_data() -> Option<PathBuf> {
-    let data = std::env::var("CURIONAV_DATA")
-        .unwrap_or_else(|_| concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data").to_owned());
-    if !Path::new(&data).is_dir() {
-        println!("skipped: no reference data (set CURIONAV_DATA to its folder)");
-        return None;
-    }
-    Some(PathBuf::from(data))
-}
-
-fn read(yaml: &Path) -> (MapYaml, Vec<u8>) {
-    let map = MapYaml::parse(&std::fs::read_to_string(yaml).unwrap()).unwrap();
-    let image = std::fs::read(yaml.with_file_name(&map.image)).unwrap();
-    (map, image)
+/// A map of a dataset: its description and the bytes of its image.
+#[track_caller]
+fn published(file: &str) -> Option<(MapYaml, Vec<u8>)> {
+    let path = reference_data(&format!("{file}.yaml"))?;
+    let map = MapYaml::parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    let image = std::fs::read(path.with_file_name(&map.image)).unwrap();
+    Some((map, image))
 }
 
 fn count(grid: &OccupancyGrid, kind: Cell) -> usize {
@@ -42,43 +35,28 @@ fn png(image: impl Into<DynamicImage>) -> Vec<u8> {
 }
 
 #[test]
-fn every_reference_map_loads_with_its_known_size() {
-    let Some(data) = reference_data() else { return };
-    let mut found = Vec::new();
-    for folder in ["maps_nav2_turtlebot", "maps_nav2_turtlebot/turtlebot3", "maps_real_slam"] {
-        for entry in std::fs::read_dir(data.join(folder)).unwrap() {
-            let path = entry.unwrap().path();
-            if path.extension().is_some_and(|e| e == "yaml") {
-                let (map, image) = read(&path);
-                let grid = load_map(&map, &image).unwrap();
-                found.push((
-                    path.file_stem().unwrap().to_str().unwrap().to_owned(),
-                    grid.width(),
-                    grid.height(),
-                ));
-            }
-        }
+fn every_published_map_loads_with_its_known_size() {
+    for (file, width, height) in [
+        ("maps_nav2_turtlebot/TenByTen", 10, 10),
+        ("maps_nav2_turtlebot/depot", 604, 307),
+        ("maps_nav2_turtlebot/depot_keepout", 604, 307),
+        ("maps_nav2_turtlebot/tb3_sandbox", 384, 384),
+        ("maps_nav2_turtlebot/testmap", 10, 10),
+        ("maps_nav2_turtlebot/turtlebot3/map", 384, 384),
+        ("maps_nav2_turtlebot/warehouse", 1006, 1674),
+        ("maps_real_slam/avz3floor_complete", 1800, 580),
+        ("maps_real_slam/avz5floor_open_elevatoredit", 897, 481),
+    ] {
+        let Some((map, image)) = published(file) else { continue };
+        let grid = load_map(&map, &image).unwrap();
+        assert_eq!((grid.width(), grid.height()), (width, height), "{file}");
     }
-    found.sort();
-    let expected = [
-        ("TenByTen", 10, 10),
-        ("avz3floor_complete", 1800, 580),
-        ("avz5floor_open_elevatoredit", 897, 481),
-        ("depot", 604, 307),
-        ("depot_keepout", 604, 307),
-        ("map", 384, 384),
-        ("tb3_sandbox", 384, 384),
-        ("testmap", 10, 10),
-        ("warehouse", 1006, 1674),
-    ];
-    assert_eq!(found, expected.map(|(name, w, h)| (name.to_owned(), w, h)));
 }
 
 #[test]
 fn free_areas_are_those_measured_elsewhere() {
-    let Some(data) = reference_data() else { return };
     for (name, expected) in [("avz3floor_complete", 499.0), ("avz5floor_open_elevatoredit", 347.0)] {
-        let (map, image) = read(&data.join(format!("maps_real_slam/{name}.yaml")));
+        let Some((map, image)) = published(&format!("maps_real_slam/{name}")) else { continue };
         let grid = load_map(&map, &image).unwrap();
         let area = count(&grid, Cell::Free) as f64 * 0.05 * 0.05;
         assert!((area - expected).abs() < 0.5, "{name}: {area} m2 free, not {expected}");
@@ -87,8 +65,7 @@ fn free_areas_are_those_measured_elsewhere() {
 
 #[test]
 fn grey_205_is_free_or_unknown_as_the_threshold_says() {
-    let Some(data) = reference_data() else { return };
-    let (mut map, image) = read(&data.join("maps_nav2_turtlebot/depot.yaml"));
+    let Some((mut map, image)) = published("maps_nav2_turtlebot/depot") else { return };
     let grid = load_map(&map, &image).unwrap();
     let share = count(&grid, Cell::Free) as f64 / grid.cells().len() as f64;
     assert!((share - 0.968).abs() < 5e-4, "as written, 0.25: {share}");
@@ -103,8 +80,8 @@ fn grey_205_is_free_or_unknown_as_the_threshold_says() {
 
 #[test]
 fn a_turned_png_map_has_its_cells_where_the_pgm_has_them() {
-    let Some(data) = reference_data() else { return };
-    let (map, image) = read(&data.join("maps_nav2_turtlebot/testmap.yaml"));
+    let Some((map, image)) = published("maps_nav2_turtlebot/testmap") else { return };
+    let Some(pgm) = reference_data("maps_nav2_turtlebot/testmap.pgm") else { return };
     let grid = load_map(&map, &image).unwrap();
     assert_eq!(grid.origin(), Pose2::new(2.0, 3.0, 1.0));
     // centre of cell (0, 0): origin + R(1 rad) (0.05, 0.05)
@@ -114,8 +91,7 @@ fn a_turned_png_map_has_its_cells_where_the_pgm_has_them() {
         (centre.x - (2.0 + 0.05 * (c - s))).abs() < 1e-12
             && (centre.y - (3.0 + 0.05 * (s + c))).abs() < 1e-12
     );
-    let pgm = std::fs::read(data.join("maps_nav2_turtlebot/testmap.pgm")).unwrap();
-    assert_eq!(grid, load_map(&map, &pgm).unwrap());
+    assert_eq!(grid, load_map(&map, &std::fs::read(pgm).unwrap()).unwrap());
     assert!(count(&grid, Cell::Occupied) > 0 && count(&grid, Cell::Free) > 0);
 }
 

@@ -12,6 +12,7 @@ pub(super) const MAX_YAML_BYTES: usize = 64 * 1024;
 /// How a pixel becomes an occupancy value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum MapMode {
     /// Occupied, free or unknown: 100, 0 or -1.
     #[default]
@@ -170,7 +171,7 @@ impl MapYaml {
         Err(MapServerError::Field { field: "free_thresh", found, mend: ORDER_MEND })
     }
 
-    /// The description that belongs to [`encode_pgm`] of `grid`, stored under the name `image`.
+    /// The description that belongs to [`encode_pgm`](super::encode_pgm) of `grid`, stored under the name `image`.
     pub fn trinary(grid: &OccupancyGrid, image: &str) -> Self {
         Self {
             image: image.to_owned(),

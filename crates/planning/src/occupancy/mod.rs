@@ -3,13 +3,21 @@
 mod distance_transform;
 mod geodesic;
 mod grid;
+#[cfg(feature = "map-files")]
 mod map_server;
+#[cfg(feature = "map-files")]
+mod map_server_error;
+#[cfg(feature = "map-files")]
 mod map_yaml;
 mod static_map;
 
 pub use distance_transform::DistanceField;
 pub use geodesic::GeodesicField;
 pub use grid::{Cell, GridError, MapHash, OccupancyGrid};
-pub use map_server::{MapServerError, encode_pgm, load_map};
+#[cfg(feature = "map-files")]
+pub use map_server::{encode_pgm, load_map};
+#[cfg(feature = "map-files")]
+pub use map_server_error::MapServerError;
+#[cfg(feature = "map-files")]
 pub use map_yaml::{MapMode, MapYaml};
 pub use static_map::StaticMap;

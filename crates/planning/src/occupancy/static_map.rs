@@ -5,6 +5,20 @@ use std::sync::Arc;
 use crate::occupancy::{DistanceField, OccupancyGrid};
 
 /// Grid and distance fields, computed once per map and shared.
+///
+/// ```
+/// use curionav_planning::geometry::{Point2, Pose2};
+/// use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
+///
+/// // 4 m by 2 m, the right half occupied.
+/// let cells = (0..40 * 20).map(|i| if i % 40 < 20 { 0 } else { 100 }).collect();
+/// let map = StaticMap::new(OccupancyGrid::new(40, 20, 0.1, Pose2::default(), cells)?);
+/// let goal = Point2::new(0.5, 1.0);
+/// assert!((map.to_obstacle.at(&map.grid, goal) - 1.5).abs() < 0.11);
+/// let to_goal = GeodesicField::new(&map, goal, 0.3);
+/// assert!((to_goal.at(Point2::new(1.0, 1.0)) - 0.5).abs() < 0.1);
+/// # Ok::<(), curionav_planning::occupancy::GridError>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct StaticMap {
     /// The grid itself.

@@ -4,7 +4,7 @@ use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{Footprint, OdometryNoise, RobotModel};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_planning::sensor::LaserModel;
-use curionav_schemas::{self as wire, MapId, Reject};
+use curionav_schemas::{self as wire, MapId, Refusal, Reject};
 
 /// A pose.
 pub fn pose(p: wire::Pose) -> Pose2 {
@@ -90,7 +90,7 @@ pub fn noise_to_wire(n: &OdometryNoise) -> wire::OdometryNoise {
 /// A map.
 pub fn occupancy_grid(g: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
     OccupancyGrid::new(g.width as usize, g.height as usize, g.resolution, pose(g.origin), g.cells.0)
-        .map_err(|e| Reject::invalid("cells", e.to_string()))
+        .map_err(|e| Refusal::invalid(e).at("cells"))
 }
 
 /// A map.

@@ -2,14 +2,19 @@
 
 use std::ops::Range;
 
+use curionav_planning::arbitration::Previous;
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Tree;
-use curionav_schemas::{self as wire, Reject};
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::states::States;
+use curionav_planning::trajectory::Trajectory;
+use curionav_schemas::{self as wire, Refusal, Reject};
 
 /// Candidates.
 pub fn candidates(c: wire::CandidateSet) -> Result<CandidateSet, Reject> {
-    CandidateSet::new(c.steps as usize, c.dt, c.id.0, c.x.0, c.y.0, c.heading.0, c.v.0, c.omega.0)
-        .map_err(|e| Reject::invalid("candidates", e.to_string()))
+    let states = States { x: c.x.0, y: c.y.0, heading: c.heading.0, v: c.v.0, omega: c.omega.0 };
+    CandidateSet::new(c.steps as usize, c.dt, c.id.0, states)
+        .map_err(|e| Refusal::invalid(e).at("candidates"))
 }
 
 /// Candidates.
@@ -33,6 +38,43 @@ pub fn shard_to_wire(c: &CandidateSet, range: Range<usize>) -> wire::CandidateSe
     }
 }
 
+/// What `decision`, made from `belief`, asks the robot to drive.
+pub fn trajectory(decision: &wire::Decision, belief: &wire::Belief) -> Result<Trajectory, Reject> {
+    let pose = Pose2::new(belief.x, belief.y, belief.heading);
+    let states = States {
+        x: decision.x.0.clone(),
+        y: decision.y.0.clone(),
+        heading: decision.heading.0.clone(),
+        v: decision.v.0.clone(),
+        omega: decision.omega.0.clone(),
+    };
+    Trajectory::new((pose, Twist { v: belief.v, omega: belief.omega }), decision.dt, states)
+        .map_err(|e| Refusal::invalid(e).at("decision"))
+}
+
+/// The trajectory that an earlier cycle has chosen.
+pub fn previous(p: wire::Previous) -> Result<Previous, Reject> {
+    let knots = States { x: p.x.0, y: p.y.0, heading: p.heading.0, v: p.v.0, omega: p.omega.0 };
+    let trajectory = Trajectory::through(&knots, p.dt).map_err(|e| Refusal::invalid(e).at("previous"))?;
+    Ok(Previous { trajectory, candidate: p.candidate, stamp: p.stamp, valid_for: p.valid_for_s })
+}
+
+/// The trajectory that an earlier cycle has chosen.
+pub fn previous_to_wire(p: &Previous) -> wire::Previous {
+    let knots = p.trajectory.knots();
+    wire::Previous {
+        candidate: p.candidate,
+        stamp: p.stamp,
+        valid_for_s: p.valid_for,
+        dt: p.trajectory.dt(),
+        x: knots.x.into(),
+        y: knots.y.into(),
+        heading: knots.heading.into(),
+        v: knots.v.into(),
+        omega: knots.omega.into(),
+    }
+}
+
 /// A search tree; the schema has checked that its parents exist and form no cycle.
 pub fn tree(t: wire::Tree) -> Tree {
     Tree {
@@ -53,8 +95,6 @@ pub fn tree_to_wire(t: Tree) -> wire::Tree {
         heading: t.heading.into(),
         cost: t.cost.into(),
         parent: t.parent.into(),
-        edge_width: 0,
-        edge: Vec::new().into(),
         extra: t.extra.into_iter().map(|(name, values)| (name, values.into())).collect(),
     }
 }

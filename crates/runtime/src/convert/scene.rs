@@ -3,13 +3,13 @@
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::scene::{Belief, People, Scene};
-use curionav_schemas::{self as wire, F64Array, Frame, Reject};
+use curionav_schemas::{self as wire, F64Array, Frame, Refusal, Reject};
 use nalgebra::Matrix3;
 
 /// A 3x3 covariance from nine row-major numbers; the schema has checked their count.
 pub fn covariance(values: &F64Array) -> Result<Matrix3<f64>, Reject> {
     if values.len() != 9 {
-        return Err(Reject::invalid("covariance", format!("has {} numbers, expected 9", values.len())));
+        return Err(Refusal::WrongLength { found: values.len() as u64, expected: 9 }.at("covariance"));
     }
     let m = Matrix3::from_row_slice(values);
     Ok((m + m.transpose()) * 0.5)
@@ -41,14 +41,14 @@ pub fn belief_to_wire(b: &Belief, tick: u64, stamp: f64, health: wire::Health) -
 
 /// Where the robot is said to be when a mission begins, before anybody has looked.
 pub fn initial_belief(mission: &wire::Mission) -> wire::Belief {
-    let pose = mission.initial_pose;
+    let pose = mission.order.initial_pose;
     wire::Belief {
         tick: 0,
         stamp: 0.0,
         x: pose.x,
         y: pose.y,
         heading: pose.heading,
-        covariance: mission.initial_covariance.clone(),
+        covariance: mission.order.initial_covariance.clone(),
         v: 0.0,
         omega: 0.0,
         health: wire::Health { outside_weight: 0.0, scan_fit: 0.0, particles: 0, converged: false },

@@ -3,32 +3,45 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from ..array import Variances
-from ..kinds import Integer, MapId, Name, Number, Params, Positive, Uint
-from ..record import Message
+from ..field_types import Coded, Integer, MapId, Name, Number, Params, Positive, Text, Uint
+from ..record import Message, Part, Record
 from .robot import LaserModel, OdometryNoise, Pose, RobotModel
 from .sensing import check_variances
+from .service import MissionState, Reject
 
 Clock = Literal["lockstep", "realtime"]
 """How time passes: every stream is awaited, or the newest wins."""
 
+_NAME = Text(identifier=True)
+
+MissionEnd = Annotated[
+    dict[str, Any],
+    Coded(
+        {
+            "reached": {},
+            "timeout": {},
+            "lost": {},
+            "cancelled": {},
+            "unprepared": {"role": _NAME, "instance": _NAME, "reject": Part(Reject)},
+            "world_failed": {"reject": Part(Reject)},
+        }
+    ),
+]
+"""Why a mission ended: a ``code`` and its parameters."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Mission(Message):
-    """Everything the services of a robot share; ``revision`` grows with every change.
+class MissionOrder(Record):
+    """What is to be done, and everything that the services of the robot share for it.
 
     The goal is in m, map frame, its heading (rad) ``None`` if any will do. ``initial_covariance`` has shape [3, 3], of
-    (x, y, heading). ``tick_s`` is in s; ``plan_every`` counts ticks; ``time_scale`` is simulated seconds a second of
-    wall time. ``require`` names the roles that must be in ``ready`` before it runs.
+    (x, y, heading). ``tick_s`` is in s; ``plan_every`` counts ticks; ``time_scale`` is simulated seconds per second of
+    wall time. ``require`` names the roles that must be ready before it runs.
     """
 
-    NAME: ClassVar[str] = "mission"
-    MAX_BYTES: ClassVar[int] = 256 << 10
-
-    run: Uint
-    revision: Uint
     robot: Name
     map: MapId
     initial_pose: Pose
@@ -48,44 +61,51 @@ class Mission(Message):
     tick_s: Positive
     plan_every: Annotated[int, Integer(1, 2**32 - 1)]
     require: list[Name]
-    ready: list[Name]
-    state: Literal["preparing", "running", "paused", "cancelled", "finished"]
-    has_run: bool
-    note: str
 
     def check(self) -> None:
         """No variance is negative."""
         check_variances("initial_covariance", self.initial_covariance)
 
 
-class MissionRequest(Message):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mission(Message):
+    """What a robot is to do, as its driver says.
+
+    ``run`` counts the missions begun on this robot; ``revision`` grows with every change of what is to be done.
+    ``ready`` names the roles that are ready for this revision, ``has_run`` says whether the robot may have left its
+    start, ``end`` why the mission is cancelled or finished.
+    """
+
+    NAME: ClassVar[str] = "mission"
+    MAX_BYTES: ClassVar[int] = 256 << 10
+
+    run: Uint
+    revision: Uint
+    order: MissionOrder
+    ready: list[Name]
+    state: MissionState
+    has_run: bool
+    end: MissionEnd | None = None
+
+
+class MissionCommand(Message):
     """A wish about a robot's mission; the reply is the `Mission` as it is then."""
 
-    NAME: ClassVar[str] = "mission_request"
+    NAME: ClassVar[str] = "mission_command"
     MAX_BYTES: ClassVar[int] = 257 << 10
     TAGGED: ClassVar[bool] = True
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SetMission(MissionRequest):
-    """Begin this mission; its revision is ignored: the keeper counts."""
+class SetMission(MissionCommand):
+    """Begin a mission with this order."""
 
     kind: Literal["set"] = "set"
-    mission: Mission
+    order: MissionOrder
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RoleReady(MissionRequest):
-    """A service is prepared for a revision."""
-
-    kind: Literal["ready"] = "ready"
-    role: Name
-    instance: Name
-    revision: Uint
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class ChangeGoal(MissionRequest):
+class ChangeGoal(MissionCommand):
     """Go elsewhere on the same map: m and rad, map frame; ``heading`` is ``None`` if any will do."""
 
     kind: Literal["goal"] = "goal"
@@ -95,30 +115,43 @@ class ChangeGoal(MissionRequest):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Pause(MissionRequest):
+class Pause(MissionCommand):
     """Halt."""
 
     kind: Literal["pause"] = "pause"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Resume(MissionRequest):
+class Resume(MissionCommand):
     """Go on."""
 
     kind: Literal["resume"] = "resume"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Cancel(MissionRequest):
+class Cancel(MissionCommand):
     """Give up."""
 
     kind: Literal["cancel"] = "cancel"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Finish(MissionRequest):
-    """A revision is over, for a reason."""
+class Finish(MissionCommand):
+    """A revision is over, and why."""
 
     kind: Literal["finish"] = "finish"
     revision: Uint
-    reason: str
+    end: MissionEnd
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Readiness(Message):
+    """A service is prepared for a revision of a robot's mission, or says why it never can be (``refused``)."""
+
+    NAME: ClassVar[str] = "readiness"
+    MAX_BYTES: ClassVar[int] = 8 << 10
+
+    role: Name
+    instance: Name
+    revision: Uint
+    refused: Reject | None = None

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from ..array import F64, U32, Array
-from ..kinds import Fault, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
+from ..field_types import Fault, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
 from ..record import Message
 from .robot import LaserModel, OdometryNoise, RobotModel
 from .sensing import Scene
@@ -44,7 +44,7 @@ class Tree(Message):
     """A generator's search tree, which travels with the requests.
 
     ``x, y`` (m), ``heading`` (rad), ``cost`` (from the root, the generator's unit) and ``parent`` (`NO_PARENT` for a
-    root) have shape [nodes]; ``edge`` has shape [nodes, edge_width]; each of ``extra`` [nodes, a width of its own].
+    root) have shape [nodes]; each of ``extra`` has shape [nodes, a width of its own].
     """
 
     NAME: ClassVar[str] = "tree"
@@ -55,35 +55,36 @@ class Tree(Message):
     heading: Annotated[F64, Array("f64", "nodes")]
     cost: Annotated[F64, Array("f64", "nodes")]
     parent: Annotated[U32, Array("u32", "nodes", high=2**32 - 1)]
-    edge_width: Annotated[int, Integer(0, 256)]
-    edge: Annotated[F64, Array("f64", "nodes", "edge_width")]
     extra: Annotated[dict[str, Annotated[F64, Array("f64", "nodes", "*")]], {"limit": 16}]
 
     def check(self) -> None:
         """Every node leads to a root."""
         nodes = len(self.parent)
         parent = np.asarray(self.parent, np.int64)
-        if ((parent >= nodes) & (parent != NO_PARENT)).any():
-            raise Fault("a node has a parent that does not exist", "parent")
+        missing = parent[(parent >= nodes) & (parent != NO_PARENT)]
+        if len(missing):
+            raise Fault("no_such_index", "parent", found=int(missing[0]))
         # Jumping twice as far each time: after log2(nodes) jumps everything stands at the root's parent.
         above = np.append(np.where(parent == NO_PARENT, nodes, parent), nodes)
         for _ in range(nodes.bit_length()):
             above = above[above]
         if (above != nodes).any():
-            raise Fault("the parents form a cycle", "parent")
+            raise Fault("cyclic_parents", "parent")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GenerateRequest(Message):
-    """Asks a generator for candidates within ``budget_ms``; ``iterations`` of 0 only warms it up for the map."""
+    """Asks a generator for candidates within ``budget_ms``; ``iterations`` of 0 only warms it up for the map.
+
+    The last chunk of the key it is asked on is the robot's name.
+    """
 
     NAME: ClassVar[str] = "generate_request"
     MAX_BYTES: ClassVar[int] = 13312 << 10
 
-    robot: Name
     epoch: Uint
     seq: Uint
-    budget_ms: Uint32
+    budget_ms: Annotated[int, Integer(0, 10_000)]
     map: MapId
     goal_x: Number
     goal_y: Number
@@ -110,21 +111,23 @@ class GenerateReply(Message):
     candidates: CandidateSet
     tree: Tree
     elapsed_us: Uint
-    cut: bool | None = None
+    cut: bool
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class EvaluateRequest(Message):
-    """Asks an evaluator for the costs of a shard of the batch; no candidates only warm it up for the map."""
+    """Asks an evaluator for the costs of a shard of the batch; without candidates it only warms it up for the map.
+
+    The last chunk of the key it is asked on is the robot's name.
+    """
 
     NAME: ClassVar[str] = "evaluate_request"
     MAX_BYTES: ClassVar[int] = 13312 << 10
 
-    robot: Name
     epoch: Uint
     seq: Uint
     shard: Uint32
-    budget_ms: Uint32
+    budget_ms: Annotated[int, Integer(0, 10_000)]
     map: MapId
     goal_x: Number
     goal_y: Number
@@ -138,7 +141,10 @@ class EvaluateRequest(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scores(Message):
-    """Costs of a shard's candidates in their order, shape [candidates], in the metric's unit; lower is better."""
+    """Costs of a shard's candidates in their order, shape [candidates], in the term's unit; lower is better.
+
+    ``slots`` is the number of shards that the replica computes at once.
+    """
 
     NAME: ClassVar[str] = "scores"
     MAX_BYTES: ClassVar[int] = 64 << 10
@@ -146,8 +152,8 @@ class Scores(Message):
     epoch: Uint
     seq: Uint
     shard: Uint32
-    metric: Name
+    term: Name
     instance: Name
     cost: Annotated[F64, Array("f64", "candidates", limit=4096)]
     elapsed_us: Uint
-    slots: Uint32 | None = None
+    slots: Uint32

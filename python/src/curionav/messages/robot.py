@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 from ..array import F64, Array
-from ..kinds import Fault, Float, Integer, NonNegative, Number, Positive
+from ..field_types import Fault, Float, Integer, NonNegative, Number, Positive
 from ..record import Record
 
 
@@ -45,7 +45,7 @@ class Polygon(Footprint):
     def check(self) -> None:
         """Three vertices at least."""
         if len(self.x) < 3:
-            raise Fault("a polygon has three vertices at least", "x")
+            raise Fault("too_few", "x", found=len(self.x), least=3)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

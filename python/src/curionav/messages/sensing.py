@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from ..array import F32, F64, U32, Array, Variances
-from ..kinds import Fault, Fraction, NonNegative, Number, Positive, Uint, Uint32
+from ..field_types import MAX_MAGNITUDE, Fault, Fraction, NonNegative, Number, Positive, Uint, Uint32
 from ..record import Message, Record
 from .robot import Pose
 
@@ -133,8 +133,9 @@ class Particles(Message):
 
 def check_variances(field: str, covariance: F64) -> None:
     """Refuses a negative variance on the diagonal."""
-    if (np.asarray(covariance).diagonal() < 0.0).any():
-        raise Fault("a variance must not be negative", field)
+    least = float(np.asarray(covariance).diagonal().min())
+    if least < 0.0:
+        raise Fault("out_of_range", field, found=least, least=0.0, most=MAX_MAGNITUDE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -153,4 +154,4 @@ class Scene(Message):
     def check(self) -> None:
         """The people are in the map frame."""
         if self.people.frame != "map":
-            raise Fault("a scene's people are in the map frame", "people.frame")
+            raise Fault("wrong_frame", "people.frame")

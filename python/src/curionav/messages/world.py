@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 
 from ..array import F32, F64, I8, U8, U32, Array
-from ..kinds import (
+from ..field_types import (
     Bytes,
     Fault,
     Fraction,
@@ -26,7 +26,7 @@ from ..kinds import (
     Uint32,
 )
 from ..record import Message, Record
-from .mission import Clock
+from .mission import Clock, MissionEnd
 from .robot import Pose
 
 
@@ -57,26 +57,29 @@ class OccupancyGrid(Message):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class InjectRequest(Message):
-    """Run this scenario, with the ``files`` it names; ``profile`` and ``seed`` are the scenario's own if ``None``."""
+    """Run this scenario, with the ``files`` it names and a whole planner ``profile``.
+
+    ``seed`` is the scenario's own if it is ``None``.
+    """
 
     NAME: ClassVar[str] = "inject_request"
     MAX_BYTES: ClassVar[int] = 65536 << 10
 
     scenario: Params
     files: Annotated[dict[str, Annotated[bytes, Bytes()]], {"limit": 32, "free_keys": True}]
-    profile: str | None = None
+    profile: Params
     seed: Uint | None = None
     clock: Clock
     time_scale: Positive
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Metrics(Record):
-    """The metrics of the paper and a few more.
+class Measures(Record):
+    """The measures of the paper and a few more.
 
     ``rmse_m`` localisation error; ``tcm`` (0..1) share of the run before localisation converged (1: never), ``nm``
     times it lost convergence after that; ``td`` (0..1) share of the time closer to people than comfortable, ``md_m``
-    least distance to anyone, between centres (``None`` if nobody was there), ``nt`` times it came closer than
+    least distance to a person, between centres (``None`` if there were no people), ``nt`` times it came closer than
     comfortable; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
     ``collisions`` contacts while driving; ``clearance_min_m`` to people and walls, negative in contact.
     """
@@ -128,11 +131,12 @@ class Trace(Record):
     people: PeopleTrace
 
     def check(self) -> None:
-        """One value a column, and people in every row or none."""
+        """One value per column, and people in every row or none."""
         if self.rows and self.values.shape[1] != len(self.columns):
-            raise Fault(f"has {self.values.shape[1]} columns, must have {len(self.columns)}", "values")
+            expected = self.rows * len(self.columns)
+            raise Fault("wrong_length", "values", found=self.values.size, expected=expected)
         if self.people.rows not in (0, self.rows):
-            raise Fault("differs from the trace's", "people.rows")
+            raise Fault("wrong_length", "people.rows", found=self.people.rows, expected=self.rows)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -150,17 +154,20 @@ class RunResult(Message):
     planner: str
     seed: Uint
     outcome: Literal["reached", "timeout", "lost"]
-    metrics: Metrics
+    measures: Measures
     social: dict[str, Number] | None = None
     cycles: Cycles
     real_time_factor: NonNegative
-    decisions_sha256: Annotated[str, Text(hex_digits=64)]
+    decisions_sha256: Annotated[str, Text(is_hash=True)]
     trace: Trace
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunStatus(Message):
-    """How a world's run goes: simulated ``tick`` and ``time_s`` (s), true ``distance_to_goal`` (m)."""
+    """How a world's run goes: simulated ``tick`` and ``time_s`` (s), true ``distance_to_goal`` (m).
+
+    ``error`` says why it failed.
+    """
 
     NAME: ClassVar[str] = "run_status"
     MAX_BYTES: ClassVar[int] = 32764 << 10
@@ -171,5 +178,5 @@ class RunStatus(Message):
     tick: Uint
     time_s: NonNegative
     distance_to_goal: NonNegative
-    error: str | None = None
+    error: MissionEnd | None = None
     result: RunResult | None = None

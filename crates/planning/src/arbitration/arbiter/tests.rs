@@ -22,6 +22,7 @@ fn curiosity_counts_only_while_uncertain() {
     assert_eq!(Hall::new().arbitrate(&three(), &s, None), Hall::new().arbitrate(&three(), &without, None));
 }
 
+#[cfg(feature = "profiles")]
 #[test]
 fn distance_only_listens_to_nobody_else() {
     let mut hall = Hall::uncertain();
@@ -37,7 +38,7 @@ fn ties_go_to_the_lower_id() {
     let verdict = Hall::new().arbitrate(&three(), &s, None);
     assert_eq!((verdict.decision.candidate, verdict.chosen), (Some(3), Some(1)));
     assert_eq!(verdict.decision.reason, Reason::LeastCost);
-    assert_eq!(verdict.decision.trajectory, Trajectory::of(&three(), 1));
+    assert_eq!(verdict.decision.trajectory, Trajectory::of(&three(), 1, Hall::new().scene.belief.motion()));
     assert_eq!(verdict.decision.valid_for, 1.2);
 }
 
@@ -130,7 +131,7 @@ fn without_anything_to_follow_the_tail_is_held_only_while_valid_near_and_free() 
     hall.scene.belief.pose.x = 20.24;
     let held = decide(&hall, Some(&p));
     assert_eq!((held.action, held.candidate, why(&held)), (Action::Hold, Some(77), PreviousState::Held));
-    assert_eq!(held.trajectory, p.trajectory.tail(0.3));
+    assert_eq!(held.trajectory, p.trajectory.tail(0.3, hall.scene.belief.motion()));
     assert!((held.valid_for - 0.9).abs() < 1e-12);
 
     hall.scene.belief.pose.y = 20.6;

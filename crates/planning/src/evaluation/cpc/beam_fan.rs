@@ -1,6 +1,6 @@
 //! Rays around one place: which walls a scan meets there, and what it tells at each heading.
 
-use crate::evaluation::cpc::information_field::{InformationParams, MeasurementModel};
+use crate::evaluation::cpc::measurement_model::MeasurementModel;
 use crate::evaluation::cpc::ray_cast::RayCaster;
 use crate::evaluation::cpc::wall_normals::WallNormals;
 use crate::numerics::sin_cos;
@@ -33,13 +33,11 @@ pub(super) struct Fan<'a> {
 }
 
 impl<'a> Fan<'a> {
-    /// Prepares the rays of `laser` on `map`.
-    pub(super) fn new(map: &'a StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
+    /// Prepares the rays of `laser` on `map`; `scan` is the information of all beams of one scan, 1/m2.
+    pub(super) fn new(map: &'a StaticMap, laser: &LaserModel, model: MeasurementModel, scan: f64) -> Self {
         let grid = &*map.grid;
         let all_around = laser.fov >= std::f64::consts::TAU - 1e-9;
         let fov = laser.fov.min(std::f64::consts::TAU);
-        let beams = f64::from(params.beams.min(laser.beams));
-        let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
         let spacing = std::f64::consts::TAU / FAN as f64;
         let windows = (0..if all_around { 1 } else { HEADINGS })
             .map(|h| {
@@ -61,7 +59,7 @@ impl<'a> Fan<'a> {
                 (c, s)
             }),
             windows,
-            model: params.model,
+            model,
             reach: laser.range_max / grid.resolution(),
             resolution: grid.resolution(),
         }

@@ -11,10 +11,12 @@
 //! Computed once per map and laser: from the centre of each block of cells a fan of rays is cast, and
 //! for each heading those within the field of view are summed. Nothing is stored where nothing is seen.
 
+use crate::parameters;
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, factorise, sum};
+use crate::evaluation::cpc::measurement_model::MeasurementModel;
 use crate::geometry::Pose2;
 use crate::numerics::sin_cos;
 use crate::occupancy::{Cell, StaticMap};
@@ -22,36 +24,28 @@ use crate::sensor::LaserModel;
 
 /// Cells along a block's side: 0.2 m at the paper's resolution, well below the ranges measured.
 const BLOCK: usize = 4;
-/// What a range says about the pose.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum MeasurementModel {
-    /// Beams that end on walls: position across the wall, and heading.
-    #[default]
-    Beam,
-    /// The paper's text (eqs. 3 and 8): distances to landmark points, here the cells that beams end
-    /// on. Tells nothing about the heading by itself.
-    Range,
-}
-
-/// Parameters of the observation model.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct InformationParams {
-    /// What a range says about the pose.
-    pub model: MeasurementModel,
-    /// Standard deviation of one range as the localiser takes it, metres (A5; its `sigma_hit`, not the
-    /// laser's own noise).
-    pub sigma: f64,
-    /// Beams of one scan that count, spread over the field of view; never more than the laser has.
-    pub beams: u32,
-    /// Neighbouring beams err together; the information of a scan is divided by this, at least 1.
-    pub correlation: f64,
-}
-
-impl Default for InformationParams {
-    fn default() -> Self {
-        Self { model: MeasurementModel::Beam, sigma: 0.2, beams: 20, correlation: 4.0 }
+parameters! {
+    /// Parameters of the observation model.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct InformationParams {
+        /// What a range says about the pose.
+        #[field(words)]
+        pub model: MeasurementModel = MeasurementModel::Beam,
+        /// Standard deviation of one range as the localiser takes it, metres (A5; its `sigma_hit`, not the
+        /// laser's own noise).
+        #[field(
+            0.001, 10.0, "m",
+            "no laser is better than a millimetre, and beyond 10 m a range says nothing"
+        )]
+        pub sigma: f64 = 0.2,
+        /// Beams of one scan that count, spread over the field of view; never more than the laser has.
+        #[field(1.0, 8192.0, "beams", "a laser has no more")]
+        pub beams: u32 = 20,
+        /// Neighbouring beams err together; the information of a scan is divided by this, at least 1.
+        #[field(1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing")]
+        pub correlation: f64 = 4.0,
     }
 }
 
@@ -81,7 +75,9 @@ impl InformationField {
     pub fn new(map: &StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
         let grid = &*map.grid;
         let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
-        let fan = Fan::new(map, laser, params);
+        let beams = f64::from(params.beams.min(laser.beams));
+        let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
+        let fan = Fan::new(map, laser, params.model, scan);
         let headings = fan.windows.len();
         let mut factors = vec![[0.0; 6]; headings];
         let mut place = vec![0; columns * rows];

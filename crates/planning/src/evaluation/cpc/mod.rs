@@ -19,11 +19,13 @@ mod beam_fan;
 mod covariance;
 mod information_field;
 pub mod lqr;
+mod measurement_model;
 mod ray_cast;
 mod wall_normals;
 
 use std::sync::Arc;
 
+use crate::parameters;
 use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
@@ -33,25 +35,29 @@ use crate::numerics::sin_cos;
 use crate::scene::Scene;
 
 use covariance::{Covariances, LANES, Step, StepModel, Steps};
-pub use information_field::{InformationField, InformationParams, MeasurementModel};
+pub use information_field::{InformationField, InformationParams};
 use lqr::GainTable;
+pub use measurement_model::MeasurementModel;
 
-/// When an observation is credited: where the localiser would update (D5). These are the localiser's
-/// own thresholds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct CpcParams {
-    /// Metres driven between two updates. What is driven beyond it counts towards the next one.
-    pub update_min_d: f64,
-    /// Radians turned between two updates.
-    pub update_min_a: f64,
-    /// Seconds between two updates at rest (D7).
-    pub update_max_interval: f64,
-}
-
-impl Default for CpcParams {
-    fn default() -> Self {
-        Self { update_min_d: 0.2, update_min_a: std::f64::consts::FRAC_PI_6, update_max_interval: 1.0 }
+parameters! {
+    /// When an observation is credited: where the localiser would update (D5). These are the localiser's
+    /// own thresholds.
+    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    #[non_exhaustive]
+    pub struct CpcParams {
+        /// Metres driven between two updates. What is driven beyond it counts towards the next one.
+        #[field(0.0, 100.0, "m", "a localiser that updates more rarely does not localise")]
+        pub update_min_d: f64 = 0.2,
+        /// Radians turned between two updates.
+        #[field(0.0, 100.0, "rad", "a localiser that updates more rarely does not localise")]
+        pub update_min_a: f64 = std::f64::consts::FRAC_PI_6,
+        /// Seconds between two updates at rest (D7).
+        #[field(
+            0.01, 1000.0, "s",
+            "a scan comes at most a hundred times per second, and updates are no rarer than that"
+        )]
+        pub update_max_interval: f64 = 1.0,
     }
 }
 

@@ -2,12 +2,13 @@ use nalgebra::Matrix3;
 
 use super::reference_tests::linearise;
 use super::*;
-use crate::geometry::{Pose2, Twist, wrap_angle};
+use crate::geometry::{Pose2, Twist};
 use crate::motion;
 use crate::occupancy::{OccupancyGrid, StaticMap};
 use crate::random::{Rng, rng, uniform};
 use crate::scene::{Belief, People};
 use crate::sensor::LaserModel;
+use crate::states::States;
 
 pub(super) const DT: f64 = 0.3;
 
@@ -48,20 +49,16 @@ pub(super) fn drives(
     steps: usize,
     mut twist: impl FnMut(usize, usize) -> Twist,
 ) -> CandidateSet {
-    let (mut x, mut y, mut heading, mut v, mut omega) = (vec![], vec![], vec![], vec![], vec![]);
+    let mut states = States::default();
     for (i, start) in starts.iter().enumerate() {
         let mut pose = *start;
         for k in 0..steps {
             let twist = twist(i, k);
             pose = motion::step(pose, twist, DT);
-            x.push(pose.x);
-            y.push(pose.y);
-            heading.push(pose.heading);
-            v.push(twist.v);
-            omega.push(twist.omega);
+            states.push(pose, twist);
         }
     }
-    CandidateSet::new(steps, DT, (0..starts.len() as u32).collect(), x, y, heading, v, omega).unwrap()
+    CandidateSet::new(steps, DT, (0..starts.len() as u32).collect(), states).unwrap()
 }
 
 fn straight(start: Pose2, v: f64) -> CandidateSet {
@@ -132,19 +129,14 @@ fn moving_the_world_moves_nothing() {
     let set = wandering(&mut rng(4, 0), 30, 25);
     let here = zeta(&evaluator(&map(Pose2::default(), corridor), LaserModel::default()), &uncertain(), &set);
     for shift in [Pose2::new(-12.3, 40.0, 0.0), Pose2::new(3.0, -7.0, 1.1), Pose2::new(0.5, 0.0, -2.8)] {
-        let pose = |i: usize| shift.compose(Pose2::new(set.x()[i], set.y()[i], set.heading()[i]));
-        let moved: Vec<Pose2> = (0..set.x().len()).map(pose).collect();
-        let there = CandidateSet::new(
-            set.steps(),
-            set.dt(),
-            set.id().to_vec(),
-            moved.iter().map(|p| p.x).collect(),
-            moved.iter().map(|p| p.y).collect(),
-            moved.iter().map(|p| wrap_angle(p.heading)).collect(),
-            set.v().to_vec(),
-            set.omega().to_vec(),
-        )
-        .unwrap();
+        let mut moved = States::default();
+        for i in 0..set.len() {
+            let states = set.states(i);
+            for (pose, twist) in (0..states.len()).map(|k| states.at(k)) {
+                moved.push(shift.compose(pose), twist);
+            }
+        }
+        let there = CandidateSet::new(set.steps(), set.dt(), set.id().to_vec(), moved).unwrap();
         let (s, c) = sin_cos(shift.heading);
         let turn = Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0);
         let scene = scene(turn * uncertain().belief.covariance * turn.transpose());

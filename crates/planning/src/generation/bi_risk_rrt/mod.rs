@@ -5,62 +5,16 @@
 //! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, Baselines).
 
 pub mod heuristic;
+mod params;
 
-use serde::{Deserialize, Serialize};
-
+use crate::generation::generator::SAMPLES;
 use crate::generation::risk_rrt::growth::{Growth, sample_map};
 use crate::generation::risk_rrt::{Ground, TimeTree};
-use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, SAMPLES, Tree};
+use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, rng, standard_normal, uniform};
 use heuristic::{Heuristic, meeting};
-
-/// What Bi-Risk-RRT does besides Risk-RRT, whose parameters hold for both its trees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BiRiskRrtParams {
-    /// Nodes of the two trees this near to each other make the reverse tree's way the heuristic, metres.
-    pub connect_distance: f64,
-    /// Greedy extensions of one tree towards each new node of the other.
-    pub connect_steps: u32,
-    /// Once there is a heuristic, the share of samples that are still drawn from the whole map.
-    pub uniform_share: f64,
-    /// Standard deviation of the others around the nodes of the heuristic on each axis, metres.
-    pub spread: f64,
-    /// Deepest node of the reverse tree.
-    pub reverse_depth: u32,
-}
-
-impl Default for BiRiskRrtParams {
-    fn default() -> Self {
-        Self { connect_distance: 1.0, connect_steps: 5, uniform_share: 0.5, spread: 3.0, reverse_depth: 300 }
-    }
-}
-
-impl BiRiskRrtParams {
-    /// Whether every number makes sense; if not, which field of a profile does not and why.
-    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
-        let positive = |n: f64| n > 0.0 && n.is_finite();
-        let fields = [
-            (
-                positive(self.connect_distance),
-                "generation.bi_risk_rrt.connect_distance",
-                "must be greater than zero",
-            ),
-            (
-                (0.0..=1.0).contains(&self.uniform_share),
-                "generation.bi_risk_rrt.uniform_share",
-                "must be 0 to 1",
-            ),
-            (positive(self.spread), "generation.bi_risk_rrt.spread", "must be greater than zero"),
-            (self.reverse_depth > 0, "generation.bi_risk_rrt.reverse_depth", "must be at least one"),
-        ];
-        match fields.iter().find(|(good, ..)| !good) {
-            Some((_, field, message)) => Err((field, message)),
-            None => Ok(()),
-        }
-    }
-}
+pub use params::BiRiskRrtParams;
 
 /// The generator of Bi-Risk-RRT.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -11,109 +11,22 @@
 
 pub mod control_lattice;
 pub mod growth;
+mod params;
 pub mod paths;
 pub mod time_tree;
 pub mod update;
 
-use serde::{Deserialize, Serialize};
-
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
 use crate::collision_risk::CollisionRisk;
-use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, SAMPLES, Tree};
+use crate::generation::generator::SAMPLES;
+use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, rng, uniform};
 use control_lattice::ControlLattice;
 use growth::Growth;
+pub use params::RiskRrtParams;
 pub use time_tree::TimeTree;
-
-/// Parameters of the tree of Risk-RRT. K, dt and the weights of risk are said elsewhere in the profile.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RiskRrtParams {
-    /// Nodes added in a cycle.
-    pub nodes: u32,
-    /// Most nodes a tree may have.
-    pub max_nodes: u32,
-    /// Deepest node, steps from the root; less if K leaves no room to brake after it.
-    pub max_depth: u32,
-    /// Speeds a node may be left with.
-    pub v_controls: u32,
-    /// Turn rates a node may be left with.
-    pub omega_controls: u32,
-    /// A node with a greater probability of collision is not gone on from, (0, 1].
-    pub threshold: f64,
-    /// Share of samples that are the goal itself.
-    pub goal_bias: f64,
-    /// Samples lie within this many metres of the best node to every side.
-    pub window: f64,
-    /// Farther from its path than this the robot starts a new tree, metres.
-    pub off_path: f64,
-    /// Most paths offered.
-    pub max_candidates: u32,
-}
-
-impl Default for RiskRrtParams {
-    fn default() -> Self {
-        Self {
-            nodes: 800,
-            max_nodes: 3000,
-            max_depth: 50,
-            v_controls: 5,
-            omega_controls: 9,
-            threshold: 0.9,
-            goal_bias: 0.01,
-            window: 5.0,
-            off_path: 0.3,
-            max_candidates: 100,
-        }
-    }
-}
-
-impl RiskRrtParams {
-    /// Whether every number makes sense; if not, which field of a profile does not and why.
-    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
-        let controls = u64::from(self.v_controls) * u64::from(self.omega_controls);
-        let fields = [
-            (self.max_nodes > 0, "generation.risk_rrt.max_nodes", "must be at least one"),
-            (
-                self.max_nodes <= MOST_NODES,
-                "generation.risk_rrt.max_nodes",
-                "must be at most 8000: trees travel",
-            ),
-            (self.max_depth > 0, "generation.risk_rrt.max_depth", "must be at least one"),
-            (controls > 0, "generation.risk_rrt.v_controls", "there must be at least one control"),
-            (
-                controls <= u64::from(ControlLattice::MOST),
-                "generation.risk_rrt.omega_controls",
-                "more than 128 controls",
-            ),
-            (
-                self.threshold > 0.0 && self.threshold <= 1.0,
-                "generation.risk_rrt.threshold",
-                "must be above 0 and at most 1",
-            ),
-            ((0.0..=1.0).contains(&self.goal_bias), "generation.risk_rrt.goal_bias", "must be 0 to 1"),
-            (
-                self.window > 0.0 && self.window.is_finite(),
-                "generation.risk_rrt.window",
-                "must be greater than zero",
-            ),
-            (
-                self.off_path >= 0.0 && self.off_path.is_finite(),
-                "generation.risk_rrt.off_path",
-                "must not be negative",
-            ),
-        ];
-        match fields.iter().find(|(good, ..)| !good) {
-            Some((_, field, message)) => Err((field, message)),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Most nodes of one tree: two of them fit into a message.
-const MOST_NODES: u32 = 8000;
 
 /// The generator of Risk-RRT.
 #[derive(Debug, Clone, PartialEq, Default)]

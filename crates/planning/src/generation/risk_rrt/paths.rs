@@ -4,8 +4,9 @@ use super::control_lattice::ControlLattice;
 use super::growth::Growth;
 use super::time_tree::TimeTree;
 use crate::candidates::CandidateSet;
-use crate::geometry::{Point2, Pose2, Twist};
+use crate::geometry::{Point2, Twist};
 use crate::motion::step;
+use crate::states::States;
 
 /// Paths to nodes of `growth`, the one of greatest weight for `goal` first (that is the one Risk-RRT
 /// drives), at most `most`, none a part of one before it. Each has `steps` states, the first one step
@@ -24,10 +25,10 @@ pub fn candidates(
     most: usize,
 ) -> CandidateSet {
     let tree = &growth.tree;
-    let mut states = States::default();
+    let (mut states, mut count) = (States::default(), 0);
     let mut covered = vec![false; tree.nodes.len()];
     for node in in_turns(growth, ranked(growth, robot.distance(goal), goal, now, steps)) {
-        if states.count as usize >= most {
+        if count >= most {
             break;
         }
         if covered[node] {
@@ -41,12 +42,11 @@ pub fn candidates(
             twist = growth.lattice.braked(twist);
             arcs.push(twist);
         }
-        states.append(tree, &arcs, now, steps);
+        append(&mut states, tree, &arcs, now, steps);
+        count += 1;
     }
-    let id = (0..states.count).collect();
-    let States { x, y, heading, v, omega, .. } = states;
     // Arcs from a finite root are finite and of equal number; anything else offers nothing.
-    CandidateSet::new(steps, tree.dt, id, x, y, heading, v, omega)
+    CandidateSet::new(steps, tree.dt, (0..count as u32).collect(), states)
         .unwrap_or_else(|_| CandidateSet::empty(steps, tree.dt))
 }
 
@@ -115,43 +115,21 @@ fn in_turns(growth: &Growth<'_>, ranked: Vec<usize>) -> Vec<usize> {
     turns.into_iter().map(|(.., node)| node).collect()
 }
 
-/// States of candidates one after the other.
-#[derive(Default)]
-struct States {
-    count: u32,
-    x: Vec<f64>,
-    y: Vec<f64>,
-    heading: Vec<f64>,
-    v: Vec<f64>,
-    omega: Vec<f64>,
-}
-
-impl States {
-    /// Drives `arcs` from the root and records where the robot is one step, two steps, ... after `now`.
-    fn append(&mut self, tree: &TimeTree, arcs: &[Twist], now: f64, steps: usize) {
-        let passed = (now - tree.stamp) / tree.dt;
-        let whole = (passed + 1e-6).floor();
-        let part = if passed - whole < 1e-6 { 0.0 } else { (passed - whole) * tree.dt };
-        let mut pose = tree.nodes[0].pose;
-        for k in 0..=whole as usize + steps {
-            let twist = arcs.get(k).copied().unwrap_or_default();
-            if part > 0.0 && k > whole as usize {
-                self.push(step(pose, twist, part), twist);
-            }
-            pose = step(pose, twist, tree.dt);
-            if part == 0.0 && k >= whole as usize && k < whole as usize + steps {
-                self.push(pose, twist);
-            }
+/// Drives `arcs` from the root and adds to `states` where the robot is one step, two steps, ... after `now`.
+fn append(states: &mut States, tree: &TimeTree, arcs: &[Twist], now: f64, steps: usize) {
+    let passed = (now - tree.stamp) / tree.dt;
+    let whole = (passed + 1e-6).floor();
+    let part = if passed - whole < 1e-6 { 0.0 } else { (passed - whole) * tree.dt };
+    let mut pose = tree.nodes[0].pose;
+    for k in 0..=whole as usize + steps {
+        let twist = arcs.get(k).copied().unwrap_or_default();
+        if part > 0.0 && k > whole as usize {
+            states.push(step(pose, twist, part), twist);
         }
-        self.count += 1;
-    }
-
-    fn push(&mut self, pose: Pose2, twist: Twist) {
-        self.x.push(pose.x);
-        self.y.push(pose.y);
-        self.heading.push(pose.heading);
-        self.v.push(twist.v);
-        self.omega.push(twist.omega);
+        pose = step(pose, twist, tree.dt);
+        if part == 0.0 && k >= whole as usize && k < whole as usize + steps {
+            states.push(pose, twist);
+        }
     }
 }
 

@@ -1,7 +1,8 @@
 //! Whole missions in closed loop, without noise: generate, take the least distance to go, track.
 
 use super::*;
-use crate::tracking::{Reference, TrackingParams, track};
+use crate::tracking::{TrackingParams, track};
+use crate::trajectory::Trajectory;
 
 /// People who walk to and fro, and wait when the robot stands in their way.
 struct Walkers {
@@ -13,10 +14,6 @@ struct Walkers {
 }
 
 impl Walkers {
-    fn none() -> Self {
-        Self::random(0, &hall(&[]), &[], 0)
-    }
-
     fn random(count: u32, map: &StaticMap, keep_away: &[Point2], seed: u64) -> Self {
         let mut r = rng(seed, 77);
         let mut w = Self {
@@ -99,7 +96,7 @@ fn drive(
     let robot = &world.robot;
     let contact = robot.radius() + walkers.people.radius;
     let (mut pose, mut twist, mut tree) = (start, Twist::default(), None);
-    let mut chosen: Option<(CandidateSet, Pose2, Twist, u64)> = None;
+    let mut chosen: Option<(Trajectory, u64)> = None;
     let mut d = Drive {
         reached: false,
         contacts: 0,
@@ -113,12 +110,9 @@ fn drive(
     for tick in 0..1200_u64 {
         if tick % 3 == 0 {
             let scene = scene(tick, pose, twist, &walkers.people);
-            let tail: Vec<Pose2> = chosen.as_ref().map_or(Vec::new(), |(set, _, _, at)| {
+            let tail: Vec<Pose2> = chosen.as_ref().map_or(Vec::new(), |(trajectory, at)| {
                 let passed = ((tick - at) / 3) as usize;
-                let steps = set.steps();
-                (passed.min(steps)..steps)
-                    .map(|k| Pose2::new(set.x()[k], set.y()[k], set.heading()[k]))
-                    .collect()
+                (passed..trajectory.len()).map(|k| trajectory.states().at(k).0).collect()
             });
             let begin = std::time::Instant::now();
             let answer = generator.generate(&world.input(&scene, Some(&tail)), tree.take(), seed, &|| false);
@@ -129,13 +123,11 @@ fn drive(
             tree = Some(answer.tree);
             let set = answer.candidates;
             let cost = |i: usize| -> f64 {
-                set.range(i)
-                    .map(|k| world.geodesic.at(&world.map.grid, Point2::new(set.x()[k], set.y()[k])))
-                    .sum()
+                set.range(i).map(|k| world.geodesic.at(Point2::new(set.x()[k], set.y()[k]))).sum()
             };
             let best = (0..set.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
             match best {
-                Some(i) => chosen = Some((set.slice(i..i + 1), pose, twist, tick)),
+                Some(i) => chosen = Some((Trajectory::of(&set, i, (pose, twist)), tick)),
                 None => {
                     // Hold while what is left of the last decision is free, else stop.
                     let checker = CollisionChecker::new(
@@ -158,19 +150,9 @@ fn drive(
             }
         }
         let wanted = match &chosen {
-            Some((set, start, start_twist, at)) => {
-                let reference = Reference {
-                    start: *start,
-                    start_twist: *start_twist,
-                    dt: set.dt(),
-                    x: set.x(),
-                    y: set.y(),
-                    heading: set.heading(),
-                    v: set.v(),
-                    omega: set.omega(),
-                };
+            Some((trajectory, at)) => {
                 let t = 0.1 * (tick - at) as f64;
-                track(&reference, t, pose, twist, robot, 0.1, &TrackingParams::default())
+                track(trajectory, t, pose, twist, robot, 0.1, &TrackingParams::default())
             }
             None => Twist::default(),
         };
@@ -222,7 +204,8 @@ fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
         for k in 0..16 {
             // A tenth of a metre too near.
             let start = Pose2::new(12.0, 29.6, std::f64::consts::TAU * f64::from(k) / 16.0);
-            let d = drive(&generator, &world, start, goal, &mut Walkers::none(), 1);
+            let mut nobody = Walkers::random(0, &world.map, &[], 1);
+            let d = drive(&generator, &world, start, goal, &mut nobody, 1);
             println!("{steps} steps, {start:?}: {:.1} s, {} stops", d.seconds, d.stops);
             assert!(d.reached && d.seconds < 30.0, "{steps} steps, {start:?}: {:.0} s", d.seconds);
         }

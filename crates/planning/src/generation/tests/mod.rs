@@ -1,7 +1,9 @@
 //! Claims about whole planning cycles, and the worlds they are made in.
 
+#[cfg(feature = "profiles")]
 mod bi_risk_rrt;
 mod drive;
+#[cfg(feature = "profiles")]
 mod risk_rrt;
 mod rrt_star;
 mod update;
@@ -11,11 +13,14 @@ use std::collections::BTreeSet;
 use nalgebra::Matrix3;
 
 use super::*;
-use crate::geometry::{Point2, Twist, wrap_angle};
-use crate::motion::step;
-use crate::occupancy::OccupancyGrid;
-use crate::random::uniform;
-use crate::scene::{Belief, People};
+use crate::candidates::CandidateSet;
+use crate::collision::{CollisionChecker, CollisionParams};
+use crate::forecast::ForecastParams;
+use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
+use crate::motion::{RobotModel, step};
+use crate::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
+use crate::random::{rng, uniform};
+use crate::scene::{Belief, People, Scene};
 
 /// 30 m x 30 m of 0.1 m cells with walls around it and `boxes` (x0, y0, x1, y1) inside, metres.
 pub(super) fn hall(boxes: &[(f64, f64, f64, f64)]) -> StaticMap {
@@ -49,11 +54,12 @@ pub(super) fn furnished() -> StaticMap {
 }
 
 fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
+    let near = |i: &usize| people.position(*i).distance(pose.position()) <= 9.5;
     Scene {
         tick,
         stamp: 0.1 * tick as f64,
         belief: Belief { pose, covariance: Matrix3::identity() * 0.0025, twist },
-        people: people.within(pose.position(), 9.5),
+        people: people.pick((0..people.len()).filter(near)),
         uncertain: false,
     }
 }
@@ -67,7 +73,7 @@ struct World {
 
 impl World {
     fn new(map: StaticMap, goal: Point2) -> Self {
-        let geodesic = GeodesicField::new(&map.grid, &map.to_obstacle, goal, 0.45);
+        let geodesic = GeodesicField::new(&map, goal, 0.45);
         Self { map, goal, geodesic, robot: RobotModel::default() }
     }
 

@@ -50,11 +50,11 @@ fn walk_in(
         if set.is_empty() {
             (belief.1, driven) = (Twist::default(), None);
         } else {
-            let trajectory = crate::arbitration::Trajectory::of(set, 0);
+            let trajectory = crate::trajectory::Trajectory::of(set, 0, belief);
             let elapsed = 0.1 * ticks as f64;
-            belief = trajectory.at(elapsed).unwrap();
-            let tail = trajectory.tail(elapsed);
-            driven = Some((0..tail.len()).map(|k| tail.state(k).unwrap().0).collect());
+            belief = trajectory.at(elapsed);
+            let tail = trajectory.tail(elapsed, belief);
+            driven = Some((0..tail.len()).map(|k| tail.states().at(k).0).collect());
         }
         tree = Some(answer.tree);
     }

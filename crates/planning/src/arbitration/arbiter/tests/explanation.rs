@@ -57,6 +57,7 @@ fn nobody_who_collides_is_named() {
     }
 }
 
+#[cfg(feature = "profiles")]
 #[test]
 fn the_only_term_cannot_be_left_out() {
     let mut hall = Hall::new();

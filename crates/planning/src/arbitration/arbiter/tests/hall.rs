@@ -6,6 +6,7 @@ use super::*;
 use crate::geometry::Twist;
 use crate::occupancy::OccupancyGrid;
 use crate::scene::{Belief, People};
+use crate::states::States;
 
 pub(super) const STEPS: usize = 13;
 pub(super) const DT: f64 = 0.3;
@@ -76,17 +77,16 @@ impl Hall {
 
 /// Straight ways from the hall's middle: id, direction (rad), speed (m/s).
 pub(super) fn fan(ways: &[(u32, f64, f64)]) -> CandidateSet {
-    let mut arrays: [Vec<f64>; 5] = Default::default();
+    let mut states = States::default();
     for &(_, direction, speed) in ways {
         let (s, c) = sin_cos(direction);
         for k in 1..=STEPS {
             let travel = speed * DT * k as f64;
-            let state = [20.0 + c * travel, 20.0 + s * travel, direction, speed, 0.0];
-            arrays.iter_mut().zip(state).for_each(|(array, n)| array.push(n));
+            let pose = Pose2::new(20.0 + c * travel, 20.0 + s * travel, direction);
+            states.push(pose, Twist { v: speed, omega: 0.0 });
         }
     }
-    let [x, y, heading, v, omega] = arrays;
-    CandidateSet::new(STEPS, DT, ways.iter().map(|w| w.0).collect(), x, y, heading, v, omega).unwrap()
+    CandidateSet::new(STEPS, DT, ways.iter().map(|w| w.0).collect(), states).unwrap()
 }
 
 pub(super) fn scores(columns: &[(&str, &[f64])]) -> Scores {
@@ -103,6 +103,6 @@ pub(super) fn three() -> CandidateSet {
 }
 
 pub(super) fn previous(direction: f64, stamp: f64) -> Previous {
-    let trajectory = Trajectory::of(&fan(&[(77, direction, 0.8)]), 0);
+    let trajectory = Trajectory::of(&fan(&[(77, direction, 0.8)]), 0, Hall::new().scene.belief.motion());
     Previous { trajectory, candidate: Some(77), stamp, valid_for: 1.2 }
 }

@@ -1,0 +1,26 @@
+//! How commands reach a deployment.
+
+use clap::Args;
+use curionav_runtime::config::ServiceConfig;
+
+/// Where the deployment is.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ConnectOptions {
+    /// Router endpoint, e.g. tcp/10.0.0.1:7447.
+    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/127.0.0.1:7447")]
+    pub(crate) connect: String,
+    /// Key prefix of the deployment.
+    #[arg(long, value_name = "NS")]
+    pub(crate) namespace: Option<String>,
+}
+
+impl ConnectOptions {
+    /// That of a client there.
+    pub(crate) fn config(&self) -> ServiceConfig {
+        ServiceConfig {
+            connect: vec![self.connect.clone()],
+            namespace: self.namespace.clone(),
+            ..ServiceConfig::default()
+        }
+    }
+}

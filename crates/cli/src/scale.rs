@@ -1,0 +1,153 @@
+//! `curionav scale`: what more replicas bring.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use curionav_lab::scale::{self, Pooled};
+use curionav_runtime::exit::Exit;
+use curionav_schemas::limits::{MAX_CANDIDATES, MAX_PEOPLE};
+
+/// Replicas, robots: more than one machine is asked to carry.
+const PROCESSES_MAX: i64 = 64;
+const ROBOTS_MAX: i64 = 200;
+
+/// What can be run with more than one replica.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Service {
+    /// Localisation uncertainty along candidates.
+    Cpc,
+    /// Human comfort and crowd density along candidates.
+    Cnc,
+    /// Candidates themselves.
+    Generator,
+}
+
+/// Measure what more replicas bring, for how many robots, and what the split into processes costs.
+///
+/// Drives through a scenario to have real scenes and candidates, starts a router and replicas of one service
+/// as processes on this machine, and asks them as arbiters do.
+///
+///   curionav scale --service cpc --cpu-quota 0.1            throughput with 1, 2, 4 and 8 replicas
+///   curionav scale --service cnc --break-even             when asking beats computing in the arbiter
+///   curionav scale --service cpc --robots 1,10,50           many robots over one pool, ten times a second
+///   curionav scale --overhead                               what splitting the cycle into processes costs
+///
+/// Throughput is measured with so many batches in flight that no replica waits for work; p50 and p99 are the
+/// times of a batch that has the pool to itself. Efficiency is the throughput of a replica as a share of that
+/// in the first row. `cores` is what the replicas used, `asking` what router and robots used: when both
+/// together come near what the machine has, it is the limit and not the pool; --cpu-quota 0.1 makes room.
+///
+/// --json prints {service, rows: [{replicas, candidates_per_s, p50_ms, p99_ms, efficiency, ...}], ...}.
+/// Exit status: 0 measured; 1 interrupted, or the drive failed; 2 bad argument, or no control groups for
+/// --cpu-quota; 3 a process could not be started or did not answer. docs/scaling.md says more.
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct ScaleOptions {
+    /// Which service to measure.
+    #[arg(long, value_enum, required_unless_present = "overhead")]
+    service: Option<Service>,
+    /// Numbers of replicas, separated by commas; the first is what the others are compared with. Default:
+    /// 1,2,4,8; with --break-even 1,2; with --robots 2.
+    #[arg(long, value_name = "N,N", value_delimiter = ',',
+        value_parser = clap::value_parser!(u16).range(1..=PROCESSES_MAX))]
+    replicas: Vec<u16>,
+    /// Give each replica only this much of a processor, e.g. 0.1, so that a small machine can carry many.
+    /// Needs Linux control groups that may be written (root, as a rule).
+    #[arg(long, value_name = "CORES", value_parser = parse_quota)]
+    cpu_quota: Option<f64>,
+    /// Candidates in a batch; several with --break-even. Default: 2000; with --robots 100; with --break-even
+    /// 16 to 4000.
+    #[arg(long, value_name = "N,N", value_delimiter = ',',
+        value_parser = clap::value_parser!(u32).range(1..=MAX_CANDIDATES as i64))]
+    batch: Vec<u32>,
+    /// People around the robot; several with --break-even. Default: as many as the scenario has there; with
+    /// --break-even 5,20,80.
+    #[arg(long, value_name = "N,N", value_delimiter = ',',
+        value_parser = clap::value_parser!(u32).range(0..=MAX_PEOPLE as i64))]
+    people: Vec<u32>,
+    /// How long to measure each row. Default: 10; with --break-even 1.
+    #[arg(long, value_name = "S", value_parser = parse_seconds)]
+    seconds: Option<f64>,
+    /// Batches in flight for each replica while throughput is measured, each a robot's.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=16))]
+    in_flight: u16,
+    /// Scenario that scenes and candidates are taken from.
+    #[arg(long, value_name = "SCENARIO.toml", default_value = "scenarios/paper/env4-s3.toml")]
+    scenario: PathBuf,
+    /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
+    #[arg(long, value_name = "PROFILE")]
+    planner: Option<String>,
+    /// Find out from which batch on asking replicas is faster than computing in the arbiter.
+    #[arg(long, conflicts_with_all = ["robots", "overhead"])]
+    break_even: bool,
+    /// Let this many robots plan ten times a second over one pool, e.g. 1,10,50.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with = "overhead",
+        value_parser = clap::value_parser!(u16).range(1..=ROBOTS_MAX))]
+    robots: Vec<u16>,
+    /// Measure what splitting the cycle into processes costs, in bare query round trips.
+    #[arg(long, conflicts_with_all = ["service", "replicas", "cpu_quota", "batch", "people"])]
+    overhead: bool,
+    /// Print exactly one JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+fn parse_quota(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(cores) if (0.01..=64.0).contains(&cores) => Ok(cores),
+        _ => Err("must be processors, from 0.01 to 64".into()),
+    }
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.5..=3600.0).contains(&seconds) => Ok(seconds),
+        _ => Err("must be seconds, from 0.5 to 3600".into()),
+    }
+}
+
+pub(crate) async fn run(o: ScaleOptions, log: &str) -> Result<u8, Exit> {
+    check(&o)?;
+    let service = o.service.map(|service| match service {
+        Service::Cpc => Pooled::Cpc,
+        Service::Cnc => Pooled::Cnc,
+        Service::Generator => Pooled::Generator,
+    });
+    let options = scale::Options {
+        service,
+        replicas: o.replicas,
+        cpu_quota: o.cpu_quota,
+        batch: o.batch,
+        people: o.people,
+        seconds: o.seconds,
+        in_flight: o.in_flight,
+        scenario: o.scenario,
+        planner: o.planner,
+        break_even: o.break_even,
+        robots: o.robots,
+        overhead: o.overhead,
+        json: o.json,
+    };
+    scale::scale(options, log).await
+}
+
+/// What the arguments say one by one makes sense together.
+fn check(options: &ScaleOptions) -> Result<(), Exit> {
+    let bad = |problem: &str| Err(Exit::bad_input(anyhow!("{problem}")));
+    if !options.break_even && options.batch.len() > 1 {
+        return bad("--batch: several batches are only compared with --break-even");
+    }
+    if !options.break_even && options.people.len() > 1 {
+        return bad("--people: several crowds are only compared with --break-even");
+    }
+    if options.service == Some(Service::Generator) {
+        if options.break_even {
+            return bad("--break-even: is for evaluators; a generator's work is not cut into shards");
+        }
+        if !options.batch.is_empty() || !options.people.is_empty() {
+            return bad("--batch, --people: are for evaluators; a generator is asked what the scenario asks");
+        }
+    }
+    Ok(())
+}

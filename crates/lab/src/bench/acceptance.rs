@@ -1,0 +1,354 @@
+//! What the project promises of its planner, judged by the runs.
+
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::comparison::Comparison;
+use super::measure::Measure;
+
+/// The planner that is judged, its two ablations, and who has no curiosity for landmarks.
+const OURS: &str = "curiosity";
+const WITHOUT_CNC: &str = "cpc-only";
+const WITHOUT_CPC: &str = "cnc-only";
+const BLIND: [&str; 4] = ["cnc-only", "distance-only", "risk-rrt", "bi-risk-rrt"];
+/// Scenarios of the whole table.
+const SCENARIOS: usize = 13;
+/// A difference counts below this p.
+const SIGNIFICANT: f64 = 0.01;
+/// Fewer pairs cannot have such a p, whatever they say: 2 / 2^8 is the first below it.
+const PAIRS_LEAST: usize = 8;
+const TD_MOST: f64 = 0.041;
+const TCM_MOST: f64 = 0.15;
+const VEL_LEAST: f64 = 0.87;
+const LENGTH_MOST: f64 = 1.2;
+const TIME_MOST: Duration = Duration::from_secs(20 * 60);
+
+/// Whether a promise is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Verdict {
+    Pass,
+    Miss,
+    /// Runs it needs are not there.
+    NotJudged,
+}
+
+/// A promise and what was found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Criterion {
+    pub(crate) promise: String,
+    pub(crate) verdict: Verdict,
+    pub(crate) found: String,
+}
+
+/// Every promise in turn. `clock` is what the runs took on the clock, with all workers busy.
+pub(crate) fn criteria(comparison: &Comparison<'_>, clock: Duration) -> Vec<Criterion> {
+    let Some(ours) = comparison.planner(OURS) else {
+        return vec![Criterion {
+            promise: format!("everything is promised of `{OURS}`"),
+            verdict: Verdict::NotJudged,
+            found: "it was not run".into(),
+        }];
+    };
+    let judge = Judge { comparison, ours };
+    let mut all = vec![judge.success()];
+    all.extend(judge.comfort());
+    all.extend(judge.localisation());
+    all.extend(judge.efficiency());
+    all.extend(judge.ablations());
+    all.push(judge.whole_table(clock));
+    all
+}
+
+struct Judge<'a> {
+    comparison: &'a Comparison<'a>,
+    ours: usize,
+}
+
+impl Judge<'_> {
+    fn success(&self) -> Criterion {
+        let runs: Vec<_> = self.comparison.all_runs(self.ours).collect();
+        let reached = runs.iter().filter(|row| row.is_reached()).count();
+        let collisions: u32 = runs.iter().map(|row| row.measures.collisions).sum();
+        let found = format!("reached {reached} of {}, {collisions} collisions", runs.len());
+        criterion(
+            "every run reaches the goal, without a collision",
+            reached == runs.len() && collisions == 0,
+            found,
+        )
+    }
+
+    fn comfort(&self) -> Vec<Criterion> {
+        let most = format!("TD at most {:.1} % in each scenario", 100.0 * TD_MOST);
+        vec![
+            self.best("TD is the lowest of all planners", Measure::Td, 12, false),
+            self.bound(&most, Measure::Td, |td| td <= TD_MOST, false),
+            self.best("MD is the highest of all planners", Measure::Md, 12, false),
+            self.best("NT, rounded as in the paper, is the lowest or tied", Measure::Nt, 13, true),
+        ]
+    }
+
+    fn localisation(&self) -> Vec<Criterion> {
+        let mut all = Vec::new();
+        for (measure, name) in [(Measure::Rmse, "RMSE"), (Measure::Tcm, "TCM")] {
+            for planner in [OURS, WITHOUT_CNC] {
+                for other in BLIND {
+                    all.push(self.better(measure, name, planner, other));
+                }
+            }
+            all.push(self.nowhere_worse(measure, name));
+        }
+        all.push(self.in_order(
+            "RMSE of `curiosity` is nowhere above that of a planner without CPC (the paper: 13 of 13)",
+            Measure::Rmse,
+            13,
+            |ours, _, other| ours <= other,
+        ));
+        all.push(self.in_order(
+            "TCM of `curiosity` and of `cpc-only` is below that of every planner without CPC (the paper: 11 of 13)",
+            Measure::Tcm,
+            11,
+            |ours, ablation, other| ours < other && ablation < other,
+        ));
+        let most = format!("TCM at most {:.0} % in each scenario", 100.0 * TCM_MOST);
+        all.push(self.count("NM, rounded as in the paper, is 0", 12, |s| {
+            Some(self.comparison.mean(Measure::Nm, s, self.ours)?.round() == 0.0)
+        }));
+        all.push(self.bound(&most, Measure::Tcm, |tcm| tcm <= TCM_MOST, false));
+        all
+    }
+
+    fn efficiency(&self) -> Vec<Criterion> {
+        let least = format!("Vel at least {VEL_LEAST} m/s in each scenario");
+        let most = format!("Length at most {LENGTH_MOST} times the shortest planner's in each scenario");
+        vec![
+            self.bound(&least, Measure::Vel, |vel| vel >= VEL_LEAST, false),
+            self.bound(&most, Measure::Length, |share| share <= LENGTH_MOST, true),
+        ]
+    }
+
+    fn ablations(&self) -> Vec<Criterion> {
+        vec![
+            self.better(Measure::Rmse, "ablation: RMSE", OURS, WITHOUT_CPC),
+            self.better(Measure::Td, "ablation: TD", OURS, WITHOUT_CNC),
+        ]
+    }
+
+    fn whole_table(&self, clock: Duration) -> Criterion {
+        let promise = format!(
+            "6 planners, 13 scenarios, 10 seeds in at most {} minutes on 2 cores",
+            TIME_MOST.as_secs() / 60
+        );
+        let planners = 0..self.comparison.planners.len();
+        let runs: usize = planners.map(|p| self.comparison.all_runs(p).count()).sum();
+        let found = format!("{runs} runs in {:.1} minutes", clock.as_secs_f64() / 60.0);
+        if runs < 6 * SCENARIOS * 10 {
+            not_judged(&promise, found)
+        } else {
+            criterion(&promise, clock <= TIME_MOST, found)
+        }
+    }
+
+    /// `holds(scenario)` in at least `of_thirteen` of thirteen scenarios, or all but as many of fewer.
+    fn count(&self, promise: &str, of_thirteen: usize, holds: impl Fn(usize) -> Option<bool>) -> Criterion {
+        let names = &self.comparison.scenarios;
+        let judged: Vec<(usize, bool)> = (0..names.len()).filter_map(|s| Some((s, holds(s)?))).collect();
+        let needed = (judged.len() * of_thirteen).div_ceil(SCENARIOS);
+        let good = judged.iter().filter(|(_, holds)| *holds).count();
+        let not: Vec<&str> =
+            judged.iter().filter(|(_, holds)| !holds).map(|(s, _)| names[*s].as_str()).collect();
+        let but = if not.is_empty() { String::new() } else { format!("; not in {}", not.join(", ")) };
+        let promise = format!("{promise}, in at least {needed} of {} scenarios", judged.len());
+        if judged.is_empty() {
+            return not_judged(&promise, "no runs".into());
+        }
+        criterion(&promise, good >= needed, format!("{good} of {}{but}", judged.len()))
+    }
+
+    fn best(&self, promise: &str, measure: Measure, of_thirteen: usize, is_rounded: bool) -> Criterion {
+        let value = |s: usize, p: usize| {
+            self.comparison.mean(measure, s, p).map(|mean| if is_rounded { mean.round() } else { mean })
+        };
+        self.count(promise, of_thirteen, |s| {
+            let own = value(s, self.ours)?;
+            let others = (0..self.comparison.planners.len()).filter(|p| *p != self.ours);
+            Some(!others.filter_map(|p| value(s, p)).any(|other| measure.prefers(other, own)))
+        })
+    }
+
+    /// A bound on the mean in each scenario, or on its ratio to the best planner's.
+    fn bound(
+        &self,
+        promise: &str,
+        measure: Measure,
+        holds: impl Fn(f64) -> bool,
+        is_ratio: bool,
+    ) -> Criterion {
+        let mut worst: Option<(f64, &str)> = None;
+        let mut is_kept = true;
+        for (s, name) in self.comparison.scenarios.iter().enumerate() {
+            let Some(mut own) = self.comparison.mean(measure, s, self.ours) else { continue };
+            if is_ratio {
+                let all =
+                    (0..self.comparison.planners.len()).filter_map(|p| self.comparison.mean(measure, s, p));
+                own /= all.fold(f64::INFINITY, f64::min);
+            }
+            is_kept &= holds(own);
+            let is_worse = |(w, _): &(f64, &str)| if is_ratio { own > *w } else { measure.prefers(*w, own) };
+            if worst.as_ref().is_none_or(is_worse) {
+                worst = Some((own, name));
+            }
+        }
+        match worst {
+            None => not_judged(promise, "no runs".into()),
+            Some((value, name)) => {
+                let value =
+                    if is_ratio { format!("{value:.2} times") } else { measure.show_with_unit(value) };
+                criterion(promise, is_kept, format!("worst {value} in {name}"))
+            }
+        }
+    }
+
+    /// Better in the pooled paired test.
+    fn better(&self, measure: Measure, name: &str, planner: &str, other: &str) -> Criterion {
+        let promise = format!(
+            "{name} of `{planner}` is better than that of `{other}`, all runs paired, p < {SIGNIFICANT}"
+        );
+        let [a, b] = [planner, other].map(|name| self.comparison.planner(name));
+        let paired = a.zip(b).and_then(|(a, b)| self.comparison.paired(measure, a, b, None));
+        let Some(paired) = paired else { return not_judged(&promise, "not both were run".into()) };
+        let sign = if paired.difference > 0.0 { "+" } else { "" };
+        let found = format!(
+            "{sign}{} on average, {}, {} pairs",
+            measure.show_with_unit(paired.difference),
+            shown_p(paired.p),
+            paired.pairs
+        );
+        if paired.pairs < PAIRS_LEAST {
+            return not_judged(&promise, format!("{found}: too few to tell"));
+        }
+        let is_better = measure.prefers(paired.difference, 0.0) && paired.p < SIGNIFICANT;
+        criterion(&promise, is_better, found)
+    }
+
+    fn nowhere_worse(&self, measure: Measure, name: &str) -> Criterion {
+        let promise = format!(
+            "{name} of `{OURS}` and `{WITHOUT_CNC}` is significantly worse than that of a planner without CPC nowhere (p < {SIGNIFICANT} in a scenario)"
+        );
+        let mut tests = 0;
+        let mut worse = Vec::new();
+        for planner in [OURS, WITHOUT_CNC] {
+            for other in BLIND {
+                let (Some(a), Some(b)) = (self.comparison.planner(planner), self.comparison.planner(other))
+                else {
+                    continue;
+                };
+                for (s, scenario) in self.comparison.scenarios.iter().enumerate() {
+                    let Some(paired) = self.comparison.paired(measure, a, b, Some(s)) else { continue };
+                    if paired.pairs < PAIRS_LEAST {
+                        continue;
+                    }
+                    tests += 1;
+                    if measure.prefers(0.0, paired.difference) && paired.p < SIGNIFICANT {
+                        worse.push(format!("{planner} than {other} in {scenario}"));
+                    }
+                }
+            }
+        }
+        match (tests, worse.is_empty()) {
+            (0, _) => not_judged(&promise, "too few runs to compare with".into()),
+            (_, true) => criterion(&promise, true, format!("none of {tests}")),
+            (_, false) => {
+                criterion(&promise, false, format!("{} of {tests}: {}", worse.len(), worse.join("; ")))
+            }
+        }
+    }
+
+    /// `holds(ours, the ablation with CPC, another)` for every planner without CPC.
+    fn in_order(
+        &self,
+        promise: &str,
+        measure: Measure,
+        of_thirteen: usize,
+        holds: impl Fn(f64, f64, f64) -> bool,
+    ) -> Criterion {
+        let others: Vec<usize> = BLIND.iter().filter_map(|name| self.comparison.planner(name)).collect();
+        let Some(ablation) = self.comparison.planner(WITHOUT_CNC).filter(|_| !others.is_empty()) else {
+            return not_judged(promise, "planners to compare with were not run".into());
+        };
+        self.count(promise, of_thirteen, |s| {
+            let mean = |planner| self.comparison.mean(measure, s, planner);
+            let (own, ablation) = (mean(self.ours)?, mean(ablation)?);
+            Some(others.iter().filter_map(|o| mean(*o)).all(|other| holds(own, ablation, other)))
+        })
+    }
+}
+
+/// A p value in words, with as many digits as anybody needs.
+pub(crate) fn shown_p(p: f64) -> String {
+    if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
+}
+
+fn criterion(promise: &str, is_kept: bool, found: String) -> Criterion {
+    let verdict = if is_kept { Verdict::Pass } else { Verdict::Miss };
+    Criterion { promise: promise.to_owned(), verdict, found }
+}
+
+fn not_judged(promise: &str, found: String) -> Criterion {
+    Criterion { promise: promise.to_owned(), verdict: Verdict::NotJudged, found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::comparison::tests::{names, rows};
+    use super::super::row::Row;
+    use super::*;
+
+    fn verdict(rows: &[Row], start: &str) -> (Verdict, String) {
+        let planners = names(&["curiosity", "cpc-only", "cnc-only"]);
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(planners, names(&["env1-s1"]), &all);
+        let all = criteria(&comparison, Duration::from_secs(60));
+        let found = all.into_iter().find(|c| c.promise.starts_with(start)).unwrap();
+        (found.verdict, found.found)
+    }
+
+    #[test]
+    fn each_promise_is_judged_by_its_figures() {
+        let planners = ["curiosity", "cpc-only", "cnc-only"];
+        let good = rows("env1-s1", &planners, |p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
+        assert_eq!(
+            verdict(&good, "every run reaches"),
+            (Verdict::Pass, "reached 10 of 10, 0 collisions".into())
+        );
+        assert_eq!(verdict(&good, "TD is the lowest").0, Verdict::Pass);
+        assert_eq!(verdict(&good, "ablation: TD").0, Verdict::Pass);
+        // All localise the same.
+        assert_eq!(verdict(&good, "ablation: RMSE").0, Verdict::Miss);
+        assert_eq!(
+            verdict(&good, "RMSE of `curiosity` is better than that of `risk-rrt`").0,
+            Verdict::NotJudged
+        );
+        assert_eq!(verdict(&good, "6 planners").0, Verdict::NotJudged);
+
+        let mut bad = rows("env1-s1", &planners, |p, _| 0.3 - 0.1 * p as f64);
+        bad[0].measures.collisions = 2;
+        assert_eq!(
+            verdict(&bad, "every run reaches"),
+            (Verdict::Miss, "reached 10 of 10, 2 collisions".into())
+        );
+        assert_eq!(verdict(&bad, "TD is the lowest"), (Verdict::Miss, "0 of 1; not in env1-s1".into()));
+        assert_eq!(verdict(&bad, "TD at most 4.1 %"), (Verdict::Miss, "worst 30.00 % in env1-s1".into()));
+        assert_eq!(
+            verdict(&bad, "Length at most 1.2"),
+            (Verdict::Pass, "worst 1.00 times in env1-s1".into())
+        );
+    }
+
+    #[test]
+    fn without_the_planner_nothing_is_judged() {
+        let comparison = Comparison::new(names(&["x"]), names(&["y"]), &[]);
+        assert_eq!(criteria(&comparison, Duration::ZERO)[0].verdict, Verdict::NotJudged);
+    }
+}

@@ -1,0 +1,227 @@
+//! What the rows mean: spreads, paired differences, who is best, whose order is the paper's.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::measure::Measure;
+use super::published::published;
+use super::row::Row;
+use super::statistics::{mean, mean_interval, signed_rank, standard_deviation};
+
+/// A measure over the runs of one planner in one scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Spread {
+    /// Runs in which the measure has a value.
+    pub(crate) runs: usize,
+    pub(crate) mean: f64,
+    pub(crate) sd: f64,
+    /// 95 % bootstrap interval of the mean.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// One planner against another in the same scenarios with the same seeds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(crate) struct Paired {
+    pub(crate) pairs: usize,
+    /// Mean of the first minus the second.
+    pub(crate) difference: f64,
+    /// Its 95 % bootstrap interval.
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Of the two-sided signed-rank test.
+    pub(crate) p: f64,
+}
+
+/// How many pairs of planners are in the paper's order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub(crate) struct Order {
+    pub(crate) agree: usize,
+    /// Pairs that the paper tells apart.
+    pub(crate) pairs: usize,
+}
+
+/// All rows by scenario and planner; both are named by their place in the lists.
+pub(crate) struct Comparison<'a> {
+    pub(crate) planners: Vec<String>,
+    pub(crate) scenarios: Vec<String>,
+    /// [scenario][planner] by seed.
+    rows: Vec<Vec<BTreeMap<u64, &'a Row>>>,
+    spreads: BTreeMap<(Measure, usize, usize), Spread>,
+}
+
+impl<'a> Comparison<'a> {
+    pub(crate) fn new(planners: Vec<String>, scenarios: Vec<String>, all: &[&'a Row]) -> Self {
+        let mut rows = vec![vec![BTreeMap::new(); planners.len()]; scenarios.len()];
+        for row in all {
+            let scenario = scenarios.iter().position(|s| *s == row.scenario);
+            let planner = planners.iter().position(|p| *p == row.planner);
+            if let (Some(scenario), Some(planner)) = (scenario, planner) {
+                rows[scenario][planner].insert(row.seed, *row);
+            }
+        }
+        let mut comparison = Self { planners, scenarios, rows, spreads: BTreeMap::new() };
+        for measure in Measure::ALL {
+            for scenario in 0..comparison.scenarios.len() {
+                for planner in 0..comparison.planners.len() {
+                    if let Some(spread) = comparison.measured(measure, scenario, planner) {
+                        comparison.spreads.insert((measure, scenario, planner), spread);
+                    }
+                }
+            }
+        }
+        comparison
+    }
+
+    /// The place of a planner in the list.
+    pub(crate) fn planner(&self, name: &str) -> Option<usize> {
+        self.planners.iter().position(|p| p == name)
+    }
+
+    /// The runs of one planner in one scenario, by seed.
+    pub(crate) fn runs(&self, scenario: usize, planner: usize) -> impl Iterator<Item = &'a Row> {
+        self.rows[scenario][planner].values().copied()
+    }
+
+    /// The runs of one planner in all scenarios.
+    pub(crate) fn all_runs(&self, planner: usize) -> impl Iterator<Item = &'a Row> {
+        (0..self.scenarios.len()).flat_map(move |scenario| self.runs(scenario, planner))
+    }
+
+    /// Nothing where no run has a value.
+    pub(crate) fn spread(&self, measure: Measure, scenario: usize, planner: usize) -> Option<&Spread> {
+        self.spreads.get(&(measure, scenario, planner))
+    }
+
+    pub(crate) fn mean(&self, measure: Measure, scenario: usize, planner: usize) -> Option<f64> {
+        self.spread(measure, scenario, planner).map(|spread| spread.mean)
+    }
+
+    fn measured(&self, measure: Measure, scenario: usize, planner: usize) -> Option<Spread> {
+        let values: Vec<f64> = self.runs(scenario, planner).filter_map(|row| measure.of(row)).collect();
+        let seed = seed(&[measure.key(), &self.scenarios[scenario], &self.planners[planner]]);
+        let (low, high) = mean_interval(&values, seed)?;
+        Some(Spread { runs: values.len(), mean: mean(&values)?, sd: standard_deviation(&values)?, low, high })
+    }
+
+    /// Planner `a` minus planner `b`, in one scenario or pooled over all; nothing without a pair.
+    pub(crate) fn paired(
+        &self,
+        measure: Measure,
+        a: usize,
+        b: usize,
+        scenario: Option<usize>,
+    ) -> Option<Paired> {
+        let all = 0..self.scenarios.len();
+        let mut differences = Vec::new();
+        for s in all.filter(|s| scenario.is_none_or(|wanted| wanted == *s)) {
+            for (seed, row) in &self.rows[s][a] {
+                let other = self.rows[s][b].get(seed).and_then(|other| measure.of(other));
+                if let (Some(value), Some(other)) = (measure.of(row), other) {
+                    differences.push(value - other);
+                }
+            }
+        }
+        let place = scenario.map_or("", |s| &self.scenarios[s]);
+        let seed = seed(&[measure.key(), place, &self.planners[a], &self.planners[b]]);
+        let (low, high) = mean_interval(&differences, seed)?;
+        let (difference, p) = (mean(&differences)?, signed_rank(&differences)?);
+        Some(Paired { pairs: differences.len(), difference, low, high, p })
+    }
+
+    /// Whether nobody's mean is better; several may share it.
+    pub(crate) fn is_best(&self, measure: Measure, scenario: usize, planner: usize) -> bool {
+        let Some(own) = self.mean(measure, scenario, planner) else { return false };
+        let others = (0..self.planners.len()).filter_map(|other| self.mean(measure, scenario, other));
+        !others.into_iter().any(|other| measure.prefers(other, own))
+    }
+
+    /// Of the pairs of planners that the paper tells apart in this scenario, how many are in its order here.
+    pub(crate) fn order(&self, measure: Measure, scenario: usize) -> Order {
+        let both: Vec<(f64, f64)> = (0..self.planners.len())
+            .filter_map(|p| {
+                let theirs = published(measure, &self.planners[p], &self.scenarios[scenario])?;
+                Some((theirs.mean, self.mean(measure, scenario, p)?))
+            })
+            .collect();
+        let mut order = Order { agree: 0, pairs: 0 };
+        for (i, (theirs, ours)) in both.iter().enumerate() {
+            for (their_other, our_other) in &both[i + 1..] {
+                if theirs != their_other {
+                    order.pairs += 1;
+                    order.agree +=
+                        usize::from(ours != our_other && (theirs < their_other) == (ours < our_other));
+                }
+            }
+        }
+        order
+    }
+}
+
+/// The seed of a bootstrap: its own for each question, the same in every report.
+fn seed(words: &[&str]) -> u64 {
+    let digest = Sha256::digest(words.join("\n"));
+    digest.iter().take(8).fold(0, |seed, byte| seed << 8 | u64::from(*byte))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::super::row::tests::row;
+    use super::*;
+
+    /// Two planners, ten seeds, TD as given by (planner, seed).
+    pub(crate) fn rows(scenario: &str, planners: &[&str], td: impl Fn(usize, u64) -> f64) -> Vec<Row> {
+        let mut rows = Vec::new();
+        for (index, planner) in planners.iter().enumerate() {
+            for seed in 1..=10 {
+                let mut one = row(scenario, planner, seed);
+                one.measures.td = td(index, seed);
+                rows.push(one);
+            }
+        }
+        rows
+    }
+
+    pub(crate) fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn pairs_share_scenario_and_seed() {
+        // The first is better by 0.01 in every pair, though the seeds differ by far more.
+        let mut rows = rows("x", &["a", "b"], |p, seed| 0.05 * seed as f64 + 0.01 * p as f64);
+        rows.retain(|r| r.planner == "a" || r.seed > 1);
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(names(&["a", "b"]), names(&["x"]), &all);
+        let paired = comparison.paired(Measure::Td, 0, 1, None).unwrap();
+        assert_eq!(paired.pairs, 9);
+        assert!((paired.difference + 0.01).abs() < 1e-9 && paired.p < 0.01, "{paired:?}");
+        assert!(comparison.paired(Measure::Td, 0, 1, Some(0)).is_some());
+        let spread = comparison.spread(Measure::Td, 0, 0).unwrap();
+        assert!((spread.mean - 0.275).abs() < 1e-12 && spread.low < spread.mean && spread.mean < spread.high);
+    }
+
+    #[test]
+    fn a_run_that_did_not_arrive_has_no_length_but_counts_otherwise() {
+        let mut rows = rows("x", &["a"], |_, _| 0.0);
+        rows[0].outcome = curionav_schemas::Outcome::Timeout;
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(names(&["a"]), names(&["x"]), &all);
+        assert_eq!(comparison.spread(Measure::Length, 0, 0).unwrap().runs, 9);
+        assert_eq!(comparison.spread(Measure::Td, 0, 0).unwrap().runs, 10);
+    }
+
+    #[test]
+    fn the_order_is_compared_where_the_paper_has_one() {
+        // Env1 S1 prints TD 0, 2.28, 6.78 % for these; here the last two are swapped.
+        let planners = ["curiosity", "cpc-only", "cnc-only"];
+        let rows = rows("env1-s1", &planners, |p, _| [0.0, 0.3, 0.2][p]);
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(names(&planners), names(&["env1-s1"]), &all);
+        assert_eq!(comparison.order(Measure::Td, 0), Order { agree: 2, pairs: 3 });
+        assert!(comparison.is_best(Measure::Td, 0, 0) && !comparison.is_best(Measure::Td, 0, 2));
+        assert!((0..3).all(|p| comparison.is_best(Measure::Rmse, 0, p)), "all tied");
+    }
+}

@@ -1,0 +1,78 @@
+//! What a finished bench has found: rows compared, promises judged, traces to draw.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+use std::time::Duration;
+
+use curionav_schemas::{Message, RunResult};
+
+use super::acceptance::{Criterion, criteria};
+use super::comparison::Comparison;
+use super::execution::Missing;
+use super::options::Options;
+use super::plan::{Job, Plan, Scene, traced};
+use super::row::Row;
+use super::statistics::mean;
+
+/// What a finished bench has found.
+pub(crate) struct Findings<'a> {
+    pub(crate) comparison: Comparison<'a>,
+    pub(crate) criteria: Vec<Criterion>,
+    pub(crate) scenes: &'a [Scene],
+    /// Files of the kept traces, by scenario and planner.
+    pub(crate) traces: BTreeMap<(&'a str, &'a str), &'a Path>,
+    pub(crate) missing: &'a [Missing],
+    /// Digests of the programs that made the rows.
+    pub(crate) programs: Vec<String>,
+    pub(crate) first_seed: u64,
+    pub(crate) repeats: u32,
+    pub(crate) workers: usize,
+    /// What the runs took on the clock with all workers busy.
+    pub(crate) clock: Duration,
+}
+
+impl<'a> Findings<'a> {
+    pub(super) fn new(
+        plan: &'a Plan,
+        options: &Options,
+        jobs: &'a [Job],
+        rows: &[&'a Row],
+        missing: &'a [Missing],
+        workers: usize,
+    ) -> Self {
+        let planners = plan.planners.iter().map(|p| p.name.clone()).collect();
+        let scenarios = plan.scenes.iter().map(|s| s.name.clone()).collect();
+        let comparison = Comparison::new(planners, scenarios, rows);
+        let worked: f64 = rows.iter().map(|row| row.wall_s).sum();
+        let clock = Duration::from_secs_f64(worked / workers as f64);
+        let programs: BTreeSet<String> = rows.iter().map(|row| row.program.clone()).collect();
+        Self {
+            criteria: criteria(&comparison, clock),
+            comparison,
+            scenes: &plan.scenes,
+            traces: traced(jobs),
+            missing,
+            programs: programs.into_iter().collect(),
+            first_seed: options.first_seed,
+            repeats: options.repeats,
+            workers,
+            clock,
+        }
+    }
+
+    pub(crate) fn runs(&self) -> usize {
+        (0..self.comparison.planners.len()).map(|p| self.comparison.all_runs(p).count()).sum()
+    }
+
+    /// Mean over a planner's runs.
+    pub(crate) fn real_time_factor(&self, planner: usize) -> Option<f64> {
+        let factors: Vec<f64> = self.comparison.all_runs(planner).map(|row| row.real_time_factor).collect();
+        mean(&factors)
+    }
+
+    /// The kept trace of a planner's run with the first seed; none if that run did not take place.
+    pub(crate) fn trace(&self, scenario: &str, planner: &str) -> Option<RunResult> {
+        let bytes = std::fs::read(self.traces.get(&(scenario, planner))?).ok()?;
+        RunResult::decode(&bytes, None).ok()
+    }
+}

@@ -1,0 +1,147 @@
+//! What a run is judged by: the paper's nine measures and two more.
+
+use super::row::Row;
+
+/// Which way is better.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Better {
+    Lower,
+    Higher,
+}
+
+/// One measure of `curionav run --json`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Measure {
+    Rmse,
+    Tcm,
+    Nm,
+    Td,
+    Md,
+    Nt,
+    Vel,
+    Length,
+    Time,
+    Collisions,
+    Clearance,
+}
+
+use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Tcm, Td, Time, Vel};
+
+impl Measure {
+    /// All, in the order of the run's JSON.
+    pub(crate) const ALL: [Self; 11] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time, Collisions, Clearance];
+    /// Those of Tables III, IV and V, three a table.
+    pub(crate) const PAPER: [Self; 9] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time];
+
+    /// Its key in JSON and CSV.
+    pub(crate) fn key(self) -> &'static str {
+        match self {
+            Rmse => "rmse_m",
+            Tcm => "tcm",
+            Nm => "nm",
+            Td => "td",
+            Md => "md_m",
+            Nt => "nt",
+            Vel => "vel_mps",
+            Length => "length_m",
+            Time => "time_s",
+            Collisions => "collisions",
+            Clearance => "clearance_min_m",
+        }
+    }
+
+    /// Its name for people, with the unit it is shown in.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Rmse => "RMSE (m)",
+            Tcm => "TCM (%)",
+            Nm => "NM",
+            Td => "TD (%)",
+            Md => "MD (m)",
+            Nt => "NT",
+            Vel => "Vel (m/s)",
+            Length => "Length (m)",
+            Time => "Time (s)",
+            Collisions => "collisions",
+            Clearance => "clearance (m)",
+        }
+    }
+
+    /// A stored value as it is shown, with its unit.
+    pub(crate) fn show_with_unit(self, value: f64) -> String {
+        let unit = self.label().split_once('(').map_or("", |(_, unit)| unit.trim_end_matches(')'));
+        format!("{} {unit}", self.show(value)).trim_end().to_owned()
+    }
+
+    pub(crate) fn better(self) -> Better {
+        match self {
+            Md | Vel | Clearance => Better::Higher,
+            _ => Better::Lower,
+        }
+    }
+
+    /// Whether `a` is better than `b`.
+    pub(crate) fn prefers(self, a: f64, b: f64) -> bool {
+        match self.better() {
+            Better::Lower => a < b,
+            Better::Higher => a > b,
+        }
+    }
+
+    /// Shown value per stored value: fractions are shown in per cent, as the paper does.
+    pub(crate) fn shown_per_unit(self) -> f64 {
+        if matches!(self, Tcm | Td) { 100.0 } else { 1.0 }
+    }
+
+    /// Decimals it is shown with.
+    pub(crate) fn decimals(self) -> usize {
+        if matches!(self, Nm | Nt) { 1 } else { 2 }
+    }
+
+    /// A stored value as it is shown, without its unit.
+    pub(crate) fn show(self, value: f64) -> String {
+        let text = format!("{:.*}", self.decimals(), value * self.shown_per_unit());
+        // No "-0.00".
+        let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
+        if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
+    }
+
+    /// Its value in one run. Nothing where it has none: no person was ever seen (MD), or the goal was not
+    /// reached (Length and Time, which measure a journey that was completed).
+    pub(crate) fn of(self, row: &Row) -> Option<f64> {
+        let m = &row.measures;
+        match self {
+            Rmse => Some(m.rmse_m),
+            Tcm => Some(m.tcm),
+            Nm => Some(f64::from(m.nm)),
+            Td => Some(m.td),
+            Md => m.md_m,
+            Nt => Some(f64::from(m.nt)),
+            Vel => Some(m.vel_mps),
+            Length => row.is_reached().then_some(m.length_m),
+            Time => row.is_reached().then_some(m.time_s),
+            Collisions => Some(f64::from(m.collisions)),
+            Clearance => Some(m.clearance_min_m),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fractions_are_shown_in_per_cent_and_zero_has_no_sign() {
+        assert_eq!(Td.show(0.0412), "4.12");
+        assert_eq!(Length.show(40.0), "40.00");
+        assert_eq!([Td.show_with_unit(0.05), Nt.show_with_unit(1.0)], ["5.00 %", "1.0"]);
+        assert_eq!([Td.show(-1e-9), Clearance.show(-0.25)], ["0.00", "\u{2212}0.25"]);
+    }
+
+    #[test]
+    fn farther_from_people_and_faster_is_better() {
+        assert!(
+            Md.prefers(2.0, 1.0) && Vel.prefers(0.9, 0.8) && !Rmse.prefers(0.3, 0.2) && !Td.prefers(0.1, 0.1)
+        );
+    }
+}

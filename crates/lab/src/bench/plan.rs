@@ -1,0 +1,215 @@
+//! What has to be run: every planner in every scenario with every seed.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_planning::profile::Profile;
+use curionav_schemas::{Clock, Message, OccupancyGrid};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::published::SCENARIOS;
+use crate::package::{self, Choice, Package};
+
+/// One run, as a worker is asked for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Job {
+    /// Digest of all that decides the run but the program; see [`key`].
+    pub(crate) key: String,
+    pub(crate) scenario_file: PathBuf,
+    /// A built-in profile or a profile file.
+    pub(crate) planner_source: String,
+    /// The scenario's name.
+    pub(crate) scenario: String,
+    /// The planner's name in the results.
+    pub(crate) planner: String,
+    pub(crate) seed: u64,
+    /// Where the whole trace shall be kept, if it shall.
+    pub(crate) trace: Option<PathBuf>,
+}
+
+/// A planner to compare.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Planner {
+    /// A built-in profile or a profile file.
+    pub(crate) source: String,
+    /// Its name in the results: that of the built-in profile, or of the file without its ending.
+    pub(crate) name: String,
+}
+
+/// A scenario to compare in, with what pictures need of it.
+#[derive(Debug, Clone)]
+pub(crate) struct Scene {
+    pub(crate) file: PathBuf,
+    pub(crate) name: String,
+    pub(crate) description: String,
+    pub(crate) people: usize,
+    pub(crate) map: OccupancyGrid,
+    pub(crate) start: (f64, f64),
+    pub(crate) goal: (f64, f64),
+    pub(crate) goal_tolerance: f64,
+    pub(crate) robot_radius: f64,
+    pub(crate) person_radius: f64,
+    /// `Thr'` of the first planner, m2 + rad2.
+    pub(crate) threshold: f64,
+    /// [planner] digest of scenario, map, recordings and profile.
+    digests: Vec<String>,
+}
+
+/// Planners and scenarios, all of them checked: every pair of them can run.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    pub(crate) planners: Vec<Planner>,
+    pub(crate) scenes: Vec<Scene>,
+}
+
+impl Plan {
+    /// Reads and checks everything. Errors name file, line and field.
+    pub(crate) fn read(planners: &[String], scenarios: &[String]) -> anyhow::Result<Self> {
+        let planners = named_planners(planners)?;
+        let mut scenes = Vec::new();
+        for file in files(scenarios)? {
+            scenes.push(scene(&file, &planners)?);
+        }
+        // The paper's order, then by name.
+        scenes.sort_by_key(|s| {
+            (SCENARIOS.iter().position(|n| *n == s.name).unwrap_or(usize::MAX), s.name.clone())
+        });
+        if let Some(pair) = scenes.windows(2).find(|pair| pair[0].name == pair[1].name) {
+            bail!(
+                "{} and {} are both called `{}`; results need different names",
+                pair[0].file.display(),
+                pair[1].file.display(),
+                pair[0].name
+            );
+        }
+        Ok(Self { planners, scenes })
+    }
+
+    /// Every run, scenario by scenario, so that a worker prepares each map once. The whole trace of the runs with
+    /// the first seed is kept in `traces`, if given.
+    pub(crate) fn jobs(&self, first_seed: u64, repeats: u32, traces: Option<&Path>) -> Vec<Job> {
+        let mut jobs = Vec::new();
+        for scene in &self.scenes {
+            for (planner, digest) in self.planners.iter().zip(&scene.digests) {
+                for seed in (0..u64::from(repeats)).map(|i| first_seed.saturating_add(i)) {
+                    let keeps = traces.filter(|_| seed == first_seed);
+                    let key = key(digest, seed);
+                    jobs.push(Job {
+                        trace: keeps.map(|folder| folder.join(format!("{key}.cbor"))),
+                        key,
+                        scenario_file: scene.file.clone(),
+                        planner_source: planner.source.clone(),
+                        scenario: scene.name.clone(),
+                        planner: planner.name.clone(),
+                        seed,
+                    });
+                }
+            }
+        }
+        jobs
+    }
+}
+
+fn named_planners(sources: &[String]) -> anyhow::Result<Vec<Planner>> {
+    let all: Vec<String>;
+    let sources = if sources.is_empty() {
+        all = Profile::names().map(String::from).collect();
+        &all
+    } else {
+        sources
+    };
+    let mut planners: Vec<Planner> = Vec::new();
+    for source in sources {
+        let name =
+            Path::new(source).file_stem().map_or_else(|| source.clone(), |s| s.to_string_lossy().into());
+        let name = if Profile::builtin(source).is_some() { source.clone() } else { name };
+        if planners.iter().any(|p| p.name == name) {
+            bail!("--planners: `{name}` is there twice");
+        }
+        planners.push(Planner { source: source.clone(), name });
+    }
+    Ok(planners)
+}
+
+/// The files that the patterns name, each once.
+fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for pattern in patterns {
+        let found = glob::glob(pattern).with_context(|| format!("--scenarios: `{pattern}`"))?;
+        let before = files.len();
+        for file in found {
+            files.push(file.context("--scenarios")?);
+        }
+        if files.len() == before {
+            bail!("--scenarios: no file is called `{pattern}`");
+        }
+    }
+    files.sort();
+    files.dedup();
+    Ok(files)
+}
+
+fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
+    let mut digests = Vec::new();
+    let mut first = None;
+    for planner in planners {
+        let choice = Choice { planner: Some(planner.source.clone()), seed: None };
+        let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
+        let prepared = curionav_simulator::prepare(&package.request, "robot")
+            .map_err(|e| package.fault(Some(&e.field), &e.problem))?;
+        digests.push(digest(&package));
+        first.get_or_insert((package, prepared));
+    }
+    let (package, prepared) = first.context("--planners: none is given")?;
+    let Package { scenario, .. } = package;
+    let (start, goal) = (scenario.robot.start, scenario.robot.goal);
+    Ok(Scene {
+        file: file.to_owned(),
+        name: scenario.name,
+        description: scenario.description,
+        people: scenario.walkers.len() + scenario.recorded.len(),
+        map: prepared.map,
+        start: (start.x, start.y),
+        goal: (goal.x, goal.y),
+        goal_tolerance: scenario.robot.goal_tolerance,
+        robot_radius: scenario.robot.model.radius(),
+        person_radius: scenario.people.radius,
+        threshold: prepared.profile.uncertainty.threshold,
+        digests,
+    })
+}
+
+/// Digest of scenario, map, recordings and profile: of all that decides a run but seed and program.
+pub(crate) fn digest(package: &Package) -> String {
+    let mut sha = Sha256::new();
+    sha.update(package.request.encode());
+    hex(&sha.finalize())
+}
+
+/// Digest of a run: that of its package and its seed.
+pub(crate) fn key(digest: &str, seed: u64) -> String {
+    hex(&Sha256::digest(format!("{digest} {seed}")))[..32].to_owned()
+}
+
+/// Digest of this program's file.
+pub(crate) fn program_digest() -> anyhow::Result<String> {
+    let path = std::env::current_exe().context("cannot find this program's file")?;
+    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(hex(&Sha256::digest(bytes))[..16].to_owned())
+}
+
+/// Bytes in hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// The first of each scenario's and planner's jobs, by their names.
+pub(crate) fn traced(jobs: &[Job]) -> BTreeMap<(&str, &str), &Path> {
+    let traced = jobs
+        .iter()
+        .filter_map(|job| Some(((job.scenario.as_str(), job.planner.as_str()), job.trace.as_deref()?)));
+    traced.collect()
+}

@@ -1,0 +1,75 @@
+//! `results.csv` and `timings.csv`: one row a run.
+
+use super::measure::Measure;
+use super::row::Row;
+use crate::csv_row::csv_row;
+use curionav_schemas::Outcome;
+
+/// What does not depend on the clock: the same bytes for the same program, scenarios, profiles and seeds.
+pub(super) fn results(rows: &[&Row]) -> String {
+    let labels = ["scenario", "planner", "seed", "outcome"];
+    let measures = Measure::ALL.map(Measure::key);
+    let mut text =
+        csv_row(labels.into_iter().chain(measures).chain(["cycles", "degraded", "decisions_sha256"]));
+    for row in rows {
+        let labels =
+            [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome(row.outcome).into()];
+        let last =
+            [row.cycles.count.to_string(), row.cycles.degraded.to_string(), row.decisions_sha256.clone()];
+        text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
+    }
+    text
+}
+
+/// What does depend on it.
+pub(super) fn timings(rows: &[&Row]) -> String {
+    let mut text =
+        csv_row(["scenario", "planner", "seed", "real_time_factor", "wall_s", "p50_ms", "p99_ms", "max_ms"]);
+    for row in rows {
+        let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string()];
+        let times =
+            [row.real_time_factor, row.wall_s, row.cycles.p50_ms, row.cycles.p99_ms, row.cycles.max_ms];
+        text += &csv_row(labels.into_iter().chain(times.map(decimal)));
+    }
+    text
+}
+
+/// Every run's own value, also the length of a journey that did not reach its goal.
+fn number(measure: Measure, row: &Row) -> String {
+    let m = &row.measures;
+    match measure {
+        Measure::Length => decimal(m.length_m),
+        Measure::Time => decimal(m.time_s),
+        _ => measure.of(row).map_or_else(String::new, decimal),
+    }
+}
+
+/// To nine decimals: farther ones are no more than the rounding of sums.
+fn decimal(value: f64) -> String {
+    ((value * 1e9).round() / 1e9).to_string()
+}
+
+pub(super) fn outcome(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Reached => "reached",
+        Outcome::Timeout => "timeout",
+        Outcome::Lost => "lost",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::row::tests::row;
+    use super::*;
+
+    #[test]
+    fn a_run_is_one_record_and_no_time_of_the_clock_is_in_the_results() {
+        let slow = Row { wall_s: 99.0, real_time_factor: 1.0, ..row("a", "b", 1) };
+        let text = results(&[&row("a", "b", 1)]);
+        assert_eq!(text, results(&[&slow]));
+        assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
+        let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
+        assert_eq!(fields, [18, 18]);
+        assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,0.12,0.05,1,")), "{text}");
+    }
+}

@@ -1,0 +1,93 @@
+//! A finished run as the journal keeps it: one line of JSON.
+
+use curionav_schemas::{Cycles, Measures, Outcome, RunResult};
+use serde::{Deserialize, Serialize};
+
+/// Seconds from one point of a kept way to the next.
+const WAY_STEP_S: f64 = 0.5;
+
+/// What is kept of every run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Row {
+    /// Digest of all that decides the run but the program: scenario, map, recordings, profile, seed.
+    pub(crate) key: String,
+    /// Digest of the program that ran it.
+    pub(crate) program: String,
+    pub(crate) scenario: String,
+    /// The planner as it was asked for.
+    pub(crate) planner: String,
+    pub(crate) seed: u64,
+    pub(crate) outcome: Outcome,
+    pub(crate) measures: Measures,
+    pub(crate) cycles: Cycles,
+    pub(crate) decisions_sha256: String,
+    /// Simulated seconds a second of the run.
+    pub(crate) real_time_factor: f64,
+    /// Seconds on the clock, with the preparation of the maps.
+    pub(crate) wall_s: f64,
+    /// Where the robot was, every half second and at the end, m, map frame.
+    pub(crate) way: Vec<[f64; 2]>,
+}
+
+impl Row {
+    pub(crate) fn is_reached(&self) -> bool {
+        self.outcome == Outcome::Reached
+    }
+
+    /// At the goal without having touched anything.
+    pub(crate) fn is_success(&self) -> bool {
+        self.is_reached() && self.measures.collisions == 0
+    }
+}
+
+/// The true way of a run, thinned, to the centimetre.
+pub(crate) fn way(result: &RunResult) -> Vec<[f64; 2]> {
+    let column = |name: &str| result.trace.columns.iter().position(|c| c == name);
+    let (Some(time), Some(x), Some(y)) = (column("time_s"), column("true_x"), column("true_y")) else {
+        return Vec::new();
+    };
+    let rows: Vec<&[f64]> = result.trace.values.chunks(result.trace.columns.len()).collect();
+    let mut due = f64::NEG_INFINITY;
+    let mut kept = Vec::new();
+    for (index, row) in rows.iter().enumerate() {
+        if row[time] + 1e-9 >= due || index + 1 == rows.len() {
+            kept.push([x, y].map(|column| (row[column] * 100.0).round() / 100.0));
+            due = row[time] + WAY_STEP_S;
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    /// A row to change in a test.
+    pub(crate) fn row(scenario: &str, planner: &str, seed: u64) -> Row {
+        let result = golden::run_result();
+        Row {
+            key: format!("{scenario}-{planner}-{seed}"),
+            program: "p".into(),
+            scenario: scenario.into(),
+            planner: planner.into(),
+            seed,
+            outcome: result.outcome,
+            measures: result.measures,
+            cycles: result.cycles,
+            decisions_sha256: result.decisions_sha256,
+            real_time_factor: 20.0,
+            wall_s: 2.0,
+            way: vec![[0.0, 0.0], [1.0, 0.5]],
+        }
+    }
+
+    #[test]
+    fn a_way_keeps_its_ends_and_a_point_every_half_second() {
+        let mut result = golden::run_result();
+        result.trace.columns = ["time_s", "true_x", "true_y"].map(String::from).to_vec();
+        result.trace.values = (0..13).flat_map(|i| [f64::from(i) * 0.1, f64::from(i), 0.123456]).collect();
+        assert_eq!(way(&result), [[0.0, 0.12], [5.0, 0.12], [10.0, 0.12], [12.0, 0.12]]);
+    }
+}

@@ -1,0 +1,106 @@
+//! A worker process: all services of one robot, kept for many runs so that the fields of a map are made once.
+//!
+//! Standard input takes one job a line, standard output answers one line each: a row, or why there is none. The end
+//! of standard input is the end of the process, so that no worker outlives who started it.
+
+use std::time::Instant;
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_schemas::{Clock, Message};
+use serde::{Deserialize, Serialize};
+use tokio::sync::mpsc;
+
+use super::plan::{Job, digest, key};
+use super::row::{Row, way};
+use crate::embedded::Embedded;
+use crate::follow::follow;
+use crate::package::{self, Choice};
+use curionav_runtime::exit::{Exit, SUCCESS};
+
+/// Why a run could not take place.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Refusal {
+    pub(super) error: String,
+}
+
+/// Answers jobs until standard input ends; `program` is the digest of this program for the rows.
+///
+/// # Errors
+/// If the services cannot be started.
+pub async fn worker(program: &str) -> Result<u8, Exit> {
+    let config = ServiceConfig::default();
+    let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
+    let mut jobs = jobs();
+    while let Some(line) = jobs.recv().await {
+        let session = embedded.session.clone();
+        let row = tokio::select! {
+            row = run(&session, &config, program, &line) => row,
+            failure = embedded.failure() => Err(Exit::network(failure)),
+        };
+        let answer = match row {
+            Ok(row) => serde_json::to_string(&row),
+            Err(exit) => serde_json::to_string(&Refusal { error: exit.line() }),
+        };
+        #[expect(clippy::print_stdout, reason = "the answer")]
+        {
+            println!("{}", answer.map_err(|e| Exit::failed(e.into()))?);
+        }
+    }
+    embedded.stop().await;
+    Ok(SUCCESS)
+}
+
+/// The lines of standard input, read on a thread of their own: during a run, too, their end ends the process.
+fn jobs() -> mpsc::Receiver<String> {
+    let (sender, jobs) = mpsc::channel(1);
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lines() {
+            let Ok(line) = line else { break };
+            if sender.blocking_send(line).is_err() {
+                return;
+            }
+        }
+        // Nothing waits for an answer any more: there is nothing to save.
+        std::process::exit(0);
+    });
+    jobs
+}
+
+async fn run(
+    session: &zenoh::Session,
+    config: &ServiceConfig,
+    program: &str,
+    line: &str,
+) -> Result<Row, Exit> {
+    let job: Job = serde_json::from_str(line).map_err(|e| Exit::bad_input(e.into()))?;
+    let begin = Instant::now();
+    let choice = Choice { planner: Some(job.planner_source.clone()), seed: Some(job.seed) };
+    let mut package =
+        package::read(&job.scenario_file, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
+    package.request.seed = None;
+    if key(&digest(&package), job.seed) != job.key {
+        let changed = "the scenario, a file it names or the profile changed since the start";
+        return Err(Exit::bad_input(anyhow::anyhow!("{}: {changed}", job.scenario_file.display())));
+    }
+    package.request.seed = Some(job.seed);
+    let result = follow(session, config, &package, false).await?.result;
+    let row = Row {
+        key: job.key,
+        program: program.to_owned(),
+        scenario: job.scenario,
+        planner: job.planner,
+        seed: job.seed,
+        outcome: result.outcome,
+        measures: result.measures.clone(),
+        cycles: result.cycles.clone(),
+        decisions_sha256: result.decisions_sha256.clone(),
+        real_time_factor: result.real_time_factor,
+        wall_s: begin.elapsed().as_secs_f64(),
+        way: way(&result),
+    };
+    if let Some(path) = &job.trace {
+        std::fs::write(path, result.encode())
+            .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context(path.display().to_string())))?;
+    }
+    Ok(row)
+}

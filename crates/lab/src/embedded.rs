@@ -1,0 +1,63 @@
+//! All services in this process, over one session without a network.
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::session;
+use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
+use tokio::task::JoinSet;
+use zenoh::Session;
+
+use crate::service_kind::Kind;
+
+/// The services of one robot and its world, running.
+pub struct Embedded {
+    /// What all of them speak over.
+    pub session: Session,
+    tasks: JoinSet<(Kind, anyhow::Result<()>)>,
+    triggers: Vec<ShutdownTrigger>,
+}
+
+impl Embedded {
+    /// Starts them all and waits until each serves.
+    pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
+        let session = session::embedded().await?;
+        let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
+        for kind in Kind::ALL {
+            let (trigger, token) = shutdown();
+            let (ready, is_ready) = tokio::sync::oneshot::channel();
+            let (config, session) =
+                (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
+            embedded.triggers.push(trigger);
+            embedded.tasks.spawn(async move {
+                // Nobody waits any more if another service failed first.
+                let on_ready = Box::new(move |_| {
+                    let _ = ready.send(());
+                });
+                (kind, kind.service()(&config, &session, token, on_ready).await)
+            });
+            tokio::select! {
+                _ = is_ready => {}
+                failure = embedded.failure() => return Err(failure),
+            }
+        }
+        Ok(embedded)
+    }
+
+    /// Completes when a service ends by itself, which none should.
+    pub async fn failure(&mut self) -> anyhow::Error {
+        match self.tasks.join_next().await {
+            Some(Ok((kind, Ok(())))) => anyhow::anyhow!("the {} ended", kind.name()),
+            Some(Ok((kind, Err(error)))) => error.context(format!("the {} failed", kind.name())),
+            Some(Err(error)) => anyhow::anyhow!("a service panicked: {error}"),
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Ends them in the reverse order of their start.
+    pub async fn stop(mut self) {
+        while let Some(trigger) = self.triggers.pop() {
+            trigger.fire();
+        }
+        while self.tasks.join_next().await.is_some() {}
+        session::close(&self.session);
+    }
+}

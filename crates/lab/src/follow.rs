@@ -1,0 +1,138 @@
+//! A scenario played by services that run already: it is injected and followed to its end.
+
+use std::time::Duration;
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::exit::Exit;
+use curionav_runtime::query::{AskError, Urgency, ask, fetch};
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::{CycleReport, OccupancyGrid, RunResult, RunState, RunStatus, keys, words};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use zenoh::Session;
+
+use crate::package::Package;
+
+/// The simulator answers an injection once it has checked everything.
+const INJECT_TIMEOUT: Duration = Duration::from_secs(30);
+/// Without news for this long the status is asked for.
+const NEWS_TIMEOUT: Duration = Duration::from_secs(2);
+/// A status is small and kept.
+const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
+/// Questions about the status that may fail in a row before the simulator is given up.
+const STATUS_ATTEMPTS: u32 = 5;
+
+/// What is left of a run.
+pub struct Finished {
+    /// How it went.
+    pub result: RunResult,
+    /// Every planning cycle, in order, if they were kept.
+    pub reports: Vec<CycleReport>,
+    /// Where it took place, if cycles were kept.
+    pub map: Option<OccupancyGrid>,
+}
+
+/// Injects the scenario and waits for its end; `keep_reports` also gathers what a picture needs.
+///
+/// # Errors
+/// Bad input if the simulator refuses the scenario, the network if it cannot be reached or is lost.
+pub async fn follow(
+    session: &Session,
+    config: &ServiceConfig,
+    package: &Package,
+    keep_reports: bool,
+) -> Result<Finished, Exit> {
+    let key = |channel| keys::world(&config.world, channel).map_err(|e| Exit::bad_input(e.into()));
+    let (run_key, scenario_key) = (key("run")?, key("scenario")?);
+    let topic = |e: curionav_runtime::topic::TopicError| Exit::network(e.into());
+    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(topic)?;
+    let report_key = keys::robot(&config.robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
+    let reports = match keep_reports {
+        true => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
+        false => None,
+    };
+    let injected: Result<RunStatus, AskError> =
+        ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
+    let injected = injected.map_err(|error| injection_error(error, package, &config.world))?;
+    let bar = progress_bar(package.scenario.clock.time_limit_s);
+    let mut kept = Vec::new();
+    let status = loop {
+        if let Some(reports) = &reports {
+            kept.extend(std::iter::from_fn(|| reports.try_next()));
+        }
+        let status = next_status(session, &run_key, &news, injected.run).await?;
+        bar.set_position((status.time_s * 10.0) as u64);
+        bar.set_message(match status.state {
+            RunState::Preparing => "preparing".to_owned(),
+            _ => format!("{:5.1} s simulated, {:5.1} m to go", status.time_s, status.distance_to_goal),
+        });
+        if matches!(status.state, RunState::Finished | RunState::Failed) {
+            break status;
+        }
+    };
+    bar.finish_and_clear();
+    if let Some(reports) = &reports {
+        kept.extend(std::iter::from_fn(|| reports.try_next()));
+    }
+    let Some(result) = status.result else {
+        let reason = status.error.map(|end| words::say("end", &end));
+        let reason = reason.unwrap_or_else(|| "it ended without a result".into());
+        return Err(Exit::network(anyhow::anyhow!("the run failed: {reason}")));
+    };
+    let map = match (kept.first(), keep_reports) {
+        (Some(report), _) => fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
+            .await
+            .map_err(|error| tracing::error!(%error, "no map for the picture: nothing is written"))
+            .ok(),
+        (None, true) => {
+            tracing::error!("no cycle report came: nothing is written");
+            None
+        }
+        (None, false) => None,
+    };
+    Ok(Finished { result, reports: kept, map })
+}
+
+fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {
+    match error {
+        AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject.into()),
+        AskError::Rejected(reject) => {
+            Exit::bad_input(package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
+        }
+        error => Exit::network(
+            anyhow::Error::from(error).context(format!("no simulator of world `{world}` takes the scenario")),
+        ),
+    }
+}
+
+/// The next status of run `run`: published, or asked for when no news come.
+async fn next_status(
+    session: &Session,
+    key: &str,
+    news: &Inbox<RunStatus>,
+    run: u64,
+) -> Result<RunStatus, Exit> {
+    let lost = |reason: String| Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"));
+    let mut attempts = 0;
+    loop {
+        match tokio::time::timeout(NEWS_TIMEOUT, news.next()).await {
+            Ok(Some(status)) if status.run == run => return Ok(status),
+            Ok(Some(_)) => {}
+            Ok(None) => return Err(lost("the session is closed".into())),
+            Err(_) => match fetch::<RunStatus>(session, key, STATUS_TIMEOUT).await {
+                Ok(status) if status.run == run => return Ok(status),
+                Ok(_) => return Err(lost("it was started anew".into())),
+                Err(error) if attempts == STATUS_ATTEMPTS => return Err(lost(error.to_string())),
+                Err(_) => attempts += 1,
+            },
+        }
+    }
+}
+
+fn progress_bar(limit_s: f64) -> ProgressBar {
+    // Hidden by itself when standard error is not a terminal.
+    let bar = ProgressBar::with_draw_target(Some((limit_s * 10.0) as u64), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {msg}") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,112 @@
+//! A scenario file with everything it names, ready to be sent.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_crowdsim::Scenario;
+use curionav_datasets::locate;
+use curionav_planning::occupancy::MapYaml;
+use curionav_planning::parameters::field_line;
+use curionav_planning::profile::Profile;
+use curionav_runtime::convert;
+use curionav_schemas::{Clock, InjectRequest};
+
+/// What may differ from the scenario file.
+#[derive(Debug, Clone, Default)]
+pub struct Choice {
+    /// A built-in profile's name, or a profile file.
+    pub planner: Option<String>,
+    /// Seed of everything random.
+    pub seed: Option<u64>,
+}
+
+/// A scenario read from disk.
+pub struct Package {
+    /// As it is in the file, but for the names of files, which have lost their directories.
+    pub scenario: Scenario,
+    /// What the simulator is sent.
+    pub request: InjectRequest,
+    path: PathBuf,
+    text: String,
+}
+
+impl Package {
+    /// One line about a field of this scenario, with its line in the file where it stands there.
+    pub fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
+        anyhow::anyhow!("{}{problem}", place(&self.path, &self.text, field))
+    }
+}
+
+/// Where in a scenario file something is wrong: `FILE: line N: FIELD: `.
+fn place(path: &Path, text: &str, field: Option<&str>) -> String {
+    let line = field.and_then(|f| field_line(text, f)).map_or(String::new(), |n| format!("line {n}: "));
+    let field = field.map_or(String::new(), |f| format!("{f}: "));
+    format!("{}: {line}{field}", path.display())
+}
+
+/// Reads the scenario and its files. Errors name file, line and field.
+pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyhow::Result<Package> {
+    let text = String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?;
+    let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    let mut files = BTreeMap::new();
+    let located = |field: &str, file: &str| {
+        locate(file, directory).map_err(|e| anyhow::anyhow!("{}{e}", place(path, &text, Some(field))))
+    };
+    let yaml_path = located("map.file", &scenario.map.file)?;
+    let yaml_bytes = bytes(&yaml_path)?;
+    let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
+        .with_context(|| yaml_path.display().to_string())?;
+    let image_path = yaml_path.parent().unwrap_or(Path::new("")).join(&yaml.image);
+    let image = bytes(&image_path).with_context(|| format!("{}: image", yaml_path.display()))?;
+    files.insert(base_name(&image_path)?, image);
+    scenario.map.file = base_name(&yaml_path)?;
+    files.insert(scenario.map.file.clone(), yaml_bytes);
+    for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
+        let recording_path = located(&format!("recorded[{i}].file"), &recorded.file)?;
+        recorded.file = format!("{i}-{}", base_name(&recording_path)?);
+        files.insert(recorded.file.clone(), bytes(&recording_path)?);
+    }
+    let chosen = choice.planner.as_deref().unwrap_or(&scenario.planner.profile);
+    let mut profile = read_profile(chosen)?;
+    // What is sent is the whole profile, so that the simulator needs to know none.
+    if let Some(overrides) = scenario.profile.take() {
+        profile = profile
+            .with_overrides(&overrides)
+            .map_err(|e| e.below("profile").located_in(&text))
+            .with_context(|| path.display().to_string())?;
+    }
+    let request = InjectRequest {
+        scenario: convert::to_value(&scenario).map_err(anyhow::Error::from)?,
+        files: files.into_iter().map(|(name, content)| (name, content.into())).collect(),
+        profile: convert::to_value(&profile).map_err(anyhow::Error::from)?,
+        seed: choice.seed,
+        clock,
+        time_scale,
+    };
+    Ok(Package { scenario, request, path: path.to_owned(), text })
+}
+
+/// A planner by a built-in profile's name or a profile file.
+pub fn read_profile(name: &str) -> anyhow::Result<Profile> {
+    if let Some(profile) = Profile::builtin(name) {
+        return Ok(profile);
+    }
+    let path = PathBuf::from(name);
+    if path.extension().is_none_or(|e| e != "toml") {
+        let known: Vec<&str> = Profile::names().collect();
+        bail!("planner profile `{name}` is not built in (known: {}) nor a .toml file", known.join(", "));
+    }
+    let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
+    Profile::from_toml(&text).with_context(|| path.display().to_string())
+}
+
+fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
+    std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+fn base_name(path: &Path) -> anyhow::Result<String> {
+    let name = path.file_name().with_context(|| format!("{} is not a file", path.display()))?;
+    Ok(name.to_string_lossy().into_owned())
+}

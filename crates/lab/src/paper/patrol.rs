@@ -1,0 +1,121 @@
+//! Patrols: straight ways that people of a crowd walk back and forth (methods 2.3, A31).
+
+use curionav_planning::geometry::Point2;
+use curionav_planning::numerics::sin_cos;
+use curionav_planning::occupancy::{Cell, StaticMap};
+use curionav_planning::random::{Rng, uniform};
+
+use super::layout::{bounds, contains};
+use super::scene_error::SceneError;
+use curionav_crowdsim::scenario::{WalkMode, Walker};
+
+/// What patrols of the crowds have in common.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PatrolParams {
+    /// Least and greatest length, metres.
+    pub length: (f64, f64),
+    /// Least and greatest speed, m/s.
+    pub speed: (f64, f64),
+    /// Least distance to walls and to unknown space, metres.
+    pub clearance: f64,
+    /// Least distance to the ways that are to stay free of people, metres.
+    pub away: f64,
+    /// Least distance between two people at the beginning, metres.
+    pub apart: f64,
+    /// Share of people who rest at the ends of their patrol, and for how long at most, seconds.
+    pub pause: (f64, f64),
+}
+
+impl Default for PatrolParams {
+    fn default() -> Self {
+        Self {
+            length: (4.0, 10.0),
+            speed: (0.3, 1.0),
+            clearance: 0.35,
+            away: 2.6,
+            apart: 0.8,
+            pause: (0.33, 6.0),
+        }
+    }
+}
+
+/// Most draws for one walker: a crowd zone takes one draw in about twenty.
+const MAX_DRAWS: usize = 20_000;
+
+/// Draws `count` walkers whose patrols stay inside `zone` and `away` from the `kept_free` points; appends
+/// them to `walkers`.
+pub(super) fn draw(
+    walkers: &mut Vec<Walker>,
+    count: usize,
+    zone: &[Point2],
+    kept_free: &[Point2],
+    map: &StaticMap,
+    params: PatrolParams,
+    rng: &mut Rng,
+) -> Result<(), SceneError> {
+    let (least, most) = bounds(zone);
+    let between = |rng: &mut Rng, (a, b): (f64, f64)| a + (b - a) * uniform(rng);
+    for _ in 0..count {
+        let mut found = None;
+        for _ in 0..MAX_DRAWS {
+            let middle = Point2::new(between(rng, (least.x, most.x)), between(rng, (least.y, most.y)));
+            let (s, c) = sin_cos(std::f64::consts::TAU * uniform(rng));
+            let half = 0.5 * between(rng, params.length);
+            let end = |sign: f64| {
+                Point2::new(rounded(middle.x + sign * half * c), rounded(middle.y + sign * half * s))
+            };
+            let route = vec![end(-1.0), end(1.0)];
+            let length = route[0].distance(route[1]);
+            let rests = uniform(rng) < params.pause.0;
+            let walker = Walker {
+                speed: rounded(between(rng, params.speed)),
+                mode: WalkMode::BackAndForth,
+                start_offset: rounded(between(rng, (0.0, 1.99 * length))),
+                pause_s: if rests { rounded(between(rng, (0.5, params.pause.1))) } else { 0.0 },
+                route,
+            };
+            let fits = points(&walker.route, 0.05).iter().all(|&p| {
+                contains(zone, p)
+                    && map.grid.at(p) == Cell::Free
+                    && map.to_obstacle.at(&map.grid, p) >= params.clearance
+                    && kept_free.iter().all(|k| k.distance(p) >= params.away)
+            });
+            let begin = at_start(&walker);
+            if fits && walkers.iter().all(|w| at_start(w).distance(begin) >= params.apart) {
+                found = Some(walker);
+                break;
+            }
+        }
+        walkers.push(found.ok_or(SceneError::NoRoom { placed: walkers.len() })?);
+    }
+    Ok(())
+}
+
+/// Where a walker of a straight patrol is at t = 0.
+fn at_start(walker: &Walker) -> Point2 {
+    let (a, b) = (walker.route[0], walker.route[1]);
+    let length = a.distance(b);
+    let along =
+        if walker.start_offset <= length { walker.start_offset } else { 2.0 * length - walker.start_offset };
+    let s = along / length;
+    Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y))
+}
+
+/// Points along a polyline, at most `spacing` apart, ends and corners included.
+pub(super) fn points(polyline: &[Point2], spacing: f64) -> Vec<Point2> {
+    let mut all: Vec<Point2> = polyline.first().copied().into_iter().collect();
+    for pair in polyline.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let steps = (a.distance(b) / spacing).ceil().max(1.0) as usize;
+        all.extend((1..=steps).map(|k| {
+            let s = k as f64 / steps as f64;
+            Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y))
+        }));
+    }
+    all
+}
+
+/// To the millimetre: what a scenario file prints.
+pub(super) fn rounded(metres: f64) -> f64 {
+    (metres * 1000.0).round() / 1000.0
+}

@@ -1,0 +1,103 @@
+//! A router and replicas of one service as processes of this program, on this machine.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::Context;
+
+use super::cgroup::Quotas;
+use crate::supervised::{Supervised, client_arguments};
+use curionav_runtime::exit::Exit;
+
+/// Clock ticks of `/proc/PID/stat` in a second, on every Linux.
+const TICKS: f64 = 100.0;
+
+/// The processes of one measurement. Call [`Processes::stop`] when done; dropped without it, they are killed.
+pub(super) struct Processes {
+    program: PathBuf,
+    log: String,
+    /// Where the router listens.
+    pub(super) endpoint: String,
+    router: Supervised,
+    replicas: Vec<Supervised>,
+    quotas: Option<Quotas>,
+}
+
+impl Processes {
+    /// Starts the router. With `quota`, each replica will get only so much of a processor.
+    pub(super) async fn start(log: &str, quota: Option<f64>) -> Result<Self, Exit> {
+        let quotas = quota.map(Quotas::new).transpose().map_err(|e| Exit::bad_input(e.into()))?;
+        let program =
+            std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
+        let (router, endpoint) = Supervised::router(&program, 0, log).await.map_err(Exit::network)?;
+        Ok(Self { program, log: log.to_owned(), endpoint, router, replicas: Vec::new(), quotas })
+    }
+
+    /// Starts `count` more replicas of the service that the subcommand `kind` runs.
+    pub(super) async fn add(&mut self, kind: &str, count: usize) -> Result<(), Exit> {
+        for _ in 0..count {
+            let name = format!("{kind}-{}", self.replicas.len());
+            let arguments = client_arguments(kind, &self.endpoint, &name, &self.log);
+            let started = Supervised::start(&self.program, &name, arguments).await;
+            self.replicas.push(started.map_err(Exit::network)?.0);
+        }
+        Ok(())
+    }
+
+    /// Puts the quota in force. Before, replicas have the whole machine to get ready in.
+    pub(super) fn limit(&mut self) -> Result<(), Exit> {
+        let Some(quotas) = &mut self.quotas else { return Ok(()) };
+        for (index, replica) in self.replicas.iter().enumerate() {
+            quotas
+                .limit(&format!("replica-{index}"), replica.pid())
+                .map_err(|e| Exit::bad_input(e.into()))?;
+        }
+        Ok(())
+    }
+
+    /// Ends the replicas.
+    pub(super) async fn dismiss(&mut self) {
+        for replica in self.replicas.drain(..) {
+            replica.stop().await;
+        }
+        if let Some(quotas) = &mut self.quotas {
+            quotas.clear();
+        }
+    }
+
+    /// Ends everything and removes every control group.
+    pub(super) async fn stop(mut self) {
+        self.dismiss().await;
+        self.router.stop().await;
+    }
+
+    /// Processor time used until now: by the replicas together, and by router and this process, which is what
+    /// asking costs.
+    pub(super) fn used(&self) -> Used {
+        let replicas = self.replicas.iter().map(|replica| used(&replica.pid().to_string())).sum();
+        Used { replicas, asking: used(&self.router.pid().to_string()) + used("self") }
+    }
+}
+
+/// Processor time.
+pub(super) struct Used {
+    replicas: Duration,
+    asking: Duration,
+}
+
+impl Used {
+    /// Processors used on average over the `seconds` since `before`: by replicas, and for asking.
+    pub(super) fn cores_since(&self, before: &Self, seconds: f64) -> (f64, f64) {
+        let cores = |now: Duration, then: Duration| (now - then).as_secs_f64() / seconds;
+        (cores(self.replicas, before.replicas), cores(self.asking, before.asking))
+    }
+}
+
+/// Processor time of one process; nothing where there is no `/proc`.
+fn used(pid: &str) -> Duration {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    // After the name, which may contain anything: utime and stime are fields 14 and 15, the name is field 2.
+    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
+    let ticks: u64 = fields.filter_map(|field| field.parse::<u64>().ok()).sum();
+    Duration::from_secs_f64(ticks as f64 / TICKS)
+}

@@ -1,0 +1,209 @@
+//! Robots that ask: each has the pool of a real arbiter, on a link of its own, and uses its dispatch.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use curionav_planning::generation::Tree;
+use curionav_pool::budget::Budget;
+use curionav_pool::context::PlanContext;
+use curionav_pool::dispatch;
+use curionav_pool::peers::{Peers, ZenohPeers};
+use curionav_pool::pool::Pool;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::serve::{Server, refusals};
+use curionav_runtime::{map_store, session};
+use curionav_schemas::{self as wire, Clock};
+use tokio::task::JoinSet;
+use tokio::time::Instant;
+use zenoh::Session;
+
+use super::batch::Batch;
+use super::options::Pooled;
+use super::processes::Processes;
+use super::workload::Workload;
+use curionav_runtime::exit::Exit;
+
+/// Deriving what a map has to give takes a replica a second or so.
+const READY_TIMEOUT: Duration = Duration::from_secs(60);
+
+/// What is asked for, in turn.
+pub(super) enum Work {
+    /// Costs of batches under a term.
+    Evaluate(String, Vec<Batch>),
+    /// Candidates for these moments, one after the other, the tree handed on.
+    Generate(Vec<wire::Scene>),
+}
+
+/// What came of one question to the pool.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    /// Candidates scored or generated.
+    pub(super) candidates: usize,
+    /// Parts the question was cut into.
+    pub(super) shards: usize,
+    /// Parts that nobody answered in time.
+    pub(super) unanswered: usize,
+    /// Until everything was there.
+    pub(super) took: Duration,
+}
+
+/// One robot's arbiter, as far as pools are concerned.
+pub(super) struct Robot {
+    /// The real pool.
+    pub(super) pool: Arc<Pool<ZenohPeers>>,
+    /// The mission made ready.
+    pub(super) context: Arc<PlanContext>,
+    // Aborted when dropped.
+    _keeping_ready: JoinSet<()>,
+}
+
+impl Robot {
+    /// A robot on `session` with nobody ready yet.
+    pub(super) fn on(session: &Session, context: Arc<PlanContext>) -> Result<Self, Exit> {
+        let peers = ZenohPeers::new(session).map_err(Exit::network)?;
+        let pool = Arc::new(Pool::new(peers));
+        let mut keeping = JoinSet::new();
+        let (of, with) = (Arc::clone(&pool), Arc::clone(&context));
+        keeping.spawn(async move { of.keep_ready(&with).await });
+        Ok(Self { pool, context, _keeping_ready: keeping })
+    }
+
+    /// Waits until `count` replicas of `role` are ready for it.
+    pub(super) async fn ready(&self, role: &str, count: usize) -> Result<(), Exit> {
+        let deadline = Instant::now() + READY_TIMEOUT;
+        loop {
+            let ready = self.pool.replicas().ready(role).len();
+            if ready == count {
+                return Ok(());
+            }
+            if Instant::now() > deadline {
+                let of = format!("{ready} of {count} replicas of {role} were ready");
+                let error = anyhow::anyhow!("{of} after {} s", READY_TIMEOUT.as_secs());
+                return Err(Exit::network(error));
+            }
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    }
+
+    /// Asks the pool for piece `seq` of the work. `tree` is what the last answer of a generator left.
+    pub(super) async fn ask(&self, work: &Work, seq: u64, tree: &mut Option<Tree>) -> anyhow::Result<Answer> {
+        let started = std::time::Instant::now();
+        let stage = Budget::of_stage(self.pool.peers.now(), &self.context.mission);
+        let turn = |of: usize| (seq % of.max(1) as u64) as usize;
+        match work {
+            Work::Evaluate(term, batches) => {
+                let batch = batches.get(turn(batches.len())).context("no batch")?;
+                let question = |term: &str, range| {
+                    self.context.evaluate_request(term, (1, seq), &batch.message, &batch.candidates, range)
+                };
+                let (terms, count) = ([term.clone()], batch.candidates.len());
+                let robot = &self.context.mission.order.robot;
+                let shards = dispatch::evaluate(&self.pool, &terms, robot, count, question, stage).await;
+                let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
+                let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
+                Ok(Answer {
+                    candidates: scored,
+                    // No replica was there to ask: the whole batch is one question without an answer.
+                    shards: shards.len().max(1),
+                    unanswered: if shards.is_empty() { 1 } else { unanswered },
+                    took: started.elapsed(),
+                })
+            }
+            Work::Generate(scenes) => {
+                let turn = turn(scenes.len());
+                let scene = scenes.get(turn).context("no scene")?;
+                // A new drive begins without a tree.
+                let old = tree.take().filter(|_| turn > 0);
+                let request = self.context.generate_request((1, seq), scene, 0, old.as_ref(), &[])?;
+                let shape = (self.context.profile.steps, self.context.profile.dt);
+                let generated = dispatch::generate(
+                    &self.pool,
+                    &self.context.mission.order.robot,
+                    &request,
+                    0,
+                    shape,
+                    stage,
+                )
+                .await;
+                let candidates = generated.as_ref().map_or(0, |generated| generated.candidates.len());
+                let unanswered = usize::from(generated.is_none());
+                *tree = generated.map(|generated| generated.tree);
+                Ok(Answer { candidates, shards: 1, unanswered, took: started.elapsed() })
+            }
+        }
+    }
+}
+
+/// Runs what one robot does on a thread of its own: sending blocks while there is no room, and in one process
+/// robots would hold each other up as they never do in many.
+pub(super) fn on_a_thread<T: Send + 'static>(
+    robots: &mut JoinSet<T>,
+    doing: impl Future<Output = T> + Send + 'static,
+) {
+    let runtime = tokio::runtime::Handle::current();
+    robots.spawn_blocking(move || runtime.block_on(doing));
+}
+
+/// Robots behind one router, and the map they share.
+pub(super) struct Robots {
+    /// Each with a link of its own.
+    pub(super) all: Vec<Arc<Robot>>,
+    sessions: Vec<Session>,
+    map: Server,
+}
+
+impl Robots {
+    /// Connects `count` robots to the router at `endpoint`.
+    pub(super) async fn join(
+        workload: &Workload,
+        endpoint: &str,
+        count: usize,
+        clock: Clock,
+    ) -> Result<Self, Exit> {
+        let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
+        let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
+        let host = connect().await?;
+        let map =
+            map_store::host(&host, workload.map.clone(), &refusals()).map_err(|e| Exit::network(e.into()))?;
+        let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
+        for index in 0..count {
+            let session = connect().await?;
+            let context = workload.context(&format!("robot-{index}"), clock)?;
+            robots.all.push(Arc::new(Robot::on(&session, context)?));
+            robots.sessions.push(session);
+        }
+        Ok(robots)
+    }
+
+    /// Starts `replicas` of `service`, connects `count` robots, and waits until all are ready for all. From then
+    /// on the quota is in force. It ends with [`Robots::leave`] and [`Processes::dismiss`].
+    pub(super) async fn with_pool(
+        processes: &mut Processes,
+        workload: &Workload,
+        service: Pooled,
+        (replicas, count): (usize, usize),
+        clock: Clock,
+    ) -> Result<Self, Exit> {
+        processes.add(service.kind().name(), replicas).await?;
+        let robots = Self::join(workload, &processes.endpoint, count, clock).await?;
+        for robot in &robots.all {
+            robot.ready(service.role(), replicas).await?;
+        }
+        processes.limit()?;
+        Ok(robots)
+    }
+
+    /// The link of one of them.
+    pub(super) fn session(&self, index: usize) -> &Session {
+        // The first session hosts the map.
+        &self.sessions[index + 1]
+    }
+
+    /// Ends their links.
+    pub(super) fn leave(self) {
+        drop(self.all);
+        drop(self.map);
+        self.sessions.iter().for_each(session::close);
+    }
+}

@@ -1,0 +1,81 @@
+//! A drive through the scenario with every service in this process: where scenes, missions and maps of a
+//! measurement come from.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use curionav_planning::occupancy::StaticMap;
+use curionav_pool::context::PlanContext;
+use curionav_pool::fields::Fields;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
+use curionav_runtime::query::fetch;
+use curionav_schemas::{Clock, CycleReport, Mission, OccupancyGrid, keys};
+
+use crate::embedded::Embedded;
+use crate::follow::follow;
+use crate::package::{self, Choice};
+use curionav_runtime::exit::Exit;
+
+/// Seed of the drive: none that a report uses.
+const SEED: u64 = 1000;
+
+/// What a drive leaves behind.
+pub(super) struct Workload {
+    /// What the robot was to do.
+    pub(super) mission: Mission,
+    /// Where.
+    pub(super) map: OccupancyGrid,
+    /// Every planning cycle, in order; at least one.
+    pub(super) cycles: Vec<CycleReport>,
+    /// Fields of the map, derived once for everybody in this process.
+    pub(super) fields: Fields,
+    /// The services, which are warm for the mission.
+    pub(super) services: Embedded,
+}
+
+impl Workload {
+    /// Drives through the scenario.
+    pub(super) async fn of(scenario: &Path, planner: Option<&str>) -> Result<Self, Exit> {
+        let choice = Choice { planner: planner.map(str::to_owned), seed: Some(SEED) };
+        let package = package::read(scenario, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
+        let config = ServiceConfig::default();
+        let services = Embedded::start(&config).await.map_err(Exit::network)?;
+        let driven = async {
+            let finished = follow(&services.session, &config, &package, true).await?;
+            let key = keys::robot(&config.robot, "mission").map_err(|e| Exit::failed(e.into()))?;
+            let mission = fetch::<Mission>(&services.session, &key, Duration::from_secs(2)).await;
+            let mission = mission.map_err(|e| Exit::network(e.into()))?;
+            Ok::<_, Exit>((finished.reports, finished.map, mission))
+        };
+        let (cycles, map, mission) = match driven.await {
+            Ok(driven) => driven,
+            Err(exit) => {
+                services.stop().await;
+                return Err(exit);
+            }
+        };
+        let Some(map) = map.filter(|_| !cycles.is_empty()) else {
+            services.stop().await;
+            return Err(Exit::failed(anyhow::anyhow!("{}: no cycle took place", scenario.display())));
+        };
+        let grid = convert::occupancy_grid(map.clone()).context("map").map_err(Exit::failed)?;
+        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        Ok(Self { mission, map, cycles, fields, services })
+    }
+
+    /// Everything an arbiter derives from the mission, for a robot of that name.
+    pub(super) fn context(&self, robot: &str, clock: Clock) -> Result<Arc<PlanContext>, Exit> {
+        let mut mission = self.mission.clone();
+        (mission.order.robot, mission.order.clock) = (robot.to_owned(), clock);
+        if clock == Clock::Realtime {
+            // Ten times a second, as in a run in real time.
+            mission.order.plan_every = ((0.1 / mission.order.tick_s).ceil() as u32).max(1);
+        }
+        let context =
+            PlanContext::new(mission, &self.fields, true).context("mission").map_err(Exit::failed)?;
+        Ok(Arc::new(context))
+    }
+}

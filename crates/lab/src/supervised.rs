@@ -1,0 +1,144 @@
+//! A service or a router as a process of this program, which ends at the latest with this one.
+
+use std::collections::VecDeque;
+use std::net::SocketAddr;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use curionav_runtime::process::{ProcessLine, Ready};
+use tokio::io::{AsyncBufReadExt, BufReader};
+use tokio::process::{Child, Command};
+
+const READY_TIMEOUT: Duration = Duration::from_secs(20);
+const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A process that ends when its standard input closes, so at the latest with this one.
+pub struct Supervised {
+    name: String,
+    arguments: Vec<String>,
+    metrics: Option<SocketAddr>,
+    child: Child,
+    restarts: VecDeque<Instant>,
+}
+
+impl Supervised {
+    /// Starts this program with `arguments` and waits until it says that it is ready.
+    ///
+    /// # Errors
+    /// If it cannot be started, ends, or is not ready in time.
+    pub async fn start(program: &Path, name: &str, arguments: Vec<String>) -> anyhow::Result<(Self, Ready)> {
+        let mut child = Command::new(program)
+            .args(&arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::inherit())
+            .kill_on_drop(true)
+            .spawn()
+            .with_context(|| format!("cannot start {name}"))?;
+        let stdout = child.stdout.take().context("no standard output")?;
+        let mut lines = BufReader::new(stdout).lines();
+        let line = tokio::time::timeout(READY_TIMEOUT, lines.next_line())
+            .await
+            .map_err(|_| anyhow::anyhow!("{name} was not ready within {} s", READY_TIMEOUT.as_secs()))??;
+        let Some(line) = line else {
+            let status = child.wait().await?;
+            bail!("{name} ended before it was ready ({status}); its reason is above");
+        };
+        let ready: Ready = serde_json::from_str(&line).with_context(|| format!("{name} printed `{line}`"))?;
+        let mut process =
+            Self { name: name.into(), arguments, metrics: ready.metrics, child, restarts: VecDeque::new() };
+        // Started again, it must be where whoever scrapes it looks for it.
+        if let Some(address) = ready.metrics {
+            process.replace("--metrics", &address.to_string());
+        }
+        Ok((process, ready))
+    }
+
+    /// Replaces the value of an argument.
+    fn replace(&mut self, argument: &str, value: &str) {
+        let mut rest = self.arguments.iter_mut().skip_while(|a| a.as_str() != argument).skip(1);
+        if let Some(old) = rest.next() {
+            value.clone_into(old);
+        }
+    }
+
+    /// What `curionav up` says of it.
+    pub fn line(&self) -> ProcessLine {
+        ProcessLine { name: self.name.clone(), pid: self.pid(), metrics: self.metrics }
+    }
+
+    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where.
+    ///
+    /// # Errors
+    /// As [`Self::start`].
+    pub async fn router(program: &Path, port: u16, log: &str) -> anyhow::Result<(Self, String)> {
+        let listen = format!("tcp/127.0.0.1:{port}");
+        let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
+        let (mut router, ready) = Self::start(program, "router", arguments.to_vec()).await?;
+        let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
+        // Started again, it must be where everybody looks for it.
+        router.replace("--listen", &endpoint);
+        Ok((router, endpoint))
+    }
+
+    /// Its number, 0 once it has ended.
+    pub fn pid(&self) -> u32 {
+        self.child.id().unwrap_or(0)
+    }
+
+    /// The status with which it has ended by itself; none while it runs.
+    ///
+    /// # Errors
+    /// If the system does not say.
+    pub fn ended(&mut self) -> anyhow::Result<Option<String>> {
+        Ok(self.child.try_wait()?.map(|status| status.to_string()))
+    }
+
+    /// Starts it again after it has ended with `status`.
+    ///
+    /// # Errors
+    /// If it has ended more than `limit` times within a minute.
+    pub async fn revive(&mut self, program: &Path, status: &str, limit: usize) -> anyhow::Result<()> {
+        let now = Instant::now();
+        while self.restarts.front().is_some_and(|t| now.duration_since(*t) > Duration::from_secs(60)) {
+            self.restarts.pop_front();
+        }
+        if self.restarts.len() >= limit {
+            bail!("{} ended {} times within a minute (last: {status}); giving up", self.name, limit + 1);
+        }
+        tracing::warn!(process = %self.name, status, "ended, started again");
+        self.restarts.push_back(now);
+        // One that fails to start has ended again: the next round counts it.
+        match Supervised::start(program, &self.name, self.arguments.clone()).await {
+            Ok((mut fresh, _)) => {
+                fresh.restarts = std::mem::take(&mut self.restarts);
+                *self = fresh;
+            }
+            Err(error) => tracing::warn!(process = %self.name, error = format!("{error:#}"), "did not start"),
+        }
+        Ok(())
+    }
+
+    /// Asks it to end, by closing its standard input.
+    pub fn ask_to_end(&mut self) {
+        drop(self.child.stdin.take());
+    }
+
+    /// Ends it, asking first.
+    pub async fn stop(mut self) {
+        self.ask_to_end();
+        if tokio::time::timeout(STOP_TIMEOUT, self.child.wait()).await.is_err() {
+            tracing::warn!(process = %self.name, "did not end in time, killed");
+            let _ = self.child.kill().await;
+        }
+    }
+}
+
+/// What makes this program run one supervised service behind the router at `endpoint`.
+pub fn client_arguments(kind: &str, endpoint: &str, instance: &str, log: &str) -> Vec<String> {
+    [kind, "--connect", endpoint, "--instance", instance, "--supervised", "--log", log]
+        .map(String::from)
+        .to_vec()
+}

@@ -1,0 +1,214 @@
+//! A search for settings that cost less, on seeds that no report uses.
+
+mod objective;
+mod search;
+mod space;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_runtime::shutdown::{Shutdown, on_signals};
+use sha2::{Digest, Sha256};
+
+use crate::bench::execution::{finish, stopped, workers};
+use crate::bench::journal::Journal;
+use crate::bench::measure::Measure;
+use crate::bench::plan::{self, Plan};
+use crate::bench::pool::Pool;
+use crate::bench::row::Row;
+use crate::bench::statistics::mean;
+use crate::csv_row::csv_row;
+use crate::plural::count;
+use curionav_runtime::exit::{Exit, SUCCESS};
+use search::Trial;
+use space::{Setting, Space};
+
+/// What to search, and where to keep what comes out.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// File that names the base and the parameters.
+    pub space: PathBuf,
+    /// Scenario files, as patterns with `*` and `?`.
+    pub scenarios: Vec<String>,
+    /// Settings to sample.
+    pub settings: u32,
+    /// Seeds that a setting is run with in each scenario before it can win.
+    pub repeats: u32,
+    /// Times that every parameter is moved up and down.
+    pub rounds: u32,
+    /// First seed of the runs.
+    pub first_seed: u64,
+    /// Seed of the sample.
+    pub search_seed: u64,
+    /// Runs at the same time; one per core if absent.
+    pub jobs: Option<u16>,
+    /// Directory of results and journal.
+    pub out: PathBuf,
+}
+
+/// Searches, writes the best settings and all that were tried, prints the best, and gives the exit status.
+///
+/// # Errors
+/// Bad input if the space or the scenarios cannot be used; failed if a run could not take place or interrupted.
+pub async fn tune(options: Options) -> Result<u8, Exit> {
+    let space = Space::read(&options.space).map_err(Exit::bad_input)?;
+    // Checked before the first run, not after an hour.
+    Plan::read(&["curiosity".into()], &options.scenarios).map_err(Exit::bad_input)?;
+    let folder = options.out.join("settings");
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("--out: cannot create {}", folder.display()))
+        .map_err(Exit::bad_input)?;
+    let program = plan::program_digest().map_err(Exit::failed)?;
+    let journal =
+        Journal::open(&options.out.join("journal.jsonl"), &program, false).map_err(Exit::bad_input)?;
+    let pool = Pool { jobs: workers(options.jobs), program };
+    let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mut runs =
+        Runs { space: &space, options: &options, folder, pool, journal, shutdown, tried: Vec::new() };
+    let found = search(&mut runs).await.map_err(|error| match error.downcast::<Exit>() {
+        Ok(exit) => exit,
+        Err(error) => Exit::failed(error),
+    })?;
+    let profile = profile_text(&space, &found, &options).map_err(Exit::failed)?;
+    for (name, content) in [("best.toml", &profile), ("tune.csv", &runs.table().map_err(Exit::failed)?)] {
+        let path = options.out.join(name);
+        std::fs::write(&path, content)
+            .with_context(|| format!("cannot write {}", path.display()))
+            .map_err(Exit::failed)?;
+    }
+    #[expect(clippy::print_stdout, reason = "what the command is for")]
+    {
+        println!("{profile}");
+    }
+    Ok(SUCCESS)
+}
+
+/// What came of the search.
+struct Found {
+    best: Setting,
+    cost: f64,
+    /// Of the base, with the same seeds.
+    base_cost: f64,
+}
+
+async fn search(runs: &mut Runs<'_>) -> anyhow::Result<Found> {
+    let (space, options) = (runs.space, runs.options);
+    let mut settings = vec![space.base()?];
+    settings.extend(space.sample(options.settings, options.search_seed)?);
+    let mut best = search::halving(runs, settings, options.repeats).await?;
+    // The base may have been unlucky with few seeds; and who reads the result wants to know what was gained.
+    let base = space.base()?;
+    let cost = runs.costs(std::slice::from_ref(&base), options.repeats).await?[0];
+    if cost <= best.1 {
+        best = (base, cost);
+    }
+    let (best, least) = search::descent(runs, space, best, options.repeats, options.rounds).await?;
+    Ok(Found { best, cost: least, base_cost: cost })
+}
+
+/// Runs settings, as planners that differ in their profile files.
+struct Runs<'a> {
+    space: &'a Space,
+    options: &'a Options,
+    folder: PathBuf,
+    pool: Pool,
+    journal: Journal,
+    shutdown: Shutdown,
+    tried: Vec<Tried>,
+}
+
+/// A setting and what came out of it.
+struct Tried {
+    setting: Setting,
+    repeats: u32,
+    cost: f64,
+    rows: Vec<Row>,
+}
+
+impl Trial for Runs<'_> {
+    async fn costs(&mut self, settings: &[Setting], repeats: u32) -> anyhow::Result<Vec<f64>> {
+        let files: Vec<PathBuf> =
+            settings.iter().map(|s| written(&self.folder, s)).collect::<Result<_, _>>()?;
+        let mut sources: Vec<String> = files.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+        let wanted = sources.clone();
+        // Two places of the cube can be the same profile.
+        sources.sort();
+        sources.dedup();
+        let plan = Plan::read(&sources, &self.options.scenarios)?;
+        let jobs = plan.jobs(self.options.first_seed, repeats, None);
+        let missing = finish(&self.pool, &mut self.journal, &jobs, &mut self.shutdown)
+            .await
+            .map_err(|error| stopped(error, &self.journal, &jobs, &self.options.out))
+            .map_err(anyhow::Error::new)?;
+        if let Some(first) = missing.first() {
+            bail!(
+                "{} of {} runs did not take place, the first because: {}",
+                missing.len(),
+                jobs.len(),
+                first.reason
+            );
+        }
+        let mut costs = Vec::new();
+        for (setting, source) in settings.iter().zip(&wanted) {
+            let own = jobs.iter().filter(|job| job.planner_source == *source);
+            let rows: Vec<Row> = own.filter_map(|job| self.journal.row(&job.key)).cloned().collect();
+            let each: Vec<f64> = rows.iter().map(|row| self.space.objective.cost(row)).collect();
+            let cost = mean(&each).context("a setting without runs")?;
+            costs.push(cost);
+            if self.tried.iter().any(|t| t.repeats == repeats && t.setting.profile == setting.profile) {
+                continue;
+            }
+            self.tried.push(Tried { setting: setting.clone(), repeats, cost, rows });
+        }
+        let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+        let what = count(settings.len(), "setting");
+        eprintln!("{what} with {}: least cost {least:.4}", count(repeats as usize, "seed"));
+        Ok(costs)
+    }
+}
+
+impl Runs<'_> {
+    /// Every setting that was tried, in the order of the search.
+    fn table(&self) -> anyhow::Result<String> {
+        let paths = self.space.parameters.iter().map(|p| p.path.as_str());
+        let measures = Measure::ALL.map(Measure::key);
+        let mut text =
+            csv_row(["origin", "seeds", "cost", "success"].into_iter().chain(paths).chain(measures));
+        for Tried { setting, repeats, cost, rows } in &self.tried {
+            let success = rows.iter().filter(|row| row.is_success()).count() as f64 / rows.len() as f64;
+            let labels =
+                [setting.origin.clone(), repeats.to_string(), format!("{cost:.6}"), format!("{success:.4}")];
+            let means = Measure::ALL.map(|measure| {
+                let values: Vec<f64> = rows.iter().filter_map(|row| measure.of(row)).collect();
+                mean(&values).map_or_else(String::new, |m| format!("{m:.6}"))
+            });
+            text += &csv_row(labels.into_iter().chain(self.space.values(setting)?).chain(means));
+        }
+        Ok(text)
+    }
+}
+
+/// The setting's profile as a file, named by what is in it.
+fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
+    let text = toml::to_string(&setting.profile)?;
+    let path = folder.join(format!("{}.toml", &plan::hex(&Sha256::digest(&text))[..16]));
+    if !path.is_file() {
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(path)
+}
+
+fn profile_text(space: &Space, found: &Found, options: &Options) -> anyhow::Result<String> {
+    let last = options.first_seed + u64::from(options.repeats) - 1;
+    let mut text = format!(
+        "# Found by `curionav tune`: cost {:.4}, of the base {:.4}, over {} with seeds {} to {last}.\n",
+        found.cost,
+        found.base_cost,
+        options.scenarios.join(" "),
+        options.first_seed
+    );
+    for (parameter, value) in space.parameters.iter().zip(space.values(&found.best)?) {
+        text += &format!("# {} = {value}\n", parameter.path);
+    }
+    Ok(text + &toml::to_string(&found.best.profile)?)
+}

@@ -1,0 +1,29 @@
+//! Pure drawing of what a robot did, as SVG files that need nothing else and print sharply.
+//!
+//! [`run_svg`] puts a run on one page: the map with all tracks, a few planning cycles enlarged, and plots over time.
+//! [`comparison_svg`] compares planners in one scenario, [`scene_svg`] shows a scenario before anything moves.
+//! Coordinates are in metres in the map frame, angles in radians.
+
+mod axes;
+mod comparison;
+mod curves;
+mod heading;
+mod legend;
+mod map_layer;
+mod overview;
+mod page;
+mod palette;
+mod plots;
+mod run;
+mod run_page;
+mod scene;
+mod snapshot;
+mod snapshots;
+mod symbols;
+mod trace_columns;
+mod viewport;
+
+pub use comparison::{Course, Site, comparison_svg};
+pub use palette::{planner_colour, style_sheet};
+pub use run_page::run_svg;
+pub use scene::{Person, SceneSketch, scene_svg};

@@ -1,0 +1,192 @@
+//! The map's cells as a few thousand rectangles in one path, sharp at any size.
+
+use super::viewport::{Bounds, Viewport};
+use curionav_planning::numerics::sin_cos;
+use curionav_schemas::OccupancyGrid;
+use std::collections::BTreeMap;
+use svg::node::element::{Group, Path, Use};
+
+/// Rectangles a map may take; a map that needs more is drawn in larger cells. About 15 bytes each.
+const MAX_RECTANGLES: usize = 40_000;
+/// From this share on a cell is drawn as occupied, per cent.
+const OCCUPIED: i8 = 50;
+/// Rows and columns from and to (exclusive).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Block {
+    left: usize,
+    right: usize,
+    bottom: usize,
+    top: usize,
+}
+
+/// The map in units of cells, to be shown any number of times by [`map_layer`]; `id` is its name in the document.
+pub(super) fn definition(map: &OccupancyGrid, id: &str) -> Group {
+    let (walls, unknown, size) = drawable(map);
+    Group::new()
+        .set("id", id)
+        .set("shape-rendering", "crispEdges")
+        .add(Path::new().set("fill", "#e9e9e9").set("d", outline(&unknown, size)))
+        .add(Path::new().set("fill", "#3c3c3c").set("d", outline(&walls, size)))
+}
+
+/// The cells of `map` that are below zero, in one colour; to be shown by [`map_layer`] as well.
+pub(super) fn area(map: &OccupancyGrid, id: &str, fill: &str) -> Group {
+    let (_, cells, size) = drawable(map);
+    let path = Path::new().set("fill", fill).set("d", outline(&cells, size));
+    Group::new().set("id", id).set("shape-rendering", "crispEdges").add(path)
+}
+
+/// Walls and unknown space in the smallest blocks that are not too many, and the side of a block in cells.
+fn drawable(map: &OccupancyGrid) -> (Vec<Block>, Vec<Block>, usize) {
+    let mut size = 1;
+    loop {
+        let (walls, unknown) = blocks(map, size);
+        if walls.len() + unknown.len() <= MAX_RECTANGLES {
+            return (walls, unknown, size);
+        }
+        size *= 2;
+    }
+}
+
+/// The map defined as `id` where `viewport` puts it.
+pub(super) fn map_layer(map: &OccupancyGrid, id: &str, viewport: &Viewport) -> Use {
+    let (sin, cos) = sin_cos(map.origin.heading);
+    let side = viewport.scale * map.resolution;
+    let (left, top) = viewport.at((map.origin.x, map.origin.y));
+    let matrix = [side * cos, -side * sin, -side * sin, -side * cos, left, top];
+    let numbers: Vec<String> = matrix.iter().map(|number| format!("{:.5}", number + 0.0)).collect();
+    Use::new().set("href", format!("#{id}")).set("transform", format!("matrix({})", numbers.join(" ")))
+}
+
+/// The bounds of the cells that are known; of all cells if none is.
+pub(super) fn known(map: &OccupancyGrid) -> Bounds {
+    let width = map.width as usize;
+    let mut cells: Option<[usize; 4]> = None;
+    for (row, line) in map.cells.chunks(width.max(1)).enumerate() {
+        let is_known = |cell: &i8| *cell >= 0;
+        let (Some(first), Some(last)) = (line.iter().position(is_known), line.iter().rposition(is_known))
+        else {
+            continue;
+        };
+        let [left, right, bottom, _] = cells.unwrap_or([first, last, row, row]);
+        cells = Some([left.min(first), right.max(last), bottom, row]);
+    }
+    let [left, right, bottom, top] =
+        cells.unwrap_or([0, width.saturating_sub(1), 0, (map.height as usize).saturating_sub(1)]);
+    let (sin, cos) = sin_cos(map.origin.heading);
+    let corner = |column: usize, row: usize| {
+        let (u, v) = (map.resolution * column as f64, map.resolution * row as f64);
+        (map.origin.x + cos * u - sin * v, map.origin.y + sin * u + cos * v)
+    };
+    let (right, top) = (right + 1, top + 1);
+    Bounds::of([corner(left, bottom), corner(right, bottom), corner(left, top), corner(right, top)])
+}
+
+/// Walls and unknown space in blocks of `size` x `size` cells; a block with a wall in it is a wall.
+fn blocks(map: &OccupancyGrid, size: usize) -> (Vec<Block>, Vec<Block>) {
+    let (width, height) = (map.width as usize, map.height as usize);
+    let (columns, rows) = (width.div_ceil(size), height.div_ceil(size));
+    let mut coarse = vec![i8::MIN; columns * rows];
+    for (index, cell) in map.cells.iter().enumerate() {
+        let block = &mut coarse[(index / width / size) * columns + index % width / size];
+        *block = (*block).max(*cell);
+    }
+    (merged(&coarse, columns, |cell| cell >= OCCUPIED), merged(&coarse, columns, |cell| cell < 0))
+}
+
+/// Rectangles that cover exactly the cells that `belongs` picks: runs along a row, joined with equal runs below.
+fn merged(cells: &[i8], columns: usize, belongs: impl Fn(i8) -> bool) -> Vec<Block> {
+    let mut done = Vec::new();
+    let mut open: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    let rows = cells.len() / columns.max(1);
+    for row in 0..=rows {
+        let line = cells.get(row * columns..(row + 1) * columns).unwrap_or_default();
+        let mut next = BTreeMap::new();
+        for (left, right) in runs(line, &belongs) {
+            next.insert((left, right), open.remove(&(left, right)).unwrap_or(row));
+        }
+        done.extend(open.iter().map(|((left, right), bottom)| Block {
+            left: *left,
+            right: *right,
+            bottom: *bottom,
+            top: row,
+        }));
+        open = next;
+    }
+    done
+}
+
+fn runs(line: &[i8], belongs: impl Fn(i8) -> bool) -> Vec<(usize, usize)> {
+    let mut runs: Vec<(usize, usize)> = Vec::new();
+    for column in (0..line.len()).filter(|column| belongs(line[*column])) {
+        match runs.last_mut() {
+            Some((_, right)) if *right == column => *right += 1,
+            _ => runs.push((column, column + 1)),
+        }
+    }
+    runs
+}
+
+fn outline(blocks: &[Block], size: usize) -> String {
+    let mut path = String::with_capacity(16 * blocks.len());
+    for b in blocks {
+        let (width, height) = (size * (b.right - b.left), size * (b.top - b.bottom));
+        path += &format!("M{} {}h{width}v{height}h-{width}z", size * b.left, size * b.bottom);
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    fn grid(width: u32, height: u32, cells: Vec<i8>) -> OccupancyGrid {
+        OccupancyGrid { width, height, cells: cells.into(), ..golden::occupancy_grid() }
+    }
+
+    #[test]
+    fn the_rectangles_cover_every_wall_once_and_nothing_else() {
+        let (width, height) = (17_usize, 11_usize);
+        let cells: Vec<i8> =
+            (0..width * height).map(|i| if (i * i / 3 + i) % 5 < 2 { 100 } else { 0 }).collect();
+        let mut covered = vec![0_i8; cells.len()];
+        for block in merged(&cells, width, |cell| cell >= OCCUPIED) {
+            for row in block.bottom..block.top {
+                for column in block.left..block.right {
+                    covered[row * width + column] += 100;
+                }
+            }
+        }
+        assert_eq!(covered, cells);
+    }
+
+    #[test]
+    fn a_solid_wall_is_one_rectangle() {
+        let map = grid(40, 30, vec![100; 1200]);
+        assert_eq!(blocks(&map, 1).0, [Block { left: 0, right: 40, bottom: 0, top: 30 }]);
+    }
+
+    #[test]
+    fn a_noisy_map_is_coarsened_until_it_is_small() {
+        let side = 700;
+        let cells = (0..side * side).map(|i| if (i % side + i / side) % 2 == 0 { 100 } else { 0 }).collect();
+        let text = definition(&grid(side, side, cells), "map").to_string();
+        assert!(text.len() < 16 * MAX_RECTANGLES, "{} bytes", text.len());
+        assert!(text.contains("h700v700"), "in larger cells all of it is wall");
+    }
+
+    #[test]
+    fn the_known_part_leaves_out_an_unknown_rim() {
+        let mut cells = vec![-1; 100];
+        cells[34] = 0;
+        cells[56] = 100;
+        let bounds = known(&OccupancyGrid {
+            resolution: 0.5,
+            origin: curionav_schemas::Pose { x: 10.0, y: -1.0, heading: 0.0 },
+            ..grid(10, 10, cells)
+        });
+        // Columns 4 to 6 and rows 3 to 5, half a metre each.
+        assert_eq!(bounds, Bounds { min: (12.0, 0.5), max: (13.5, 2.0) });
+    }
+}

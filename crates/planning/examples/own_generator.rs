@@ -1,0 +1,107 @@
+//! A trajectory generator of one's own: a fan of arcs, those that run into something left out.
+//!
+//! `cargo run --release -p curionav-planning --example own_generator`
+
+#![expect(clippy::print_stdout, reason = "an example prints what it finds")]
+
+use std::sync::Arc;
+
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::collision::CollisionChecker;
+use curionav_planning::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::motion::step;
+use curionav_planning::nalgebra::Matrix3;
+use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+use curionav_planning::profile::Profile;
+use curionav_planning::scene::{Belief, People, Scene};
+use curionav_planning::states::States;
+use curionav_planning::terms::{DerivedFields, Task};
+
+/// Arcs of equal speed, turning from full left to full right.
+struct FanGenerator {
+    params: GenerationParams,
+    arcs: u32,
+}
+
+impl Generator for FanGenerator {
+    fn name(&self) -> &'static str {
+        "fan"
+    }
+
+    fn generate(
+        &self,
+        input: &GenerationInput<'_>,
+        _tree: Option<Tree>,
+        _seed: u64,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Generated {
+        let (steps, dt) = (self.params.candidates.steps as usize, self.params.candidates.dt);
+        let checker = CollisionChecker::new(
+            input.map,
+            input.robot,
+            input.scene,
+            input.forecast,
+            &self.params.collision,
+        );
+        let (mut states, mut count) = (States::default(), 0);
+        for arc in (0..self.arcs).take_while(|_| !should_stop()) {
+            let share = 2.0 * f64::from(arc) / f64::from(self.arcs - 1) - 1.0;
+            let wanted = Twist { v: input.robot.v_max, omega: share * input.robot.omega_max };
+            let (mut pose, mut twist) = input.scene.belief.motion();
+            let mut driven = States::default();
+            for _ in 0..steps {
+                twist = input.robot.limit(twist, wanted, dt);
+                pose = step(pose, twist, dt);
+                driven.push(pose, twist);
+            }
+            if checker.first_collision(&driven.x, &driven.y, &driven.heading, dt).is_none() {
+                states.append(driven);
+                count += 1;
+            }
+        }
+        let candidates = CandidateSet::new(steps, dt, (0..count).collect(), states)
+            .unwrap_or_else(|_| CandidateSet::empty(steps, dt));
+        // Nothing lasts from one cycle to the next.
+        Generated { candidates, tree: Tree::default() }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // A room of 8 m by 8 m with a pillar ahead of the robot.
+    let solid = |c: i32, r: i32| (c - 45).pow(2) + (r - 40).pow(2) < 25;
+    let cells = (0..80 * 80).map(|i| if solid(i % 80, i / 80) { 100 } else { 0 }).collect();
+    let map = Arc::new(StaticMap::new(OccupancyGrid::new(80, 80, 0.1, Pose2::default(), cells)?));
+    let belief = Belief {
+        pose: Pose2::new(2.0, 4.0, 0.0),
+        covariance: Matrix3::from_diagonal_element(0.01),
+        twist: Twist::default(),
+    };
+    let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
+    let (profile, task) = (Profile::default(), Task { goal: Point2::new(7.0, 4.0), ..Task::default() });
+    let input = GenerationInput {
+        map: &map,
+        goal: task.goal,
+        geodesic: &*map.geodesic(task.goal, task.robot.radius())?,
+        robot: &task.robot,
+        scene: &scene,
+        forecast: profile.forecast,
+        previous: None,
+    };
+    let generator = FanGenerator { params: profile.generation_params(), arcs: 21 };
+    let candidates = generator.generate(&input, None, 0, &|| false).candidates;
+    println!("{} of {} arcs are free; they end at", candidates.len(), generator.arcs);
+    for i in 0..candidates.len() {
+        let last = candidates.range(i).end - 1;
+        println!("  ({:.2}, {:.2})", candidates.x()[last], candidates.y()[last]);
+    }
+    if candidates.is_empty() || candidates.len() == generator.arcs as usize {
+        return Err("the pillar should be in the way of some arcs".into());
+    }
+    Ok(())
+}
+
+#[test]
+fn the_pillar_is_in_the_way_of_some_arcs() {
+    main().unwrap();
+}

@@ -1,0 +1,109 @@
+//! States of the robot over time, as a structure of arrays.
+
+use crate::geometry::{Pose2, Twist};
+
+/// What is wrong with arrays that should describe states.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StatesError {
+    /// An array does not have one number per state.
+    #[error("array `{array}` holds {found} numbers, expected {expected}, one per state")]
+    Length {
+        /// Which array.
+        array: &'static str,
+        /// Its length.
+        found: usize,
+        /// Number of states.
+        expected: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("array `{array}` holds a number that is not finite at index {index}")]
+    NotFinite {
+        /// Which array.
+        array: &'static str,
+        /// Where.
+        index: usize,
+    },
+    /// `dt` is not positive or there are no steps.
+    #[error("the time step must be positive and finite, and there must be at least one step")]
+    Shape,
+}
+
+/// Poses in the map frame and the twists that led to them: one number per state in each array.
+///
+/// The fields are public, so nothing is guaranteed about them: [`crate::candidates::CandidateSet`] and
+/// [`crate::trajectory::Trajectory`] check the arrays that they are made from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct States {
+    /// Metres.
+    pub x: Vec<f64>,
+    /// Metres.
+    pub y: Vec<f64>,
+    /// Radians.
+    pub heading: Vec<f64>,
+    /// Forward speed on the way to the state, m/s.
+    pub v: Vec<f64>,
+    /// Turn rate on the way to the state, rad/s.
+    pub omega: Vec<f64>,
+}
+
+impl States {
+    /// Number of states.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there are no states.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Adds one state.
+    pub fn push(&mut self, pose: Pose2, twist: Twist) {
+        self.x.push(pose.x);
+        self.y.push(pose.y);
+        self.heading.push(pose.heading);
+        self.v.push(twist.v);
+        self.omega.push(twist.omega);
+    }
+
+    /// Adds the states of `other` behind these.
+    pub fn append(&mut self, mut other: Self) {
+        self.x.append(&mut other.x);
+        self.y.append(&mut other.y);
+        self.heading.append(&mut other.heading);
+        self.v.append(&mut other.v);
+        self.omega.append(&mut other.omega);
+    }
+
+    /// Pose and twist of state `k`, which must exist.
+    pub fn at(&self, k: usize) -> (Pose2, Twist) {
+        let pose = Pose2::new(self.x[k], self.y[k], self.heading[k]);
+        (pose, Twist { v: self.v[k], omega: self.omega[k] })
+    }
+
+    /// What `choose` makes of each array.
+    pub(crate) fn map(&self, choose: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        Self {
+            x: choose(&self.x),
+            y: choose(&self.y),
+            heading: choose(&self.heading),
+            v: choose(&self.v),
+            omega: choose(&self.omega),
+        }
+    }
+
+    /// Whether there are `expected` states and all their numbers are finite.
+    pub(crate) fn check(&self, expected: usize) -> Result<(), StatesError> {
+        let Self { x, y, heading, v, omega } = self;
+        for (array, values) in [("x", x), ("y", y), ("heading", heading), ("v", v), ("omega", omega)] {
+            if values.len() != expected {
+                return Err(StatesError::Length { array, found: values.len(), expected });
+            }
+            if let Some(index) = values.iter().position(|n| !n.is_finite()) {
+                return Err(StatesError::NotFinite { array, index });
+            }
+        }
+        Ok(())
+    }
+}

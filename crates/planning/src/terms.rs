@@ -1,0 +1,380 @@
+//! The cost terms that are built in: what each takes from a profile, what it needs derived, how it is built.
+//!
+//! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] here with its line in the list
+//! at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
+//! it here. For the term of the example `own_term` the implementation would be
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use curionav_planning::candidates::CandidateSet;
+//! # use curionav_planning::evaluation::{Evaluator, Stopped};
+//! # use curionav_planning::occupancy::StaticMap;
+//! # use curionav_planning::parameters;
+//! # use curionav_planning::profile::Profile;
+//! # use curionav_planning::scene::Scene;
+//! # use curionav_planning::terms::{BuildError, BuiltIn, DerivedFields, Task};
+//! # use serde::{Deserialize, Serialize};
+//! # struct ClearanceEvaluator { map: Arc<StaticMap>, comfort: f64 }
+//! # impl Evaluator for ClearanceEvaluator {
+//! #     fn metric(&self) -> &'static str { "clearance" }
+//! #     fn evaluate(&self, _: &Scene, c: &CandidateSet, _: &dyn Fn() -> bool) -> Result<Vec<f64>, Stopped> {
+//! #         Ok(vec![self.comfort - self.map.grid.resolution(); c.len()])
+//! #     }
+//! # }
+//! parameters! {
+//!     /// Parameters of `clearance`.
+//!     #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+//!     #[serde(default, deny_unknown_fields)]
+//!     pub struct ClearanceParams {
+//!         /// Distance from walls that costs nothing, metres.
+//!         #[field(0.0, 10.0, "m", "beyond it no wall is near")]
+//!         pub comfort: f64 = 1.5,
+//!     }
+//! }
+//!
+//! enum Clearance {}
+//!
+//! impl BuiltIn for Clearance {
+//!     const NAME: &'static str = "clearance";
+//!     type Params = ClearanceParams;
+//!
+//!     // Inside this crate: `profile.clearance.clone()`.
+//!     fn params(_profile: &Profile) -> ClearanceParams {
+//!         ClearanceParams::default()
+//!     }
+//!
+//!     fn evaluator<F: DerivedFields>(
+//!         params: ClearanceParams,
+//!         _task: &Task,
+//!         fields: &F,
+//!     ) -> Result<Arc<dyn Evaluator>, BuildError<F::Error>> {
+//!         let map = fields.map().map_err(BuildError::Field)?;
+//!         Ok(Arc::new(ClearanceEvaluator { map, comfort: params.comfort }))
+//!     }
+//! }
+//! ```
+
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::collision_risk::RiskParams;
+use crate::evaluation::Evaluator;
+use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
+use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
+use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
+use crate::evaluation::risk::RiskEvaluator;
+use crate::forecast::ForecastParams;
+use crate::geometry::Point2;
+use crate::motion::{OdometryNoise, RobotModel};
+use crate::occupancy::{GeodesicField, StaticMap};
+use crate::parameters;
+use crate::parameters::Ranged;
+use crate::profile::Profile;
+use crate::sensor::LaserModel;
+
+/// What stays the same from one cycle of a mission to the next, apart from map and parameters.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Task {
+    /// Where to go, map frame.
+    pub goal: Point2,
+    /// What the base can do.
+    pub robot: RobotModel,
+    /// What the localiser sees with.
+    pub laser: LaserModel,
+    /// What odometry misses.
+    pub noise: OdometryNoise,
+}
+
+/// What is derived from one map. An implementation may keep the fields between calls; [`StaticMap`] itself derives
+/// them anew each time.
+pub trait DerivedFields {
+    /// Why there is no such field.
+    type Error;
+
+    /// The map with its distance fields.
+    fn map(&self) -> Result<Arc<StaticMap>, Self::Error>;
+
+    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from
+    /// walls.
+    fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Self::Error>;
+
+    /// What an observation of `laser` is worth, everywhere on the map.
+    fn information(
+        &self,
+        laser: LaserModel,
+        params: &InformationParams,
+    ) -> Result<Arc<InformationField>, Self::Error>;
+}
+
+impl DerivedFields for Arc<StaticMap> {
+    type Error = Infallible;
+
+    fn map(&self) -> Result<Self, Infallible> {
+        Ok(Self::clone(self))
+    }
+
+    fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Infallible> {
+        Ok(Arc::new(GeodesicField::new(self, goal, radius + GeodesicField::PLANNING_MARGIN)))
+    }
+
+    fn information(
+        &self,
+        laser: LaserModel,
+        params: &InformationParams,
+    ) -> Result<Arc<InformationField>, Infallible> {
+        Ok(Arc::new(InformationField::new(self, &laser, params)))
+    }
+}
+
+/// Why there is no evaluator.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError<E> {
+    /// No term of that name is built in.
+    #[error("the term is not built in; known: {}", NAMES.join(", "))]
+    Unknown,
+    /// A field that it needs is missing.
+    #[error("{0}")]
+    Field(E),
+    /// A parameter makes no sense.
+    #[error("{0}")]
+    Params(String),
+}
+
+type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
+
+/// A term that is built in.
+pub trait BuiltIn {
+    /// Its name in profiles and keys.
+    const NAME: &'static str;
+
+    /// Whether the arbiter always computes it itself, because that costs less than asking a replica.
+    const LOCAL: bool = false;
+
+    /// Everything of a profile that it depends on, as it travels with every request: all replicas then compute the
+    /// same, whatever they were started with.
+    type Params: Ranged + Serialize + DeserializeOwned;
+
+    /// Its parameters in `profile`.
+    fn params(profile: &Profile) -> Self::Params;
+
+    /// Its evaluator. Every field that it needs is there when this returns.
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error>;
+}
+
+parameters! {
+    /// Parameters of [`CpcEvaluator`] and of the field it looks up.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct CpcTermParams {
+        #[field(table)]
+        cpc: CpcParams,
+        #[field(table)]
+        information: InformationParams,
+    }
+}
+
+enum Cpc {}
+
+impl BuiltIn for Cpc {
+    const NAME: &'static str = "cpc";
+    type Params = CpcTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcTermParams { cpc: profile.cpc, information: profile.information }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let information = fields.information(task.laser, &params.information).map_err(BuildError::Field)?;
+        Ok(Arc::new(CpcEvaluator::new(information, task.noise, params.cpc)))
+    }
+}
+
+enum Cnc {}
+
+impl BuiltIn for Cnc {
+    const NAME: &'static str = "cnc";
+    type Params = HccdmParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.hccdm
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(HccdmEvaluator::new(params).map_err(|e| BuildError::Params(e.to_string()))?))
+    }
+}
+
+parameters! {
+    /// Parameters of [`DistanceEvaluator`].
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct DistanceTermParams {
+        #[field(words)]
+        measure: DistanceMeasure,
+    }
+}
+
+enum Distance {}
+
+impl BuiltIn for Distance {
+    const NAME: &'static str = "distance";
+    const LOCAL: bool = true;
+    type Params = DistanceTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        DistanceTermParams { measure: profile.distance }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        Ok(Arc::new(match params.measure {
+            DistanceMeasure::Euclid => DistanceEvaluator::euclid(task.goal),
+            DistanceMeasure::Geodesic => {
+                let field = fields.geodesic(task.goal, task.robot.radius()).map_err(BuildError::Field)?;
+                DistanceEvaluator::new(field)
+            }
+        }))
+    }
+}
+
+parameters! {
+    /// Parameters of [`RiskEvaluator`].
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct RiskTermParams {
+        #[field(table)]
+        risk: RiskParams,
+        #[field(table)]
+        forecast: ForecastParams,
+    }
+}
+
+enum Risk {}
+
+impl BuiltIn for Risk {
+    const NAME: &'static str = "risk";
+    const LOCAL: bool = true;
+    type Params = RiskTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        RiskTermParams { risk: profile.risk, forecast: profile.forecast }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let map = fields.map().map_err(BuildError::Field)?;
+        let RiskTermParams { risk, forecast } = params;
+        Ok(Arc::new(RiskEvaluator::new(map, task.goal, task.robot.radius(), forecast, risk)))
+    }
+}
+
+/// Something to do with a term whose type is known only by its name.
+pub trait Visitor {
+    /// What comes of it.
+    type Output;
+
+    /// Does it with `T`.
+    fn visit<T: BuiltIn>(self) -> Self::Output;
+}
+
+macro_rules! built_in {
+    ($($term:ty),+) => {
+        /// Names of the terms that are built in.
+        pub const NAMES: &[&str] = &[$(<$term>::NAME),+];
+
+        /// Does what `visitor` does with the term of that name; `None` if it is not built in.
+        pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
+            match name {
+                $(<$term>::NAME => Some(visitor.visit::<$term>()),)+
+                _ => None,
+            }
+        }
+    };
+}
+
+built_in!(Cnc, Cpc, Distance, Risk);
+
+/// Whether the arbiter always computes the term of that name itself.
+pub fn is_local(name: &str) -> bool {
+    struct IsLocal;
+    impl Visitor for IsLocal {
+        type Output = bool;
+        fn visit<T: BuiltIn>(self) -> bool {
+            T::LOCAL
+        }
+    }
+    visit(name, IsLocal).unwrap_or(false)
+}
+
+/// The evaluator of the term of that name as `profile` wants it.
+pub fn evaluator<F: DerivedFields>(
+    name: &str,
+    profile: &Profile,
+    task: &Task,
+    fields: &F,
+) -> Built<F::Error> {
+    struct Build<'a, F>(&'a Profile, &'a Task, &'a F);
+    impl<F: DerivedFields> Visitor for Build<'_, F> {
+        type Output = Built<F::Error>;
+        fn visit<T: BuiltIn>(self) -> Self::Output {
+            T::evaluator(T::params(self.0), self.1, self.2)
+        }
+    }
+    visit(name, Build(profile, task, fields)).unwrap_or(Err(BuildError::Unknown))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+    use crate::occupancy::OccupancyGrid;
+
+    #[test]
+    fn every_term_builds_what_bears_its_name_from_any_profile() {
+        let grid = OccupancyGrid::new(40, 40, 0.25, Pose2::default(), vec![0; 1600]).unwrap();
+        let fields = Arc::new(StaticMap::new(grid));
+        let task = Task {
+            goal: Point2::new(5.0, 5.0),
+            robot: RobotModel::default(),
+            laser: LaserModel::default(),
+            noise: OdometryNoise::default(),
+        };
+        for profile in
+            [Profile::default(), Profile { distance: DistanceMeasure::Euclid, ..Profile::default() }]
+        {
+            for name in NAMES {
+                assert_eq!(evaluator(name, &profile, &task, &fields).unwrap().metric(), *name);
+            }
+        }
+        assert!(matches!(evaluator("view", &Profile::default(), &task, &fields), Err(BuildError::Unknown)));
+    }
+
+    #[cfg(feature = "profiles")]
+    #[test]
+    fn every_profile_that_is_built_in_lists_terms_that_are() {
+        for profile in Profile::names() {
+            let terms = Profile::builtin(profile).unwrap().terms;
+            assert!(terms.keys().all(|name| NAMES.contains(&name.as_str())), "{profile}: {terms:?}");
+        }
+    }
+
+    #[cfg(feature = "profiles")]
+    #[test]
+    fn parameters_travel_unchanged() {
+        struct ThereAndBack;
+        impl Visitor for ThereAndBack {
+            type Output = (toml::Table, toml::Table);
+            fn visit<T: BuiltIn>(self) -> Self::Output {
+                let sent = toml::Table::try_from(T::params(&Profile::default())).unwrap();
+                let back: T::Params = sent.clone().try_into().unwrap();
+                (sent, toml::Table::try_from(back).unwrap())
+            }
+        }
+        for name in NAMES {
+            let (sent, back) = visit(name, ThereAndBack).unwrap();
+            assert_eq!(sent, back);
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! What stays the same for one revision of the mission.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::evaluators::{self, FieldsOf};
+use crate::fields::Fields;
+use crate::generator::{self, GeneratorParams};
+use curionav_planning::arbitration::{self, Previous};
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::evaluation::Evaluator;
+use curionav_planning::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::RobotModel;
+use curionav_planning::occupancy::{GeodesicField, StaticMap};
+use curionav_planning::profile::Profile;
+use curionav_planning::scene as planning;
+use curionav_planning::terms::{self, BuildError, Task};
+use curionav_runtime::convert;
+use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Refusal, Reject, Scene, Value, keys};
+
+/// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
+/// of a seed, so that no tree draws what another draws at another tick.
+const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
+
+/// A mission made ready: profile parsed, fields derived, evaluators built.
+pub struct PlanContext {
+    /// The mission as published.
+    pub mission: Mission,
+    /// How to plan.
+    pub profile: Profile,
+    /// Where walls are.
+    pub map: Arc<StaticMap>,
+    /// Distance to go.
+    pub geodesic: Arc<GeodesicField>,
+    /// What can be driven.
+    pub robot: RobotModel,
+    /// Where to go.
+    pub goal: Point2,
+    /// Whether the arbiter computes itself what no replica answers.
+    pub in_process: bool,
+    generator: &'static GeneratorKind,
+    parameters: BTreeMap<String, Value>,
+    local: BTreeMap<String, Arc<dyn Evaluator>>,
+}
+
+impl PlanContext {
+    /// Fetches the map and derives every field; blocks for as long as that takes (a second or so).
+    pub fn new(mission: Mission, fields: &Fields, in_process: bool) -> Result<Self, Reject> {
+        convert::check_order(&mission.order)?;
+        let profile: Profile = convert::parameters("profile", &mission.order.profile)?;
+        let Some(generator) = generation::find(&profile.generator) else {
+            let known = generation::known();
+            return Err(Refusal::UnknownName { found: profile.generator, known }.at("profile.generator"));
+        };
+        if let Some(term) = profile.terms.keys().find(|term| keys::check_id(term).is_err()) {
+            return Err(Refusal::NotAName { found: term.clone() }.at("profile.terms"));
+        }
+        let robot = convert::robot_model(&mission.order.robot_model);
+        let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
+        let map = fields.map(mission.order.map)?;
+        let geodesic = fields.geodesic(mission.order.map, goal, robot.radius())?;
+        let start = convert::pose(mission.order.initial_pose).position();
+        if !geodesic.at(start).is_finite() {
+            return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
+        }
+        let task = Task {
+            goal,
+            robot: robot.clone(),
+            laser: convert::laser(&mission.order.laser),
+            noise: convert::noise(&mission.order.odometry_noise),
+        };
+        let fields = FieldsOf { fields, map: mission.order.map };
+        let (mut parameters, mut local) = (BTreeMap::new(), BTreeMap::new());
+        for term in profile.terms.keys() {
+            parameters.insert(term.clone(), evaluators::parameters(&profile, term)?);
+            match terms::evaluator(term, &profile, &task, &fields) {
+                Ok(built) => {
+                    local.insert(term.clone(), built);
+                }
+                // Only replicas of its own can compute it.
+                Err(BuildError::Unknown) => {}
+                Err(error) => return Err(evaluators::reject("profile", error)),
+            }
+        }
+        Ok(Self { mission, profile, map, geodesic, robot, goal, in_process, generator, parameters, local })
+    }
+
+    /// Terms asked of pools, in order.
+    pub fn pool_terms(&self) -> impl Iterator<Item = &str> {
+        let terms = self.profile.terms.iter().filter(|(_, t)| t.weight > 0.0);
+        terms.map(|(m, _)| m.as_str()).filter(|m| !terms::is_local(m))
+    }
+
+    /// Whether candidates, or their costs under a term, can be computed without the pool of `role`.
+    pub fn is_replaceable(&self, role: &str) -> bool {
+        self.in_process && (role == generator::ROLE || self.local.contains_key(role))
+    }
+
+    /// Whether `role` is a term that only services of its own compute, whatever the configuration.
+    pub fn is_foreign(&self, role: &str) -> bool {
+        role != generator::ROLE && !self.local.contains_key(role)
+    }
+
+    /// What the arbitration of `scene` depends on.
+    pub fn arbitration<'a>(&'a self, scene: &'a curionav_planning::scene::Scene) -> arbitration::Context<'a> {
+        let Self { profile, map, robot, goal, .. } = self;
+        arbitration::Context { profile, scene, map, robot, goal: *goal }
+    }
+
+    /// The in-process evaluator of a term, for falling back.
+    pub fn local(&self, term: &str) -> Option<&Arc<dyn Evaluator>> {
+        self.local.get(term)
+    }
+
+    /// The question for some candidates of a scene under `term`.
+    pub fn evaluate_request(
+        &self,
+        term: &str,
+        id: (u64, u64),
+        scene: &Scene,
+        candidates: &CandidateSet,
+        range: Range<usize>,
+    ) -> EvaluateRequest {
+        EvaluateRequest {
+            epoch: id.0,
+            seq: id.1,
+            shard: 0,
+            budget_ms: 0,
+            map: self.mission.order.map,
+            goal_x: self.goal.x,
+            goal_y: self.goal.y,
+            laser: self.mission.order.laser.clone(),
+            robot_model: self.mission.order.robot_model.clone(),
+            odometry_noise: self.mission.order.odometry_noise,
+            scene: scene.clone(),
+            candidates: convert::shard_to_wire(candidates, range),
+            params: self.parameters.get(term).cloned().unwrap_or(Value::Map(Vec::new())),
+        }
+    }
+
+    /// The question for candidates of tree `index`. What is drawn depends on the mission's seed, the tree's
+    /// index and the scene's tick alone, so that a restart, or another replica, grows the same tree.
+    pub fn generate_request(
+        &self,
+        id: (u64, u64),
+        scene: &Scene,
+        index: usize,
+        tree: Option<&Tree>,
+        previous: &[Pose2],
+    ) -> Result<GenerateRequest, Reject> {
+        let previous = previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect();
+        let params = GeneratorParams { profile: self.profile.generator_part(), previous };
+        Ok(GenerateRequest {
+            epoch: id.0,
+            seq: id.1,
+            budget_ms: 0,
+            map: self.mission.order.map,
+            goal_x: self.goal.x,
+            goal_y: self.goal.y,
+            scene: scene.clone(),
+            tree: tree.cloned().map(convert::tree_to_wire),
+            seed: self.tree_seed(index),
+            iterations: self.profile.iterations(),
+            generator: self.profile.generator.clone(),
+            robot_model: self.mission.order.robot_model.clone(),
+            laser: self.mission.order.laser.clone(),
+            params: convert::to_value(&params)?,
+        })
+    }
+
+    /// The answer to the same question, computed here; also says whether `should_stop` has cut it short.
+    pub fn generate(
+        &self,
+        scene: &planning::Scene,
+        index: usize,
+        tree: Option<Tree>,
+        previous: &[Pose2],
+        should_stop: &dyn Fn() -> bool,
+    ) -> (Generated, bool) {
+        let input = GenerationInput {
+            map: &self.map,
+            goal: self.goal,
+            geodesic: &self.geodesic,
+            robot: &self.robot,
+            scene,
+            forecast: self.profile.forecast,
+            previous: (!previous.is_empty()).then_some(previous),
+        };
+        let params = self.profile.generation_params();
+        self.generator.generate(params, &input, tree, self.tree_seed(index), should_stop)
+    }
+
+    fn tree_seed(&self, index: usize) -> u64 {
+        self.mission.order.seed.wrapping_add((index as u64).wrapping_mul(TREE_SEED_STEP))
+    }
+
+    /// A question without candidates: whoever answers it is warm.
+    pub fn warm_up(&self, term: &str) -> EvaluateRequest {
+        let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
+        self.evaluate_request(term, (0, 0), &self.empty_scene(), &none, 0..0)
+    }
+
+    /// A question for no growth at all: whoever answers it is warm.
+    pub fn warm_up_generator(&self) -> Result<GenerateRequest, Reject> {
+        let mut request = self.generate_request((0, 0), &self.empty_scene(), 0, None, &[])?;
+        request.iterations = 0;
+        Ok(request)
+    }
+
+    fn empty_scene(&self) -> Scene {
+        let belief = convert::initial_belief(&self.mission);
+        let people = convert::people_to_wire(&planning::People::default(), 0, 0.0);
+        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
+    }
+}
+
+/// What is left of the previous trajectory at `stamp`, by state.
+pub fn ahead(previous: &Previous, stamp: f64) -> Vec<Pose2> {
+    let elapsed = stamp - previous.stamp;
+    let tail = previous.trajectory.tail(elapsed, previous.trajectory.at(elapsed));
+    (0..tail.len()).map(|k| tail.states().at(k).0).collect()
+}

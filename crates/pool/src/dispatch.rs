@@ -1,0 +1,191 @@
+//! Work over replicas: who generates, and how a batch is cut.
+//!
+//! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
+//! answers changes nothing about the result.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::time::Duration;
+
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::generation::Tree;
+use curionav_runtime::convert;
+use curionav_runtime::query::AskError;
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+use futures_util::StreamExt;
+use futures_util::stream::FuturesUnordered;
+
+use crate::budget::Budget;
+use crate::peers::{Call, GENERATOR, Peers};
+use crate::pool::{Answer, Pool};
+
+/// What a generator has answered.
+#[derive(Debug)]
+pub struct Generated {
+    /// Of the tree.
+    pub candidates: CandidateSet,
+    /// As it is now.
+    pub tree: Tree,
+    /// Whether the budget ended its growth.
+    pub cut: bool,
+}
+
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
+pub async fn generate<P: Peers>(
+    pool: &Pool<P>,
+    robot: &str,
+    request: &GenerateRequest,
+    index: usize,
+    shape: (usize, f64),
+    budget: Budget,
+) -> Option<Generated> {
+    let ready = pool.replicas().ready(GENERATOR);
+    // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
+    let turn = request.seq.wrapping_add(index as u64) % ready.len().max(1) as u64;
+    let first = ready.get(turn as usize)?.clone();
+    let ask = |instance: String, timeout: Duration| async move {
+        let request = GenerateRequest { budget_ms: Budget::ms(timeout), ..request.clone() };
+        let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
+        usable(pool.peers.generate(call, &request).await?, &instance, &request, shape)
+    };
+    pool.first_answer(GENERATOR, first, budget, ask).await
+}
+
+fn usable(
+    reply: GenerateReply,
+    instance: &str,
+    request: &GenerateRequest,
+    shape: (usize, f64),
+) -> Result<Answer<Generated>, AskError> {
+    let busy = Duration::from_micros(reply.elapsed_us);
+    if (reply.epoch, reply.seq, reply.instance.as_str()) != (request.epoch, request.seq, instance) {
+        return Err(AskError::Malformed("candidates of another cycle or replica".into()));
+    }
+    let candidates = convert::candidates(reply.candidates).map_err(|r| AskError::Malformed(r.to_string()))?;
+    if (candidates.steps(), candidates.dt()) != shape {
+        return Err(AskError::Malformed("candidates of another shape".into()));
+    }
+    let value = Generated { candidates, tree: convert::tree(reply.tree), cut: reply.cut };
+    Ok(Answer { count: value.candidates.len(), value, busy })
+}
+
+/// Scores of one shard.
+#[derive(Debug)]
+pub struct Shard {
+    /// Which term.
+    pub term: String,
+    /// Which candidates.
+    pub range: Range<usize>,
+    /// Their costs, or nothing if no replica answered in time.
+    pub cost: Option<Vec<f64>>,
+    /// From the start of the stage to having it.
+    pub elapsed: Duration,
+}
+
+/// Scores `count` candidates of `robot` under each of `terms`, all shards at once. `request` makes the question for
+/// (term, candidates).
+pub async fn evaluate<P: Peers>(
+    pool: &Pool<P>,
+    terms: &[String],
+    robot: &str,
+    count: usize,
+    request: impl Fn(&str, Range<usize>) -> EvaluateRequest + Sync,
+    budget: Budget,
+) -> Vec<Shard> {
+    let started = pool.peers.now();
+    let mut open = FuturesUnordered::new();
+    for term in terms {
+        let slots = pool.replicas().choose_slots(term, robot, count);
+        let speeds: Vec<f64> = slots.iter().map(|slot| slot.speed).collect();
+        for (index, (slot, range)) in slots.into_iter().zip(shards(count, &speeds)).enumerate() {
+            if range.is_empty() {
+                continue;
+            }
+            let mut question = request(term, range.clone());
+            question.shard = index as u32;
+            question.budget_ms = Budget::ms(budget.until(0.5, pool.peers.now()));
+            open.push(async move {
+                let cost = evaluate_shard(pool, term, robot, slot.instance, question, budget).await;
+                Shard { term: term.clone(), range, cost, elapsed: pool.peers.now() - started }
+            });
+        }
+    }
+    let mut done: Vec<Shard> = Vec::with_capacity(open.len());
+    while let Some(shard) = open.next().await {
+        done.push(shard);
+    }
+    done.sort_by(|a, b| (&a.term, a.range.start).cmp(&(&b.term, b.range.start)));
+    done
+}
+
+async fn evaluate_shard<P: Peers>(
+    pool: &Pool<P>,
+    term: &str,
+    robot: &str,
+    first: String,
+    question: EvaluateRequest,
+    budget: Budget,
+) -> Option<Vec<f64>> {
+    let question = &question;
+    let ask = |instance: String, timeout: Duration| async move {
+        let budget_ms = Budget::ms(timeout);
+        // The replica asked first may have the whole time; a shard is too large to be copied for that.
+        let request = match question.budget_ms == budget_ms {
+            true => Cow::Borrowed(question),
+            false => Cow::Owned(EvaluateRequest { budget_ms, ..question.clone() }),
+        };
+        let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
+        let scores = pool.peers.evaluate(term, call, &request).await?;
+        if !fits(&scores, &request, term, &instance) {
+            return Err(AskError::Malformed("scores are not for this shard".into()));
+        }
+        let busy = Duration::from_micros(scores.elapsed_us);
+        Ok(Answer { count: scores.cost.len(), value: scores.cost.0, busy })
+    };
+    pool.first_answer(term, first, budget, ask).await
+}
+
+fn fits(scores: &Scores, request: &EvaluateRequest, term: &str, instance: &str) -> bool {
+    (scores.epoch, scores.seq, scores.shard) == (request.epoch, request.seq, request.shard)
+        && (scores.term.as_str(), scores.instance.as_str()) == (term, instance)
+        && scores.cost.len() == request.candidates.count as usize
+}
+
+/// Contiguous ranges that cover `count` candidates, one a slot, as long as its speed is great.
+fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
+    let total: f64 = speeds.iter().sum();
+    let mut covered = 0.0;
+    let mut start = 0;
+    let mut ranges = Vec::with_capacity(speeds.len());
+    for (index, speed) in speeds.iter().enumerate() {
+        covered += speed;
+        let last = index + 1 == speeds.len();
+        let end = if last { count } else { ((covered / total * count as f64).round() as usize).min(count) };
+        ranges.push(start..end.max(start));
+        start = end.max(start);
+    }
+    ranges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shards_cover_every_candidate_once_whatever_the_speeds() {
+        for count in [1, 15, 16, 31, 100, 2000] {
+            for slots in 1..9 {
+                let speeds: Vec<f64> = (0..slots).map(|i| 1.0 + f64::from(i * i) * 7.3).collect();
+                let all: Vec<usize> = shards(count, &speeds).into_iter().flatten().collect();
+                assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count} over {slots}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_shard_is_as_long_as_its_lane_is_fast() {
+        assert_eq!(shards(100, &[1.0, 1.0, 1.0]), vec![0..33, 33..67, 67..100]);
+        // 3 of 4 and 1 of 4
+        assert_eq!(shards(100, &[300.0, 100.0]), vec![0..75, 75..100]);
+    }
+}

@@ -1,0 +1,93 @@
+//! The evaluators of the built-in terms for requests: parameters as they travel, fields as they are kept.
+
+use std::sync::Arc;
+
+use curionav_planning::evaluation::Evaluator;
+use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::{GeodesicField, StaticMap};
+use curionav_planning::profile::Profile;
+use curionav_planning::sensor::LaserModel;
+use curionav_planning::terms::{self, BuildError, BuiltIn, DerivedFields, Task, Visitor};
+use curionav_schemas::{EvaluateRequest, MapId, Refusal, Reject, Value};
+
+use crate::fields::Fields;
+use curionav_runtime::convert;
+
+/// What is derived from one map, as it is kept.
+pub struct FieldsOf<'a> {
+    /// Where it is kept.
+    pub fields: &'a Fields,
+    /// Which map.
+    pub map: MapId,
+}
+
+impl DerivedFields for FieldsOf<'_> {
+    type Error = Reject;
+
+    fn map(&self) -> Result<Arc<StaticMap>, Reject> {
+        self.fields.map(self.map)
+    }
+
+    fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
+        self.fields.geodesic(self.map, goal, radius)
+    }
+
+    fn information(
+        &self,
+        laser: LaserModel,
+        params: &InformationParams,
+    ) -> Result<Arc<InformationField>, Reject> {
+        self.fields.information(self.map, laser, params)
+    }
+}
+
+/// The parameters `profile` gives for `term`, as they travel with every request.
+pub fn parameters(profile: &Profile, term: &str) -> Result<Value, Reject> {
+    struct Parameters<'a>(&'a Profile);
+    impl Visitor for Parameters<'_> {
+        type Output = Result<Value, Reject>;
+        fn visit<T: BuiltIn>(self) -> Self::Output {
+            convert::to_value(&T::params(self.0))
+        }
+    }
+    // The service of a term that is not built in knows its own parameters.
+    terms::visit(term, Parameters(profile)).unwrap_or_else(|| Ok(Value::Map(Vec::new())))
+}
+
+/// The evaluator of `term` for `request`, warmed: every field it needs is there when this returns.
+pub fn evaluator(
+    term: &str,
+    request: &EvaluateRequest,
+    fields: &Fields,
+) -> Result<Arc<dyn Evaluator>, Reject> {
+    struct Build<'a>(&'a EvaluateRequest, &'a Fields);
+    impl Visitor for Build<'_> {
+        type Output = Result<Arc<dyn Evaluator>, Reject>;
+        fn visit<T: BuiltIn>(self) -> Self::Output {
+            let Self(request, fields) = self;
+            let task = Task {
+                goal: Point2::new(request.goal_x, request.goal_y),
+                robot: convert::checked("robot_model", convert::robot_model(&request.robot_model))?,
+                laser: convert::checked("laser", convert::laser(&request.laser))?,
+                noise: convert::checked("odometry_noise", convert::noise(&request.odometry_noise))?,
+            };
+            let params = convert::parameters("params", &request.params)?;
+            T::evaluator(params, &task, &FieldsOf { fields, map: request.map })
+                .map_err(|e| reject("params", e))
+        }
+    }
+    terms::visit(term, Build(request, fields)).unwrap_or_else(|| Err(reject(term, BuildError::Unknown)))
+}
+
+/// `error` as it is answered; `field` is where its parameters came from.
+pub fn reject(field: &str, error: BuildError<Reject>) -> Reject {
+    match error {
+        BuildError::Field(reject) => reject,
+        BuildError::Unknown => {
+            let known = terms::NAMES.iter().map(|name| (*name).to_owned()).collect();
+            Refusal::UnknownName { found: field.to_owned(), known }.at("term")
+        }
+        error => Refusal::invalid(error).at(field),
+    }
+}

@@ -1,0 +1,119 @@
+//! Fields of a map that evaluators and generators look up instead of computing, kept by what they
+//! depend on.
+
+use std::sync::Arc;
+
+use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
+use curionav_planning::geometry::Point2;
+use curionav_planning::occupancy::{GeodesicField, StaticMap};
+use curionav_planning::sensor::LaserModel;
+use curionav_schemas::{MapId, Prepared, Refusal, Reject};
+use zenoh::Session;
+
+use curionav_runtime::map_store::MapStore;
+use curionav_runtime::single_flight_cache::SingleFlightCache;
+
+/// Fields kept of each kind: a robot has one goal at a time. On a map of 350 000 cells a distance field
+/// is 2.8 MB, so a pool of robots with 32 goals fills 90 MB.
+const FIELDS_KEPT: usize = 32;
+
+struct Stock {
+    maps: MapStore,
+    geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
+    information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
+}
+
+/// Maps and everything derived from them. Clones share what is kept.
+#[derive(Clone)]
+pub struct Fields {
+    stock: Arc<Stock>,
+    derives: bool,
+}
+
+impl Fields {
+    /// Nothing is kept yet. Call inside a Tokio runtime.
+    pub fn new(session: &Session) -> Self {
+        Self::from(MapStore::new(session))
+    }
+
+    /// Fields of maps that are here already; none is fetched.
+    pub fn of_maps(maps: impl IntoIterator<Item = StaticMap>) -> Self {
+        Self::from(MapStore::holding(maps))
+    }
+
+    /// The same fields for work that cannot wait: what is not kept is refused as [`Refusal::Cold`].
+    pub fn kept(&self) -> Self {
+        Self { stock: Arc::clone(&self.stock), derives: false }
+    }
+
+    /// The map itself with its distance fields. Blocks while it is fetched or derived, as do the others.
+    pub fn map(&self, id: MapId) -> Result<Arc<StaticMap>, Reject> {
+        if self.derives {
+            return self.stock.maps.get(id);
+        }
+        self.stock.maps.kept(id).ok_or_else(|| cold("the map"))
+    }
+
+    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from walls.
+    pub fn geodesic(&self, id: MapId, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
+        let map = self.map(id)?;
+        let key = (id, [goal.x, goal.y, radius].map(f64::to_bits));
+        self.derived("the way to this goal", &self.stock.geodesic, &key, || {
+            GeodesicField::new(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
+        })
+    }
+
+    /// Observation information of `laser` everywhere on the map.
+    pub fn information(
+        &self,
+        id: MapId,
+        laser: LaserModel,
+        params: &InformationParams,
+    ) -> Result<Arc<InformationField>, Reject> {
+        let map = self.map(id)?;
+        let key = (id, laser, *params);
+        self.derived("what this sensor sees", &self.stock.information, &key, || {
+            InformationField::new(&map, &laser, params)
+        })
+    }
+
+    /// What is kept.
+    pub fn prepared(&self) -> Vec<Prepared> {
+        let maps = self.stock.maps.ids().into_iter().map(|map| Prepared::Map { map });
+        let goals = self.stock.geodesic.keys().into_iter().map(|(map, [x, y, _])| Prepared::Goal {
+            map,
+            x: f64::from_bits(x),
+            y: f64::from_bits(y),
+        });
+        let sensors = self.stock.information.keys().into_iter().map(|(map, laser, _)| {
+            let LaserModel { beams, fov, range_max, .. } = laser;
+            Prepared::Sensor { map, beams, fov, range_max }
+        });
+        maps.chain(goals).chain(sensors).collect()
+    }
+
+    fn derived<K: PartialEq + Clone, V>(
+        &self,
+        what: &str,
+        kept: &SingleFlightCache<K, V>,
+        key: &K,
+        derive: impl FnOnce() -> V,
+    ) -> Result<Arc<V>, Reject> {
+        if self.derives {
+            return kept.get_or_try(key, || Ok(derive()));
+        }
+        kept.get(key).ok_or_else(|| cold(what))
+    }
+}
+
+impl From<MapStore> for Fields {
+    fn from(maps: MapStore) -> Self {
+        let (geodesic, information) =
+            (SingleFlightCache::new(FIELDS_KEPT), SingleFlightCache::new(FIELDS_KEPT));
+        Self { stock: Arc::new(Stock { maps, geodesic, information }), derives: true }
+    }
+}
+
+fn cold(what: &str) -> Reject {
+    Refusal::Cold { detail: what.to_owned() }.into()
+}

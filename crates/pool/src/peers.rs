@@ -1,0 +1,128 @@
+//! What a cycle needs of the world: replicas addressed one by one, each on its own key, and time.
+
+use std::future::Future;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use curionav_runtime::membership::Membership;
+use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, keys};
+use zenoh::Session;
+
+/// Role of trajectory generators; evaluators have their term's name.
+pub use crate::generator::ROLE as GENERATOR;
+
+/// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
+/// memory and in a time of their own, so that a cycle is a function of what they answer and when.
+pub trait Peers: Send + Sync + 'static {
+    /// Time since some fixed moment; it never runs backwards.
+    fn now(&self) -> Duration;
+
+    /// Completes after `time`.
+    fn sleep(&self, time: Duration) -> impl Future<Output = ()> + Send;
+
+    /// Does work that takes long without waiting for anything.
+    fn compute<R>(&self, work: impl FnOnce() -> R) -> R;
+
+    /// Instances of `role` that are alive, in order.
+    fn alive(&self, role: &str) -> Vec<String>;
+
+    /// Completes when a replica has come or gone since it completed last.
+    fn membership_changed(&self) -> impl Future<Output = ()> + Send;
+
+    /// Asks one generator.
+    fn generate(
+        &self,
+        call: Call<'_>,
+        request: &GenerateRequest,
+    ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
+
+    /// Asks one evaluator of a term.
+    fn evaluate(
+        &self,
+        term: &str,
+        call: Call<'_>,
+        request: &EvaluateRequest,
+    ) -> impl Future<Output = Result<Scores, AskError>> + Send;
+}
+
+/// Which replica is asked, for which robot, and how long the answer is waited for.
+#[derive(Debug, Clone, Copy)]
+pub struct Call<'a> {
+    /// The replica.
+    pub instance: &'a str,
+    /// The robot: replicas serve robots in turn.
+    pub robot: &'a str,
+    /// From now on.
+    pub timeout: Duration,
+    /// How the robot's time passes.
+    pub clock: Clock,
+}
+
+/// Peers over Zenoh.
+pub struct ZenohPeers {
+    session: Session,
+    membership: Membership,
+    changes: tokio::sync::Mutex<tokio::sync::watch::Receiver<curionav_runtime::membership::Members>>,
+    started: Instant,
+}
+
+impl ZenohPeers {
+    /// Those behind `session`.
+    pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
+        let membership = Membership::follow(session)?;
+        let changes = tokio::sync::Mutex::new(membership.changes());
+        Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
+    }
+}
+
+impl ZenohPeers {
+    async fn question<Q: Message, A: Message>(
+        &self,
+        role: &str,
+        call: Call<'_>,
+        request: &Q,
+    ) -> Result<A, AskError> {
+        let Call { instance, robot, timeout, clock } = call;
+        let key = keys::question(role, instance, robot).map_err(|e| AskError::Send(e.to_string()))?;
+        ask(&self.session, &key, request, timeout, Urgency::Shard { clock }).await
+    }
+}
+
+impl Peers for ZenohPeers {
+    fn now(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    async fn sleep(&self, time: Duration) {
+        tokio::time::sleep(time).await;
+    }
+
+    fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
+        tokio::task::block_in_place(work)
+    }
+
+    fn alive(&self, role: &str) -> Vec<String> {
+        self.membership.of(role)
+    }
+
+    async fn membership_changed(&self) {
+        if self.changes.lock().await.changed().await.is_err() {
+            // The session is closed: nothing will change any more.
+            std::future::pending::<()>().await;
+        }
+    }
+
+    async fn generate(&self, call: Call<'_>, request: &GenerateRequest) -> Result<GenerateReply, AskError> {
+        self.question(GENERATOR, call, request).await
+    }
+
+    async fn evaluate(
+        &self,
+        term: &str,
+        call: Call<'_>,
+        request: &EvaluateRequest,
+    ) -> Result<Scores, AskError> {
+        self.question(term, call, request).await
+    }
+}

@@ -1,0 +1,328 @@
+//! Asking the pool: one question to one replica at a time, to another when that one fails or is late, and
+//! probes that keep every replica ready.
+
+use std::collections::BTreeMap;
+use std::future::Future;
+use std::pin::pin;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use curionav_runtime::metrics::Tally;
+use curionav_runtime::query::AskError;
+use curionav_runtime::serve::refusals;
+use curionav_schemas::{Refusal, Reject};
+use futures_util::StreamExt;
+use futures_util::stream::FuturesUnordered;
+use tokio::sync::Notify;
+
+use crate::budget::Budget;
+use crate::context::PlanContext;
+use crate::peers::{Call, GENERATOR, Peers};
+use crate::replicas::{Failure, Probe, Replicas};
+
+/// How long a question without candidates is waited for. A replica that takes longer to fetch a map and derive
+/// its fields goes on doing so, and answers a later one at once.
+const PROBE_TIMEOUT: Duration = Duration::from_millis(800);
+
+/// The replicas behind an arbiter, and what is known of them.
+pub struct Pool<P> {
+    /// How to reach them.
+    pub peers: Arc<P>,
+    /// Questions that were of no use, by role and reason.
+    pub failures: Tally,
+    /// Answers that could not be understood, with whatever else the service refuses.
+    refused: Tally,
+    replicas: Mutex<Replicas>,
+    /// Wakes whoever probes: a replica has lost its standing.
+    failed: Notify,
+    /// Which replica of a role refused the last probe, and why.
+    refusals: Mutex<BTreeMap<String, (String, Reject)>>,
+}
+
+/// A usable answer: what was asked for, and how much work it was.
+#[derive(Debug)]
+pub(crate) struct Answer<T> {
+    pub(crate) value: T,
+    /// Candidates in it.
+    pub(crate) count: usize,
+    /// What the replica says it took; the way is not its fault.
+    pub(crate) busy: Duration,
+}
+
+/// Takes a question off the books of its replica, however it ends.
+struct InFlight<'a> {
+    replicas: &'a Mutex<Replicas>,
+    role: &'a str,
+    instance: &'a str,
+}
+
+impl Drop for InFlight<'_> {
+    fn drop(&mut self) {
+        locked(self.replicas).done(self.role, self.instance);
+    }
+}
+
+fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
+    replicas.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<P: Peers> Pool<P> {
+    /// Nobody is known yet.
+    pub fn new(peers: Arc<P>) -> Self {
+        Self::counted(peers, refusals())
+    }
+
+    /// Nobody is known yet; answers that cannot be understood are added to `refused`.
+    pub fn counted(peers: Arc<P>, refused: Tally) -> Self {
+        Self {
+            peers,
+            failures: Tally::new(&["pool", "reason"]),
+            refused,
+            replicas: Mutex::default(),
+            failed: Notify::new(),
+            refusals: Mutex::default(),
+        }
+    }
+
+    /// The replica of `role` that refused to get ready, and why, if the last one asked is alive and did.
+    pub fn refusal(&self, role: &str) -> Option<(String, Reject)> {
+        self.refusals().get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
+    }
+
+    fn refusals(&self) -> MutexGuard<'_, BTreeMap<String, (String, Reject)>> {
+        self.refusals.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn note_refused(&self, error: &AskError) {
+        if matches!(error, AskError::Malformed(_)) {
+            self.refused.add(&["malformed"]);
+        }
+    }
+
+    /// What is known of the replicas.
+    pub fn replicas(&self) -> MutexGuard<'_, Replicas> {
+        locked(&self.replicas)
+    }
+
+    /// Forgets everybody: with another mission nobody is prepared, and nobody has refused it.
+    pub fn clear(&self) {
+        *self.replicas() = Replicas::default();
+        self.refusals().clear();
+    }
+
+    /// Asks `first`, another replica each time one fails, and one more when the answer is late, until an answer is
+    /// usable. Gives nothing if the pool's time ends first or no replica is left to ask.
+    ///
+    /// A replica that is late is blamed only if another one overtakes it or the pool's time ends: where all are
+    /// slow, none is to be given up.
+    pub(crate) async fn first_answer<T, F>(
+        &self,
+        role: &str,
+        first: String,
+        budget: Budget,
+        ask: impl Fn(String, Duration) -> F + Sync,
+    ) -> Option<T>
+    where
+        T: Send,
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+    {
+        let now = self.peers.now();
+        let (quarter, half) = (budget.until(0.25, now), budget.until(0.5, now));
+        let late_after = self.replicas().lateness(role).asked(quarter);
+        let mut late = pin!(self.peers.sleep(late_after));
+        let mut end = pin!(self.peers.sleep(half));
+        let mut asked: Vec<String> = Vec::new();
+        let mut waited_for: Vec<String> = Vec::new();
+        let mut open = FuturesUnordered::new();
+        // A second answer that cannot come in time is not asked for.
+        let (mut next, mut hedged) = (Some(first), late_after >= half);
+        loop {
+            if let Some(instance) = next.take() {
+                asked.push(instance.clone());
+                waited_for.push(instance.clone());
+                open.push(self.question(role, instance, budget.until(0.5, self.peers.now()), &ask));
+            }
+            tokio::select! {
+                biased;
+                answer = open.next() => match answer {
+                    Some((instance, Ok(value))) => {
+                        let overtaken = waited_for.iter().take_while(|other| **other != instance);
+                        overtaken.for_each(|other| self.is_late(role, other, budget));
+                        return Some(value);
+                    }
+                    Some((instance, Err(error))) => {
+                        tracing::warn!(role, instance, %error, "no usable answer");
+                        self.hold_against(role, &instance, failure(&error), budget);
+                        waited_for.retain(|other| *other != instance);
+                        next = self.replicas().spare(role, &asked);
+                    }
+                    None => return None,
+                },
+                () = &mut late, if !hedged => {
+                    hedged = true;
+                    let mut replicas = self.replicas();
+                    next = replicas.spare(role, &asked).filter(|_| replicas.lateness(role).may_hedge());
+                }
+                () = &mut end => {
+                    waited_for.iter().for_each(|instance| self.is_late(role, instance, budget));
+                    return None;
+                }
+            }
+        }
+    }
+
+    fn is_late(&self, role: &str, instance: &str, budget: Budget) {
+        tracing::warn!(role, instance, "no answer in time");
+        self.hold_against(role, instance, Failure::Broken, budget);
+    }
+
+    fn hold_against(&self, role: &str, instance: &str, failure: Failure, budget: Budget) {
+        self.failures.add(&[role, failure.name()]);
+        self.replicas().failed(role, instance, failure, self.peers.now(), budget.clock);
+        self.failed.notify_one();
+    }
+
+    /// One question to one replica.
+    async fn question<T, F>(
+        &self,
+        role: &str,
+        instance: String,
+        timeout: Duration,
+        ask: &(impl Fn(String, Duration) -> F + Sync),
+    ) -> (String, Result<T, AskError>)
+    where
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+    {
+        self.replicas().asked(role, &instance);
+        let in_flight = InFlight { replicas: &self.replicas, role, instance: &instance };
+        let sent = self.peers.now();
+        let outcome = ask(instance.clone(), timeout).await.inspect_err(|error| self.note_refused(error));
+        drop(in_flight);
+        let value = outcome.map(|answer| {
+            // Nobody can have been busy for longer than the answer took.
+            let took = self.peers.now().saturating_sub(sent);
+            let busy = answer.busy.min(took);
+            self.replicas().answered(role, &instance, answer.count, busy, took - busy);
+            answer.value
+        });
+        (instance, value)
+    }
+
+    /// Follows who comes and goes, and asks everybody who is not ready for nothing until they answer: then
+    /// they are alive and prepared. Goes on until it is dropped.
+    pub async fn keep_ready(&self, context: &PlanContext) {
+        let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
+        let mut probes = FuturesUnordered::new();
+        loop {
+            let now = self.peers.now();
+            for role in &roles {
+                let alive = self.peers.alive(role);
+                self.replicas().update(role, &alive, now);
+            }
+            let due = self.replicas().take_due(now);
+            probes.extend(due.into_iter().map(|probe| self.probe(context, probe)));
+            let wait = match self.replicas().next_due() {
+                Some(at) => at.saturating_sub(now),
+                None => Duration::from_secs(3600),
+            };
+            tokio::select! {
+                biased;
+                Some((probe, slots)) = probes.next(), if !probes.is_empty() => {
+                    let Probe { role, instance, .. } = &probe;
+                    if slots.is_some() {
+                        tracing::info!(role, instance, "replica ready");
+                    }
+                    self.replicas().probed(role, instance, slots, self.peers.now());
+                }
+                () = self.peers.membership_changed() => {}
+                () = self.failed.notified() => {}
+                () = self.peers.sleep(wait) => {}
+            }
+        }
+    }
+
+    async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Option<u32>) {
+        let slots = self.slots(context, &probe).await;
+        if let Err(error) = &slots {
+            self.note_refused(error);
+            tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
+        }
+        match &slots {
+            Err(AskError::Rejected(reject)) => {
+                self.refusals().insert(probe.role.clone(), (probe.instance.clone(), reject.clone()));
+            }
+            _ => {
+                self.refusals().remove(&probe.role);
+            }
+        }
+        (probe, slots.ok())
+    }
+
+    async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {
+        let order = &context.mission.order;
+        let (instance, timeout) = (probe.instance.as_str(), PROBE_TIMEOUT);
+        let call = Call { instance, robot: &order.robot, timeout, clock: order.clock };
+        if probe.role == GENERATOR {
+            let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
+            request.budget_ms = Budget::ms(timeout);
+            return self.peers.generate(call, &request).await.map(|_| 1);
+        }
+        let mut request = context.warm_up(&probe.role);
+        request.budget_ms = Budget::ms(timeout);
+        Ok(self.peers.evaluate(&probe.role, call, &request).await?.slots)
+    }
+}
+
+fn failure(error: &AskError) -> Failure {
+    match error {
+        AskError::Rejected(reject) if reject.why == Refusal::Overloaded => Failure::Overloaded,
+        AskError::Rejected(Reject { why: Refusal::Cold { .. } | Refusal::NoMap { .. }, .. }) => Failure::Cold,
+        _ => Failure::Broken,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+
+    use super::*;
+
+    /// One of every role is there and answers nothing.
+    struct Alive;
+
+    impl Peers for Alive {
+        fn now(&self) -> Duration {
+            Duration::ZERO
+        }
+
+        async fn sleep(&self, _: Duration) {}
+
+        fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
+            work()
+        }
+
+        fn alive(&self, _: &str) -> Vec<String> {
+            vec!["a".into()]
+        }
+
+        async fn membership_changed(&self) {}
+
+        async fn generate(&self, _: Call<'_>, _: &GenerateRequest) -> Result<GenerateReply, AskError> {
+            Err(AskError::NoReply)
+        }
+
+        async fn evaluate(&self, _: &str, _: Call<'_>, _: &EvaluateRequest) -> Result<Scores, AskError> {
+            Err(AskError::NoReply)
+        }
+    }
+
+    #[test]
+    fn what_was_refused_for_one_mission_is_not_held_against_the_next() {
+        let pool = Pool::new(Arc::new(Alive));
+        let refused = ("a".to_owned(), Refusal::NotPositive { found: 0.0 }.at("params"));
+        pool.refusals().insert("comfort".into(), refused.clone());
+        assert_eq!(pool.refusal("comfort"), Some(refused));
+        pool.clear();
+        assert_eq!(pool.refusal("comfort"), None);
+    }
+}

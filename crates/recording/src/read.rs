@@ -1,0 +1,137 @@
+//! Reading a recording back, message by message: what is needed to plan its cycles again.
+//!
+//! A recording whose program was killed ends without an index and perhaps within a chunk; everything up to there is
+//! read.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use curionav_schemas::{CycleReport, Memory, Message, Mission, OccupancyGrid, ServiceStatus};
+use mcap::McapError;
+use mcap::records::{Record, op};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+
+use super::MESSAGE_ENCODING;
+
+/// No record is larger: a chunk of 1 MiB and one message of 25 MiB, with room for other programs' chunks.
+const MAX_RECORD: usize = 256 << 20;
+/// Read from the file at a time.
+const BLOCK: usize = 1 << 20;
+
+/// What a reader is given, in the order in which it was recorded.
+#[derive(Debug)]
+pub enum Item {
+    /// What a robot is to do, or how that stands.
+    Mission(Box<Mission>),
+    /// A map that a mission names.
+    Map(OccupancyGrid),
+    /// What a service says of itself.
+    Status(Box<ServiceStatus>),
+    /// What a planning cycle began with.
+    Memory(Box<Memory>),
+    /// What a planning cycle came to.
+    Report(Box<CycleReport>),
+}
+
+/// A recording being read.
+pub struct Reader {
+    path: PathBuf,
+    file: File,
+    mcap: LinearReader,
+    /// Schema names by id, and by channel (schema, message encoding).
+    schemas: BTreeMap<u16, String>,
+    channels: BTreeMap<u16, (String, String)>,
+    /// Whether it ended before its end.
+    cut_short: bool,
+}
+
+impl Reader {
+    /// Opens the recording in the file `path`.
+    ///
+    /// # Errors
+    /// If there is no such file or it cannot be read.
+    pub fn open(path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let options = LinearReaderOptions::default()
+            .with_skip_end_magic(true)
+            .with_validate_chunk_crcs(true)
+            .with_record_length_limit(MAX_RECORD);
+        let mcap = LinearReader::new_with_options(options);
+        let path = path.to_owned();
+        Ok(Self { path, file, mcap, schemas: BTreeMap::new(), channels: BTreeMap::new(), cut_short: false })
+    }
+
+    /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
+    pub fn is_cut_short(&self) -> bool {
+        self.cut_short
+    }
+
+    /// The next message of interest; none at the end.
+    ///
+    /// # Errors
+    /// Naming the file, if it is no MCAP file or a message in it is not understood.
+    pub fn next_message(&mut self) -> anyhow::Result<Option<Item>> {
+        let path = self.path.display().to_string();
+        self.next_item().with_context(|| path)
+    }
+
+    fn next_item(&mut self) -> anyhow::Result<Option<Item>> {
+        while let Some(event) = self.mcap.next_event() {
+            match event {
+                Ok(LinearReadEvent::ReadRequest(need)) => {
+                    let read = self.file.read(self.mcap.insert(need.max(BLOCK)))?;
+                    self.mcap.notify_read(read);
+                }
+                Ok(LinearReadEvent::Record { opcode: op::DATA_END, .. }) => return Ok(None),
+                Ok(LinearReadEvent::Record { opcode, data }) => match mcap::parse_record(opcode, data)? {
+                    Record::Schema { header, .. } => {
+                        self.schemas.insert(header.id, header.name);
+                    }
+                    Record::Channel(channel) => {
+                        let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                        self.channels.insert(channel.id, (schema, channel.message_encoding));
+                    }
+                    Record::Message { header, data } => {
+                        let Some((schema, encoding)) = self.channels.get(&header.channel_id) else {
+                            continue;
+                        };
+                        if encoding == MESSAGE_ENCODING
+                            && let Some(item) = item(schema, &data)?
+                        {
+                            return Ok(Some(item));
+                        }
+                    }
+                    _ => {}
+                },
+                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                    self.cut_short = true;
+                    return Ok(None);
+                }
+                Err(McapError::BadMagic) => bail!("not an MCAP file"),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        self.cut_short = true;
+        Ok(None)
+    }
+}
+
+/// The message of that schema, if it is one that is asked for.
+fn item(schema: &str, data: &[u8]) -> anyhow::Result<Option<Item>> {
+    let Some((name, _)) = schema.strip_prefix("curionav.").and_then(|rest| rest.rsplit_once('.')) else {
+        return Ok(None);
+    };
+    // The version is judged where messages are decoded.
+    let encoding = format!("application/cbor;{schema}");
+    Ok(Some(match name {
+        Mission::NAME => Item::Mission(Box::new(Mission::decode(data, Some(&encoding))?)),
+        OccupancyGrid::NAME => Item::Map(OccupancyGrid::decode(data, Some(&encoding))?),
+        ServiceStatus::NAME => Item::Status(Box::new(ServiceStatus::decode(data, Some(&encoding))?)),
+        Memory::NAME => Item::Memory(Box::new(Memory::decode(data, Some(&encoding))?)),
+        CycleReport::NAME => Item::Report(Box::new(CycleReport::decode(data, Some(&encoding))?)),
+        _ => return Ok(None),
+    }))
+}

@@ -1,0 +1,447 @@
+//! Listens to a deployment and writes what it hears.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use anyhow::Context;
+use curionav_runtime::map_store;
+use curionav_runtime::probe::ask_everybody;
+use curionav_runtime::query::fetch_from_all;
+use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
+use curionav_schemas::{
+    Belief, CycleReport, Decision, MapId, Memory, Message, Mission, MissionState, OccupancyGrid, Odometry,
+    Particles, People, RunStatus, Scan, ServiceStatus, Twist, keys,
+};
+use tokio::sync::mpsc;
+use tokio::task::{JoinHandle, JoinSet};
+use zenoh::pubsub::Subscriber;
+use zenoh::{Session, Wait};
+
+use super::timeline::Timeline;
+use super::visible::Visible;
+use super::writer::RecordingWriter;
+
+/// Streams of a robot that are recorded.
+const STREAMS: [&str; 10] =
+    ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report", "memory"];
+/// Bytes that may wait to be written: beyond it a slow disk costs messages, not the deployment's memory.
+const QUEUE_BYTES: usize = 256 << 20;
+/// A large map over a slow link, and everybody's status.
+const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
+const STATUS_TIMEOUT: Duration = Duration::from_secs(1);
+/// How long what was asked for may still take when the recording ends.
+const LAST_ANSWERS: Duration = Duration::from_secs(3);
+/// How often an idle recorder looks whether something waits to be put on disk.
+const IDLE: Duration = Duration::from_millis(500);
+
+/// What is recorded.
+#[derive(Debug, Clone, Default)]
+pub struct Scope {
+    /// Only this robot; all of them otherwise.
+    pub robot: Option<String>,
+    /// Only this simulated world; all of them otherwise.
+    pub world: Option<String>,
+}
+
+/// What has become of the messages.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// In the file, pictures included.
+    pub written: u64,
+    /// Cycle reports among them.
+    pub cycles: u64,
+    /// Given up because the disk was too slow.
+    pub lost: u64,
+    /// Not understood: of another version, or not ours.
+    pub refused: u64,
+}
+
+/// Something that has arrived.
+struct Arrival {
+    key: String,
+    encoding: String,
+    payload: Vec<u8>,
+}
+
+/// The way from Zenoh's threads, which must not wait, to the one that writes.
+#[derive(Clone)]
+struct Queue {
+    sender: mpsc::UnboundedSender<Arrival>,
+    waiting: Arc<AtomicUsize>,
+    lost: Arc<AtomicU64>,
+}
+
+impl Queue {
+    fn push(&self, key: &str, encoding: String, payload: Vec<u8>) {
+        if self.waiting.fetch_add(payload.len(), Ordering::Relaxed) > QUEUE_BYTES {
+            self.waiting.fetch_sub(payload.len(), Ordering::Relaxed);
+            self.lost.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        // Nobody listens any more once the recording has ended.
+        let _ = self.sender.send(Arrival { key: key.to_owned(), encoding, payload });
+    }
+}
+
+/// A recording under way.
+pub struct Recorder {
+    task: JoinHandle<anyhow::Result<Tally>>,
+    trigger: ShutdownTrigger,
+    subscribers: Vec<Subscriber<()>>,
+}
+
+impl Recorder {
+    /// Records everything in `scope` from now on, and the missions under way.
+    pub fn start(session: &Session, path: &Path, scope: &Scope) -> anyhow::Result<Self> {
+        let file = RecordingWriter::create(path)?;
+        let (sender, arrivals) = mpsc::unbounded_channel();
+        let queue = Queue { sender, waiting: Arc::default(), lost: Arc::default() };
+        let mut subscribers = Vec::new();
+        for key in wanted(scope)? {
+            let queue = queue.clone();
+            let subscriber = session
+                .declare_subscriber(key)
+                .callback(move |sample| {
+                    let payload = sample.payload().to_bytes().into_owned();
+                    queue.push(sample.key_expr().as_str(), sample.encoding().to_string(), payload);
+                })
+                .wait();
+            subscribers.push(subscriber.map_err(|e| anyhow::anyhow!("cannot listen: {e}"))?);
+        }
+        let mut writing = Writing {
+            session: session.clone(),
+            path: path.to_owned(),
+            file,
+            queue,
+            timelines: BTreeMap::new(),
+            missions: BTreeMap::new(),
+            maps: BTreeSet::new(),
+            lacking: BTreeSet::new(),
+            runs: BTreeSet::new(),
+            errands: JoinSet::new(),
+            tally: Tally::default(),
+        };
+        let missions = match &scope.robot {
+            Some(robot) => keys::robot(robot, "mission")?,
+            None => keys::every_robot("mission")?,
+        };
+        writing.ask(missions);
+        let (trigger, token) = shutdown();
+        let task = tokio::spawn(writing.run(arrivals, token));
+        Ok(Self { task, trigger, subscribers })
+    }
+
+    /// Completes when the recording cannot go on.
+    pub async fn failure(&mut self) -> anyhow::Error {
+        match (&mut self.task).await {
+            Ok(Err(error)) => error,
+            Ok(Ok(_)) => anyhow::anyhow!("the recording has ended by itself"),
+            Err(error) => anyhow::anyhow!("the recording failed: {error}"),
+        }
+    }
+
+    /// Writes what has arrived and completes the file.
+    pub async fn finish(self) -> anyhow::Result<Tally> {
+        drop(self.subscribers);
+        self.trigger.fire();
+        self.task.await.context("the recording failed")?
+    }
+}
+
+fn wanted(scope: &Scope) -> anyhow::Result<Vec<String>> {
+    let of_robot = |stream: &&str| match &scope.robot {
+        Some(robot) => keys::robot(robot, stream),
+        None => keys::every_robot(stream),
+    };
+    let mut keys = STREAMS.iter().map(of_robot).collect::<Result<Vec<_>, _>>()?;
+    keys.push(match &scope.world {
+        Some(world) => keys::world(world, "run")?,
+        None => keys::every_world("run")?,
+    });
+    Ok(keys)
+}
+
+/// The task that writes.
+struct Writing {
+    session: Session,
+    path: PathBuf,
+    file: RecordingWriter,
+    queue: Queue,
+    /// By robot or world.
+    timelines: BTreeMap<String, Timeline>,
+    /// The last word about each robot's mission.
+    missions: BTreeMap<String, Vec<u8>>,
+    /// Maps that are here or asked for.
+    maps: BTreeSet<MapId>,
+    /// Maps that nobody has served when they were asked for.
+    lacking: BTreeSet<MapId>,
+    /// (robot, run) whose services have been asked for their versions.
+    runs: BTreeSet<(String, u64)>,
+    /// What is asked for; a map that did not come is given back.
+    errands: JoinSet<Option<MapId>>,
+    tally: Tally,
+}
+
+impl Writing {
+    async fn run(
+        mut self,
+        mut arrivals: mpsc::UnboundedReceiver<Arrival>,
+        mut end: Shutdown,
+    ) -> anyhow::Result<Tally> {
+        loop {
+            tokio::select! {
+                biased;
+                () = end.requested() => break,
+                arrival = arrivals.recv() => match arrival {
+                    Some(arrival) => self.take(&arrival)?,
+                    None => break,
+                },
+                Some(done) = self.errands.join_next(), if !self.errands.is_empty() => self.note(done.ok().flatten()),
+                () = tokio::time::sleep(IDLE) => {}
+            }
+            self.file.flush_if_due().with_context(|| format!("cannot write {}", self.path.display()))?;
+        }
+        let errands = async {
+            while let Some(done) = self.errands.join_next().await {
+                self.note(done.ok().flatten());
+            }
+        };
+        // Without an answer the recording lacks a map or a version and says so when it is read.
+        let _ = tokio::time::timeout(LAST_ANSWERS, errands).await;
+        while let Ok(arrival) = arrivals.try_recv() {
+            self.take(&arrival)?;
+        }
+        self.tally.lost = self.queue.lost.load(Ordering::Relaxed);
+        self.tally.written = self.file.messages();
+        self.file.finish().with_context(|| format!("cannot complete {}", self.path.display()))?;
+        Ok(self.tally)
+    }
+
+    fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
+        self.queue.waiting.fetch_sub(arrival.payload.len(), Ordering::Relaxed);
+        let (owner, stream) = names(&arrival.key);
+        let (owner, stream) = (owner.to_owned(), stream.to_owned());
+        match stream.as_str() {
+            "scan" => self.record::<Scan>(&owner, arrival).map(drop),
+            "odom" => self.record::<Odometry>(&owner, arrival).map(drop),
+            "people" => self.record::<People>(&owner, arrival).map(drop),
+            "belief" => self.record::<Belief>(&owner, arrival).map(drop),
+            "particles" => self.record::<Particles>(&owner, arrival).map(drop),
+            "decision" => self.record::<Decision>(&owner, arrival).map(drop),
+            "cmd" => self.record::<Twist>(&owner, arrival).map(drop),
+            "memory" => self.record::<Memory>(&owner, arrival).map(drop),
+            "run" => self.record::<RunStatus>(&owner, arrival).map(drop),
+            "map" => self.record::<OccupancyGrid>(&owner, arrival).map(drop),
+            "status" => self.record::<ServiceStatus>(&owner, arrival).map(drop),
+            "report" => {
+                let report = self.record::<CycleReport>(&owner, arrival)?;
+                self.tally.cycles += u64::from(report.is_some());
+                Ok(())
+            }
+            "mission" => {
+                let Some(mission) = self.understand::<Mission>(arrival) else { return Ok(()) };
+                self.timelines.entry(owner.clone()).or_default().follow(&mission);
+                let last = self.missions.insert(owner.clone(), arrival.payload.clone());
+                // The driver says it again every second: that changes no picture.
+                let is_drawn = last.is_none_or(|last| last != arrival.payload);
+                self.write(&owner, arrival, &mission, is_drawn)?;
+                self.look_into(&mission);
+                Ok(())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes one message as it came, and its picture.
+    fn record<M: Visible>(&mut self, owner: &str, arrival: &Arrival) -> anyhow::Result<Option<M>> {
+        let message = self.understand::<M>(arrival);
+        message.as_ref().map_or(Ok(()), |message| self.write(owner, arrival, message, true))?;
+        Ok(message)
+    }
+
+    fn understand<M: Message>(&mut self, arrival: &Arrival) -> Option<M> {
+        M::decode(&arrival.payload, Some(&arrival.encoding))
+            .inspect_err(|error| {
+                self.tally.refused += 1;
+                tracing::warn!(key = arrival.key, %error, "not recorded");
+            })
+            .ok()
+    }
+
+    fn write<M: Visible>(
+        &mut self,
+        owner: &str,
+        arrival: &Arrival,
+        message: &M,
+        is_drawn: bool,
+    ) -> anyhow::Result<()> {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
+        // What has no stamp and no clock of its own goes with the newest of the others.
+        let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
+        let now = if message.stamp().is_none() && others > 0 { others } else { now };
+        let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
+        let written = self.file.contract::<M>(&arrival.key, &arrival.payload, time);
+        written
+            .and_then(|()| if is_drawn { message.show(owner, time, &mut self.file) } else { Ok(()) })
+            .with_context(|| format!("cannot write {}", self.path.display()))
+    }
+
+    /// Gets the map of a mission and the versions of those who carry it out.
+    fn look_into(&mut self, mission: &Mission) {
+        if self.maps.insert(mission.order.map) {
+            let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.order.map);
+            self.errands.spawn(async move {
+                let key = keys::map(&id);
+                let accept = |map: OccupancyGrid| map_store::accept(id, map.clone()).map(|_| map);
+                let served = fetch_from_all(&session, &key, FETCH_TIMEOUT, accept).await;
+                let Ok(map) = served else { return Some(id) };
+                queue.push(&key, OccupancyGrid::ENCODING.into(), map.encode());
+                None
+            });
+        }
+        // By then everybody who has a part in it is there.
+        let prepared = mission.state != MissionState::Preparing;
+        if prepared && self.runs.insert((mission.order.robot.clone(), mission.run)) {
+            self.ask(keys::every_status());
+        }
+    }
+
+    /// Takes note of a map that did not come. It is asked for again when the mission is said again.
+    fn note(&mut self, absent: Option<MapId>) {
+        let Some(map) = absent else { return };
+        self.maps.remove(&map);
+        if self.lacking.insert(map) {
+            tracing::warn!(%map, "the recording lacks a map: nobody serves it");
+        }
+    }
+
+    /// Asks everybody who answers on `key`, and records the answers.
+    fn ask(&mut self, key: String) {
+        let (session, queue) = (self.session.clone(), self.queue.clone());
+        self.errands.spawn(async move {
+            let Ok((replies, _)) = ask_everybody(&session, &key, None, STATUS_TIMEOUT).await else {
+                return None;
+            };
+            for reply in replies {
+                let Ok((payload, encoding)) = reply.answer else { continue };
+                match own_key(&reply.key, &payload) {
+                    Some(key) => queue.push(&key, encoding, payload),
+                    None => tracing::warn!(key = reply.key, "an answer that says not whose it is"),
+                }
+            }
+            None
+        });
+    }
+}
+
+/// The key of an answer to a question that was put to everybody: it may come under the question's.
+fn own_key(key: &str, payload: &[u8]) -> Option<String> {
+    if !key.contains('*') {
+        return Some(key.to_owned());
+    }
+    match names(key).1 {
+        "mission" => keys::robot(&Mission::decode(payload, None).ok()?.order.robot, "mission").ok(),
+        "status" => {
+            let status = ServiceStatus::decode(payload, None).ok()?;
+            keys::status(&status.role, &status.instance).ok()
+        }
+        _ => None,
+    }
+}
+
+/// (robot or world, stream) of a key; for maps and statuses, which have neither, the family.
+fn names(key: &str) -> (&str, &str) {
+    let rest = key.strip_prefix(keys::ROOT).unwrap_or(key).trim_start_matches('/');
+    let mut chunks = rest.split('/');
+    match (chunks.next(), chunks.next(), chunks.next()) {
+        (Some("robot" | "world"), Some(owner), Some(stream)) => (owner, stream),
+        (Some(family), ..) => (family, family),
+        _ => ("", ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_runtime::{convert, session};
+    use curionav_schemas::golden;
+
+    use super::*;
+    use crate::{Item, Reader};
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn a_map_is_asked_for_until_it_comes_and_a_mission_said_again_is_drawn_once() {
+        let path = std::env::temp_dir().join(format!("curionav-recorder-{}.mcap", std::process::id()));
+        let session = session::embedded().await.unwrap();
+        let recorder = Recorder::start(&session, &path, &Scope::default()).unwrap();
+        // Under the map's name another one, then nothing, then the map itself.
+        let map = convert::occupancy_grid(golden::occupancy_grid()).unwrap();
+        let map = convert::occupancy_grid_to_wire(&map);
+        let mut mission = golden::mission();
+        mission.order.map = map.map;
+        let other = OccupancyGrid { resolution: 2.0 * map.resolution, ..map.clone() };
+        let (asked, own) = (Arc::new(AtomicUsize::new(0)), map.clone());
+        let count = Arc::clone(&asked);
+        let answers = move |query: zenoh::query::Query| {
+            let answer = match count.fetch_add(1, Ordering::Relaxed) {
+                0 => &other,
+                1 => return,
+                _ => &own,
+            };
+            let key = query.key_expr().clone();
+            query.reply(key, answer.encode()).encoding(OccupancyGrid::ENCODING).wait().unwrap();
+        };
+        let _hosted = session.declare_queryable(keys::map(&map.map)).callback(answers).wait().unwrap();
+        let said = keys::robot(&mission.order.robot, "mission").unwrap();
+        let deadline = std::time::Instant::now() + Duration::from_secs(30);
+        while asked.load(Ordering::Relaxed) < 3 && std::time::Instant::now() < deadline {
+            session.put(&said, mission.encode()).encoding(Mission::ENCODING).wait().unwrap();
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+        let tally = recorder.finish().await;
+        session::close(&session);
+        let mut maps = Vec::new();
+        let mut reader = Reader::open(&path).unwrap();
+        while let Some(item) = reader.next_message().unwrap() {
+            if let Item::Map(map) = item {
+                maps.push(map);
+            }
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert!(maps == [map] && tally.unwrap().refused == 0);
+        let topics = mcap::MessageStream::new(&bytes).unwrap().map(|m| m.unwrap().channel.topic.clone());
+        let (mut words, mut goals) = (0, 0);
+        for topic in topics {
+            words += u32::from(topic == said);
+            goals += u32::from(topic.ends_with("/goal"));
+        }
+        assert!(words >= 3 && goals == 1, "{words} words, {goals} goals");
+    }
+
+    #[test]
+    fn an_answer_is_recorded_as_what_it_is_whatever_was_asked() {
+        let all = keys::every_robot("mission").unwrap();
+        let (mission, status) = (golden::mission(), golden::service_status());
+        assert_eq!(own_key(&all, &mission.encode()), keys::robot(&mission.order.robot, "mission").ok());
+        let own = keys::status(&status.role, &status.instance).ok();
+        assert_eq!(own_key(&keys::every_status(), &status.encode()), own);
+        assert_eq!(own_key(&own.clone().unwrap(), &[]), own);
+        assert_eq!(own_key(&all, &[]), None);
+    }
+
+    #[test]
+    fn every_wanted_key_is_known_by_its_stream() {
+        let scope = Scope { robot: Some("r1".into()), world: Some("hall".into()) };
+        let keys = wanted(&scope).unwrap();
+        assert_eq!(keys.len(), STREAMS.len() + 1);
+        for (key, stream) in keys.iter().zip(STREAMS) {
+            assert_eq!(names(key), ("r1", stream));
+        }
+        assert_eq!(names(&keys[STREAMS.len()]), ("hall", "run"));
+        assert_eq!(names(&keys::status("cpc", "a").unwrap()), ("status", "status"));
+        assert_eq!(names(&keys::map(&MapId([3; 32]))), ("map", "map"));
+    }
+}

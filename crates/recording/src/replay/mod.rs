@@ -1,0 +1,115 @@
+//! Planning every cycle of a recording again, to see where decisions differ.
+
+mod difference;
+mod offline;
+mod waiting;
+
+pub use difference::{Difference, Side};
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use curionav_planning::profile::Profile;
+use curionav_schemas::ServiceStatus;
+use serde::Serialize;
+
+use crate::{Item, Reader};
+use offline::{Offline, Replayed};
+use waiting::Waiting;
+
+/// Of this program, which must be that of the recording.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// What replaying came to.
+#[derive(Debug, Default, Serialize)]
+pub struct Summary {
+    /// File of the recording.
+    pub recording: String,
+    /// Planner of this replay.
+    pub planner: String,
+    /// Planner of the recording.
+    pub recorded_planner: String,
+    /// Version of this program.
+    pub version: String,
+    /// Cycles in the recording.
+    pub cycles: u64,
+    /// Cycles planned again.
+    pub replayed: u64,
+    /// Cycles decided otherwise.
+    pub differing: u64,
+    /// Cycles that were degraded when they were recorded.
+    pub degraded: u64,
+    /// Cycles that could not be planned again, by reason.
+    pub skipped: BTreeMap<String, u64>,
+    /// Whether the recording lacks its end.
+    pub cut_short: bool,
+    /// Every cycle decided otherwise, in the order of the recording.
+    pub differences: Vec<Difference>,
+}
+
+/// Plans every cycle of the recording in the file `path` again, with the planner it was recorded with or with
+/// `planner`. With `any_version` also a recording that another version of this program made.
+///
+/// # Errors
+/// If the recording cannot be read, is of another version, or holds a mission that cannot be planned.
+pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) -> anyhow::Result<Summary> {
+    let name = planner.as_ref().map(|planner| planner.name.clone());
+    let mut summary =
+        Summary { recording: path.display().to_string(), version: VERSION.to_owned(), ..Summary::default() };
+    let mut reader = Reader::open(path)?;
+    let mut offline = Offline::new(planner);
+    let mut waiting = Waiting::default();
+    while let Some(item) = reader.next_message()? {
+        match item {
+            Item::Mission(mission) => offline.learn_mission(*mission),
+            Item::Map(map) => offline.learn_map(map)?,
+            Item::Status(status) if !any_version => check_service(&summary.recording, &status)?,
+            Item::Status(_) => {}
+            Item::Memory(memory) => {
+                if !any_version {
+                    check_version(&summary.recording, "arbiter", &memory.version)?;
+                }
+                waiting.put(*memory);
+            }
+            Item::Report(report) => {
+                summary.cycles += 1;
+                summary.degraded += u64::from(!report.decision.degraded.is_empty());
+                let replayed = match waiting.take(&report.robot, report.epoch, report.seq) {
+                    Some(memory) => offline.plan(memory, &report).await?,
+                    None => Replayed::Skipped("what it was planned from is not in the recording".into()),
+                };
+                match replayed {
+                    Replayed::Planned(decision) => {
+                        summary.replayed += 1;
+                        let difference = Difference::between(&report.robot, &report.decision, &decision);
+                        summary.differing += u64::from(difference.is_some());
+                        summary.differences.extend(difference);
+                    }
+                    Replayed::Skipped(why) => *summary.skipped.entry(why).or_default() += 1,
+                }
+            }
+        }
+    }
+    summary.cut_short = reader.is_cut_short();
+    summary.recorded_planner = offline.recorded_planner().unwrap_or_default();
+    summary.planner = name.unwrap_or_else(|| summary.recorded_planner.clone());
+    Ok(summary)
+}
+
+/// Every service with a part in the decisions must be of this version.
+fn check_service(recording: &str, status: &ServiceStatus) -> anyhow::Result<()> {
+    const DECIDE: [&str; 4] = ["arbiter", "generator", "cpc", "cnc"];
+    if DECIDE.contains(&status.role.as_str()) {
+        check_version(recording, &format!("{} {}", status.role, status.instance), &status.version)?;
+    }
+    Ok(())
+}
+
+fn check_version(recording: &str, who: &str, version: &str) -> anyhow::Result<()> {
+    anyhow::ensure!(
+        version == VERSION,
+        "{recording} was recorded with {who} of version {version}, this is curionav {VERSION}, which may decide \
+         otherwise: replay it with curionav {version}, or give --any-version to see what has changed"
+    );
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! What has no schema of its own, as shapes: people, candidates by cost, the goal, and how sure the robot is of where
+//! it is.
+
+use curionav_planning::numerics::atan2;
+use curionav_schemas as wire;
+use foxglove::messages::{
+    ArrowPrimitive, Color, CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, Vector3,
+    line_primitive,
+};
+
+use super::foxglove_messages::{MAP_FRAME, pose, timestamp};
+
+/// Metres.
+const PERSON_HEIGHT: f64 = 1.7;
+/// Heights above the ground at which flat things are drawn, metres, so that none hides another.
+const CANDIDATES_AT: f64 = 0.02;
+const CHOSEN_AT: f64 = 0.06;
+/// Widths of lines, metres.
+const CANDIDATE_WIDTH: f64 = 0.02;
+const CHOSEN_WIDTH: f64 = 0.08;
+/// An ellipse of this many standard deviations holds 95 % of a normal distribution in the plane.
+const SIGMAS: f64 = 2.448;
+/// Below this speed a person has no arrow, m/s.
+const STANDING: f64 = 0.05;
+
+const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
+    Color { r, g, b, a }
+}
+
+/// One entity, which replaces that of the same name on its topic.
+fn entity(name: &str, time: u64) -> SceneEntity {
+    SceneEntity {
+        timestamp: timestamp(time),
+        frame_id: MAP_FRAME.into(),
+        id: name.into(),
+        ..SceneEntity::default()
+    }
+}
+
+fn update(entity: SceneEntity) -> SceneUpdate {
+    SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
+}
+
+fn cylinder(x: f64, y: f64, heading: f64, size: [f64; 3], color: Color) -> CylinderPrimitive {
+    CylinderPrimitive {
+        pose: pose(x, y, size[2] / 2.0, heading),
+        size: Some(Vector3 { x: size[0], y: size[1], z: size[2] }),
+        bottom_scale: 1.0,
+        top_scale: 1.0,
+        color: Some(color),
+    }
+}
+
+/// People of a scene and where they go: an arrow is as long as one second's way.
+pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
+    let mut entity = entity("people", time);
+    let width = 2.0 * people.radius;
+    for i in 0..people.id.len() {
+        let (x, y, vx, vy) = (people.x[i], people.y[i], people.vx[i], people.vy[i]);
+        entity.cylinders.push(cylinder(x, y, 0.0, [width, width, PERSON_HEIGHT], color(0.9, 0.5, 0.1, 0.8)));
+        let speed = (vx * vx + vy * vy).sqrt();
+        if speed > STANDING {
+            entity.arrows.push(ArrowPrimitive {
+                pose: pose(x, y, CHOSEN_AT, atan2(vy, vx)),
+                shaft_length: speed,
+                shaft_diameter: 0.05,
+                head_length: 0.15,
+                head_diameter: 0.15,
+                color: Some(color(0.9, 0.5, 0.1, 1.0)),
+            });
+        }
+    }
+    update(entity)
+}
+
+/// Where the robot is with 95 % probability, if its belief is right.
+pub(super) fn ellipse(belief: &wire::Belief, time: u64) -> SceneUpdate {
+    let (xx, xy, yy) = (belief.covariance[0], belief.covariance[1], belief.covariance[4]);
+    // Eigenvalues of a symmetric 2 x 2 matrix, and the direction of the greater one.
+    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
+    let root = (half * half + xy * xy).sqrt();
+    let heading = 0.5 * atan2(2.0 * xy, xx - yy);
+    let diameter = |variance: f64| 2.0 * SIGMAS * variance.max(0.0).sqrt();
+    let size = [diameter(mean + root), diameter(mean - root), 0.01];
+    let mut entity = entity("belief", time);
+    entity.cylinders.push(cylinder(belief.x, belief.y, heading, size, color(0.2, 0.4, 0.9, 0.4)));
+    update(entity)
+}
+
+/// Where to go, as wide as it suffices to come.
+pub(super) fn goal(mission: &wire::Mission, time: u64) -> SceneUpdate {
+    let width = 2.0 * mission.order.goal_tolerance;
+    let mut entity = entity("goal", time);
+    let green = color(0.1, 0.7, 0.2, 0.6);
+    entity.cylinders.push(cylinder(
+        mission.order.goal_x,
+        mission.order.goal_y,
+        0.0,
+        [width, width, 0.01],
+        green,
+    ));
+    update(entity)
+}
+
+/// All candidates: green costs little, red much, grey was rejected or not scored, blue and wide was chosen.
+pub(super) fn candidates(report: &wire::CycleReport, time: u64) -> SceneUpdate {
+    let mut entity = entity("candidates", time);
+    let steps = report.candidates.steps as usize;
+    let count = report.candidates.count as usize;
+    let open = |index: usize| report.total_of(index).filter(|_| report.rejection_of(index).is_none());
+    let costs = || (0..count).filter_map(open);
+    let least = costs().fold(f64::INFINITY, f64::min);
+    let range = (costs().fold(f64::NEG_INFINITY, f64::max) - least).max(1e-9);
+    for index in 0..count {
+        let chosen = report.chosen == Some(index as u32);
+        let share = open(index).map(|cost| (cost - least) / range);
+        let (shade, height, width) = match (chosen, share) {
+            (true, _) => (color(0.1, 0.3, 1.0, 1.0), CHOSEN_AT, CHOSEN_WIDTH),
+            (_, Some(share)) => (color(share, 1.0 - share, 0.1, 0.7), CANDIDATES_AT, CANDIDATE_WIDTH),
+            _ => (color(0.5, 0.5, 0.5, 0.3), 0.0, CANDIDATE_WIDTH),
+        };
+        let states = index * steps..(index + 1) * steps;
+        let points =
+            states.map(|k| Point3 { x: report.candidates.x[k], y: report.candidates.y[k], z: height });
+        entity.lines.push(LinePrimitive {
+            r#type: line_primitive::Type::LineStrip as i32,
+            thickness: width,
+            points: points.collect(),
+            color: Some(shade),
+            ..LinePrimitive::default()
+        });
+    }
+    update(entity)
+}

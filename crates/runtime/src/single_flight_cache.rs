@@ -1,0 +1,104 @@
+//! Fields derived from a map, computed once and kept: what makes a replica warm.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// One value: absent until it has been computed, locked while it is.
+type Cell<V> = Arc<Mutex<Option<Arc<V>>>>;
+
+/// The few most recently used values of an expensive function.
+pub struct SingleFlightCache<K, V> {
+    entries: Mutex<VecDeque<(K, Cell<V>)>>,
+    limit: usize,
+}
+
+impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
+    /// Keeps at most `limit` values.
+    pub fn new(limit: usize) -> Self {
+        Self { entries: Mutex::new(VecDeque::new()), limit }
+    }
+
+    /// The value of `key`, computed if it is not here. Others who ask for the same meanwhile wait for it
+    /// rather than computing it again; whoever asks for another is not held up.
+    pub fn get_or_try<E>(&self, key: &K, compute: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
+        let cell = self.cell(key);
+        // A panic while computing leaves the cell empty.
+        let mut value = cell.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = &*value {
+            return Ok(Arc::clone(value));
+        }
+        let computed = Arc::new(compute()?);
+        *value = Some(Arc::clone(&computed));
+        Ok(computed)
+    }
+
+    /// The value of `key` if it is here; nothing while it is still being computed.
+    pub fn get(&self, key: &K) -> Option<Arc<V>> {
+        let cell = self.entries().iter().find(|(k, _)| k == key).map(|(_, cell)| Arc::clone(cell))?;
+        // The entry is in use: it moves to the front of those kept.
+        let value = cell.try_lock().ok()?.clone()?;
+        drop(self.cell(key));
+        Some(value)
+    }
+
+    /// Keys whose values are kept now, the most recently used first.
+    pub fn keys(&self) -> Vec<K> {
+        let done = |cell: &Cell<V>| cell.try_lock().is_ok_and(|value| value.is_some());
+        self.entries().iter().filter(|(_, cell)| done(cell)).map(|(key, _)| key.clone()).collect()
+    }
+
+    fn entries(&self) -> MutexGuard<'_, VecDeque<(K, Cell<V>)>> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn cell(&self, key: &K) -> Cell<V> {
+        let mut entries = self.entries();
+        let at = entries.iter().position(|(k, _)| k == key);
+        let entry = at.and_then(|at| entries.remove(at)).unwrap_or_else(|| (key.clone(), Cell::default()));
+        let cell = Arc::clone(&entry.1);
+        entries.push_front(entry);
+        entries.truncate(self.limit);
+        cell
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn computes_once_and_forgets_the_oldest() {
+        let kept = SingleFlightCache::new(2);
+        let mut computed = 0;
+        for key in [1, 1, 2, 1, 3, 1, 2] {
+            let value = kept.get_or_try(&key, || {
+                computed += 1;
+                Ok::<_, ()>(key * 10)
+            });
+            assert_eq!(*value.unwrap(), key * 10);
+        }
+        // 1, 2, 3 once each, and 2 again after 3 had pushed it out.
+        assert_eq!(computed, 4);
+        assert_eq!(kept.keys(), [2, 1]);
+        assert_eq!((kept.get(&1).as_deref(), kept.get(&3)), (Some(&10), None));
+        assert_eq!(kept.keys(), [1, 2]);
+    }
+
+    #[test]
+    fn what_could_not_be_computed_is_not_here() {
+        let kept = SingleFlightCache::<i32, i32>::new(2);
+        assert!(kept.get_or_try(&9, || Err::<i32, _>("no")).is_err());
+        assert!(kept.get(&9).is_none() && kept.keys().is_empty());
+    }
+
+    #[test]
+    fn one_who_computes_holds_up_nobody_who_asks_for_something_else() {
+        let kept = SingleFlightCache::new(4);
+        kept.get_or_try(&1, || Ok::<_, ()>(10)).unwrap();
+        let value = kept.get_or_try(&2, || {
+            assert_eq!(kept.get(&2), None);
+            Ok::<_, ()>(*kept.get(&1).unwrap() * 2)
+        });
+        assert_eq!(*value.unwrap(), 20);
+    }
+}

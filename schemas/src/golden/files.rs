@@ -1,0 +1,69 @@
+//! Every example, encoded.
+
+use super::planning::{
+    candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
+    generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
+};
+use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
+use super::{
+    belief, mission, no_replica, odometry, particles, people, readiness, refused_mission, scan, scene,
+};
+use crate::{Message, MissionCommand, MissionEnd, Readiness, Refusal, Reject};
+
+/// An encoded example.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Golden {
+    /// File name in `golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
+    pub file: &'static str,
+    /// [`Message::NAME`], which is also the CDDL rule.
+    pub message: &'static str,
+    /// The encoded message.
+    pub bytes: Vec<u8>,
+}
+
+fn golden<M: Message>(file: &'static str, message: &M) -> Golden {
+    Golden { file, message: M::NAME, bytes: message.encode() }
+}
+
+/// Every example.
+pub fn all() -> Vec<Golden> {
+    vec![
+        golden("scan", &scan()),
+        golden("odometry", &odometry()),
+        golden("people", &people()),
+        golden("belief", &belief()),
+        golden("particles", &particles()),
+        golden("scene", &scene()),
+        golden("mission", &mission()),
+        golden("mission.refused", &refused_mission()),
+        golden("mission_command", &MissionCommand::Set { order: Box::new(mission().order) }),
+        golden("mission_command.goal", &MissionCommand::Goal { x: -1.5, y: 2.25, heading: None }),
+        golden("mission_command.pause", &MissionCommand::Pause),
+        golden("mission_command.resume", &MissionCommand::Resume),
+        golden("mission_command.cancel", &MissionCommand::Cancel),
+        golden("mission_command.finish", &MissionCommand::Finish { revision: 3, end: MissionEnd::Reached }),
+        golden("readiness", &readiness()),
+        golden("readiness.refused", &Readiness { refused: Some(no_replica()), ..readiness() }),
+        golden("decision", &decision()),
+        golden("decision.stop", &stop()),
+        golden("twist", &twist()),
+        golden("candidate_set", &candidate_set()),
+        golden("tree", &tree()),
+        golden("tree.two_roots", &tree_of_two_roots()),
+        golden("generate_request", &generate_request()),
+        golden("generate_reply", &generate_reply()),
+        golden("generate_reply.cut", &cut_generate_reply()),
+        golden("evaluate_request", &evaluate_request()),
+        golden("scores", &scores()),
+        golden("cycle_report", &cycle_report()),
+        golden("cycle_report.explained", &explained_cycle_report()),
+        golden("memory", &memory()),
+        golden("occupancy_grid", &occupancy_grid()),
+        golden("inject_request", &inject_request()),
+        golden("run_status", &run_status()),
+        golden("run_result", &run_result()),
+        golden("service_status", &service_status()),
+        golden("reject", &Refusal::WrongLength { found: 3, expected: 2 }.at("scene.people.x")),
+        golden::<Reject>("reject.overloaded", &Refusal::Overloaded.into()),
+    ]
+}

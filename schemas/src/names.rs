@@ -1,0 +1,23 @@
+//! Names that can be a chunk of a key.
+
+use crate::limits::MAX_ID;
+
+/// A name that cannot be a chunk of a key.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("name `{name}` must be 1 to {MAX_ID} of the characters a-z, 0-9, `_` and `-`")]
+pub struct KeyError {
+    /// The name, cut to a length that can be shown.
+    pub name: String,
+}
+
+/// Checks a name of a robot, instance, role, term, world or stream.
+///
+/// # Errors
+/// It is empty, longer than [`MAX_ID`], or has a character other than `a-z`, `0-9`, `_` and `-`.
+pub fn check_id(name: &str) -> Result<(), KeyError> {
+    let allowed = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
+    if (1..=MAX_ID).contains(&name.len()) && name.bytes().all(allowed) {
+        return Ok(());
+    }
+    Err(KeyError { name: name.chars().take(MAX_ID).collect() })
+}

@@ -1,0 +1,102 @@
+//! Codes in words, for people. The table is `words.toml`, which Python has a copy of.
+
+use ciborium::Value;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+/// The table: by family and code, a sentence with places for the parameters.
+pub const TABLE: &str = include_str!("../words.toml");
+
+type Table = BTreeMap<String, BTreeMap<String, String>>;
+
+static WORDS: LazyLock<Table> = LazyLock::new(|| {
+    // A test reads the table too, so a shipped one is well-formed.
+    toml::from_str(TABLE).unwrap_or_default()
+});
+
+/// Every family of the table with its codes.
+pub fn families() -> impl Iterator<Item = (&'static str, Vec<&'static str>)> {
+    WORDS.iter().map(|(family, codes)| (family.as_str(), codes.keys().map(String::as_str).collect()))
+}
+
+/// `reason` in words: a code of `family` by itself, or a map with its `code` and its parameters. A code that the table
+/// does not have is its own word.
+pub fn say(family: &str, reason: &impl Serialize) -> String {
+    Value::serialized(reason).map(|value| sentence(family, &value)).unwrap_or_default()
+}
+
+/// Several of `family`, each by [`say`], with semicolons between them.
+pub fn say_all<'a, R: Serialize + 'a>(family: &str, reasons: impl IntoIterator<Item = &'a R>) -> String {
+    reasons.into_iter().map(|reason| say(family, reason)).collect::<Vec<_>>().join("; ")
+}
+
+fn sentence(family: &str, reason: &Value) -> String {
+    let code = reason.as_text().or_else(|| parameter(reason, "code")?.as_text()).unwrap_or_default();
+    let Some(template) = WORDS.get(family).and_then(|codes| codes.get(code)) else { return code.to_owned() };
+    let mut said = String::new();
+    let mut rest = template.as_str();
+    while let Some((before, after)) = rest.split_once('{') {
+        let (place, after) = after.split_once('}').unwrap_or((after, ""));
+        let (name, decimals) = place.split_once(":.").unwrap_or((place, ""));
+        said.push_str(before);
+        said.push_str(&parameter(reason, name).map(|value| word(name, value, decimals)).unwrap_or_default());
+        rest = after;
+    }
+    said + rest
+}
+
+fn parameter<'a>(reason: &'a Value, name: &str) -> Option<&'a Value> {
+    reason.as_map()?.iter().find(|(key, _)| key.as_text() == Some(name)).map(|(_, value)| value)
+}
+
+fn word(name: &str, value: &Value, decimals: &str) -> String {
+    match value {
+        // `reject` is a refusal with the field it is about.
+        Value::Map(_) if parameter(value, "why").is_some() => {
+            let field = parameter(value, "field").and_then(Value::as_text);
+            let why = parameter(value, "why").map(|why| sentence("refusal", why)).unwrap_or_default();
+            field.map_or(why.clone(), |field| format!("{field}: {why}"))
+        }
+        Value::Map(_) => sentence(name, value),
+        Value::Text(text) if WORDS.contains_key(name) => sentence(name, &Value::Text(text.clone())),
+        Value::Text(text) => text.clone(),
+        Value::Integer(number) => i128::from(*number).to_string(),
+        Value::Float(number) => match decimals.parse::<usize>() {
+            Ok(decimals) => format!("{number:.decimals$}"),
+            Err(_) => format!("{number:?}").trim_end_matches(".0").to_owned(),
+        },
+        Value::Array(values) => {
+            values.iter().map(|value| word(name, value, decimals)).collect::<Vec<_>>().join(", ")
+        }
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{CommandReason, MissionEnd, PreviousState, Reason, Refusal};
+
+    #[test]
+    fn parameters_stand_in_their_places() {
+        let previous = PreviousState::Strayed { distance_m: 0.714 };
+        let reason = Reason::NotScored { term: "cpc".into(), previous };
+        assert_eq!(
+            say("reason", &reason),
+            "no candidate has every score, `cpc` is missing; the robot is 0.71 m off the previous trajectory"
+        );
+        assert_eq!(say("command_reason", &CommandReason::NoScan), "no scan yet");
+        let refusal = Refusal::OutOfRange { found: 1e-12, least: 1.0, most: 2.5 };
+        assert_eq!(say("refusal", &refusal), "1e-12 is not within 1 to 2.5");
+        let reject = refusal.at("tick_s");
+        let end = MissionEnd::Unprepared { role: "localizer".into(), instance: "a".into(), reject };
+        assert_eq!(say("end", &end), "localizer a cannot prepare: tick_s: 1e-12 is not within 1 to 2.5");
+    }
+
+    #[test]
+    fn a_code_without_words_is_its_own_word() {
+        assert_eq!(say("reason", &"of_next_year"), "of_next_year");
+        assert_eq!(say("family", &Reason::Arrived), "arrived");
+    }
+}

@@ -1,0 +1,101 @@
+//! What a cycle's candidates cost: shards over every replica, and the rest in process.
+
+use std::collections::BTreeMap;
+
+use curionav_planning::arbitration::Scores;
+use curionav_planning::candidates::CandidateSet;
+use curionav_planning::scene::Scene;
+use curionav_planning::terms;
+use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
+
+use crate::in_process;
+use curionav_pool::budget::Budget;
+use curionav_pool::context::PlanContext;
+use curionav_pool::dispatch::{self, Shard};
+use curionav_pool::peers::Peers;
+use curionav_pool::pool::Pool;
+
+/// What came of the evaluation of a cycle's candidates.
+pub(crate) struct EvaluationOutcome {
+    /// The raw costs.
+    pub(crate) scores: Scores,
+    /// What evaluated each active term.
+    pub(crate) evaluated: BTreeMap<String, Evaluated>,
+    /// How long each took.
+    pub(crate) times: Vec<TermTime>,
+    /// What fell short.
+    pub(crate) shortfalls: Vec<Degradation>,
+}
+
+/// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
+pub(crate) async fn evaluate<P: Peers>(
+    pool: &Pool<P>,
+    context: &PlanContext,
+    id: (u64, u64),
+    scene: &Scene,
+    scene_message: &wire::Scene,
+    candidates: &CandidateSet,
+) -> EvaluationOutcome {
+    let active: Vec<String> =
+        context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
+    let remote: Vec<String> = active.iter().filter(|m| !terms::is_local(m)).cloned().collect();
+    let started = pool.peers.now();
+    let stage = Budget::of_stage(started, &context.mission);
+    let request = |term: &str, range| context.evaluate_request(term, id, scene_message, candidates, range);
+    let robot = &context.mission.order.robot;
+    let shards = dispatch::evaluate(pool, &remote, robot, candidates.len(), request, stage).await;
+    let (mut scores, mut times) = gather(candidates.len(), &shards);
+
+    let missing: Vec<&str> =
+        active.iter().map(String::as_str).filter(|m| !scores.missing(m).is_empty()).collect();
+    let is_over = || stage.is_over(pool.peers.now());
+    let local =
+        pool.peers.compute(|| in_process::score(context, scene, candidates, &missing, &mut scores, &is_over));
+    let all = (pool.peers.now() - started).as_micros() as u64;
+    let evaluated: BTreeMap<String, Evaluated> = active
+        .iter()
+        .map(|term| {
+            let how = if local.contains(term.as_str()) {
+                Evaluated::Local
+            } else if missing.contains(&term.as_str()) && scores.missing(term).len() == candidates.len() {
+                Evaluated::None
+            } else {
+                Evaluated::Pool
+            };
+            (term.clone(), how)
+        })
+        .collect();
+    times.extend(local.iter().map(|term| ((*term).to_owned(), all)));
+    let times = times.into_iter().map(|(term, us)| TermTime { term, us }).collect();
+    let shortfalls = evaluated.iter().filter_map(|(term, how)| shortfall(term, *how, &scores)).collect();
+    EvaluationOutcome { scores, evaluated, times, shortfalls }
+}
+
+fn shortfall(term: &str, how: Evaluated, scores: &Scores) -> Option<Degradation> {
+    let name = || term.to_owned();
+    match how {
+        Evaluated::Local if !terms::is_local(term) => Some(Degradation::EvaluatedLocally { term: name() }),
+        Evaluated::None => Some(Degradation::NotEvaluated { term: name() }),
+        Evaluated::Pool if !scores.missing(term).is_empty() => {
+            Some(Degradation::PartlyEvaluated { term: name() })
+        }
+        _ => None,
+    }
+}
+
+/// Puts the shards together.
+fn gather(count: usize, shards: &[Shard]) -> (Scores, BTreeMap<String, u64>) {
+    let mut scores = Scores::new(count);
+    let mut times: BTreeMap<String, u64> = BTreeMap::new();
+    for shard in shards {
+        let Some(cost) = &shard.cost else { continue };
+        match scores.insert(&shard.term, shard.range.start, cost) {
+            Ok(0) => {}
+            Ok(refused) => tracing::warn!(term = shard.term, refused, "values that are not costs"),
+            Err(error) => tracing::warn!(%error, "shard not used"),
+        }
+        let time = times.entry(shard.term.clone()).or_default();
+        *time = (*time).max(shard.elapsed.as_micros() as u64);
+    }
+    (scores, times)
+}

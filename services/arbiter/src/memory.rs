@@ -1,0 +1,105 @@
+//! What the arbiter carries from one cycle into the next.
+
+use curionav_planning::arbitration::{Observer, Previous};
+use curionav_planning::generation::Tree;
+use curionav_runtime::convert;
+use curionav_schemas::{self as wire, Reject};
+
+use crate::succession::{Order, Succession};
+
+/// What the arbiter remembers from one cycle to the next.
+#[derive(Debug, Default)]
+pub struct Memory {
+    succession: Succession,
+    /// Rises with every cycle.
+    pub seq: u64,
+    /// Tick of the last cycle that planned.
+    planned: Option<u64>,
+    pub(crate) observer: Observer,
+    pub(crate) trees: Vec<Option<Tree>>,
+    pub(crate) previous: Option<Previous>,
+    /// The driver's newest command: what became of the decisions before.
+    pub(crate) driven: Option<wire::Twist>,
+}
+
+impl Memory {
+    /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
+    pub fn new(nonce: u64) -> Self {
+        Self { succession: Succession::new(nonce), ..Self::default() }
+    }
+
+    /// The memory that was carried into a recorded cycle: what is planned next is that cycle. Trees are only what
+    /// they were if the generator is.
+    pub fn recall(memory: wire::Memory) -> Result<Self, Reject> {
+        let previous = memory.previous.map(convert::previous).transpose()?;
+        Ok(Self {
+            succession: Succession::resume(memory.epoch),
+            seq: memory.seq.saturating_sub(1),
+            planned: None,
+            driven: memory.driven,
+            observer: Observer::resume(memory.uncertain, memory.members.0),
+            trees: (memory.trees.into_iter().map(convert::tree))
+                .map(|tree| Some(tree).filter(|t| !t.is_empty()))
+                .collect(),
+            previous,
+        })
+    }
+
+    /// What is carried into the next cycle of `mission`, for a recorder.
+    pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
+        wire::Memory {
+            robot: mission.order.robot.clone(),
+            epoch: self.succession.epoch(),
+            seq: self.seq + 1,
+            run: mission.run,
+            revision: mission.revision,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            uncertain: self.observer.is_uncertain(),
+            members: self.observer.members().into(),
+            previous: self.previous.as_ref().map(convert::previous_to_wire),
+            driven: self.driven.clone(),
+            trees: (self.trees.iter().cloned().map(Option::unwrap_or_default))
+                .map(convert::tree_to_wire)
+                .collect(),
+        }
+    }
+
+    /// The memory at the start of a mission: sequence numbers go on, nothing else does.
+    pub fn fresh(&self) -> Self {
+        Self { succession: self.succession.fresh(), seq: self.seq, ..Self::default() }
+    }
+
+    /// Outranks the arbiter whose decision the driver has obeyed last, if any.
+    pub fn succeed(&mut self, obeyed: Option<Order>) {
+        self.succession.succeed(obeyed, self.seq);
+    }
+
+    /// Takes note of a command of the driver: of which decision, and when.
+    pub fn hear(&mut self, command: &wire::Twist) {
+        self.succession.hear((command.epoch, command.seq), command.stamp, self.seq);
+        self.driven = Some(command.clone());
+    }
+
+    /// (epoch, seq) of the newest decision.
+    pub fn id(&self) -> Order {
+        (self.succession.epoch(), self.seq)
+    }
+
+    /// Planning ticks of `period` ticks each between the last cycle and that of `tick`, which had no cycle.
+    pub(crate) fn gap(&mut self, tick: u64, period: u64) -> u64 {
+        let last = self.planned.replace(tick);
+        last.map_or(0, |last| (tick.saturating_sub(last) / period.max(1)).saturating_sub(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_is_what_has_no_cycle() {
+        let mut memory = Memory::new(0);
+        let gaps: Vec<u64> = [0, 3, 6, 15, 18].into_iter().map(|tick| memory.gap(tick, 3)).collect();
+        assert_eq!(gaps, [0, 0, 0, 2, 0]);
+    }
+}

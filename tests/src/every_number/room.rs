@@ -1,0 +1,106 @@
+//! A small room in which nothing takes long.
+
+use std::path::Path;
+
+use curionav_planning::geometry::Pose2;
+use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+
+/// A scenario that leaves out no field but the tables of localiser and profile.
+pub(super) const SCENARIO: &str = r#"
+name = "room"
+description = "Every field of a scenario."
+[map]
+file = "room.yaml"
+[robot]
+start = [1.0, 2.0, 0.0]
+goal = [5.0, 2.0]
+goal_heading = 0.0
+goal_tolerance = 0.5
+initial_sigma = [0.2, 0.2, 0.1]
+start_noise = 0.5
+[robot.model]
+v_max = 1.0
+a_max = 0.5
+omega_max = 1.0
+alpha_max = 1.0
+footprint = { shape = "disc", radius = 0.3 }
+[laser]
+robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }
+fov = 3.0
+beams = 91
+range_max = 5.0
+range_sigma = 0.03
+[odometry_noise]
+position_per_metre = 0.004
+position_per_radian = 0.0001
+heading_per_metre = 0.0005
+heading_per_radian = 0.0012
+[perception]
+people = "all"
+[clock]
+tick_s = 0.1
+plan_every = 3
+time_limit_s = 0.9
+[people]
+radius = 0.25
+kind = "scenario"
+live_patience_s = 10.0
+motion = "hrvo"
+[people.hrvo]
+neighbor_distance = 5.0
+max_neighbors = 10
+goal_radius = 0.3
+max_speed_factor = 1.3
+max_accel = 2.0
+uncertainty_offset = 0.0
+wall_horizon_s = 0.5
+[[walkers]]
+route = [[4.0, 1.0], [4.0, 3.0]]
+speed = 0.6
+mode = "back-and-forth"
+start_offset = 0.5
+pause_s = 1.0
+[[recorded]]
+file = "people.txt"
+format = "text"
+fps = 10.0
+start_s = 0.0
+pose = [0.0, 0.0, 0.0]
+ids = [1]
+loop = true
+[planner]
+profile = "curiosity"
+"#;
+
+/// A person who walks along the upper wall: frame, id, x, y.
+pub(super) const RECORDING: &str = "0 1 2.0 3.5\n10 1 3.0 3.5\n20 1 4.0 3.5\n30 1 5.0 3.5\n";
+
+const YAML: &str = "image: room.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+const WIDTH: usize = 60;
+const HEIGHT: usize = 40;
+
+/// The room in a folder of its own, and as a map.
+pub(super) struct Room {
+    pub(super) folder: tempfile::TempDir,
+    pub(super) map: StaticMap,
+}
+
+impl Room {
+    pub(super) fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let wall = |i: usize| [0, WIDTH - 1].contains(&(i % WIDTH)) || [0, HEIGHT - 1].contains(&(i / WIDTH));
+        let pixels: Vec<u8> = (0..WIDTH * HEIGHT).map(|i| if wall(i) { 0 } else { 254 }).collect();
+        let pgm = [format!("P5\n{WIDTH} {HEIGHT}\n255\n").into_bytes(), pixels].concat();
+        let write = |name: &str, content: &[u8]| std::fs::write(folder.path().join(name), content).unwrap();
+        write("room.pgm", &pgm);
+        write("room.yaml", YAML.as_bytes());
+        write("people.txt", RECORDING.as_bytes());
+        let cells = (0..WIDTH * HEIGHT).map(|i| if wall(i) { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(WIDTH, HEIGHT, 0.1, Pose2::default(), cells).unwrap();
+        Self { folder, map: StaticMap::new(grid) }
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+}
