@@ -100,8 +100,8 @@ fn what_is_missing_is_named_with_the_command_that_mends_it() {
         ("localizer of robot r7", "curionav localizer"),
         ("arbiter of robot r7", "curionav arbiter"),
         ("trajectory generator", "curionav generator"),
-        ("evaluator of the metric cpc", "curionav cpc"),
-        ("evaluator of the metric cnc", "curionav cnc"),
+        ("evaluator of the term cpc", "curionav cpc"),
+        ("evaluator of the term cnc", "curionav cnc"),
     ] {
         let finding = of(&report, link)[0];
         let fix = finding["fix"].as_str().unwrap();
@@ -115,7 +115,7 @@ fn what_is_missing_is_named_with_the_command_that_mends_it() {
     let words = String::from_utf8(words.stdout).unwrap();
     assert!(words.lines().last().unwrap().starts_with("6 things are missing: driver"), "{words}");
     let status = String::from_utf8(curionav(&["status", "--connect", router.endpoint()]).stdout).unwrap();
-    assert!(status.contains("missing: evaluator of the metric cnc; start it: curionav cnc"), "{status}");
+    assert!(status.contains("missing: evaluator of the term cnc; start it: curionav cnc"), "{status}");
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn a_service_that_hangs_is_found_and_one_that_is_back_is_well() {
     let (status, report) = doctor(deployment.endpoint(), &[]);
     signal("CONT", deployment.pid("cpc-0"));
     // Its token lasts for a second: then it is nobody; until then, one that does not answer.
-    let found = [of(&report, "cpc cpc-0"), of(&report, "evaluator of the metric cpc")].concat();
+    let found = [of(&report, "cpc cpc-0"), of(&report, "evaluator of the term cpc")].concat();
     assert!(status == 1 && found.iter().any(|f| f["verdict"] == "missing"), "{report:#}");
     assert!(within(Duration::from_secs(20), || doctor(deployment.endpoint(), &[]).0 == 0));
 }
