@@ -19,7 +19,6 @@ mod check;
 mod decision;
 mod evaluate;
 mod generate;
-pub mod golden;
 pub mod keys;
 pub mod limits;
 mod map;

@@ -2,11 +2,14 @@
 //! test, because the meter counts the whole process.
 
 use curionav_schemas::limits::MAX_ITEMS;
-use curionav_schemas::{MESSAGES, Message, Mission, Refusal, golden, recode};
+use curionav_schemas::{MESSAGES, Message, Mission, Refusal, recode};
 use peak_alloc::PeakAlloc;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use proptest::test_runner::{Config, TestRunner};
+use support::{golden, goldens};
+
+mod support;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -80,28 +83,28 @@ fn reading_takes_memory_in_proportion_to_the_bytes() {
         }
     }
 
-    // The dearest honest content, byte for byte, is free-form parameters of empty lists.
+    // The most expensive honest content, byte for byte, is free-form parameters of empty lists.
     let list = |count: usize| ciborium::Value::Array(vec![ciborium::Value::Array(Vec::new()); count]);
     let bloated = |count| {
         let profile = ciborium::Value::Map(vec![("list".into(), list(count))]);
-        let mut mission = golden::mission();
+        let mut mission = golden::<Mission>();
         mission.order.profile = profile;
         mission.encode()
     };
     assert!(Mission::decode(&bloated(MAX_ITEMS - 200), None).is_ok());
     assert!(matches!(Mission::decode(&bloated(MAX_ITEMS), None).unwrap_err().why, Refusal::Malformed { .. }));
-    let dearest = peak("mission", &bloated(MAX_ITEMS - 200));
-    assert!(dearest < 8 << 20, "{dearest} bytes");
+    let most = peak("mission", &bloated(MAX_ITEMS - 200));
+    assert!(most < 8 << 20, "{most} bytes");
 
     // Damaged messages.
-    let goldens = golden::all();
+    let goldens = goldens();
     let damaged = (0..goldens.len(), prop::collection::vec(mutation(), 1..6));
     let mut runner =
         TestRunner::new(Config { cases: 20_000, failure_persistence: None, ..Config::default() });
     let outcome = runner.run(&damaged, |(index, mutations)| {
         let mut bytes = goldens[index].bytes.clone();
         mutations.iter().for_each(|mutation| mutate(&mut bytes, mutation));
-        let peak = peak(goldens[index].message, &bytes);
+        let peak = peak(&goldens[index].message, &bytes);
         // Scratch, the values, their encoding, texts of errors, and growth of each by doubling.
         prop_assert!(peak < 64 * 1024 + 32 * bytes.len(), "{peak} bytes to read {}", bytes.len());
         Ok(())

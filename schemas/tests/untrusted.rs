@@ -5,11 +5,11 @@
 use ciborium::Value;
 use curionav_schemas::{
     CandidateSet, F32Array, F64Array, I8Array, MESSAGES, Message, MissionCommand, Refusal, RunStatus, Scan,
-    Twist, U8Array, U32Array, golden, recode,
+    Twist, U8Array, U32Array, recode,
 };
 use curionav_schemas::{Reject, limits::MAX_DEPTH};
 use proptest::prelude::*;
-use support::{changed, fixed_form, parse, write};
+use support::{changed, fixed_form, golden, goldens, parse, write};
 
 mod support;
 
@@ -30,7 +30,7 @@ fn arrays_begin_with_their_tag() {
 
 #[test]
 fn an_array_with_another_tag_or_part_of_an_element_is_refused() {
-    for golden in golden::all() {
+    for golden in goldens() {
         let wrong = changed(&parse(&golden.bytes), &|value| match value {
             Value::Tag(tag, content) => {
                 let cut = |bytes: &Vec<u8>| Value::Bytes(bytes[..bytes.len().saturating_sub(1)].to_vec());
@@ -50,14 +50,14 @@ fn an_array_with_another_tag_or_part_of_an_element_is_refused() {
             _ => Vec::new(),
         });
         for wrong in wrong {
-            assert!(decode(golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
+            assert!(decode(&golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
         }
     }
 }
 
 #[test]
 fn an_array_longer_or_shorter_than_its_shape_is_refused() {
-    for golden in golden::all().iter().filter(|golden| !["scan", "scores"].contains(&golden.message)) {
+    for golden in goldens().iter().filter(|golden| !["scan", "scores"].contains(&golden.message.as_str())) {
         let wrong = changed(&parse(&golden.bytes), &|value| match value {
             Value::Tag(tag, content) => {
                 let mut bytes = content.as_bytes().unwrap().clone();
@@ -68,7 +68,7 @@ fn an_array_longer_or_shorter_than_its_shape_is_refused() {
             _ => Vec::new(),
         });
         for wrong in wrong {
-            let error = decode(golden.message, &wrong).expect_err(golden.file);
+            let error = decode(&golden.message, &wrong).expect_err(&golden.file);
             assert!(error.field.is_some(), "{}: {error}", golden.file);
         }
     }
@@ -76,7 +76,7 @@ fn an_array_longer_or_shorter_than_its_shape_is_refused() {
 
 #[test]
 fn no_number_may_be_infinite_or_absent_from_the_number_line() {
-    for golden in golden::all() {
+    for golden in goldens() {
         let wrong = changed(&parse(&golden.bytes), &|value| {
             let bad = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
             match value {
@@ -99,7 +99,7 @@ fn no_number_may_be_infinite_or_absent_from_the_number_line() {
             }
         });
         for wrong in wrong {
-            let error = decode(golden.message, &wrong).expect_err(golden.file);
+            let error = decode(&golden.message, &wrong).expect_err(&golden.file);
             assert!(error.field.is_some(), "{}: {error}", golden.file);
         }
     }
@@ -113,9 +113,9 @@ fn unknown_keys_are_ignored_anywhere() {
     let parameter = Value::Map(vec![list.clone()]);
     let future =
         Value::Map(vec![("array".into(), Value::Tag(86, Box::new(Value::Bytes(vec![0; 16])))), list]);
-    for golden in golden::all() {
+    for golden in goldens() {
         let message = fixed_form(parse(&golden.bytes));
-        let plain = decode(golden.message, &message).unwrap();
+        let plain = decode(&golden.message, &message).unwrap();
         let extended = changed(&message, &|value| match value {
             // Maps whose keys are data have no unknown keys; `extra`, `evaluated`, `social` and `metrics` are left here.
             Value::Map(entries) if entries.iter().all(|(key, entry)| is_data(entry) || is_measure(key)) => {
@@ -132,7 +132,7 @@ fn unknown_keys_are_ignored_anywhere() {
             _ => Vec::new(),
         });
         for extended in extended {
-            assert_eq!(decode(golden.message, &extended).as_deref(), Ok(&plain[..]), "{}", golden.file);
+            assert_eq!(decode(&golden.message, &extended).as_deref(), Ok(&plain[..]), "{}", golden.file);
         }
     }
 }
@@ -149,13 +149,13 @@ fn is_data(entry: &Value) -> bool {
 
 #[test]
 fn a_message_cut_short_or_followed_by_more_is_refused() {
-    for golden in golden::all() {
+    for golden in goldens() {
         for end in 0..golden.bytes.len() {
-            let error = recode(golden.message, &golden.bytes[..end], None).unwrap().expect_err(golden.file);
+            let error = recode(&golden.message, &golden.bytes[..end], None).unwrap().expect_err(&golden.file);
             assert!(matches!(error.why, Refusal::Malformed { .. }), "{}: {error}", golden.file);
         }
         let longer = [&golden.bytes[..], &[0xf6]].concat();
-        assert!(recode(golden.message, &longer, None).unwrap().is_err(), "{}", golden.file);
+        assert!(recode(&golden.message, &longer, None).unwrap().is_err(), "{}", golden.file);
     }
 }
 
@@ -193,7 +193,7 @@ fn deep_nesting_and_indefinite_lengths_are_refused() {
     }
     let nested = |depth| (0..depth).fold(Value::Null, |inner, _| Value::Array(vec![inner]));
     let within = |depth| {
-        let Value::Map(mut entries) = parse(&golden::twist().encode()) else { panic!() };
+        let Value::Map(mut entries) = parse(&golden::<Twist>().encode()) else { panic!() };
         entries.push(("future".into(), nested(depth)));
         Twist::decode(&write(&Value::Map(entries)), None)
     };
@@ -205,27 +205,27 @@ fn deep_nesting_and_indefinite_lengths_are_refused() {
 
 #[test]
 fn a_key_given_twice_is_refused() {
-    let Value::Map(mut entries) = parse(&golden::twist().encode()) else { panic!() };
+    let Value::Map(mut entries) = parse(&golden::<Twist>().encode()) else { panic!() };
     entries.push(entries[0].clone());
     assert!(Twist::decode(&write(&Value::Map(entries)), None).unwrap_err().to_string().contains("duplicate"));
 }
 
 #[test]
 fn a_map_cannot_stand_for_a_plain_value() {
-    for golden in golden::all() {
+    for golden in goldens() {
         let wrong = changed(&fixed_form(parse(&golden.bytes)), &|value| match value {
             Value::Text(text) => vec![Value::Map(vec![(text.as_str().into(), Value::Null)])],
             _ => Vec::new(),
         });
         for wrong in wrong {
-            assert!(decode(golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
+            assert!(decode(&golden.message, &wrong).is_err(), "{}: {wrong:?}", golden.file);
         }
     }
 }
 
 #[test]
 fn the_encoding_string_must_name_the_message_and_version() {
-    let bytes = golden::scan().encode();
+    let bytes = golden::<Scan>().encode();
     assert!(Scan::decode(&bytes, Some("application/cbor;curionav.scan.v1")).is_ok());
     let of = |message: &str| format!("application/cbor;curionav.{message}");
     let others = ["", "application/cbor", "zenoh/bytes", "application/json;curionav.scan.v1"];
@@ -237,7 +237,7 @@ fn the_encoding_string_must_name_the_message_and_version() {
 
 #[test]
 fn a_refusal_names_the_field_at_fault() {
-    let mut status = golden::run_status();
+    let mut status: RunStatus = golden();
     status.result.as_mut().unwrap().trace.people.present.0[1] = 7;
     let error = RunStatus::decode(&status.encode(), None).unwrap_err();
     assert_eq!(error.field.as_deref(), Some("result.trace.people.present[1]"));

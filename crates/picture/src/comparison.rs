@@ -194,7 +194,7 @@ fn legend(courses: &[Course<'_>], width: f64) -> Group {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn drawn(shown: Option<&RunResult>) -> String {
         let map = golden::occupancy_grid();

@@ -139,7 +139,7 @@ fn outline(blocks: &[Block], size: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn grid(width: u32, height: u32, cells: Vec<i8>) -> OccupancyGrid {
         OccupancyGrid { width, height, cells: cells.into(), ..golden::occupancy_grid() }

@@ -179,7 +179,7 @@ fn stretches(time: &[f64], values: &[f64]) -> Vec<Vec<(f64, f64)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn report(stamp: f64, uncertain: bool, uncertainty: f64) -> CycleReport {
         let mut report = golden::cycle_report();

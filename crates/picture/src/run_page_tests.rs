@@ -1,5 +1,5 @@
 use super::*;
-use curionav_schemas::golden;
+use curionav_testing::golden;
 use svg::node::element::tag::Type;
 use svg::parser::Event;
 

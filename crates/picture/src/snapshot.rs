@@ -232,7 +232,7 @@ fn wrapped(content: &str, columns: usize, lines: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn the_chosen_candidate_is_drawn_last_and_the_rejected_first() {

@@ -77,7 +77,7 @@ fn unusual(reports: &[CycleReport]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn reports(count: usize, settles_at: usize) -> Vec<CycleReport> {
         (0..count)

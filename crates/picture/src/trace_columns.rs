@@ -110,7 +110,7 @@ fn tracks(people: &PeopleTrace) -> Vec<Track> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn a_late_person_has_a_track_that_begins_late() {

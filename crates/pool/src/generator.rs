@@ -105,7 +105,7 @@ pub fn generate(
 mod tests {
     use curionav_planning::occupancy::OccupancyGrid;
     use curionav_planning::profile::Profile;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

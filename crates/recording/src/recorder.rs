@@ -366,7 +366,7 @@ fn names(key: &str) -> (&str, &str) {
 #[cfg(test)]
 mod tests {
     use curionav_runtime::{convert, session};
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
     use crate::{Item, Reader};

@@ -66,7 +66,7 @@ impl Timeline {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

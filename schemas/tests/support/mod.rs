@@ -1,9 +1,44 @@
-//! Changing one thing at a time in an encoded message.
+//! The golden messages, and changing one thing at a time in one.
+
+#![allow(dead_code, reason = "every file of tests has its own copy of this and uses some of it")]
 
 use ciborium::Value;
+use curionav_schemas::Message;
+use std::path::Path;
 
 /// Fields whose content is free-form.
 const FREE_FORM: [&str; 5] = ["params", "profile", "localizer", "scenario", "files"];
+
+/// A file of `golden/`.
+pub(crate) fn golden_file(name: &str) -> Vec<u8> {
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("golden").join(name)).unwrap()
+}
+
+/// An encoded message of `golden/`.
+pub(crate) struct Golden {
+    /// Its file without `.cbor`.
+    pub(crate) file: String,
+    /// [`Message::NAME`], which is also the CDDL rule.
+    pub(crate) message: String,
+    pub(crate) bytes: Vec<u8>,
+}
+
+/// Every message of `golden/`, by its index.
+pub(crate) fn goldens() -> Vec<Golden> {
+    let index = String::from_utf8(golden_file("index.txt")).unwrap();
+    let lines = index.lines().filter(|line| !line.starts_with('#'));
+    let golden = |line: &str| {
+        let (file, message) = line.split_once(' ').unwrap();
+        let (bytes, message) = (golden_file(file), message.to_owned());
+        Golden { file: file.trim_end_matches(".cbor").to_owned(), message, bytes }
+    };
+    lines.map(golden).collect()
+}
+
+/// The golden message of this type.
+pub(crate) fn golden<M: Message>() -> M {
+    M::decode(&golden_file(&format!("{}.cbor", M::NAME)), None).unwrap()
+}
 
 pub(crate) fn parse(bytes: &[u8]) -> Value {
     ciborium::from_reader(bytes).unwrap()

@@ -120,7 +120,7 @@ fn pose_of(odometry: &Odometry) -> Pose2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn inputs<'a>(
         odometry: &'a Odometry,

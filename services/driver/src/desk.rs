@@ -148,7 +148,7 @@ fn prepare(mission: &mut Mission) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn desk() -> Desk {
         let mut desk = Desk::new(7);

@@ -60,7 +60,7 @@ impl Obedience {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     fn of(epoch: u64, seq: u64) -> Decision {
         Decision { epoch, seq, ..golden::decision() }

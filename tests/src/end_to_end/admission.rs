@@ -7,7 +7,8 @@ use std::time::{Duration, Instant};
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::serve::serve;
 use curionav_runtime::session;
-use curionav_schemas::{Clock, EvaluateRequest, Refusal, Scores, golden, keys};
+use curionav_schemas::{Clock, EvaluateRequest, Refusal, Scores, keys};
+use curionav_testing::golden;
 use tokio::task::JoinHandle;
 use zenoh::Session;
 

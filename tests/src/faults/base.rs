@@ -4,7 +4,8 @@ use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
 use curionav_planning::random::{Rng, rng, standard_normal};
 use curionav_runtime::convert;
-use curionav_schemas::{Belief, Frame, Health, Mission, Odometry, People, Scan, golden};
+use curionav_schemas::{Belief, Frame, Health, Mission, Odometry, People, Scan};
+use curionav_testing::golden;
 
 /// Seconds between two ticks.
 pub(crate) const TICK: f64 = 0.1;

@@ -9,7 +9,8 @@ use curionav_planning::profile::Profile;
 use curionav_planning::sensor::LaserModel;
 use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
-use curionav_schemas::{Clock, MapId, Mission, MissionState, golden};
+use curionav_schemas::{Clock, MapId, Mission, MissionState};
+use curionav_testing::golden;
 
 /// Metres.
 const LENGTH: f64 = 30.0;

@@ -8,9 +8,8 @@ use curionav_driver::control::{Inputs, command};
 use curionav_driver::obedience::{Obedience, Taken};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
-use curionav_schemas::{
-    self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People, golden,
-};
+use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People};
+use curionav_testing::golden;
 
 use super::base::{Base, TICK};
 use super::fault::{Epoch, Fault};

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex};
 
 use curionav_planning::random::rng;
 use curionav_runtime::membership::announce;
-use curionav_schemas::{GenerateReply, Message, OccupancyGrid, Scores, golden, keys};
+use curionav_schemas::{GenerateReply, Message, OccupancyGrid, Scores, keys};
+use curionav_testing::golden;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};

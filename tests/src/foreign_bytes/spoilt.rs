@@ -1,7 +1,8 @@
 //! Payloads that no reader may take for a message.
 
 use curionav_planning::random::{Rng, uniform};
-use curionav_schemas::{MESSAGES, golden, recode};
+use curionav_schemas::{MESSAGES, recode};
+use curionav_testing::golden;
 
 /// Messages with a limit below this are also sent too large.
 const OVERSIZE_UP_TO: usize = 256 * 1024;

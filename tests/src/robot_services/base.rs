@@ -2,9 +2,8 @@
 
 use curionav_planning::geometry::Pose2;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{
-    Action, Belief, Clock, CommandReason, Decision, Odometry, People, Scan, Twist, golden,
-};
+use curionav_schemas::{Action, Belief, Clock, CommandReason, Decision, Odometry, People, Scan, Twist};
+use curionav_testing::golden;
 
 use super::stand::{LIMIT, Stand};
 use crate::faults::hall::START;

@@ -21,15 +21,17 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const LOCALIZATION: &str = "curionav-localization";
     Some(match directory {
         "schemas" | "crates/datasets" => vec![],
-        "crates/testing" => vec!["curionav-datasets"],
+        "tests/support" => vec!["curionav-datasets", SCHEMAS],
         "crates/planning" => vec![TESTING],
         "crates/localization" | "crates/crowdsim" => vec![PLANNING, TESTING],
-        "crates/picture" => vec![PLANNING, SCHEMAS],
+        "crates/picture" => vec![PLANNING, SCHEMAS, TESTING],
         "crates/runtime" => vec![PLANNING, SCHEMAS],
         // The only crate that may import from its own floor.
-        "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME],
+        "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
         "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH],
-        _ if directory.starts_with("services/") => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION],
+        _ if directory.starts_with("services/") => {
+            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TESTING]
+        }
         "crates/recording" => below_laboratory(),
         "crates/lab" => [below_laboratory(), vec!["curionav-picture", TRUTH]].concat(),
         "crates/cli" | "tests" => ours(),

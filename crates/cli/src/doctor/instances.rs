@@ -8,7 +8,7 @@ use curionav_pool::generator;
 use curionav_runtime::latency::Latency;
 use curionav_runtime::probe::{RawReply, ask_everybody};
 use curionav_schemas::{
-    EvaluateRequest, GenerateReply, GenerateRequest, Message, Reject, Scores, ServiceStatus, golden, keys,
+    EvaluateRequest, GenerateReply, GenerateRequest, Message, Reject, Scores, ServiceStatus, keys,
 };
 use zenoh::Session;
 
@@ -19,6 +19,9 @@ use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
 const WARM_UP_TIMEOUT: Duration = Duration::from_secs(10);
+/// Example questions of the contract, for a replica of a robot without a mission.
+const GENERATE_EXAMPLE: &[u8] = include_bytes!("../../../../schemas/golden/generate_request.cbor");
+const EVALUATE_EXAMPLE: &[u8] = include_bytes!("../../../../schemas/golden/evaluate_request.cbor");
 /// Questions a round trip is the median of.
 const QUESTIONS: usize = 7;
 /// Below this share of a round trip a clock's offset says nothing.
@@ -201,13 +204,16 @@ impl Instance {
         if self.role == generator::ROLE {
             let request = match context {
                 Some(context) => GenerateRequest { budget_ms: budget_ms(), ..context.warm_up_generator()? },
-                None => GenerateRequest { budget_ms: 0, iterations: 1, ..golden::generate_request() },
+                None => {
+                    let example = GenerateRequest::decode(GENERATE_EXAMPLE, None)?;
+                    GenerateRequest { budget_ms: 0, iterations: 1, ..example }
+                }
             };
             return asked::<_, GenerateReply>(session, &key, &request, context.is_some()).await;
         }
         let request = match context {
             Some(context) => EvaluateRequest { budget_ms: budget_ms(), ..context.warm_up(&self.role) },
-            None => EvaluateRequest { budget_ms: 0, ..golden::evaluate_request() },
+            None => EvaluateRequest { budget_ms: 0, ..EvaluateRequest::decode(EVALUATE_EXAMPLE, None)? },
         };
         asked::<_, Scores>(session, &key, &request, context.is_some()).await
     }

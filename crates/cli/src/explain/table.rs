@@ -64,7 +64,7 @@ fn remark(report: &CycleReport, index: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

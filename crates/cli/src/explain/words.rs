@@ -155,7 +155,7 @@ fn what_if(report: &CycleReport) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

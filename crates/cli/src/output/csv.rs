@@ -82,7 +82,7 @@ fn term_us(timings: &Timings, term: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn a_trajectory_has_a_header_and_one_row_a_tick_with_every_bit() {

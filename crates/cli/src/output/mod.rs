@@ -53,7 +53,7 @@ pub(crate) fn exit_code(result: &RunResult) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn only_a_goal_reached_without_collision_succeeds() {

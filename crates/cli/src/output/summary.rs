@@ -80,7 +80,7 @@ fn measures(m: &Measures) -> MeasuresObject {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn the_object_is_exactly_the_documented_one() {

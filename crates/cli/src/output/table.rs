@@ -77,7 +77,7 @@ fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn a_table_fits_into_80_columns_and_begins_with_the_outcome() {

@@ -62,7 +62,7 @@ pub(crate) fn way(result: &RunResult) -> Vec<[f64; 2]> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     /// A row to change in a test.
     pub(crate) fn row(scenario: &str, planner: &str, seed: u64) -> Row {

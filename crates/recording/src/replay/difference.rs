@@ -70,7 +70,7 @@ fn apart(a: &Decision, b: &Decision) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

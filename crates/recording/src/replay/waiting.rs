@@ -31,7 +31,7 @@ impl Waiting {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     use super::*;
 

@@ -1,9 +1,9 @@
 //! One example of every code of the contract, made from the CDDL itself, and the sentence that the words make of it.
 
-use crate::{CDDL, Value, words};
+use curionav_schemas::{CDDL, Value, words};
 
 /// The rules whose alternatives are codes, each with its family in the table of words.
-pub const FAMILIES: [(&str, &str); 8] = [
+const FAMILIES: [(&str, &str); 8] = [
     ("reason", "reason"),
     ("previous_state", "previous"),
     ("rejection", "rejection"),
@@ -36,7 +36,7 @@ pub fn sentences() -> Vec<Sentence> {
     FAMILIES.into_iter().flat_map(of).collect()
 }
 
-/// The sentences as they stand in `golden/sentences.cbor`: a list of maps with `family`, `reason` and `said`.
+/// The sentences as they stand in `schemas/golden/sentences.cbor`: a list of maps with `family`, `reason` and `said`.
 pub fn encoded() -> Vec<u8> {
     let entry = |sentence: Sentence| {
         Value::Map(vec![

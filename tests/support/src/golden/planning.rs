@@ -1,7 +1,7 @@
 //! Examples of what generators, evaluators, the arbiter and the driver exchange.
 
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
-use crate::{
+use curionav_schemas::{
     Action, CandidateSet, CommandReason, Crowd, CycleReport, Decision, Degradation, EvaluateRequest,
     Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT, Previous,
     PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime, Timings, Tree, Twist,

@@ -1,7 +1,7 @@
 //! One fixed example of every message, so that all readers and writers can be held to the same bytes.
 //!
-//! `golden/` holds [`all`] encoded; `cargo run --release -p curionav-schemas --example golden` writes it anew. The
-//! bytes may only change together with the contract.
+//! `schemas/golden/` holds [`all`] encoded; `cargo run --release -p curionav-testing --example golden` writes it anew.
+//! The bytes may only change together with the contract.
 
 mod files;
 mod planning;
@@ -15,7 +15,7 @@ pub use planning::{
 };
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 
-use crate::{
+use curionav_schemas::{
     Belief, Clock, Footprint, Frame, Health, LaserModel, MapId, Mission, MissionEnd, MissionOrder,
     MissionState, Odometry, OdometryNoise, Particles, People, Pose, Readiness, Refusal, Reject, RobotModel,
     Scan, Scene, Value,

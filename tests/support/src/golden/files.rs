@@ -4,16 +4,17 @@ use super::planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
     generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
 };
+use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 use super::{
     belief, mission, no_replica, odometry, particles, people, readiness, refused_mission, scan, scene,
 };
-use crate::{Message, MissionCommand, MissionEnd, Readiness, Refusal, Reject};
+use curionav_schemas::{Message, MissionCommand, MissionEnd, Readiness, Refusal, Reject};
 
 /// An encoded example.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Golden {
-    /// File name in `golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
+    /// File name in `schemas/golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
     pub file: &'static str,
     /// [`Message::NAME`], which is also the CDDL rule.
     pub message: &'static str,
@@ -66,4 +67,18 @@ pub fn all() -> Vec<Golden> {
         golden("reject", &Refusal::WrongLength { found: 3, expected: 2 }.at("scene.people.x")),
         golden::<Reject>("reject.overloaded", &Refusal::Overloaded.into()),
     ]
+}
+
+/// The content of `schemas/golden/`: every example, the index that names the CDDL rule of each, and the sentences.
+pub fn files() -> Vec<(String, Vec<u8>)> {
+    let mut index = String::from("# file, CDDL rule\n");
+    let mut files = Vec::new();
+    for golden in all() {
+        let name = format!("{}.cbor", golden.file);
+        index.push_str(&format!("{name} {}\n", golden.message));
+        files.push((name, golden.bytes));
+    }
+    files.push(("index.txt".to_owned(), index.into_bytes()));
+    files.push(("sentences.cbor".to_owned(), sentences::encoded()));
+    files
 }

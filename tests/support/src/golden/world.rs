@@ -1,7 +1,7 @@
 //! Examples of maps, of what a simulated world is asked and tells, and of a service's status.
 
 use super::{MAP, parameters};
-use crate::{
+use curionav_schemas::{
     Clock, Cycles, InjectRequest, Measures, OccupancyGrid, Outcome, PeopleTrace, Pose, Prepared, RunResult,
     RunState, RunStatus, ServiceStatus, Trace,
 };

@@ -1,4 +1,4 @@
-//! What the tests of all crates share: the files of datasets, and the list of what was skipped.
+//! The files of datasets, and the list of what was skipped.
 //!
 //! A test that cannot run where it is says so with [`skip`] and returns. `tests/run` names a file in
 //! `CURIONAV_SKIPPED`, to which each skipped test adds a line, and prints that file at its end.

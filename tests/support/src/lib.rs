@@ -1,0 +1,7 @@
+//! What the tests of all crates share: an example of every message, the files of datasets, and the list of what was
+//! skipped.
+
+mod datasets;
+pub mod golden;
+
+pub use datasets::{reference_data, skip};
