@@ -12,15 +12,22 @@ use std::marker::PhantomData;
 use std::ops::Deref;
 
 /// A number with a fixed little-endian form.
-trait Element: Copy {
+pub trait Element: Copy {
+    /// The RFC 8746 tag in front of the bytes.
+    const TAG: u64;
+
+    /// Nothing if the last number is incomplete.
     fn read(bytes: &[u8]) -> Option<Vec<Self>>;
+
     /// Without a copy where the machine has this order itself.
     fn write(values: &[Self]) -> Cow<'_, [u8]>;
 }
 
 macro_rules! element {
-    ($($number:ty),*) => {$(
+    ($($number:ty, $tag:literal;)*) => {$(
         impl Element for $number {
+            const TAG: u64 = $tag;
+
             fn read(bytes: &[u8]) -> Option<Vec<Self>> {
                 let (chunks, rest) = bytes.as_chunks::<{ size_of::<$number>() }>();
                 rest.is_empty().then(|| chunks.iter().map(|chunk| <$number>::from_le_bytes(*chunk)).collect())
@@ -35,7 +42,71 @@ macro_rules! element {
         }
     )*};
 }
-element!(f64, f32, u32, i8, u8);
+element! {
+    f64, 86;
+    f32, 85;
+    u32, 70;
+    i8, 72;
+    u8, 64;
+}
+
+/// Numbers that travel as a typed array.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TypedArray<T>(pub Vec<T>);
+
+/// IEEE 754 binary64, little-endian (tag 86); `numpy.frombuffer(b, "<f8")`.
+pub type F64Array = TypedArray<f64>;
+/// IEEE 754 binary32, little-endian (tag 85); `numpy.frombuffer(b, "<f4")`.
+pub type F32Array = TypedArray<f32>;
+/// Unsigned 32-bit, little-endian (tag 70); `numpy.frombuffer(b, "<u4")`.
+pub type U32Array = TypedArray<u32>;
+/// Signed 8-bit (tag 72); `numpy.frombuffer(b, "i1")`.
+pub type I8Array = TypedArray<i8>;
+/// Unsigned 8-bit (tag 64); `numpy.frombuffer(b, "u1")`.
+pub type U8Array = TypedArray<u8>;
+
+impl<T> Deref for TypedArray<T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        &self.0
+    }
+}
+
+impl<T> From<Vec<T>> for TypedArray<T> {
+    fn from(values: Vec<T>) -> Self {
+        Self(values)
+    }
+}
+
+impl<T: Copy> From<&[T]> for TypedArray<T> {
+    fn from(values: &[T]) -> Self {
+        Self(values.to_vec())
+    }
+}
+
+impl<T> FromIterator<T> for TypedArray<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(values: I) -> Self {
+        Self(values.into_iter().collect())
+    }
+}
+
+impl<T: Element> Serialize for TypedArray<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Captured(Some(T::TAG), serde_bytes::Bytes::new(&T::write(&self.0))).serialize(serializer)
+    }
+}
+
+impl<'de, T: Element> Deserialize<'de> for TypedArray<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let Captured(tag, Elements(values)) = Captured::deserialize(deserializer)?;
+        let found = match tag {
+            Some(tag) if tag == T::TAG => return Ok(Self(values)),
+            Some(tag) => format!("tag {tag}"),
+            None => "an untagged byte string".to_owned(),
+        };
+        Err(de::Error::custom(format_args!("expected a typed array with tag {}, found {found}", T::TAG)))
+    }
+}
 
 /// The content of a typed array, without its tag.
 struct Elements<T>(Vec<T>);
@@ -58,87 +129,4 @@ impl<T: Element> Visitor<'_> for ElementsVisitor<T> {
     fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
         T::read(bytes).map(Elements).ok_or_else(|| E::invalid_length(bytes.len(), &self))
     }
-
-    fn visit_byte_buf<E: de::Error>(self, bytes: Vec<u8>) -> Result<Self::Value, E> {
-        self.visit_bytes(&bytes)
-    }
-}
-
-macro_rules! typed_array {
-    ($(#[$doc:meta])* $name:ident, $number:ty, $tag:literal) => {
-        $(#[$doc])*
-        #[derive(Debug, Clone, Default, PartialEq)]
-        pub struct $name(pub Vec<$number>);
-
-        impl $name {
-            /// The RFC 8746 tag in front of the bytes.
-            pub const TAG: u64 = $tag;
-        }
-
-        impl Deref for $name {
-            type Target = [$number];
-            fn deref(&self) -> &[$number] {
-                &self.0
-            }
-        }
-
-        impl From<Vec<$number>> for $name {
-            fn from(values: Vec<$number>) -> Self {
-                Self(values)
-            }
-        }
-
-        impl From<&[$number]> for $name {
-            fn from(values: &[$number]) -> Self {
-                Self(values.to_vec())
-            }
-        }
-
-        impl FromIterator<$number> for $name {
-            fn from_iter<I: IntoIterator<Item = $number>>(values: I) -> Self {
-                Self(values.into_iter().collect())
-            }
-        }
-
-        impl Serialize for $name {
-            fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-                Captured(Some(Self::TAG), serde_bytes::Bytes::new(&Element::write(&self.0))).serialize(serializer)
-            }
-        }
-
-        impl<'de> Deserialize<'de> for $name {
-            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                match Captured::<Elements<$number>>::deserialize(deserializer)? {
-                    Captured(Some(Self::TAG), Elements(values)) => Ok(Self(values)),
-                    Captured(Some(tag), _) => Err(de::Error::custom(format_args!(
-                        "expected a typed array with tag {}, found tag {tag}", Self::TAG
-                    ))),
-                    Captured(None, _) => Err(de::Error::custom(format_args!(
-                        "expected a typed array with tag {}, found an untagged byte string", Self::TAG
-                    ))),
-                }
-            }
-        }
-    };
-}
-
-typed_array! {
-    /// IEEE 754 binary64, little-endian (tag 86); `numpy.frombuffer(b, "<f8")`.
-    F64Array, f64, 86
-}
-typed_array! {
-    /// IEEE 754 binary32, little-endian (tag 85); `numpy.frombuffer(b, "<f4")`.
-    F32Array, f32, 85
-}
-typed_array! {
-    /// Unsigned 32-bit, little-endian (tag 70); `numpy.frombuffer(b, "<u4")`.
-    U32Array, u32, 70
-}
-typed_array! {
-    /// Signed 8-bit (tag 72); `numpy.frombuffer(b, "i1")`.
-    I8Array, i8, 72
-}
-typed_array! {
-    /// Unsigned 8-bit (tag 64); `numpy.frombuffer(b, "u1")`.
-    U8Array, u8, 64
 }

@@ -1,9 +1,7 @@
 //! Where the localiser believes the robot is.
 
 use crate::array::F64Array;
-use crate::check;
-use crate::message::Validate;
-use crate::reject::Reject;
+use crate::check::{checks, covariance, fraction, number, part};
 use serde::{Deserialize, Serialize};
 
 /// How far the belief can be trusted beyond its covariance.
@@ -19,12 +17,9 @@ pub struct Health {
     pub converged: bool,
 }
 
-impl Validate for Health {
-    fn validate(&self) -> Result<(), Reject> {
-        check::fraction("outside_weight", self.outside_weight)?;
-        check::fraction("scan_fit", self.scan_fit)
-    }
-}
+checks! { health: Health {
+    outside_weight, scan_fit: fraction;
+}}
 
 /// Mean and covariance of the heaviest cluster, map frame, with the velocity odometry reports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,17 +44,8 @@ pub struct Belief {
     pub health: Health,
 }
 
-impl Validate for Belief {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[
-            ("stamp", self.stamp),
-            ("x", self.x),
-            ("y", self.y),
-            ("heading", self.heading),
-            ("v", self.v),
-            ("omega", self.omega),
-        ])?;
-        check::covariance("covariance", &self.covariance)?;
-        check::part("health", &self.health)
-    }
-}
+checks! { belief: Belief {
+    stamp, x, y, heading, v, omega: number;
+    covariance: covariance;
+    health: part;
+}}

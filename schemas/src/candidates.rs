@@ -1,10 +1,8 @@
 //! Candidate trajectories as a structure of arrays.
 
 use crate::array::{F64Array, U32Array};
-use crate::check;
+use crate::check::{array, checks, count, exactly, positive};
 use crate::limits::{MAX_CANDIDATES, MAX_STEPS};
-use crate::message::Validate;
-use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 
 /// `count` trajectories of `steps` states; state k (from 0) is `(k + 1) * dt` after the scene's stamp. Every array is
@@ -31,22 +29,11 @@ pub struct CandidateSet {
     pub omega: F64Array,
 }
 
-impl Validate for CandidateSet {
-    fn validate(&self) -> Result<(), Reject> {
-        check::positive(&[("dt", self.dt)])?;
-        // Bounded by the limits, the product cannot overflow.
-        check::at_most("count", self.count as usize, MAX_CANDIDATES)?;
-        check::one_to("steps", self.steps as usize, MAX_STEPS)?;
-        check::length("id", self.id.len(), self.count as usize)?;
-        check::arrays(
-            self.count as usize * self.steps as usize,
-            &[
-                ("x", &self.x),
-                ("y", &self.y),
-                ("heading", &self.heading),
-                ("v", &self.v),
-                ("omega", &self.omega),
-            ],
-        )
-    }
-}
+// Bounded by the limits, the product of count and steps cannot overflow.
+checks! { set: CandidateSet {
+    dt: positive;
+    count: count(0, MAX_CANDIDATES);
+    steps: count(1, MAX_STEPS);
+    id: exactly(set.count as usize);
+    x, y, heading, v, omega: array(set.count as usize * set.steps as usize);
+}}

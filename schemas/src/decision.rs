@@ -1,11 +1,9 @@
 //! What the arbiter decides and what the driver makes of it.
 
 use crate::array::F64Array;
-use crate::check;
-use crate::limits::MAX_LIST;
-use crate::message::Validate;
+use crate::check::{array, checks, keys, length, list, non_negative, number, part, positive};
+use crate::limits::{MAX_LIST, MAX_STEPS};
 use crate::reason::{CommandReason, Degradation, Reason};
-use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -79,20 +77,17 @@ pub struct Decision {
     pub elapsed_us: u64,
 }
 
-impl Validate for Decision {
-    fn validate(&self) -> Result<(), Reject> {
-        check::number("uncertainty", self.uncertainty)?;
-        check::part("reason", &self.reason)?;
-        let states = [&self.x, &self.y, &self.heading, &self.v, &self.omega];
-        check::trajectory(self.stamp, self.valid_for_s, self.dt, states)?;
-        if self.x.is_empty() && self.action != Action::Stop {
-            return Err(Refusal::TooFew { found: 0, least: 1 }.at("x"));
-        }
-        check::ids("evaluated", self.evaluated.keys(), MAX_LIST)?;
-        check::at_most("degraded", self.degraded.len(), MAX_LIST)?;
-        self.degraded.iter().try_for_each(|degradation| check::part("degraded", degradation))
-    }
-}
+checks! { decision: Decision {
+    uncertainty: number;
+    reason: part;
+    stamp: number;
+    valid_for_s: non_negative;
+    dt: positive;
+    x: length(usize::from(decision.action != Action::Stop), MAX_STEPS);
+    x, y, heading, v, omega: array(decision.x.len());
+    evaluated: keys(MAX_LIST);
+    degraded: list(MAX_LIST, part);
+}}
 
 /// What the base is to do now, and what becomes of the newest decision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -115,8 +110,6 @@ pub struct Twist {
     pub since: f64,
 }
 
-impl Validate for Twist {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp), ("v", self.v), ("omega", self.omega), ("since", self.since)])
-    }
-}
+checks! { twist: Twist {
+    stamp, v, omega, since: number;
+}}

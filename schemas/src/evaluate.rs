@@ -2,12 +2,10 @@
 
 use crate::array::F64Array;
 use crate::candidates::CandidateSet;
-use crate::check;
+use crate::check::{checks, count, id, length, number, numbers, parameters, part};
 use crate::limits::{MAX_BUDGET_MS, MAX_CANDIDATES};
 use crate::map::MapId;
-use crate::message::Validate;
 use crate::model::{LaserModel, OdometryNoise, RobotModel};
-use crate::reject::Reject;
 use crate::scene::Scene;
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
@@ -44,18 +42,16 @@ pub struct EvaluateRequest {
     pub params: Value,
 }
 
-impl Validate for EvaluateRequest {
-    fn validate(&self) -> Result<(), Reject> {
-        check::at_most("budget_ms", self.budget_ms as usize, MAX_BUDGET_MS as usize)?;
-        check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
-        check::part("laser", &self.laser)?;
-        check::part("robot_model", &self.robot_model)?;
-        check::part("odometry_noise", &self.odometry_noise)?;
-        check::part("scene", &self.scene)?;
-        check::part("candidates", &self.candidates)?;
-        check::parameters("params", &self.params)
-    }
-}
+checks! { request: EvaluateRequest {
+    budget_ms: count(0, MAX_BUDGET_MS as usize);
+    goal_x, goal_y: number;
+    laser: part;
+    robot_model: part;
+    odometry_noise: part;
+    scene: part;
+    candidates: part;
+    params: parameters;
+}}
 
 /// Raw costs of a shard, one per candidate, in its order; lower is better.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,12 +74,10 @@ pub struct Scores {
     pub slots: u32,
 }
 
-impl Validate for Scores {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("term", &self.term)?;
-        check::one_to("slots", self.slots as usize, MAX_CANDIDATES)?;
-        check::id("instance", &self.instance)?;
-        check::at_most("cost", self.cost.len(), MAX_CANDIDATES)?;
-        check::array_numbers("cost", &self.cost)
-    }
-}
+checks! { scores: Scores {
+    term: id;
+    slots: count(1, MAX_CANDIDATES);
+    instance: id;
+    cost: length(0, MAX_CANDIDATES);
+    cost: numbers;
+}}

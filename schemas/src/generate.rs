@@ -1,12 +1,10 @@
 //! Asking a generator for candidates.
 
 use crate::candidates::CandidateSet;
-use crate::check;
+use crate::check::{checks, count, id, number, optional, parameters, part};
 use crate::limits::MAX_BUDGET_MS;
 use crate::map::MapId;
-use crate::message::Validate;
 use crate::model::{LaserModel, RobotModel};
-use crate::reject::Reject;
 use crate::scene::Scene;
 use crate::tree::Tree;
 use ciborium::Value;
@@ -46,20 +44,16 @@ pub struct GenerateRequest {
     pub params: Value,
 }
 
-impl Validate for GenerateRequest {
-    fn validate(&self) -> Result<(), Reject> {
-        check::at_most("budget_ms", self.budget_ms as usize, MAX_BUDGET_MS as usize)?;
-        check::id("generator", &self.generator)?;
-        check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
-        check::part("scene", &self.scene)?;
-        if let Some(tree) = &self.tree {
-            check::part("tree", tree)?;
-        }
-        check::part("robot_model", &self.robot_model)?;
-        check::part("laser", &self.laser)?;
-        check::parameters("params", &self.params)
-    }
-}
+checks! { request: GenerateRequest {
+    budget_ms: count(0, MAX_BUDGET_MS as usize);
+    generator: id;
+    goal_x, goal_y: number;
+    scene: part;
+    tree: optional(part);
+    robot_model: part;
+    laser: part;
+    params: parameters;
+}}
 
 /// Candidates, and the tree to hand back next time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -80,10 +74,8 @@ pub struct GenerateReply {
     pub cut: bool,
 }
 
-impl Validate for GenerateReply {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("instance", &self.instance)?;
-        check::part("candidates", &self.candidates)?;
-        check::part("tree", &self.tree)
-    }
-}
+checks! { reply: GenerateReply {
+    instance: id;
+    candidates: part;
+    tree: part;
+}}

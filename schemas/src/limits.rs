@@ -9,7 +9,7 @@ pub(crate) const MIB: usize = 1024 * KIB;
 pub const MAX_BUDGET_MS: u32 = 10_000;
 /// Candidates in a batch: twice the 2000 of Nav2 MPPI, the largest batch the planner is budgeted for.
 pub const MAX_CANDIDATES: usize = 4096;
-/// States in a candidate: 56 are used at most (5.6 s at 10 Hz); 256 leaves room for long horizons.
+/// States in a candidate: a profile of ours has 57 (17.1 s); 256 leaves room for long horizons.
 pub const MAX_STEPS: usize = 256;
 /// People in a message: far more than a laser and a camera can track, few enough for a quadratic step.
 pub const MAX_PEOPLE: usize = 1024;
@@ -31,7 +31,8 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles, degradations, warmed maps or metrics, and of measures of a run.
+/// Entries in a list of roles or degradations, of what a service is prepared for (of the 68 maps and fields that a replica
+/// keeps, its status has the first), and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.
 pub const MAX_METRICS: usize = 512;

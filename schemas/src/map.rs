@@ -1,11 +1,9 @@
 //! Maps, named by the hash of their content.
 
 use crate::array::I8Array;
-use crate::check;
+use crate::check::{checks, count, each, part, positive, shape, size, within};
 use crate::limits::MAX_MAP_CELLS;
-use crate::message::Validate;
 use crate::model::Pose;
-use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -79,24 +77,19 @@ impl OccupancyGrid {
     }
 }
 
-impl Validate for OccupancyGrid {
-    fn validate(&self) -> Result<(), Reject> {
-        check::positive(&[("resolution", self.resolution)])?;
-        check::part("origin", &self.origin)?;
-        check::one_to("width", self.width as usize, MAX_MAP_CELLS)?;
-        check::one_to("height", self.height as usize, MAX_MAP_CELLS)?;
+checks! { grid: OccupancyGrid {
+    resolution: positive;
+    origin: part;
+    width, height: count(1, MAX_MAP_CELLS);
+    cells: |field: &str, cells: &I8Array| {
         // Two factors of 16 million each fit in 64 bits.
-        let cells = u64::from(self.width) * u64::from(self.height);
-        check::at_most("cells", usize::try_from(cells).unwrap_or(usize::MAX), MAX_MAP_CELLS)?;
-        check::length("cells", self.cells.len(), cells as usize)?;
-        match self.cells.iter().position(|cell| !(-1..=100).contains(cell)) {
-            Some(index) => {
-                check::within(&format!("cells[{index}]"), f64::from(self.cells[index]), -1.0, 100.0)
-            }
-            None => Ok(()),
-        }
-    }
-}
+        let expected = u64::from(grid.width) * u64::from(grid.height);
+        let expected = usize::try_from(expected).unwrap_or(usize::MAX);
+        size(field, expected, 0, MAX_MAP_CELLS)?;
+        shape(field, cells.len(), expected)
+    };
+    cells: each(within(-1.0, 100.0));
+}}
 
 #[cfg(test)]
 mod tests {

@@ -1,11 +1,11 @@
 //! What the arbiter carries from one cycle into the next.
 
 use crate::array::{F64Array, U32Array};
-use crate::check;
+use crate::check::{
+    array, ascending, checks, id, length, list, non_negative, number, optional, part, positive, text,
+};
 use crate::decision::Twist;
 use crate::limits::{MAX_PEOPLE, MAX_STEPS, MAX_TREES};
-use crate::message::Validate;
-use crate::reject::{Refusal, Reject};
 use crate::tree::Tree;
 use serde::{Deserialize, Serialize};
 
@@ -38,24 +38,15 @@ pub struct Memory {
     pub trees: Vec<Tree>,
 }
 
-impl Validate for Memory {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("robot", &self.robot)?;
-        check::text("version", &self.version)?;
-        check::at_most("members", self.members.len(), MAX_PEOPLE)?;
-        if !self.members.is_sorted_by(|a, b| a < b) {
-            return Err(Refusal::NotAscending.at("members"));
-        }
-        if let Some(previous) = &self.previous {
-            check::part("previous", previous)?;
-        }
-        if let Some(driven) = &self.driven {
-            check::part("driven", driven)?;
-        }
-        check::at_most("trees", self.trees.len(), MAX_TREES)?;
-        self.trees.iter().try_for_each(|tree| check::part("trees", tree))
-    }
-}
+checks! { memory: Memory {
+    robot: id;
+    version: text;
+    members: length(0, MAX_PEOPLE);
+    members: ascending;
+    previous: optional(part);
+    driven: optional(part);
+    trees: list(MAX_TREES, part);
+}}
 
 /// A trajectory that an earlier cycle has chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -82,10 +73,10 @@ pub struct Previous {
     pub omega: F64Array,
 }
 
-impl Validate for Previous {
-    fn validate(&self) -> Result<(), Reject> {
-        let states = [&self.x, &self.y, &self.heading, &self.v, &self.omega];
-        check::trajectory(self.stamp, self.valid_for_s, self.dt, states)?;
-        check::one_to("x", self.x.len(), MAX_STEPS)
-    }
-}
+checks! { previous: Previous {
+    stamp: number;
+    valid_for_s: non_negative;
+    dt: positive;
+    x: length(1, MAX_STEPS);
+    x, y, heading, v, omega: array(previous.x.len());
+}}

@@ -1,7 +1,9 @@
 //! What a robot is to do, and how to ask for it.
 
 use crate::array::F64Array;
-use crate::check;
+use crate::check::{
+    checks, count, covariance, id, list, number, optional, parameters, part, positive, within,
+};
 use crate::limits::MAX_LIST;
 use crate::map::MapId;
 use crate::message::Validate;
@@ -76,54 +78,41 @@ pub struct Mission {
     pub end: Option<MissionEnd>,
 }
 
-impl Validate for MissionOrder {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("robot", &self.robot)?;
-        check::part("initial_pose", &self.initial_pose)?;
-        check::covariance("initial_covariance", &self.initial_covariance)?;
-        check::numbers(&[("goal_x", self.goal_x), ("goal_y", self.goal_y)])?;
-        check::optional("goal_heading", self.goal_heading)?;
-        check::parameters("profile", &self.profile)?;
-        check::parameters("localizer", &self.localizer)?;
-        check::part("laser", &self.laser)?;
-        check::part("robot_model", &self.robot_model)?;
-        check::part("odometry_noise", &self.odometry_noise)?;
-        check::positive(&[
-            ("goal_tolerance", self.goal_tolerance),
-            ("time_scale", self.time_scale),
-            ("tick_s", self.tick_s),
-        ])?;
-        check::within("tick_s", self.tick_s, 0.001, 10.0)?;
-        check::within("time_scale", self.time_scale, 0.001, 1000.0)?;
-        check::one_to("plan_every", self.plan_every as usize, u32::MAX as usize)?;
-        check::ids("require", self.require.iter(), MAX_LIST)
-    }
-}
+checks! { order: MissionOrder {
+    robot: id;
+    initial_pose: part;
+    initial_covariance: covariance;
+    goal_x, goal_y: number;
+    goal_heading: optional(number);
+    profile, localizer: parameters;
+    laser: part;
+    robot_model: part;
+    odometry_noise: part;
+    goal_tolerance, time_scale, tick_s: positive;
+    tick_s: within(0.001, 10.0);
+    time_scale: within(0.001, 1000.0);
+    plan_every: count(1, u32::MAX as usize);
+    require: list(MAX_LIST, id);
+}}
 
-impl Validate for Mission {
-    fn validate(&self) -> Result<(), Reject> {
-        check::part("order", &self.order)?;
-        check::ids("ready", self.ready.iter(), MAX_LIST)?;
-        self.end.as_ref().map_or(Ok(()), |end| check::part("end", end))
-    }
-}
+checks! { mission: Mission {
+    order: part;
+    ready: list(MAX_LIST, id);
+    end: optional(part);
+}}
 
 /// A request about a robot's mission; the reply is the [`Mission`] as it is then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "CommandFields", into = "CommandFields")]
+#[serde(tag = "kind", rename_all = "snake_case", try_from = "CommandFields")]
+#[expect(missing_docs, reason = "the text of each command says what its fields are")]
 pub enum MissionCommand {
     /// Begin this mission.
-    Set {
-        /// What to do.
-        order: Box<MissionOrder>,
-    },
-    /// Go elsewhere on the same map.
+    Set { order: Box<MissionOrder> },
+    /// Go elsewhere on the same map: m in the map frame, and rad, absent if any heading will do.
     Goal {
-        /// Map frame, m.
         x: f64,
-        /// Map frame, m.
         y: f64,
-        /// Rad; absent if any will do.
+        #[serde(skip_serializing_if = "Option::is_none")]
         heading: Option<f64>,
     },
     /// Halt.
@@ -132,34 +121,23 @@ pub enum MissionCommand {
     Resume,
     /// Give up.
     Cancel,
-    /// The run is over.
-    Finish {
-        /// Of which revision.
-        revision: u64,
-        /// How it ended.
-        end: MissionEnd,
-    },
+    /// The run of this revision is over.
+    Finish { revision: u64, end: MissionEnd },
 }
 
-/// The map that a command is on the wire. Serde's own tagged enums cannot hold CBOR tags.
-#[derive(Serialize, Deserialize)]
+/// What is read of a command. Serde reads a tagged enum through a buffer, which cannot hold CBOR tags.
+#[derive(Deserialize)]
 struct CommandFields {
     kind: CommandKind,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     order: Option<Box<MissionOrder>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     x: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     heading: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     revision: Option<u64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     end: Option<MissionEnd>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum CommandKind {
     Set,
@@ -170,42 +148,22 @@ enum CommandKind {
     Finish,
 }
 
-impl From<MissionCommand> for CommandFields {
-    fn from(command: MissionCommand) -> Self {
-        let of =
-            |kind| Self { kind, order: None, x: None, y: None, heading: None, revision: None, end: None };
-        match command {
-            MissionCommand::Set { order } => Self { order: Some(order), ..of(CommandKind::Set) },
-            MissionCommand::Goal { x, y, heading } => {
-                Self { x: Some(x), y: Some(y), heading, ..of(CommandKind::Goal) }
-            }
-            MissionCommand::Pause => of(CommandKind::Pause),
-            MissionCommand::Resume => of(CommandKind::Resume),
-            MissionCommand::Cancel => of(CommandKind::Cancel),
-            MissionCommand::Finish { revision, end } => {
-                Self { revision: Some(revision), end: Some(end), ..of(CommandKind::Finish) }
-            }
-        }
-    }
-}
-
 impl TryFrom<CommandFields> for MissionCommand {
     type Error = &'static str;
 
     fn try_from(fields: CommandFields) -> Result<Self, Self::Error> {
-        Ok(match fields.kind {
-            CommandKind::Set => Self::Set { order: fields.order.ok_or("`set` needs `order`")? },
-            CommandKind::Goal => Self::Goal {
-                x: fields.x.ok_or("`goal` needs `x`")?,
-                y: fields.y.ok_or("`goal` needs `y`")?,
-                heading: fields.heading,
-            },
+        let CommandFields { kind, order, x, y, heading, revision, end } = fields;
+        Ok(match kind {
+            CommandKind::Set => Self::Set { order: order.ok_or("`set` needs `order`")? },
+            CommandKind::Goal => {
+                Self::Goal { x: x.ok_or("`goal` needs `x`")?, y: y.ok_or("`goal` needs `y`")?, heading }
+            }
             CommandKind::Pause => Self::Pause,
             CommandKind::Resume => Self::Resume,
             CommandKind::Cancel => Self::Cancel,
             CommandKind::Finish => Self::Finish {
-                revision: fields.revision.ok_or("`finish` needs `revision`")?,
-                end: fields.end.ok_or("`finish` needs `end`")?,
+                revision: revision.ok_or("`finish` needs `revision`")?,
+                end: end.ok_or("`finish` needs `end`")?,
             },
         })
     }
@@ -214,13 +172,14 @@ impl TryFrom<CommandFields> for MissionCommand {
 impl Validate for MissionCommand {
     fn validate(&self) -> Result<(), Reject> {
         match self {
-            Self::Set { order } => check::part("order", order.as_ref()),
+            Self::Set { order } => part("order", order.as_ref()),
             Self::Goal { x, y, heading } => {
-                check::numbers(&[("x", *x), ("y", *y)])?;
-                check::optional("heading", *heading)
+                number("x", x)?;
+                number("y", y)?;
+                optional(number)("heading", heading)
             }
             Self::Pause | Self::Resume | Self::Cancel => Ok(()),
-            Self::Finish { end, .. } => check::part("end", end),
+            Self::Finish { end, .. } => part("end", end),
         }
     }
 }
@@ -239,10 +198,7 @@ pub struct Readiness {
     pub refused: Option<Reject>,
 }
 
-impl Validate for Readiness {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("role", &self.role)?;
-        check::id("instance", &self.instance)?;
-        self.refused.as_ref().map_or(Ok(()), |reject| check::part("refused", reject))
-    }
-}
+checks! { readiness: Readiness {
+    role, instance: id;
+    refused: optional(part);
+}}

@@ -1,7 +1,7 @@
 //! What a robot is: pose, footprint, limits of motion, laser, odometry noise.
 
 use crate::array::F64Array;
-use crate::check;
+use crate::check::{array, checks, count, length, non_negative, number, part, positive, within};
 use crate::limits::{MAX_BEAMS, MAX_VERTICES};
 use crate::message::Validate;
 use crate::reject::Reject;
@@ -18,68 +18,43 @@ pub struct Pose {
     pub heading: f64,
 }
 
-impl Validate for Pose {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("x", self.x), ("y", self.y), ("heading", self.heading)])
-    }
-}
+checks! { pose: Pose {
+    x, y, heading: number;
+}}
 
 /// Outline of the robot around its centre of rotation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "FootprintWire", into = "FootprintWire")]
+#[serde(tag = "kind", rename_all = "snake_case", try_from = "FootprintFields")]
+#[expect(missing_docs, reason = "the text of each outline says what its fields are")]
 pub enum Footprint {
-    /// A disc.
-    Disc {
-        /// Metres.
-        radius: f64,
-    },
-    /// A polygon, in the robot frame, counter-clockwise, three vertices or more.
-    Polygon {
-        /// Metres, one a vertex.
-        x: F64Array,
-        /// Metres, one a vertex.
-        y: F64Array,
-    },
+    /// A disc of this radius, m.
+    Disc { radius: f64 },
+    /// A polygon, in the robot frame, counter-clockwise: x and y of its three vertices or more, m.
+    Polygon { x: F64Array, y: F64Array },
 }
 
-/// The map a footprint is on the wire. Serde's own tagged enums cannot hold CBOR tags.
-#[derive(Serialize, Deserialize)]
-struct FootprintWire {
+/// What is read of a footprint. Serde reads a tagged enum through a buffer, which cannot hold CBOR tags.
+#[derive(Deserialize)]
+struct FootprintFields {
     kind: FootprintKind,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     x: Option<F64Array>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     y: Option<F64Array>,
 }
 
-#[derive(Serialize, Deserialize)]
+#[derive(Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum FootprintKind {
     Disc,
     Polygon,
 }
 
-impl From<Footprint> for FootprintWire {
-    fn from(footprint: Footprint) -> Self {
-        match footprint {
-            Footprint::Disc { radius } => {
-                Self { kind: FootprintKind::Disc, radius: Some(radius), x: None, y: None }
-            }
-            Footprint::Polygon { x, y } => {
-                Self { kind: FootprintKind::Polygon, radius: None, x: Some(x), y: Some(y) }
-            }
-        }
-    }
-}
-
-impl TryFrom<FootprintWire> for Footprint {
+impl TryFrom<FootprintFields> for Footprint {
     type Error = &'static str;
 
-    fn try_from(wire: FootprintWire) -> Result<Self, Self::Error> {
-        match (wire.kind, wire.radius, wire.x, wire.y) {
-            (FootprintKind::Disc, Some(radius), _, _) => Ok(Self::Disc { radius }),
+    fn try_from(fields: FootprintFields) -> Result<Self, Self::Error> {
+        match (fields.kind, fields.radius, fields.x, fields.y) {
+            (FootprintKind::Disc, Some(radius), ..) => Ok(Self::Disc { radius }),
             (FootprintKind::Polygon, _, Some(x), Some(y)) => Ok(Self::Polygon { x, y }),
             (FootprintKind::Disc, ..) => Err("a disc footprint needs `radius`"),
             (FootprintKind::Polygon, ..) => Err("a polygon footprint needs `x` and `y`"),
@@ -90,11 +65,11 @@ impl TryFrom<FootprintWire> for Footprint {
 impl Validate for Footprint {
     fn validate(&self) -> Result<(), Reject> {
         match self {
-            Self::Disc { radius } => check::positive(&[("radius", *radius)]),
+            Self::Disc { radius } => positive("radius", radius),
             Self::Polygon { x, y } => {
-                check::at_most("x", x.len(), MAX_VERTICES)?;
-                check::at_least("x", x.len(), 3)?;
-                check::arrays(x.len(), &[("x", x), ("y", y)])
+                length(3, MAX_VERTICES)("x", x)?;
+                array(x.len())("x", x)?;
+                array(x.len())("y", y)
             }
         }
     }
@@ -115,17 +90,10 @@ pub struct RobotModel {
     pub alpha_max: f64,
 }
 
-impl Validate for RobotModel {
-    fn validate(&self) -> Result<(), Reject> {
-        check::part("footprint", &self.footprint)?;
-        check::positive(&[
-            ("v_max", self.v_max),
-            ("a_max", self.a_max),
-            ("omega_max", self.omega_max),
-            ("alpha_max", self.alpha_max),
-        ])
-    }
-}
+checks! { robot: RobotModel {
+    footprint: part;
+    v_max, a_max, omega_max, alpha_max: positive;
+}}
 
 /// A planar laser range finder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -142,17 +110,14 @@ pub struct LaserModel {
     pub range_sigma: f64,
 }
 
-impl Validate for LaserModel {
-    fn validate(&self) -> Result<(), Reject> {
-        check::part("robot_from_laser", &self.robot_from_laser)?;
-        check::positive(&[("fov", self.fov), ("range_max", self.range_max)])?;
-        check::non_negative(&[("range_sigma", self.range_sigma)])?;
-        check::at_most("beams", self.beams as usize, MAX_BEAMS)?;
-        check::at_least("beams", self.beams as usize, 2)?;
-        // A little more than a turn, so that a full turn survives rounding to single precision.
-        check::within("fov", self.fov, 0.0, std::f64::consts::TAU + 1e-6)
-    }
-}
+// The field of view may be a little more than a turn, so that a full turn survives rounding to single precision.
+checks! { laser: LaserModel {
+    robot_from_laser: part;
+    fov, range_max: positive;
+    range_sigma: non_negative;
+    beams: count(2, MAX_BEAMS);
+    fov: within(0.0, std::f64::consts::TAU + 1e-6);
+}}
 
 /// Odometry noise as variance per distance travelled, so that it does not depend on the step length.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -167,13 +132,6 @@ pub struct OdometryNoise {
     pub heading_per_radian: f64,
 }
 
-impl Validate for OdometryNoise {
-    fn validate(&self) -> Result<(), Reject> {
-        check::non_negative(&[
-            ("position_per_metre", self.position_per_metre),
-            ("position_per_radian", self.position_per_radian),
-            ("heading_per_metre", self.heading_per_metre),
-            ("heading_per_radian", self.heading_per_radian),
-        ])
-    }
-}
+checks! { noise: OdometryNoise {
+    position_per_metre, position_per_radian, heading_per_metre, heading_per_radian: non_negative;
+}}

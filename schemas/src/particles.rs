@@ -1,10 +1,8 @@
 //! What the localiser's belief is made of, for those who look on.
 
 use crate::array::F32Array;
-use crate::check;
+use crate::check::{array, checks, each, length, non_negative, number};
 use crate::limits::MAX_PARTICLES;
-use crate::message::Validate;
-use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 
 /// Poses the robot may have, map frame; arrays have one entry a particle. Nothing is decided by it.
@@ -24,18 +22,9 @@ pub struct Particles {
     pub weight: F32Array,
 }
 
-impl Validate for Particles {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp)])?;
-        let count = self.x.len();
-        check::at_most("x", count, MAX_PARTICLES)?;
-        let parts = [("x", &self.x), ("y", &self.y), ("heading", &self.heading), ("weight", &self.weight)];
-        parts.into_iter().try_for_each(|(field, array)| check::array_f32(field, array, count))?;
-        match self.weight.iter().position(|weight| *weight < 0.0) {
-            Some(index) => {
-                check::non_negative(&[(&format!("weight[{index}]"), f64::from(self.weight[index]))])
-            }
-            None => Ok(()),
-        }
-    }
-}
+checks! { particles: Particles {
+    stamp: number;
+    x: length(0, MAX_PARTICLES);
+    x, y, heading, weight: array(particles.x.len());
+    weight: each(non_negative);
+}}

@@ -1,9 +1,10 @@
 //! Why something happened, as a code with its parameters. [`crate::words`] makes a sentence of it where a person reads.
 //!
 //! On the wire a reason is a map whose key `code` says which parameters the other keys hold. Programs match the code and
-//! never a sentence.
+//! never a sentence. No parameter is a typed array: serde reads an enum with a tag of its own (`code`) through a buffer,
+//! which cannot hold CBOR tags.
 
-use crate::check;
+use crate::check::{id, non_negative, part};
 use crate::message::Validate;
 use crate::mission_state::MissionState;
 use crate::reject::Reject;
@@ -14,29 +15,16 @@ use strum::{IntoStaticStr, VariantNames};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Rejection {
-    /// An active term has no score for it.
-    NotScored {
-        /// The first such term.
-        term: String,
-    },
-    /// It leaps farther than the robot can drive in one step.
-    Unreachable {
-        /// Index of the state that it leaps to.
-        step: u32,
-    },
-    /// It runs into a wall.
-    HitsWall {
-        /// Seconds after the scene's stamp.
-        after_s: f64,
-    },
-    /// It runs into a person.
-    HitsPerson {
-        /// The person's id.
-        person: u32,
-        /// Seconds after the scene's stamp.
-        after_s: f64,
-    },
+    /// It has no score of an active term; this is the first such term.
+    NotScored { term: String },
+    /// It leaps farther than the robot can drive in one step, to the state of this index.
+    Unreachable { step: u32 },
+    /// It runs into a wall so many seconds after the scene's stamp.
+    HitsWall { after_s: f64 },
+    /// It runs into the person of this id so many seconds after the scene's stamp.
+    HitsPerson { person: u32, after_s: f64 },
     /// It is slow, and a faster candidate is free.
     Slow,
 }
@@ -44,10 +32,8 @@ pub enum Rejection {
 impl Validate for Rejection {
     fn validate(&self) -> Result<(), Reject> {
         match self {
-            Self::NotScored { term } => check::id("term", term),
-            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => {
-                check::non_negative(&[("after_s", *after_s)])
-            }
+            Self::NotScored { term } => id("term", term),
+            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => non_negative("after_s", after_s),
             Self::Unreachable { .. } | Self::Slow => Ok(()),
         }
     }
@@ -57,6 +43,7 @@ impl Validate for Rejection {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, VariantNames)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum PreviousState {
     /// Its tail is valid and free, so the robot follows it.
     Held,
@@ -64,33 +51,20 @@ pub enum PreviousState {
     Absent,
     /// It is no longer valid.
     Expired,
-    /// The robot is too far from it.
-    Strayed {
-        /// Metres.
-        distance_m: f64,
-    },
-    /// It runs into a wall.
-    HitsWall {
-        /// Seconds after the scene's stamp.
-        after_s: f64,
-    },
-    /// It runs into a person.
-    HitsPerson {
-        /// The person's id.
-        person: u32,
-        /// Seconds after the scene's stamp.
-        after_s: f64,
-    },
+    /// The robot is so many metres from it, which is too far.
+    Strayed { distance_m: f64 },
+    /// It runs into a wall so many seconds after the scene's stamp.
+    HitsWall { after_s: f64 },
+    /// It runs into the person of this id so many seconds after the scene's stamp.
+    HitsPerson { person: u32, after_s: f64 },
 }
 
 impl Validate for PreviousState {
     fn validate(&self) -> Result<(), Reject> {
-        match *self {
+        match self {
             Self::Held | Self::Absent | Self::Expired => Ok(()),
-            Self::Strayed { distance_m } => check::non_negative(&[("distance_m", distance_m)]),
-            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => {
-                check::non_negative(&[("after_s", after_s)])
-            }
+            Self::Strayed { distance_m } => non_negative("distance_m", distance_m),
+            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => non_negative("after_s", after_s),
         }
     }
 }
@@ -99,6 +73,7 @@ impl Validate for PreviousState {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Reason {
     /// The believed position is at the goal.
     Arrived,
@@ -107,27 +82,13 @@ pub enum Reason {
     /// Only slow candidates are free; the one of least cost is followed.
     OnlySlowFree,
     /// There are no candidates.
-    NoCandidates {
-        /// What came of the previous trajectory.
-        previous: PreviousState,
-    },
-    /// No candidate is scored by every active term.
-    NotScored {
-        /// The first term that is missing.
-        term: String,
-        /// What came of the previous trajectory.
-        previous: PreviousState,
-    },
+    NoCandidates { previous: PreviousState },
+    /// No candidate is scored by every active term; `term` is the first that is missing.
+    NotScored { term: String, previous: PreviousState },
     /// Every scored candidate is unreachable or collides.
-    NoneFree {
-        /// What came of the previous trajectory.
-        previous: PreviousState,
-    },
-    /// The mission is not running.
-    MissionNotRunning {
-        /// Where it stands.
-        state: MissionState,
-    },
+    NoneFree { previous: PreviousState },
+    /// The mission stands where it is not running.
+    MissionNotRunning { state: MissionState },
     /// The arbiter is not prepared for the mission.
     NotPrepared,
     /// No recent message says where people are.
@@ -140,12 +101,10 @@ impl Validate for Reason {
     fn validate(&self) -> Result<(), Reject> {
         match self {
             Self::NotScored { term, previous } => {
-                check::id("term", term)?;
-                check::part("previous", previous)
+                id("term", term)?;
+                part("previous", previous)
             }
-            Self::NoCandidates { previous } | Self::NoneFree { previous } => {
-                check::part("previous", previous)
-            }
+            Self::NoCandidates { previous } | Self::NoneFree { previous } => part("previous", previous),
             _ => Ok(()),
         }
     }
@@ -155,22 +114,14 @@ impl Validate for Reason {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Degradation {
     /// No replica has scored the term; the arbiter did.
-    EvaluatedLocally {
-        /// Which term.
-        term: String,
-    },
+    EvaluatedLocally { term: String },
     /// Some candidates have no score under the term.
-    PartlyEvaluated {
-        /// Which term.
-        term: String,
-    },
+    PartlyEvaluated { term: String },
     /// No candidate has a score under the term.
-    NotEvaluated {
-        /// Which term.
-        term: String,
-    },
+    NotEvaluated { term: String },
     /// No generator answered for some tree; the arbiter grew it.
     GeneratedLocally,
     /// Some trees were not grown.
@@ -199,7 +150,7 @@ impl Validate for Degradation {
         match self {
             Self::EvaluatedLocally { term }
             | Self::PartlyEvaluated { term }
-            | Self::NotEvaluated { term } => check::id("term", term),
+            | Self::NotEvaluated { term } => id("term", term),
             _ => Ok(()),
         }
     }
@@ -262,6 +213,7 @@ impl CommandReason {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum MissionEnd {
     /// The robot is at the goal.
     Reached,
@@ -271,31 +223,21 @@ pub enum MissionEnd {
     Lost,
     /// A client asked for it.
     Cancelled,
-    /// A required role cannot prepare for it.
-    Unprepared {
-        /// Which role.
-        role: String,
-        /// Which instance of it.
-        instance: String,
-        /// Why.
-        reject: Reject,
-    },
+    /// This instance of a required role cannot prepare for it.
+    Unprepared { role: String, instance: String, reject: Reject },
     /// The world that the robot drives in failed.
-    WorldFailed {
-        /// Why.
-        reject: Reject,
-    },
+    WorldFailed { reject: Reject },
 }
 
 impl Validate for MissionEnd {
     fn validate(&self) -> Result<(), Reject> {
         match self {
             Self::Unprepared { role, instance, reject } => {
-                check::id("role", role)?;
-                check::id("instance", instance)?;
-                check::part("reject", reject)
+                id("role", role)?;
+                id("instance", instance)?;
+                part("reject", reject)
             }
-            Self::WorldFailed { reject } => check::part("reject", reject),
+            Self::WorldFailed { reject } => part("reject", reject),
             _ => Ok(()),
         }
     }

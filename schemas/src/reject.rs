@@ -38,91 +38,39 @@ pub enum CborFault {
     UnassignedSimple,
 }
 
-/// What is wrong with a request, or with the service that cannot serve it now.
+/// What is wrong with a request, or with the service that cannot serve it now. `found` is what was received; `detail` is
+/// free text for a person, cut to [`MAX_TEXT`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Refusal {
     /// The bytes are more than the message may have.
-    Oversize {
-        /// Bytes received.
-        found: u64,
-        /// Bytes allowed.
-        most: u64,
-    },
-    /// The encoding string is that of another message or of another version of the contract.
-    WrongEncoding {
-        /// The encoding received, cut to what a text may be.
-        found: String,
-        /// The encoding that the key takes.
-        expected: String,
-    },
-    /// The bytes are not one CBOR item of definite length.
-    Malformed {
-        /// Where, in bytes from the start.
-        offset: u64,
-        /// What is wrong there.
-        fault: CborFault,
-    },
+    Oversize { found: u64, most: u64 },
+    /// The encoding string (cut to what a text may be) is that of another message or of another version of the contract.
+    WrongEncoding { found: String, expected: String },
+    /// The bytes are not one CBOR item of definite length: what is wrong, so many bytes from the start.
+    Malformed { offset: u64, fault: CborFault },
     /// The CBOR item lacks a field of the message, or a field has another type.
-    WrongStructure {
-        /// What the deserialiser says, for a person.
-        detail: String,
-    },
+    WrongStructure { detail: String },
     /// A number is not finite, or larger in magnitude than anything physical.
     NotFinite,
     /// A number is not within its range.
-    OutOfRange {
-        /// The number.
-        found: f64,
-        /// The least that is allowed.
-        least: f64,
-        /// The most that is allowed.
-        most: f64,
-    },
+    OutOfRange { found: f64, least: f64, most: f64 },
     /// A number is not greater than zero.
-    NotPositive {
-        /// The number.
-        found: f64,
-    },
+    NotPositive { found: f64 },
     /// A list or array has another length than its shape says.
-    WrongLength {
-        /// Its length.
-        found: u64,
-        /// What its shape says.
-        expected: u64,
-    },
+    WrongLength { found: u64, expected: u64 },
     /// A list, array or text is longer than it may be.
-    TooMany {
-        /// Its length.
-        found: u64,
-        /// The most that is allowed.
-        most: u64,
-    },
+    TooMany { found: u64, most: u64 },
     /// A list, array or text is shorter than it must be.
-    TooFew {
-        /// Its length.
-        found: u64,
-        /// The least that is allowed.
-        least: u64,
-    },
-    /// A text cannot be a name: 1 to 64 of `a-z 0-9 _ -`.
-    NotAName {
-        /// The text, cut to what a name may be.
-        found: String,
-    },
-    /// A name stands for nothing that this service knows.
-    UnknownName {
-        /// The name.
-        found: String,
-        /// The names it knows.
-        known: Vec<String>,
-    },
+    TooFew { found: u64, least: u64 },
+    /// A text (cut to what a name may be) cannot be a name: 1 to 64 of `a-z 0-9 _ -`.
+    NotAName { found: String },
+    /// A name stands for nothing that this service knows; these it knows.
+    UnknownName { found: String, known: Vec<String> },
     /// An index points to nothing.
-    NoSuchIndex {
-        /// The index.
-        found: u64,
-    },
+    NoSuchIndex { found: u64 },
     /// The parents of a tree's nodes form a cycle.
     CyclicParents,
     /// The numbers of a list do not rise.
@@ -131,36 +79,22 @@ pub enum Refusal {
     WrongFrame,
     /// A value of free form is not a map with text keys.
     NotAMap,
-    /// A file's name is not a relative path of plain names.
-    UnsafePath {
-        /// The name, cut.
-        found: String,
-    },
+    /// A file's name (cut) is not a relative path of plain names.
+    UnsafePath { found: String },
     /// A text is not 64 lower-case hexadecimal digits.
     NotAHash,
     /// The key is asked without a payload.
     UnexpectedPayload,
-    /// The robot named in the question's key is not a plain name, or is another than the service's.
+    /// The last chunk of a question's key is not a plain name, so it is not the name of the robot that asks.
     WrongRobot,
-    /// The goal cannot be reached from the start.
-    UnreachableGoal {
-        /// m, map frame.
-        x: f64,
-        /// m, map frame.
-        y: f64,
-    },
+    /// The goal, m in the map frame, cannot be reached from the start.
+    UnreachableGoal { x: f64, y: f64 },
     /// What was served as this map has another content.
     WrongMap,
     /// A file that the scenario names was not sent with it.
-    MissingFile {
-        /// Its name.
-        found: String,
-    },
-    /// A parameter or file has a value that it may not have.
-    Invalid {
-        /// What is wrong and what would be right, for a person.
-        detail: String,
-    },
+    MissingFile { found: String },
+    /// A parameter or file has a value that it may not have: what is wrong and what would be right.
+    Invalid { detail: String },
     /// A decision's epoch lies too far above that of the last one obeyed.
     EpochOutOfReach,
     /// The robot has no mission.
@@ -168,21 +102,11 @@ pub enum Refusal {
     /// The driver has taken no decision yet.
     NoDecision,
     /// The mission is in another state than the request needs.
-    WrongState {
-        /// The state it is in.
-        found: MissionState,
-        /// The state that is needed.
-        needed: MissionState,
-    },
+    WrongState { found: MissionState, needed: MissionState },
     /// The mission is finished, so it cannot be cancelled.
     AlreadyFinished,
     /// The request is about another revision than the current one.
-    StaleRevision {
-        /// The revision it is about.
-        found: u64,
-        /// The current one.
-        current: u64,
-    },
+    StaleRevision { found: u64, current: u64 },
     /// The localizer was restarted in mid-run, so it does not know where the robot is.
     PoseLost,
     /// A run is under way in this world.
@@ -192,29 +116,14 @@ pub enum Refusal {
     /// The budget was over before the work was done, or the service is shutting down.
     Stopped,
     /// The service has not derived what the request needs; a request without work makes it do so.
-    Cold {
-        /// What is not there, for a person.
-        detail: String,
-    },
+    Cold { detail: String },
     /// The map could not be fetched.
-    NoMap {
-        /// Why, for a person.
-        detail: String,
-    },
-    /// No replica of the term gets ready.
-    NoReplica {
-        /// Which term.
-        term: String,
-        /// Whether one may still come by itself.
-        may_come: bool,
-        /// What a replica answered, for a person; empty if none answered.
-        detail: String,
-    },
+    NoMap { detail: String },
+    /// No replica of the term gets ready: what the last one asked has answered, or that none has. `may_come` says
+    /// whether one may still get ready by itself.
+    NoReplica { term: String, may_come: bool, detail: String },
     /// The service failed while it worked on the request.
-    Failed {
-        /// What happened, for a person.
-        detail: String,
-    },
+    Failed { detail: String },
     /// A code that this version does not know.
     #[serde(other)]
     Unknown,
@@ -247,17 +156,17 @@ impl Refusal {
         Reject { field: Some(cut(field.into())), why: self }
     }
 
-    /// A value that a check of its own refuses; `detail` is what that check says, cut to [`MAX_TEXT`].
+    /// A value that a check of its own refuses; `detail` is what that check says.
     pub fn invalid(detail: impl ToString) -> Self {
         Self::Invalid { detail: cut(detail.to_string()) }
     }
 
-    /// No replica of `term` gets ready; `detail` is cut to [`MAX_TEXT`].
+    /// No replica of `term` gets ready.
     pub fn no_replica(term: &str, may_come: bool, detail: String) -> Self {
         Self::NoReplica { term: term.to_owned(), may_come, detail: cut(detail) }
     }
 
-    /// A failure inside the service; `detail` is cut to [`MAX_TEXT`].
+    /// A failure inside the service.
     pub fn failed(detail: impl ToString) -> Self {
         Self::Failed { detail: cut(detail.to_string()) }
     }

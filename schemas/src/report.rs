@@ -2,11 +2,12 @@
 
 use crate::array::{F64Array, U32Array};
 use crate::candidates::CandidateSet;
-use crate::check;
+use crate::check::{
+    array, ascending, checks, id, list, non_negative, number, optional, part, positive, size,
+};
 use crate::decision::{Decision, Evaluated, Twist};
 use crate::limits::{MAX_PEOPLE, MAX_TERMS};
 use crate::map::MapId;
-use crate::message::Validate;
 use crate::reason::Rejection;
 use crate::reject::{Refusal, Reject};
 use crate::scene::Scene;
@@ -52,20 +53,18 @@ fn of_some(of: &U32Array, numbers: &F64Array, candidate: usize) -> Option<f64> {
     numbers.get(place).copied()
 }
 
-/// Refuses indices that do not rise or that lie beyond `candidates`.
-fn check_indices(field: &str, indices: &U32Array, candidates: usize) -> Result<(), Reject> {
-    if !indices.is_sorted_by(|a, b| a < b) {
-        return Err(Refusal::NotAscending.at(field));
+/// Indices of candidates, of which there are `count`, that rise.
+fn indices(count: u32) -> impl Fn(&str, &U32Array) -> Result<(), Reject> {
+    move |field, indices| {
+        ascending(field, indices)?;
+        index(count)(field, &indices.last().copied())
     }
-    exists(field, indices.last().copied(), candidates)
 }
 
-/// Refuses an index beyond `candidates`.
-fn exists(field: &str, index: Option<u32>, candidates: usize) -> Result<(), Reject> {
-    match index {
-        Some(index) if index as usize >= candidates => {
-            Err(Refusal::NoSuchIndex { found: u64::from(index) }.at(field))
-        }
+/// The index of a candidate, of which there are `count`, if there is one.
+fn index(count: u32) -> impl Fn(&str, &Option<u32>) -> Result<(), Reject> {
+    move |field, index| match *index {
+        Some(index) if index >= count => Err(Refusal::NoSuchIndex { found: u64::from(index) }.at(field)),
         _ => Ok(()),
     }
 }
@@ -81,19 +80,18 @@ impl TermReport {
         of_some(&self.scored, &self.cost, candidate)
     }
 
-    fn validate(&self, candidates: usize) -> Result<(), Reject> {
-        let indices = [
-            ("alone", self.alone),
-            ("without", self.without),
-            ("doubled", self.doubled),
-            ("halved", self.halved),
-        ];
-        indices.into_iter().try_for_each(|(field, index)| exists(field, index, candidates))?;
-        check::id("term", &self.term)?;
-        check::numbers(&[("weight", self.weight)])?;
-        check::positive(&[("scale", self.scale)])?;
-        check_indices("scored", &self.scored, candidates)?;
-        check::arrays(self.scored.len(), &[("raw", &self.raw), ("cost", &self.cost)])
+    fn validate(&self, candidates: u32) -> Result<(), Reject> {
+        let index = index(candidates);
+        index("alone", &self.alone)?;
+        index("without", &self.without)?;
+        index("doubled", &self.doubled)?;
+        index("halved", &self.halved)?;
+        id("term", &self.term)?;
+        number("weight", &self.weight)?;
+        positive("scale", &self.scale)?;
+        indices(candidates)("scored", &self.scored)?;
+        array(self.scored.len())("raw", &self.raw)?;
+        array(self.scored.len())("cost", &self.cost)
     }
 }
 
@@ -128,12 +126,9 @@ pub struct Timings {
     pub total_us: u64,
 }
 
-impl Validate for Timings {
-    fn validate(&self) -> Result<(), Reject> {
-        check::at_most("evaluate_us", self.evaluate_us.len(), MAX_TERMS)?;
-        self.evaluate_us.iter().try_for_each(|time| check::id("evaluate_us.term", &time.term))
-    }
-}
+checks! { timings: Timings {
+    evaluate_us: list(MAX_TERMS, |_, time: &TermTime| id("evaluate_us.term", &time.term));
+}}
 
 /// A person or a cluster of people as the crowd density model sees it: one normal distribution.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -150,12 +145,10 @@ pub struct Crowd {
     pub members: u32,
 }
 
-impl Validate for Crowd {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("x", self.x), ("y", self.y)])?;
-        check::non_negative(&[("sigma", self.sigma), ("weight", self.weight)])
-    }
-}
+checks! { crowd: Crowd {
+    x, y: number;
+    sigma, weight: non_negative;
+}}
 
 /// Everything that went into a decision.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -198,8 +191,8 @@ pub struct CycleReport {
     /// What the driver has done with the decisions before this cycle; absent until its first command is heard.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub driven: Option<Twist>,
-    /// Planning ticks since the previous report that have none: ticks skipped because a cycle took too long or
-    /// their belief never came, and decisions that no cycle led to.
+    /// Planning ticks between the previous cycle and this one: they had no cycle, because one took too long or their
+    /// belief never came.
     pub gap: u64,
 }
 
@@ -216,27 +209,26 @@ impl CycleReport {
     }
 }
 
-impl Validate for CycleReport {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("robot", &self.robot)?;
-        check::part("scene", &self.scene)?;
-        check::part("candidates", &self.candidates)?;
-        let count = self.candidates.count as usize;
-        check::at_most("terms", self.terms.len(), MAX_TERMS)?;
-        for (index, term) in self.terms.iter().enumerate() {
-            term.validate(count).map_err(|reject| reject.within(&format!("terms[{index}]")))?;
-        }
-        check_indices("scored", &self.scored, count)?;
-        check::arrays(self.scored.len(), &[("total", &self.total)])?;
-        check_indices("rejected", &self.rejected.iter().map(|r| r.candidate).collect(), count)?;
-        self.rejected.iter().try_for_each(|rejected| check::part("rejected", &rejected.why))?;
-        exists("chosen", self.chosen, count)?;
-        exists("runner_up", self.runner_up, count)?;
-        check::optional("margin", self.margin)?;
-        check::part("decision", &self.decision)?;
-        check::part("timings", &self.timings)?;
-        check::at_most("crowds", self.crowds.len(), MAX_PEOPLE)?;
-        self.crowds.iter().try_for_each(|crowd| check::part("crowds", crowd))?;
-        self.driven.as_ref().map_or(Ok(()), |driven| check::part("driven", driven))
-    }
-}
+checks! { report: CycleReport {
+    robot: id;
+    scene: part;
+    candidates: part;
+    terms: |field: &str, terms: &Vec<TermReport>| {
+        size(field, terms.len(), 0, MAX_TERMS)?;
+        terms.iter().enumerate().try_for_each(|(index, term)| {
+            term.validate(report.candidates.count).map_err(|reject| reject.within(&format!("{field}[{index}]")))
+        })
+    };
+    scored: indices(report.candidates.count);
+    total: array(report.scored.len());
+    rejected: |field: &str, rejected: &Vec<RejectedCandidate>| {
+        indices(report.candidates.count)(field, &rejected.iter().map(|one| one.candidate).collect())?;
+        rejected.iter().try_for_each(|one| part(field, &one.why))
+    };
+    chosen, runner_up: index(report.candidates.count);
+    margin: optional(number);
+    decision: part;
+    timings: part;
+    crowds: list(MAX_PEOPLE, part);
+    driven: optional(part);
+}}

@@ -1,9 +1,12 @@
 //! How a run ended, with everything needed to draw and judge it.
 
 use crate::array::{F32Array, F64Array, U8Array, U32Array};
-use crate::check;
+use crate::check::{
+    array, checks, count, each, exactly, fraction, id, keys, length, list, named_numbers, non_negative,
+    number, optional, part, shape, text,
+};
 use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
-use crate::message::Validate;
+use crate::map::MapId;
 use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -48,20 +51,12 @@ pub struct Measures {
     pub clearance_min_m: f64,
 }
 
-impl Validate for Measures {
-    fn validate(&self) -> Result<(), Reject> {
-        check::fraction("tcm", self.tcm)?;
-        check::fraction("td", self.td)?;
-        check::optional("md_m", self.md_m)?;
-        check::non_negative(&[
-            ("rmse_m", self.rmse_m),
-            ("vel_mps", self.vel_mps),
-            ("length_m", self.length_m),
-            ("time_s", self.time_s),
-        ])?;
-        check::number("clearance_min_m", self.clearance_min_m)
-    }
-}
+checks! { measures: Measures {
+    tcm, td: fraction;
+    md_m: optional(number);
+    rmse_m, vel_mps, length_m, time_s: non_negative;
+    clearance_min_m: number;
+}}
 
 /// The planning cycles of a run; wall times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -78,11 +73,9 @@ pub struct Cycles {
     pub max_ms: f64,
 }
 
-impl Validate for Cycles {
-    fn validate(&self) -> Result<(), Reject> {
-        check::non_negative(&[("p50_ms", self.p50_ms), ("p99_ms", self.p99_ms), ("max_ms", self.max_ms)])
-    }
-}
+checks! { cycles: Cycles {
+    p50_ms, p99_ms, max_ms: non_negative;
+}}
 
 /// Where the people were, at the rows of the trace that holds this.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,19 +90,13 @@ pub struct PeopleTrace {
     pub present: U8Array,
 }
 
-impl Validate for PeopleTrace {
-    fn validate(&self) -> Result<(), Reject> {
-        check::at_most("rows", self.rows as usize, MAX_TRACE_ROWS)?;
-        check::at_most("id", self.id.len(), MAX_PEOPLE)?;
-        let cells = self.rows as usize * self.id.len();
-        check::array_f32("xy", &self.xy, 2 * cells)?;
-        check::length("present", self.present.len(), cells)?;
-        match self.present.iter().position(|flag| *flag > 1) {
-            Some(index) => check::fraction(&format!("present[{index}]"), f64::from(self.present[index])),
-            None => Ok(()),
-        }
-    }
-}
+checks! { people: PeopleTrace {
+    rows: count(0, MAX_TRACE_ROWS);
+    id: length(0, MAX_PEOPLE);
+    xy: array(2 * people.rows as usize * people.id.len());
+    present: exactly(people.rows as usize * people.id.len());
+    present: each(fraction);
+}}
 
 /// What happened, tick by tick.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -124,18 +111,16 @@ pub struct Trace {
     pub people: PeopleTrace,
 }
 
-impl Validate for Trace {
-    fn validate(&self) -> Result<(), Reject> {
-        check::at_most("rows", self.rows as usize, MAX_TRACE_ROWS)?;
-        check::ids("columns", self.columns.iter(), MAX_TRACE_COLUMNS)?;
-        check::arrays(self.rows as usize * self.columns.len(), &[("values", &self.values)])?;
-        check::part("people", &self.people)?;
-        if self.people.rows != 0 && self.people.rows != self.rows {
-            return check::length("people.rows", self.people.rows as usize, self.rows as usize);
-        }
-        Ok(())
-    }
-}
+checks! { trace: Trace {
+    rows: count(0, MAX_TRACE_ROWS);
+    columns: list(MAX_TRACE_COLUMNS, id);
+    values: array(trace.rows as usize * trace.columns.len());
+    people: part;
+    people: |_: &str, people: &PeopleTrace| match people.rows {
+        0 => Ok(()),
+        rows => shape("people.rows", rows as usize, trace.rows as usize),
+    };
+}}
 
 /// A run that came to an end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -165,18 +150,17 @@ pub struct RunResult {
     pub trace: Trace,
 }
 
-impl Validate for RunResult {
-    fn validate(&self) -> Result<(), Reject> {
-        check::text("scenario", &self.scenario)?;
-        check::text("planner", &self.planner)?;
-        check::part("measures", &self.measures)?;
-        check::ids("social", self.social.keys(), MAX_LIST)?;
-        self.social.iter().try_for_each(|(name, value)| check::number(&format!("social.{name}"), *value))?;
-        check::part("cycles", &self.cycles)?;
-        check::non_negative(&[("real_time_factor", self.real_time_factor)])?;
-        if self.decisions_sha256.parse::<crate::map::MapId>().is_err() {
-            return Err(Refusal::NotAHash.at("decisions_sha256"));
-        }
-        check::part("trace", &self.trace)
-    }
+checks! { result: RunResult {
+    scenario, planner: text;
+    measures: part;
+    social: keys(MAX_LIST);
+    social: named_numbers;
+    cycles: part;
+    real_time_factor: non_negative;
+    decisions_sha256: hash;
+    trace: part;
+}}
+
+fn hash(field: &str, text: &str) -> Result<(), Reject> {
+    text.parse::<MapId>().map(drop).map_err(|_| Refusal::NotAHash.at(field))
 }

@@ -1,9 +1,8 @@
 //! What a cost may depend on besides the candidate itself.
 
 use crate::belief::Belief;
-use crate::check;
-use crate::message::Validate;
-use crate::reject::{Refusal, Reject};
+use crate::check::{checks, number, part};
+use crate::reject::Refusal;
 use crate::sensing::{Frame, People};
 use serde::{Deserialize, Serialize};
 
@@ -22,14 +21,12 @@ pub struct Scene {
     pub uncertain: bool,
 }
 
-impl Validate for Scene {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp)])?;
-        check::part("belief", &self.belief)?;
-        check::part("people", &self.people)?;
-        match self.people.frame {
-            Frame::Map => Ok(()),
-            Frame::Robot => Err(Refusal::WrongFrame.at("people.frame")),
-        }
-    }
-}
+checks! { scene: Scene {
+    stamp: number;
+    belief: part;
+    people: part;
+    people: |_: &str, people: &People| match people.frame {
+        Frame::Map => Ok(()),
+        Frame::Robot => Err(Refusal::WrongFrame.at("people.frame")),
+    };
+}}

@@ -1,11 +1,9 @@
 //! What the robot senses: laser scan, odometry, people.
 
 use crate::array::{F32Array, F64Array, U32Array};
-use crate::check;
+use crate::check::{array, checks, each, length, non_negative, number, numbers, part, positive};
 use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
-use crate::message::Validate;
 use crate::model::Pose;
-use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 
 /// One sweep of the laser.
@@ -27,25 +25,14 @@ pub struct Scan {
     pub ranges: F32Array,
 }
 
-impl Validate for Scan {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[
-            ("stamp", self.stamp),
-            ("angle_min", self.angle_min),
-            ("angle_increment", self.angle_increment),
-        ])?;
-        check::positive(&[("range_max", self.range_max)])?;
-        check::part("laser", &self.laser)?;
-        check::one_to("ranges", self.ranges.len(), MAX_BEAMS)?;
-        check::array_f32("ranges", &self.ranges, self.ranges.len())?;
-        match self.ranges.iter().position(|range| *range < 0.0) {
-            Some(index) => {
-                check::non_negative(&[(&format!("ranges[{index}]"), f64::from(self.ranges[index]))])
-            }
-            None => Ok(()),
-        }
-    }
-}
+checks! { scan: Scan {
+    stamp, angle_min, angle_increment: number;
+    range_max: positive;
+    laser: part;
+    ranges: length(1, MAX_BEAMS);
+    ranges: numbers;
+    ranges: each(non_negative);
+}}
 
 /// Dead reckoning since the robot was switched on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,18 +53,9 @@ pub struct Odometry {
     pub omega: f64,
 }
 
-impl Validate for Odometry {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[
-            ("stamp", self.stamp),
-            ("x", self.x),
-            ("y", self.y),
-            ("heading", self.heading),
-            ("v", self.v),
-            ("omega", self.omega),
-        ])
-    }
-}
+checks! { odometry: Odometry {
+    stamp, x, y, heading, v, omega: number;
+}}
 
 /// Frame in which people are reported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -112,12 +90,9 @@ pub struct People {
     pub vy: F64Array,
 }
 
-impl Validate for People {
-    fn validate(&self) -> Result<(), Reject> {
-        check::numbers(&[("stamp", self.stamp)])?;
-        check::non_negative(&[("radius", self.radius)])?;
-        let count = self.id.len();
-        check::at_most("id", count, MAX_PEOPLE)?;
-        check::arrays(count, &[("x", &self.x), ("y", &self.y), ("vx", &self.vx), ("vy", &self.vy)])
-    }
-}
+checks! { people: People {
+    stamp: number;
+    radius: non_negative;
+    id: length(0, MAX_PEOPLE);
+    x, y, vx, vy: array(people.id.len());
+}}

@@ -1,6 +1,8 @@
 //! What a service says about itself.
 
-use crate::check;
+use crate::check::{
+    checks, id, list, named_numbers, non_negative, number, optional, part, positive, size, text,
+};
 use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
 use crate::map::MapId;
 use crate::message::Validate;
@@ -13,55 +15,33 @@ use strum::VariantNames;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
+#[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Prepared {
-    /// It has the map.
-    Map {
-        /// Its hash.
-        map: MapId,
-    },
-    /// It has the distance to a goal on the map.
-    Goal {
-        /// The map's hash.
-        map: MapId,
-        /// Map frame, m.
-        x: f64,
-        /// Map frame, m.
-        y: f64,
-    },
-    /// It has what a laser sees of the map.
-    Sensor {
-        /// The map's hash.
-        map: MapId,
-        /// Beams in a scan.
-        beams: u32,
-        /// Field of view, rad.
-        fov: f64,
-        /// Range, m.
-        range_max: f64,
-    },
-    /// It is ready for a revision of the robot's mission.
-    Revision {
-        /// Which.
-        revision: u64,
-    },
-    /// It cannot prepare for a revision of the robot's mission yet.
-    Waiting {
-        /// Which.
-        revision: u64,
-        /// What is not there yet.
-        reject: Reject,
-    },
+    /// It has the map of this hash.
+    Map { map: MapId },
+    /// It has the distance to a goal on the map, m, map frame.
+    Goal { map: MapId, x: f64, y: f64 },
+    /// It has what a laser of so many beams, with this field of view (rad) and range (m), sees of the map.
+    Sensor { map: MapId, beams: u32, fov: f64, range_max: f64 },
+    /// It is ready for this revision of the robot's mission.
+    Revision { revision: u64 },
+    /// It cannot prepare for this revision of the robot's mission yet; the refusal says what is not there.
+    Waiting { revision: u64, reject: Reject },
 }
 
 impl Validate for Prepared {
     fn validate(&self) -> Result<(), Reject> {
         match self {
             Self::Map { .. } | Self::Revision { .. } => Ok(()),
-            Self::Goal { x, y, .. } => check::numbers(&[("x", *x), ("y", *y)]),
-            Self::Sensor { fov, range_max, .. } => {
-                check::positive(&[("fov", *fov), ("range_max", *range_max)])
+            Self::Goal { x, y, .. } => {
+                number("x", x)?;
+                number("y", y)
             }
-            Self::Waiting { reject, .. } => check::part("reject", reject),
+            Self::Sensor { fov, range_max, .. } => {
+                positive("fov", fov)?;
+                positive("range_max", range_max)
+            }
+            Self::Waiting { reject, .. } => part("reject", reject),
         }
     }
 }
@@ -99,27 +79,17 @@ pub struct ServiceStatus {
     pub metrics: BTreeMap<String, f64>,
 }
 
-impl Validate for ServiceStatus {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("role", &self.role)?;
-        check::id("instance", &self.instance)?;
-        if let Some(robot) = &self.robot {
-            check::id("robot", robot)?;
-        }
-        check::text("version", &self.version)?;
-        check::non_negative(&[
-            ("uptime_s", self.uptime_s),
-            ("load", self.load),
-            ("p50_ms", self.p50_ms),
-            ("p99_ms", self.p99_ms),
-        ])?;
-        check::number("time_s", self.time_s)?;
-        check::at_most("prepared", self.prepared.len(), MAX_LIST)?;
-        self.prepared.iter().try_for_each(|prepared| check::part("prepared", prepared))?;
-        check::at_most("metrics", self.metrics.len(), MAX_METRICS)?;
-        self.metrics.iter().try_for_each(|(name, value)| {
-            check::at_most("metrics: the length of a name", name.len(), MAX_METRIC_NAME)?;
-            check::number(&format!("metrics.{name}"), *value)
-        })
-    }
-}
+checks! { status: ServiceStatus {
+    role, instance: id;
+    robot: optional(id);
+    version: text;
+    uptime_s, load, p50_ms, p99_ms: non_negative;
+    time_s: number;
+    prepared: list(MAX_LIST, part);
+    metrics: |field: &str, metrics: &BTreeMap<String, f64>| {
+        size(field, metrics.len(), 0, MAX_METRICS)?;
+        let longest = metrics.keys().map(String::len).max().unwrap_or_default();
+        size("metrics: the length of a name", longest, 0, MAX_METRIC_NAME)
+    };
+    metrics: named_numbers;
+}}

@@ -1,9 +1,8 @@
 //! A generator's search tree, which travels with the requests so that generators keep nothing.
 
 use crate::array::{F64Array, U32Array};
-use crate::check;
+use crate::check::{array, checks, keys, length, numbers, shape, size};
 use crate::limits::{MAX_COLUMN_WIDTH, MAX_TREE_EXTRAS, MAX_TREE_NODES};
-use crate::message::Validate;
 use crate::reject::{Refusal, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -28,26 +27,24 @@ pub struct Tree {
     pub extra: BTreeMap<String, F64Array>,
 }
 
-impl Validate for Tree {
-    fn validate(&self) -> Result<(), Reject> {
-        let nodes = self.parent.len();
-        check::at_most("parent", nodes, MAX_TREE_NODES)?;
-        check::arrays(
-            nodes,
-            &[("x", &self.x), ("y", &self.y), ("heading", &self.heading), ("cost", &self.cost)],
-        )?;
-        check::ids("extra", self.extra.keys(), MAX_TREE_EXTRAS)?;
-        for (name, array) in &self.extra {
-            let field = format!("extra.{name}");
-            check::at_most(&field, array.len(), nodes * MAX_COLUMN_WIDTH)?;
-            if nodes > 0 && !array.len().is_multiple_of(nodes) {
-                let expected = array.len().next_multiple_of(nodes);
-                return check::length(&field, array.len(), expected);
-            }
-            check::array_numbers(&field, array)?;
+checks! { tree: Tree {
+    parent: length(0, MAX_TREE_NODES);
+    x, y, heading, cost: array(tree.parent.len());
+    extra: keys(MAX_TREE_EXTRAS);
+    extra: |_: &str, extra: &BTreeMap<String, F64Array>| check_columns(extra, tree.parent.len());
+    parent: |_: &str, parent: &U32Array| check_rooted(parent);
+}}
+
+/// The length of every column is a multiple of the number of nodes.
+fn check_columns(extra: &BTreeMap<String, F64Array>, nodes: usize) -> Result<(), Reject> {
+    extra.iter().try_for_each(|(name, column)| {
+        let field = format!("extra.{name}");
+        size(&field, column.len(), 0, nodes * MAX_COLUMN_WIDTH)?;
+        if nodes > 0 {
+            shape(&field, column.len(), column.len().next_multiple_of(nodes))?;
         }
-        check_rooted(&self.parent)
-    }
+        numbers(&field, column)
+    })
 }
 
 /// Every node leads to a root: parents exist and there is no cycle, so a walk to the root ends.

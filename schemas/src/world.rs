@@ -1,8 +1,7 @@
 //! Talking to a simulated world: inject a scenario, watch the run.
 
-use crate::check;
+use crate::check::{checks, id, non_negative, optional, parameters, part, positive, size};
 use crate::limits::{MAX_FILE_NAME, MAX_FILES};
-use crate::message::Validate;
 use crate::mission_state::Clock;
 use crate::reason::MissionEnd;
 use crate::reject::{Refusal, Reject};
@@ -30,15 +29,15 @@ pub struct InjectRequest {
     pub time_scale: f64,
 }
 
-impl Validate for InjectRequest {
-    fn validate(&self) -> Result<(), Reject> {
-        check::parameters("scenario", &self.scenario)?;
-        check::at_most("files", self.files.len(), MAX_FILES)?;
-        self.files.keys().try_for_each(|name| check_file_name(name))?;
-        check::parameters("profile", &self.profile)?;
-        check::positive(&[("time_scale", self.time_scale)])
-    }
-}
+checks! { request: InjectRequest {
+    scenario: parameters;
+    files: |field: &str, files: &BTreeMap<String, ByteBuf>| {
+        size(field, files.len(), 0, MAX_FILES)?;
+        files.keys().try_for_each(|name| check_file_name(name))
+    };
+    profile: parameters;
+    time_scale: positive;
+}}
 
 /// A relative path of plain parts: it can neither leave the directory it is put in nor mean a device or a drive.
 fn check_file_name(name: &str) -> Result<(), Reject> {
@@ -89,14 +88,12 @@ pub struct RunStatus {
     pub result: Option<RunResult>,
 }
 
-impl Validate for RunStatus {
-    fn validate(&self) -> Result<(), Reject> {
-        check::id("world", &self.world)?;
-        check::non_negative(&[("time_s", self.time_s), ("distance_to_goal", self.distance_to_goal)])?;
-        self.error.as_ref().map_or(Ok(()), |error| check::part("error", error))?;
-        self.result.as_ref().map_or(Ok(()), |result| check::part("result", result))
-    }
-}
+checks! { status: RunStatus {
+    world: id;
+    time_s, distance_to_goal: non_negative;
+    error: optional(part);
+    result: optional(part);
+}}
 
 #[cfg(test)]
 mod tests {

@@ -4,10 +4,9 @@
 
 use ciborium::Value;
 use curionav_schemas::{
-    CandidateSet, F32Array, F64Array, I8Array, MESSAGES, Message, MissionCommand, Refusal, RunStatus, Scan,
-    Twist, U8Array, U32Array, recode,
+    CandidateSet, F64Array, MESSAGES, Message, MissionCommand, Refusal, RunStatus, Scan, Twist, recode,
 };
-use curionav_schemas::{Reject, limits::MAX_DEPTH};
+use curionav_schemas::{Reject, array::Element, limits::MAX_DEPTH};
 use proptest::prelude::*;
 use support::{changed, fixed_form, golden, goldens, parse, write};
 
@@ -20,11 +19,11 @@ fn decode(message: &str, value: &Value) -> Result<Vec<u8>, Reject> {
 #[test]
 fn arrays_begin_with_their_tag() {
     // 0xd8 is a tag with one byte of number, 0x48 a byte string of eight.
-    assert_eq!(write(&Value::serialized(&F64Array(vec![1.0])).unwrap())[..3], [0xd8, 86, 0x48]);
+    assert_eq!(write(&Value::serialized(&F64Array::from(vec![1.0])).unwrap())[..3], [0xd8, 86, 0x48]);
     let mut bytes = Vec::new();
-    ciborium::into_writer(&F64Array(vec![-2.0]), &mut bytes).unwrap();
+    ciborium::into_writer(&F64Array::from(vec![-2.0]), &mut bytes).unwrap();
     assert_eq!(bytes, [0xd8, 86, 0x48, 0, 0, 0, 0, 0, 0, 0, 0xc0]);
-    let tags = [F64Array::TAG, F32Array::TAG, U32Array::TAG, I8Array::TAG, U8Array::TAG];
+    let tags = [f64::TAG, f32::TAG, u32::TAG, i8::TAG, u8::TAG];
     assert_eq!(tags, [86, 85, 70, 72, 64]);
 }
 

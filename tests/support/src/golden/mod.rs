@@ -8,7 +8,7 @@ mod planning;
 pub mod sentences;
 mod world;
 
-pub use files::{Golden, all};
+pub use files::{Golden, all, files};
 pub use planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
     generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,

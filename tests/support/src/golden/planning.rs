@@ -245,7 +245,7 @@ pub fn cycle_report() -> CycleReport {
 /// The same with three candidates, of which one was not scored and two were close, and what each term had to say.
 pub fn explained_cycle_report() -> CycleReport {
     let plain = cycle_report();
-    let more = |array: F64Array, further: [f64; 3]| F64Array([array.0, further.to_vec()].concat());
+    let more = |array: F64Array, further: [f64; 3]| F64Array::from([array.0, further.to_vec()].concat());
     let pair = candidate_set();
     let candidates = CandidateSet {
         count: 3,
