@@ -1,5 +1,5 @@
-//! The checks that every message is built from. Each is a function of a field's name and value, or makes one of a limit,
-//! and names the field that it refuses.
+//! The checks that every message is built from. Each is a function of a field's name and value, or makes one of a
+//! limit, and names the field that it refuses.
 
 use crate::array::{F64Array, TypedArray};
 use crate::limits::{MAX_LIST, MAX_MAGNITUDE, MAX_TEXT};

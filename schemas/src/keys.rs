@@ -1,7 +1,7 @@
 //! Every key expression of the contract, built in one place from checked names.
 //!
 //! Keys are relative to the session's Zenoh `namespace`, if it has one. `@v1` is a verbatim chunk: wildcards never
-//! match it by accident.
+//! match it by accident. Every function that takes names fails if one is not [allowed](check_id).
 
 use crate::map::MapId;
 pub use crate::names::{KeyError, check_id};
@@ -16,33 +16,21 @@ fn key(family: &str, names: [&str; 2]) -> Result<String, KeyError> {
 
 /// A stream or queryable of a robot: `scan`, `odom`, `people`, `belief`, `mission`, `decision`, `cmd`, `report`,
 /// `memory`, `particles`.
-///
-/// # Errors
-/// A name is not [allowed](check_id); so for every function here.
 pub fn robot(robot: &str, stream: &str) -> Result<String, KeyError> {
     key("robot", [robot, stream])
 }
 
 /// Where the driver takes commands about a robot's mission.
-///
-/// # Errors
-/// As [`robot`].
 pub fn mission_command(name: &str) -> Result<String, KeyError> {
     Ok(format!("{}/command", robot(name, "mission")?))
 }
 
 /// Where services tell the driver whether they are ready for a robot's mission.
-///
-/// # Errors
-/// As [`robot`].
 pub fn mission_ready(name: &str) -> Result<String, KeyError> {
     Ok(format!("{}/ready", robot(name, "mission")?))
 }
 
 /// The same stream of every robot.
-///
-/// # Errors
-/// As [`robot`].
 pub fn every_robot(stream: &str) -> Result<String, KeyError> {
     check_id(stream)?;
     Ok(format!("{ROOT}/robot/*/{stream}"))
@@ -58,18 +46,12 @@ fn pool_of(role: &str) -> Result<String, KeyError> {
 }
 
 /// Where one replica of `role` (the generator, or a term) takes the questions of one robot.
-///
-/// # Errors
-/// As [`robot`].
 pub fn question(role: &str, instance: &str, robot: &str) -> Result<String, KeyError> {
     [instance, robot].into_iter().try_for_each(check_id)?;
     Ok(format!("{}/{instance}/{robot}", pool_of(role)?))
 }
 
 /// Where one replica of `role` takes the questions of every robot.
-///
-/// # Errors
-/// As [`robot`].
 pub fn questions(role: &str, instance: &str) -> Result<String, KeyError> {
     check_id(instance)?;
     Ok(format!("{}/{instance}/*", pool_of(role)?))
@@ -85,31 +67,17 @@ pub fn map(map: &MapId) -> String {
     format!("{ROOT}/map/{map}")
 }
 
-/// All maps.
-pub fn every_map() -> String {
-    format!("{ROOT}/map/*")
-}
-
 /// A channel of a simulated world: `scenario`, `check`, `robot`, `people`, `run`.
-///
-/// # Errors
-/// As [`robot`].
 pub fn world(world: &str, channel: &str) -> Result<String, KeyError> {
     key("world", [world, channel])
 }
 
 /// The liveliness token of a service, declared after its queryable.
-///
-/// # Errors
-/// As [`robot`].
 pub fn live(role: &str, instance: &str) -> Result<String, KeyError> {
     key("live", [role, instance])
 }
 
 /// A channel of every simulated world.
-///
-/// # Errors
-/// As [`robot`].
 pub fn every_world(channel: &str) -> Result<String, KeyError> {
     check_id(channel)?;
     Ok(format!("{ROOT}/world/*/{channel}"))
@@ -126,9 +94,6 @@ pub fn echo(instance: &str) -> String {
 }
 
 /// Where a service answers with its `ServiceStatus`.
-///
-/// # Errors
-/// As [`robot`].
 pub fn status(role: &str, instance: &str) -> Result<String, KeyError> {
     key("status", [role, instance])
 }

@@ -77,6 +77,3 @@ pub const CDDL: &str = concat!(
     include_str!("../service.cddl"),
     include_str!("../world.cddl"),
 );
-
-/// Version of the contract, in every key (`@v1`) and every encoding string (`.v1`).
-pub const VERSION: u32 = 1;

@@ -31,8 +31,8 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles or degradations, of what a service is prepared for (of the 68 maps and fields that a replica
-/// keeps, its status has the first), and of measures of a run.
+/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 68 maps and
+/// fields, of which its status has the first), and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.
 pub const MAX_METRICS: usize = 512;
@@ -50,13 +50,14 @@ pub const MAX_FILE_NAME: usize = 255;
 pub const MAX_TRACE_ROWS: usize = 360_000;
 /// Columns of a run's trace.
 pub const MAX_TRACE_COLUMNS: usize = 64;
-/// Data items in a message (numbers inside typed arrays do not count). The fullest honest message, a report that says of
-/// each of [`MAX_CANDIDATES`] why it was rejected, has about 46,000; this bounds the memory of free-form parameters.
+/// Data items in a message (numbers inside typed arrays do not count). The fullest honest message, a report that says
+/// of each of [`MAX_CANDIDATES`] why it was rejected, has about 46,000; this bounds the memory of free-form parameters.
 pub const MAX_ITEMS: usize = 65_536;
 /// Nesting of arrays, maps and tags. The deepest message nests 6; free-form parameters may add ten.
 pub const MAX_DEPTH: usize = 16;
 /// How far the epoch of a decision may be above that of the last one the driver has obeyed: a thousand arbiters
-/// that succeeded each other unheard. No arbiter has a greater one, and a driver that obeyed it would refuse every arbiter.
+/// that succeeded each other unheard. No arbiter has a greater one, and a driver that obeyed it would refuse every
+/// arbiter.
 pub const MAX_EPOCH_STEP: u64 = 1 << 30;
 /// Epoch of the first decision a driver may obey: the way up from there, in such steps, takes for ever.
 pub const MAX_FIRST_EPOCH: u64 = 1 << 62;

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 
-/// SHA-256 of a map's content ([`OccupancyGrid::hashed_bytes`]); a byte string of 32 on the wire, 64 lower-case hexadecimal digits as text.
+/// SHA-256 of a map's content; a byte string of 32 on the wire, 64 lower-case hexadecimal digits as text. The content
+/// is width and height (u64), resolution and origin x, y, heading (f64), then the cells, all little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct MapId(#[serde(with = "serde_bytes")] pub [u8; 32]);
 
@@ -60,21 +61,6 @@ pub struct OccupancyGrid {
     pub cells: I8Array,
     /// Hash of the rest. A reader that keeps maps by it compares the two first.
     pub map: MapId,
-}
-
-impl OccupancyGrid {
-    /// The bytes whose SHA-256 is the map's [`MapId`]: width and height (u64), resolution and origin x, y, heading
-    /// (f64), then the cells, all little-endian.
-    pub fn hashed_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(48 + self.cells.len());
-        bytes.extend(u64::from(self.width).to_le_bytes());
-        bytes.extend(u64::from(self.height).to_le_bytes());
-        for number in [self.resolution, self.origin.x, self.origin.y, self.origin.heading] {
-            bytes.extend(number.to_le_bytes());
-        }
-        bytes.extend(self.cells.iter().map(|cell| cell.cast_unsigned()));
-        bytes
-    }
 }
 
 checks! { grid: OccupancyGrid {

@@ -1,8 +1,8 @@
 //! Why something happened, as a code with its parameters. [`crate::words`] makes a sentence of it where a person reads.
 //!
-//! On the wire a reason is a map whose key `code` says which parameters the other keys hold. Programs match the code and
-//! never a sentence. No parameter is a typed array: serde reads an enum with a tag of its own (`code`) through a buffer,
-//! which cannot hold CBOR tags.
+//! On the wire a reason is a map whose key `code` says which parameters the other keys hold. Programs match the code
+//! and never a sentence. No parameter is a typed array: serde reads an enum that a key tells apart (`code`) through a
+//! buffer, which cannot hold CBOR tags.
 
 use crate::check::{id, non_negative, part};
 use crate::message::Validate;

@@ -38,8 +38,8 @@ pub enum CborFault {
     UnassignedSimple,
 }
 
-/// What is wrong with a request, or with the service that cannot serve it now. `found` is what was received; `detail` is
-/// free text for a person, cut to [`MAX_TEXT`].
+/// What is wrong with a request, or with the service that cannot serve it now. `found` is what was received; `detail`
+/// is free text for a person, cut to [`MAX_TEXT`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
@@ -47,7 +47,7 @@ pub enum CborFault {
 pub enum Refusal {
     /// The bytes are more than the message may have.
     Oversize { found: u64, most: u64 },
-    /// The encoding string (cut to what a text may be) is that of another message or of another version of the contract.
+    /// The encoding string (cut) is that of another message or of another version of the contract.
     WrongEncoding { found: String, expected: String },
     /// The bytes are not one CBOR item of definite length: what is wrong, so many bytes from the start.
     Malformed { offset: u64, fault: CborFault },

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use curionav_schemas::keys;
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ pub struct ServiceConfig {
     /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
     /// drives the rest of its last trajectory and stops (arbiter).
     pub in_process: bool,
-    /// Address for metrics over HTTP, in Prometheus's format; nobody listens without one.
+    /// Address for metrics over HTTP, in Prometheus's format; without one there are none.
     pub metrics: Option<SocketAddr>,
     /// How long to keep trying to reach a router before giving up, seconds.
     pub connect_timeout_s: f64,
@@ -54,27 +54,6 @@ impl Default for ServiceConfig {
             connect_timeout_s: 10.0,
         }
     }
-}
-
-/// Why a configuration file was refused.
-#[derive(Debug, thiserror::Error)]
-pub enum ConfigError {
-    /// The file could not be read.
-    #[error("cannot read {path}: {source}")]
-    Read {
-        /// Which file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The file is not valid TOML or has unknown or wrong fields.
-    #[error("{path}: {message}")]
-    Parse {
-        /// Which file.
-        path: PathBuf,
-        /// Line, field and reason in one line.
-        message: String,
-    },
 }
 
 /// One line that names line, column's text and reason of a TOML error.
@@ -102,14 +81,11 @@ impl ServiceConfig {
         Ok(())
     }
 
-    /// Reads a TOML file.
-    pub fn from_file(path: &Path) -> Result<Self, ConfigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| ConfigError::Read { path: path.to_owned(), source })?;
-        toml::from_str(&text).map_err(|error| ConfigError::Parse {
-            path: path.to_owned(),
-            message: describe_toml_error(&text, &error),
-        })
+    /// Reads a TOML file; an error names the line, the field and the reason.
+    pub fn from_file(path: &Path) -> anyhow::Result<Self> {
+        let shown = path.display();
+        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {shown}"))?;
+        toml::from_str(&text).map_err(|e| anyhow!("{shown}: {}", describe_toml_error(&text, &e)))
     }
 }
 

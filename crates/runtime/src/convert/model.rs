@@ -18,73 +18,57 @@ pub fn pose_to_wire(p: Pose2) -> wire::Pose {
 
 /// A robot model.
 pub fn robot_model(m: &wire::RobotModel) -> RobotModel {
-    let footprint = match &m.footprint {
+    let wire::RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max } = *m;
+    let footprint = match footprint {
         wire::Footprint::Disc { radius } => Footprint::Disc { radius: *radius },
         wire::Footprint::Polygon { x, y } => Footprint::Polygon {
             vertices: x.iter().zip(y.iter()).map(|(x, y)| Point2::new(*x, *y)).collect(),
         },
     };
-    RobotModel { footprint, v_max: m.v_max, a_max: m.a_max, omega_max: m.omega_max, alpha_max: m.alpha_max }
+    RobotModel { footprint, v_max, a_max, omega_max, alpha_max }
 }
 
 /// A robot model.
 pub fn robot_model_to_wire(m: &RobotModel) -> wire::RobotModel {
-    let footprint = match &m.footprint {
+    let RobotModel { ref footprint, v_max, a_max, omega_max, alpha_max } = *m;
+    let footprint = match footprint {
         Footprint::Disc { radius } => wire::Footprint::Disc { radius: *radius },
         Footprint::Polygon { vertices } => wire::Footprint::Polygon {
             x: vertices.iter().map(|v| v.x).collect(),
             y: vertices.iter().map(|v| v.y).collect(),
         },
     };
-    wire::RobotModel {
-        footprint,
-        v_max: m.v_max,
-        a_max: m.a_max,
-        omega_max: m.omega_max,
-        alpha_max: m.alpha_max,
-    }
+    wire::RobotModel { footprint, v_max, a_max, omega_max, alpha_max }
 }
 
 /// A laser model.
 pub fn laser(l: &wire::LaserModel) -> LaserModel {
-    LaserModel {
-        robot_from_laser: pose(l.robot_from_laser),
-        fov: l.fov,
-        beams: l.beams,
-        range_max: l.range_max,
-        range_sigma: l.range_sigma,
-    }
+    let wire::LaserModel { robot_from_laser, fov, beams, range_max, range_sigma } = *l;
+    LaserModel { robot_from_laser: pose(robot_from_laser), fov, beams, range_max, range_sigma }
 }
 
 /// A laser model.
 pub fn laser_to_wire(l: &LaserModel) -> wire::LaserModel {
-    wire::LaserModel {
-        robot_from_laser: pose_to_wire(l.robot_from_laser),
-        fov: l.fov,
-        beams: l.beams,
-        range_max: l.range_max,
-        range_sigma: l.range_sigma,
-    }
+    let LaserModel { robot_from_laser, fov, beams, range_max, range_sigma } = *l;
+    let robot_from_laser = pose_to_wire(robot_from_laser);
+    wire::LaserModel { robot_from_laser, fov, beams, range_max, range_sigma }
 }
 
 /// Odometry noise.
 pub fn noise(n: &wire::OdometryNoise) -> OdometryNoise {
-    OdometryNoise {
-        position_per_metre: n.position_per_metre,
-        position_per_radian: n.position_per_radian,
-        heading_per_metre: n.heading_per_metre,
-        heading_per_radian: n.heading_per_radian,
-    }
+    let wire::OdometryNoise {
+        position_per_metre,
+        position_per_radian,
+        heading_per_metre,
+        heading_per_radian,
+    } = *n;
+    OdometryNoise { position_per_metre, position_per_radian, heading_per_metre, heading_per_radian }
 }
 
 /// Odometry noise.
 pub fn noise_to_wire(n: &OdometryNoise) -> wire::OdometryNoise {
-    wire::OdometryNoise {
-        position_per_metre: n.position_per_metre,
-        position_per_radian: n.position_per_radian,
-        heading_per_metre: n.heading_per_metre,
-        heading_per_radian: n.heading_per_radian,
-    }
+    let OdometryNoise { position_per_metre, position_per_radian, heading_per_metre, heading_per_radian } = *n;
+    wire::OdometryNoise { position_per_metre, position_per_radian, heading_per_metre, heading_per_radian }
 }
 
 /// A map.

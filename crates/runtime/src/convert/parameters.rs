@@ -12,7 +12,8 @@ pub fn to_value<T: Serialize>(parameters: &T) -> Result<Value, Reject> {
 
 /// A parameter struct from a map; unknown and wrong fields are named.
 pub fn from_value<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, Reject> {
-    value.deserialized().map_err(|e| Refusal::invalid(reason(&e)).at(field))
+    // Without the name of the error's type.
+    value.deserialized().map_err(|ciborium::value::Error::Custom(reason)| Refusal::invalid(reason).at(field))
 }
 
 /// A parameter struct from a map, every number of it within its range.
@@ -22,14 +23,12 @@ pub fn parameters<T: Ranged + DeserializeOwned>(field: &str, value: &Value) -> R
 
 /// A value that came in a message, if its numbers are within their ranges.
 pub fn checked<T: Ranged>(field: &str, value: T) -> Result<T, Reject> {
-    match value.check() {
-        Ok(()) => Ok(value),
-        Err(fault) => Err(refusal(fault.below(field))),
-    }
+    value.check().map_err(|fault| refusal(fault.below(field)))?;
+    Ok(value)
 }
 
 /// What is said about a fault to the asker, who knows no file.
-fn refusal(fault: FieldError) -> Reject {
+pub fn refusal(fault: FieldError) -> Reject {
     Refusal::invalid(format!("{}; {}", fault.problem, fault.mend)).at(fault.field)
 }
 
@@ -39,10 +38,4 @@ pub fn check_order(order: &MissionOrder) -> Result<(), Reject> {
     checked("laser", super::laser(&order.laser))?;
     checked("odometry_noise", super::noise(&order.odometry_noise))?;
     Ok(())
-}
-
-/// What the deserialiser says, without the name of its error type.
-fn reason(error: &ciborium::value::Error) -> String {
-    let ciborium::value::Error::Custom(reason) = error;
-    reason.clone()
 }

@@ -41,13 +41,8 @@ pub fn shard_to_wire(c: &CandidateSet, range: Range<usize>) -> wire::CandidateSe
 /// What `decision`, made from `belief`, asks the robot to drive.
 pub fn trajectory(decision: &wire::Decision, belief: &wire::Belief) -> Result<Trajectory, Reject> {
     let pose = Pose2::new(belief.x, belief.y, belief.heading);
-    let states = States {
-        x: decision.x.0.clone(),
-        y: decision.y.0.clone(),
-        heading: decision.heading.0.clone(),
-        v: decision.v.0.clone(),
-        omega: decision.omega.0.clone(),
-    };
+    let wire::Decision { x, y, heading, v, omega, .. } = decision.clone();
+    let states = States { x: x.0, y: y.0, heading: heading.0, v: v.0, omega: omega.0 };
     Trajectory::new((pose, Twist { v: belief.v, omega: belief.omega }), decision.dt, states)
         .map_err(|e| Refusal::invalid(e).at("decision"))
 }
