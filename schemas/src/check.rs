@@ -13,8 +13,21 @@ use std::ops::Deref;
 type Checked = Result<(), Reject>;
 
 /// Implements [`Validate`] by a table of fields: the checks are made in its order. The name before the type stands for
-/// the message, so that a check may depend on another field.
+/// the message, so that a check may depend on another field. For an enum the fields stand below their variants.
 macro_rules! checks {
+    ($type:ident { $($variant:ident { $($field:ident: $check:expr),+ })* }) => {
+        impl crate::message::Validate for $type {
+            fn validate(&self) -> Result<(), crate::reject::Reject> {
+                match self {
+                    $(Self::$variant { $($field,)+ .. } => {
+                        $(($check)(stringify!($field), $field)?;)+
+                    })*
+                    _ => {}
+                }
+                Ok(())
+            }
+        }
+    };
     ($message:ident: $type:ty { $($($field:ident),+: $check:expr;)* }) => {
         impl crate::message::Validate for $type {
             fn validate(&self) -> Result<(), crate::reject::Reject> {
@@ -210,41 +223,22 @@ fn free_form(field: &str, value: &Value) -> Checked {
 
 checks! { reject: Reject {
     field: optional(text);
-    why: |_: &str, why: &Refusal| parameters_of(why);
+    why: |_: &str, why: &Refusal| why.validate();
 }}
 
-fn parameters_of(why: &Refusal) -> Checked {
-    match why {
-        Refusal::OutOfRange { found, least, most } => {
-            number("found", found)?;
-            number("least", least)?;
-            number("most", most)
-        }
-        Refusal::NotPositive { found } => number("found", found),
-        Refusal::UnreachableGoal { x, y } => {
-            number("x", x)?;
-            number("y", y)
-        }
-        Refusal::WrongEncoding { found, expected } => {
-            text("found", found)?;
-            text("expected", expected)
-        }
-        Refusal::UnknownName { found, known } => {
-            text("found", found)?;
-            list(MAX_LIST, text)("known", known)
-        }
-        Refusal::NoReplica { term, detail, .. } => {
-            id("term", term)?;
-            text("detail", detail)
-        }
-        Refusal::NotAName { found } | Refusal::UnsafePath { found } | Refusal::MissingFile { found } => {
-            text("found", found)
-        }
-        Refusal::WrongStructure { detail }
-        | Refusal::Invalid { detail }
-        | Refusal::Cold { detail }
-        | Refusal::NoMap { detail }
-        | Refusal::Failed { detail } => text("detail", detail),
-        _ => Ok(()),
-    }
-}
+checks! { Refusal {
+    OutOfRange { found: number, least: number, most: number }
+    NotPositive { found: number }
+    UnreachableGoal { x: number, y: number }
+    WrongEncoding { found: text, expected: text }
+    UnknownName { found: text, known: list(MAX_LIST, text) }
+    NoReplica { term: id, detail: text }
+    NotAName { found: text }
+    UnsafePath { found: text }
+    MissingFile { found: text }
+    WrongStructure { detail: text }
+    Invalid { detail: text }
+    Cold { detail: text }
+    NoMap { detail: text }
+    Failed { detail: text }
+}}

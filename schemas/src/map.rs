@@ -28,21 +28,13 @@ impl FromStr for MapId {
     type Err = MapIdError;
 
     fn from_str(text: &str) -> Result<Self, MapIdError> {
-        let (pairs, []) = text.as_bytes().as_chunks::<2>() else { return Err(MapIdError) };
-        let pairs: &[[u8; 2]; 32] = pairs.try_into().map_err(|_| MapIdError)?;
-        let mut id = [0; 32];
-        for (byte, [high, low]) in id.iter_mut().zip(pairs) {
-            *byte = digit(*high)? << 4 | digit(*low)?;
+        let mut id = Self([0; 32]);
+        for (index, byte) in id.0.iter_mut().enumerate() {
+            let digits = text.get(2 * index..2 * index + 2).ok_or(MapIdError)?;
+            *byte = u8::from_str_radix(digits, 16).map_err(|_| MapIdError)?;
         }
-        Ok(Self(id))
-    }
-}
-
-fn digit(character: u8) -> Result<u8, MapIdError> {
-    match character {
-        b'0'..=b'9' => Ok(character - b'0'),
-        b'a'..=b'f' => Ok(character - b'a' + 10),
-        _ => Err(MapIdError),
+        // No sign, no capital, nothing after them.
+        if id.to_string() == text { Ok(id) } else { Err(MapIdError) }
     }
 }
 

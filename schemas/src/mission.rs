@@ -13,6 +13,7 @@ use crate::reason::MissionEnd;
 use crate::reject::Reject;
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
+use strum::EnumDiscriminants;
 
 /// What a robot is to do, as the client that gives the mission says it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -102,8 +103,9 @@ checks! { mission: Mission {
 }}
 
 /// A request about a robot's mission; the reply is the [`Mission`] as it is then.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, EnumDiscriminants)]
 #[serde(tag = "kind", rename_all = "snake_case", try_from = "CommandFields")]
+#[strum_discriminants(name(CommandKind), vis(), derive(Deserialize), serde(rename_all = "snake_case"))]
 #[expect(missing_docs, reason = "the text of each command says what its fields are")]
 pub enum MissionCommand {
     /// Begin this mission.
@@ -135,17 +137,6 @@ struct CommandFields {
     heading: Option<f64>,
     revision: Option<u64>,
     end: Option<MissionEnd>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum CommandKind {
-    Set,
-    Goal,
-    Pause,
-    Resume,
-    Cancel,
-    Finish,
 }
 
 impl TryFrom<CommandFields> for MissionCommand {

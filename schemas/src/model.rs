@@ -6,6 +6,7 @@ use crate::limits::{MAX_BEAMS, MAX_VERTICES};
 use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
+use strum::EnumDiscriminants;
 
 /// Position (m) and heading (rad, counter-clockwise from x) in the frame its field names.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -23,8 +24,9 @@ checks! { pose: Pose {
 }}
 
 /// Outline of the robot around its centre of rotation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, EnumDiscriminants)]
 #[serde(tag = "kind", rename_all = "snake_case", try_from = "FootprintFields")]
+#[strum_discriminants(name(FootprintKind), vis(), derive(Deserialize), serde(rename_all = "snake_case"))]
 #[expect(missing_docs, reason = "the text of each outline says what its fields are")]
 pub enum Footprint {
     /// A disc of this radius, m.
@@ -40,13 +42,6 @@ struct FootprintFields {
     radius: Option<f64>,
     x: Option<F64Array>,
     y: Option<F64Array>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum FootprintKind {
-    Disc,
-    Polygon,
 }
 
 impl TryFrom<FootprintFields> for Footprint {

@@ -4,8 +4,7 @@
 //! and never a sentence. No parameter is a typed array: serde reads an enum that a key tells apart (`code`) through a
 //! buffer, which cannot hold CBOR tags.
 
-use crate::check::{id, non_negative, part};
-use crate::message::Validate;
+use crate::check::{checks, id, non_negative, part};
 use crate::mission_state::MissionState;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
@@ -29,15 +28,11 @@ pub enum Rejection {
     Slow,
 }
 
-impl Validate for Rejection {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::NotScored { term } => id("term", term),
-            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => non_negative("after_s", after_s),
-            Self::Unreachable { .. } | Self::Slow => Ok(()),
-        }
-    }
-}
+checks! { Rejection {
+    NotScored { term: id }
+    HitsWall { after_s: non_negative }
+    HitsPerson { after_s: non_negative }
+}}
 
 /// What came of the previous trajectory when no candidate could be followed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, VariantNames)]
@@ -59,15 +54,11 @@ pub enum PreviousState {
     HitsPerson { person: u32, after_s: f64 },
 }
 
-impl Validate for PreviousState {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::Held | Self::Absent | Self::Expired => Ok(()),
-            Self::Strayed { distance_m } => non_negative("distance_m", distance_m),
-            Self::HitsWall { after_s } | Self::HitsPerson { after_s, .. } => non_negative("after_s", after_s),
-        }
-    }
-}
+checks! { PreviousState {
+    Strayed { distance_m: non_negative }
+    HitsWall { after_s: non_negative }
+    HitsPerson { after_s: non_negative }
+}}
 
 /// Why the arbiter decided as it did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
@@ -97,18 +88,11 @@ pub enum Reason {
     CycleFailed,
 }
 
-impl Validate for Reason {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::NotScored { term, previous } => {
-                id("term", term)?;
-                part("previous", previous)
-            }
-            Self::NoCandidates { previous } | Self::NoneFree { previous } => part("previous", previous),
-            _ => Ok(()),
-        }
-    }
-}
+checks! { Reason {
+    NotScored { term: id, previous: part }
+    NoCandidates { previous: part }
+    NoneFree { previous: part }
+}}
 
 /// What was not as it should be in a cycle.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
@@ -145,16 +129,11 @@ impl Degradation {
     }
 }
 
-impl Validate for Degradation {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::EvaluatedLocally { term }
-            | Self::PartlyEvaluated { term }
-            | Self::NotEvaluated { term } => id("term", term),
-            _ => Ok(()),
-        }
-    }
-}
+checks! { Degradation {
+    EvaluatedLocally { term: id }
+    PartlyEvaluated { term: id }
+    NotEvaluated { term: id }
+}}
 
 /// What the driver does with the newest decision, and why.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
@@ -229,16 +208,7 @@ pub enum MissionEnd {
     WorldFailed { reject: Reject },
 }
 
-impl Validate for MissionEnd {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::Unprepared { role, instance, reject } => {
-                id("role", role)?;
-                id("instance", instance)?;
-                part("reject", reject)
-            }
-            Self::WorldFailed { reject } => part("reject", reject),
-            _ => Ok(()),
-        }
-    }
-}
+checks! { MissionEnd {
+    Unprepared { role: id, instance: id, reject: part }
+    WorldFailed { reject: part }
+}}

@@ -5,7 +5,6 @@ use crate::check::{
 };
 use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
 use crate::map::MapId;
-use crate::message::Validate;
 use crate::reject::Reject;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -29,22 +28,11 @@ pub enum Prepared {
     Waiting { revision: u64, reject: Reject },
 }
 
-impl Validate for Prepared {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::Map { .. } | Self::Revision { .. } => Ok(()),
-            Self::Goal { x, y, .. } => {
-                number("x", x)?;
-                number("y", y)
-            }
-            Self::Sensor { fov, range_max, .. } => {
-                positive("fov", fov)?;
-                positive("range_max", range_max)
-            }
-            Self::Waiting { reject, .. } => part("reject", reject),
-        }
-    }
-}
+checks! { Prepared {
+    Goal { x: number, y: number }
+    Sensor { fov: positive, range_max: positive }
+    Waiting { reject: part }
+}}
 
 /// The answer to a status query.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

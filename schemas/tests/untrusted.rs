@@ -1,4 +1,4 @@
-//! Bytes nobody has checked: refused with a reason, or read; never a panic.
+//! Bytes that nothing has checked: refused with a reason, or read; never a panic.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
 

@@ -95,7 +95,7 @@ impl PlanContext {
 
     /// Whether candidates, or their costs under a term, can be computed without the pool of `role`.
     pub fn is_replaceable(&self, role: &str) -> bool {
-        self.in_process && (role == generator::ROLE || self.local.contains_key(role))
+        self.in_process && !self.is_foreign(role)
     }
 
     /// Whether `role` is a term that only services of its own compute, whatever the configuration.
@@ -196,13 +196,13 @@ impl PlanContext {
         self.mission.order.seed.wrapping_add((index as u64).wrapping_mul(TREE_SEED_STEP))
     }
 
-    /// A question without candidates: whoever answers it is warm.
+    /// A question without candidates: a replica that answers it is warm.
     pub fn warm_up(&self, term: &str) -> EvaluateRequest {
         let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
         self.evaluate_request(term, (0, 0), &self.empty_scene(), &none, 0..0)
     }
 
-    /// A question for no growth at all: whoever answers it is warm.
+    /// A question for no growth at all: a replica that answers it is warm.
     pub fn warm_up_generator(&self) -> Result<GenerateRequest, Reject> {
         let mut request = self.generate_request((0, 0), &self.empty_scene(), 0, None, &[])?;
         request.iterations = 0;

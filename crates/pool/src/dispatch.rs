@@ -151,7 +151,7 @@ fn fits(scores: &Scores, request: &EvaluateRequest, term: &str, instance: &str) 
         && scores.cost.len() == request.candidates.count as usize
 }
 
-/// Contiguous ranges that cover `count` candidates, one a slot, as long as its speed is great.
+/// Contiguous ranges that cover `count` candidates, one per slot, proportional to its speed.
 fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
     let total: f64 = speeds.iter().sum();
     let mut covered = 0.0;
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shard_is_as_long_as_its_lane_is_fast() {
+    fn a_shard_is_as_long_as_its_slot_is_fast() {
         assert_eq!(shards(100, &[1.0, 1.0, 1.0]), vec![0..33, 33..67, 67..100]);
         // 3 of 4 and 1 of 4
         assert_eq!(shards(100, &[300.0, 100.0]), vec![0..75, 75..100]);

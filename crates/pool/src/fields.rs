@@ -33,12 +33,18 @@ pub struct Fields {
 impl Fields {
     /// Nothing is kept yet. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
-        Self::from(MapStore::new(session))
+        Self::keeping(MapStore::new(session))
     }
 
     /// Fields of maps that are here already; none is fetched.
     pub fn of_maps(maps: impl IntoIterator<Item = StaticMap>) -> Self {
-        Self::from(MapStore::holding(maps))
+        Self::keeping(MapStore::holding(maps))
+    }
+
+    fn keeping(maps: MapStore) -> Self {
+        let (geodesic, information) =
+            (SingleFlightCache::new(FIELDS_KEPT), SingleFlightCache::new(FIELDS_KEPT));
+        Self { stock: Arc::new(Stock { maps, geodesic, information }), derives: true }
     }
 
     /// The same fields for work that cannot wait: what is not kept is refused as [`Refusal::Cold`].
@@ -103,14 +109,6 @@ impl Fields {
             return kept.get_or_try(key, || Ok(derive()));
         }
         kept.get(key).ok_or_else(|| cold(what))
-    }
-}
-
-impl From<MapStore> for Fields {
-    fn from(maps: MapStore) -> Self {
-        let (geodesic, information) =
-            (SingleFlightCache::new(FIELDS_KEPT), SingleFlightCache::new(FIELDS_KEPT));
-        Self { stock: Arc::new(Stock { maps, geodesic, information }), derives: true }
     }
 }
 

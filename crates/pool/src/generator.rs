@@ -1,6 +1,5 @@
 //! The trajectory generators in their two homes, as `evaluators` does for evaluators.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use curionav_planning::generation::{self, GenerationInput};
@@ -16,7 +15,7 @@ use crate::fields::Fields;
 use curionav_runtime::convert;
 
 /// Role under which generators announce themselves.
-pub const ROLE: &str = "generator";
+pub use curionav_schemas::keys::GENERATOR as ROLE;
 
 parameters! {
     /// Parameters of one generation as they travel.
@@ -35,12 +34,6 @@ parameters! {
     }
 }
 
-/// Distance to go for the request's goal and robot.
-fn geodesic(fields: &Fields, request: &GenerateRequest) -> Result<Arc<GeodesicField>, Reject> {
-    let radius = convert::checked("robot_model", convert::robot_model(&request.robot_model))?.radius();
-    fields.geodesic(request.map, Point2::new(request.goal_x, request.goal_y), radius)
-}
-
 /// The answer of `instance`. A request for no growth derives what such requests need; any other for which
 /// it has not been derived is refused as cold, at once.
 pub fn answer(
@@ -55,7 +48,9 @@ pub fn answer(
     }
     let fields = if warms_up { fields.clone() } else { fields.kept() };
     let map = fields.map(request.map)?;
-    let geodesic = geodesic(&fields, request)?;
+    let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
+    let goal = Point2::new(request.goal_x, request.goal_y);
+    let geodesic = fields.geodesic(request.map, goal, robot.radius())?;
     generate(instance, request, &map, &geodesic, should_stop)
 }
 

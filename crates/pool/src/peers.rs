@@ -4,9 +4,10 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use curionav_runtime::membership::Membership;
+use curionav_runtime::membership::{Members, Membership};
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, keys};
+use tokio::sync::{Mutex, watch};
 use zenoh::Session;
 
 /// Role of trajectory generators; evaluators have their term's name.
@@ -63,7 +64,7 @@ pub struct Call<'a> {
 pub struct ZenohPeers {
     session: Session,
     membership: Membership,
-    changes: tokio::sync::Mutex<tokio::sync::watch::Receiver<curionav_runtime::membership::Members>>,
+    changes: Mutex<watch::Receiver<Members>>,
     started: Instant,
 }
 
@@ -71,12 +72,10 @@ impl ZenohPeers {
     /// Those behind `session`.
     pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
         let membership = Membership::follow(session)?;
-        let changes = tokio::sync::Mutex::new(membership.changes());
+        let changes = Mutex::new(membership.changes());
         Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
     }
-}
 
-impl ZenohPeers {
     async fn question<Q: Message, A: Message>(
         &self,
         role: &str,

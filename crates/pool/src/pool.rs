@@ -33,7 +33,7 @@ pub struct Pool<P> {
     /// Answers that could not be understood, with whatever else the service refuses.
     refused: Tally,
     replicas: Mutex<Replicas>,
-    /// Wakes whoever probes: a replica has lost its standing.
+    /// Wakes the probing: a replica has lost its standing.
     failed: Notify,
     /// Which replica of a role refused the last probe, and why.
     refusals: Mutex<BTreeMap<String, (String, Reject)>>,
@@ -67,12 +67,12 @@ fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
 }
 
 impl<P: Peers> Pool<P> {
-    /// Nobody is known yet.
+    /// No replica is known yet.
     pub fn new(peers: Arc<P>) -> Self {
         Self::counted(peers, refusals())
     }
 
-    /// Nobody is known yet; answers that cannot be understood are added to `refused`.
+    /// No replica is known yet; answers that cannot be understood are added to `refused`.
     pub fn counted(peers: Arc<P>, refused: Tally) -> Self {
         Self {
             peers,
@@ -104,7 +104,7 @@ impl<P: Peers> Pool<P> {
         locked(&self.replicas)
     }
 
-    /// Forgets everybody: with another mission nobody is prepared, and nobody has refused it.
+    /// Forgets every replica: for another mission none is prepared, and none has refused it.
     pub fn clear(&self) {
         *self.replicas() = Replicas::default();
         self.refusals().clear();
@@ -199,7 +199,7 @@ impl<P: Peers> Pool<P> {
         let outcome = ask(instance.clone(), timeout).await.inspect_err(|error| self.note_refused(error));
         drop(in_flight);
         let value = outcome.map(|answer| {
-            // Nobody can have been busy for longer than the answer took.
+            // No replica can have been busy for longer than the answer took.
             let took = self.peers.now().saturating_sub(sent);
             let busy = answer.busy.min(took);
             self.replicas().answered(role, &instance, answer.count, busy, took - busy);
@@ -208,8 +208,8 @@ impl<P: Peers> Pool<P> {
         (instance, value)
     }
 
-    /// Follows who comes and goes, and asks everybody who is not ready for nothing until they answer: then
-    /// they are alive and prepared. Goes on until it is dropped.
+    /// Follows which replicas come and go, and probes each unready one with an empty request until it answers: then
+    /// it is alive and prepared. Goes on until it is dropped.
     pub async fn keep_ready(&self, context: &PlanContext) {
         let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
         let mut probes = FuturesUnordered::new();

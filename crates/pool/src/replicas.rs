@@ -69,7 +69,7 @@ struct Replica {
     slots: u32,
     /// Candidates a second on one slot, waiting for it included; zero until it has been measured.
     speed: f64,
-    /// The same, the best of late: nobody else was in the way.
+    /// The same, the best of late: nothing else was in the way.
     unhindered: f64,
     /// Seconds a question and its answer travel, the best of late; infinite until it has been measured.
     way: f64,
@@ -83,7 +83,7 @@ struct Replica {
 impl Replica {
     /// Candidates that are computed while one question travels, and more the busier the replica is: every
     /// question costs it about as much as the way takes, whatever is in it, and a busy pool that spends its time
-    /// on questions is a slow one. A pool that nobody else uses is cut fine, for the sake of the latency.
+    /// on questions is a slow one. Batches for a pool that is idle are cut fine, for the sake of the latency.
     fn worth(&self) -> f64 {
         if self.speed <= 0.0 || !self.way.is_finite() {
             return 0.0;
@@ -96,7 +96,7 @@ impl Replica {
 /// A replica to be probed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Probe {
-    /// Generator or metric.
+    /// Generator or term.
     pub role: String,
     /// Which.
     pub instance: String,
@@ -130,7 +130,7 @@ impl Replicas {
         }
     }
 
-    /// Whom to probe now; each counts as being probed from here on.
+    /// The replicas to probe now; each counts as being probed from here on.
     pub fn take_due(&mut self, now: Duration) -> Vec<Probe> {
         let mut due = Vec::new();
         for (role, replicas) in &mut self.of {
@@ -164,9 +164,8 @@ impl Replicas {
 
     /// Who may be given work, in order.
     pub fn ready(&self, role: &str) -> Vec<String> {
-        let ready = |r: &Replica| r.standing == Standing::Ready;
-        let replicas = self.of.get(role).into_iter().flatten();
-        replicas.filter(|(_, r)| ready(r)).map(|(instance, _)| instance.clone()).collect()
+        let ready = self.of.get(role).into_iter().flat_map(ready);
+        ready.map(|(instance, _)| instance.clone()).collect()
     }
 
     /// The free slots that `robot`'s next batch of `count` candidates goes to, one a shard.
@@ -175,8 +174,8 @@ impl Replicas {
         *batch += 1;
         let Some(replicas) = self.of.get_mut(role) else { return Vec::new() };
         let chosen = slot_selection::choose(free_slots(replicas, *batch), robot, count);
-        for lane in &chosen {
-            if let Some(replica) = replicas.get_mut(&lane.instance) {
+        for slot in &chosen {
+            if let Some(replica) = replicas.get_mut(&slot.instance) {
                 replica.batch = *batch;
             }
         }
@@ -186,11 +185,8 @@ impl Replicas {
     /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest.
     pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
         let busy = |r: &Replica| f64::from(r.in_flight) / f64::from(r.slots);
-        let free = |r: &Replica| {
-            r.standing == Standing::Ready && r.in_flight < r.slots.saturating_mul(IN_FLIGHT_PER_SLOT)
-        };
-        let replicas = self.of.get(role)?.iter();
-        replicas
+        let free = |r: &Replica| r.in_flight < r.slots.saturating_mul(IN_FLIGHT_PER_SLOT);
+        ready(self.of.get(role)?)
             .filter(|(instance, r)| free(r) && !asked.contains(instance))
             .min_by(|a, b| busy(a.1).total_cmp(&busy(b.1)).then(b.1.speed.total_cmp(&a.1.speed)))
             .map(|(instance, _)| instance.clone())
@@ -229,12 +225,12 @@ impl Replicas {
         }
     }
 
-    /// No usable answer. Whoever is overloaded goes on, with less. Whoever is broken is asked for nothing until
-    /// it answers: a second question would be another cycle's that comes to harm, and if all was well the
-    /// answer is here before the next cycle.
+    /// No usable answer. An overloaded replica goes on, with less. A broken one is only probed until it answers: a
+    /// second question would be another cycle's that comes to harm, and if all was well the answer is here before the
+    /// next cycle.
     ///
-    /// In real time it is left alone the longer the more often it has failed. In lockstep the robot waits for
-    /// whoever works, and how fast its time passes must not matter.
+    /// In real time it is left alone the longer the more often it has failed. In lockstep the robot waits for those
+    /// that work, and how fast its time passes must not matter.
     pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration, clock: Clock) {
         let Some(replica) = self.find(role, instance) else { return };
         match failure {
@@ -265,17 +261,21 @@ impl Replicas {
     }
 }
 
+/// The replicas that may be given work, in order.
+fn ready(replicas: &BTreeMap<String, Replica>) -> impl Iterator<Item = (&String, &Replica)> {
+    replicas.iter().filter(|(_, replica)| replica.standing == Standing::Ready)
+}
+
 /// Every slot of a role that may be given a part of its batch number `batch`.
 fn free_slots(replicas: &BTreeMap<String, Replica>, batch: u64) -> Vec<FreeSlot> {
-    let ready = || replicas.iter().filter(|(_, r)| r.standing == Standing::Ready);
-    let fastest = ready().map(|(_, r)| r.speed).fold(0.0, f64::max);
+    let fastest = ready(replicas).map(|(_, r)| r.speed).fold(0.0, f64::max);
     // One that has not been measured gets as much as the fastest.
     let speed = |r: &Replica| match (r.speed > 0.0, fastest > 0.0) {
         (true, _) => r.speed.max(SLOWEST * fastest),
         (false, true) => fastest,
         (false, false) => 1.0,
     };
-    ready()
+    ready(replicas)
         .flat_map(|(instance, r)| {
             (0..r.slots.saturating_sub(r.in_flight)).map(move |slot| FreeSlot {
                 instance: instance.clone(),
@@ -309,7 +309,7 @@ mod tests {
     /// Every free slot, by name.
     fn known_slots(replicas: &Replicas) -> Vec<(String, f64)> {
         let all = replicas.of.get("cpc").map(|of| free_slots(of, 1)).unwrap_or_default();
-        all.into_iter().map(|l| (l.instance, l.speed)).collect()
+        all.into_iter().map(|slot| (slot.instance, slot.speed)).collect()
     }
 
     #[test]
@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn work_in_flight_takes_slots() {
         let mut replicas = ready(&[("a", 1), ("b", 3)]);
-        let names = |r: &Replicas| known_slots(r).into_iter().map(|l| l.0).collect::<Vec<_>>();
+        let names = |r: &Replicas| known_slots(r).into_iter().map(|slot| slot.0).collect::<Vec<_>>();
         assert_eq!(names(&replicas), ["a", "b", "b", "b"]);
         replicas.asked("cpc", "b");
         assert_eq!(names(&replicas), ["a", "b", "b"]);
@@ -344,7 +344,7 @@ mod tests {
         let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
         replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
         replicas.answered("cpc", "b", 100, Duration::from_millis(40), WAY);
-        let speeds: Vec<f64> = known_slots(&replicas).into_iter().map(|l| l.1).collect();
+        let speeds: Vec<f64> = known_slots(&replicas).into_iter().map(|slot| slot.1).collect();
         assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
         // 2500 + 0.3 * (10 000 - 2500)
         replicas.answered("cpc", "b", 100, Duration::from_millis(10), WAY);

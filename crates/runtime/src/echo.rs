@@ -2,15 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use curionav_schemas::keys;
-use zenoh::handlers::FifoChannel;
-use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::{ConsolidationMode, Query, Queryable};
+use curionav_schemas::{Clock, keys};
+use zenoh::query::{Query, QueryTarget, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::process::{OnReady, Running};
-use crate::query::AskError;
+use crate::query::{AskError, Urgency, send};
 use crate::serve::ServeError;
 use crate::shutdown::Shutdown;
 
@@ -21,7 +19,7 @@ const ANSWER_MAX: u64 = 64 << 20;
 pub fn serve(session: &Session, instance: &str) -> Result<Queryable<()>, ServeError> {
     let key = keys::echo(instance);
     let queryable = session.declare_queryable(key.clone()).callback(|query| answer(&query)).wait();
-    queryable.map_err(|e| ServeError { key, reason: e.to_string() })
+    queryable.map_err(|e| ServeError::new(&key, e))
 }
 
 /// The same as a service, until `shutdown`.
@@ -60,17 +58,9 @@ pub async fn round_trip(
     let mut payload = vec![0_u8; question.max(8)];
     payload[..8].copy_from_slice(&(answer as u64).to_le_bytes());
     let started = Instant::now();
-    let replies = session
-        .get(keys::echo(instance))
-        .payload(payload)
-        .consolidation(ConsolidationMode::None)
-        .timeout(timeout)
-        .congestion_control(CongestionControl::Block)
-        .priority(Priority::InteractiveLow)
-        .express(true)
-        .with(FifoChannel::new(4))
-        .wait()
-        .map_err(|e| AskError::Send(e.to_string()))?;
+    let (key, urgency) = (keys::echo(instance), Urgency::Shard { clock: Clock::Lockstep });
+    let question = Some((payload, "zenoh/bytes"));
+    let replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, 4)?;
     let reply = replies.recv_async().await.map_err(|_| AskError::NoReply)?;
     let took = started.elapsed();
     let sample = reply.into_result().map_err(|_| AskError::Timeout)?;

@@ -10,7 +10,8 @@ pub const BAD_INPUT: u8 = 2;
 pub const NO_NETWORK: u8 = 3;
 
 /// An error that ends the program, with its status.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{}", self.line())]
 pub struct Exit {
     /// The status, one of those above.
     pub code: u8,
@@ -38,11 +39,3 @@ impl Exit {
         format!("{:#}", self.error).replace('\n', " ")
     }
 }
-
-impl std::fmt::Display for Exit {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.line())
-    }
-}
-
-impl std::error::Error for Exit {}

@@ -6,19 +6,19 @@ use std::collections::{BTreeMap, VecDeque};
 #[derive(Debug)]
 pub struct FairQueue<T> {
     lines: BTreeMap<String, VecDeque<T>>,
-    /// Everybody with somebody waiting; the first is served next.
+    /// The robots with a line; the first is served next.
     turns: VecDeque<String>,
     waiting: usize,
     limit: usize,
 }
 
 impl<T> FairQueue<T> {
-    /// Nobody waits; at most `limit` may.
+    /// Nothing waits; at most `limit` items may.
     pub fn new(limit: usize) -> Self {
         Self { lines: BTreeMap::new(), turns: VecDeque::new(), waiting: 0, limit: limit.max(1) }
     }
 
-    /// Adds an item of `robot` at the end of its line. When the queue is full somebody must go, and is
+    /// Adds an item of `robot` at the end of its line. When the queue is full one item must go, and is
     /// given back: the newest of the longest line if that one has more than its share, else this item.
     pub fn push(&mut self, robot: &str, item: T) -> Option<T> {
         let mut refused = None;
@@ -55,14 +55,9 @@ impl<T> FairQueue<T> {
         item
     }
 
-    /// How many wait.
-    pub fn len(&self) -> usize {
+    /// How many items wait.
+    pub fn waiting(&self) -> usize {
         self.waiting
-    }
-
-    /// Whether nobody waits.
-    pub fn is_empty(&self) -> bool {
-        self.waiting == 0
     }
 }
 
@@ -78,11 +73,11 @@ mod tests {
         }
         let served: Vec<i32> = std::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(served, [1, 4, 5, 2, 6, 3]);
-        assert!(queue.is_empty() && queue.lines.is_empty());
+        assert!(queue.waiting() == 0 && queue.lines.is_empty());
     }
 
     #[test]
-    fn a_full_queue_refuses_whoever_has_more_than_a_share() {
+    fn a_full_queue_refuses_the_robot_that_has_more_than_a_share() {
         let mut queue = FairQueue::new(4);
         for item in 0..4 {
             assert_eq!(queue.push("greedy", item), None);
@@ -90,11 +85,11 @@ mod tests {
         assert_eq!(queue.push("greedy", 4), Some(4));
         assert_eq!(queue.push("modest", 5), Some(3));
         assert_eq!(queue.push("modest", 6), Some(2));
-        // Two each: the next is refused, whoever sends it.
+        // Two each: the next is refused, whichever sends it.
         assert_eq!(queue.push("modest", 7), Some(7));
         assert_eq!(queue.push("greedy", 8), Some(8));
         assert_eq!(queue.push("third", 9), Some(1));
-        assert_eq!(queue.len(), 4);
+        assert_eq!(queue.waiting(), 4);
     }
 
     #[test]

@@ -1,6 +1,5 @@
 //! Keeping streams of one tick together.
 
-use std::future::Future;
 use std::time::Duration;
 
 use curionav_schemas::{Belief, Clock, Decision, Message, Odometry, People, Scan, Twist};
@@ -93,11 +92,7 @@ impl<M: Ticked> Latest<M> {
             }
             Some(())
         };
-        within_patience(wait).await.flatten()?;
+        tokio::time::timeout(LOCKSTEP_PATIENCE, wait).await.ok().flatten()?;
         self.newest.as_ref()
     }
-}
-
-async fn within_patience<T>(wait: impl Future<Output = T>) -> Option<T> {
-    tokio::time::timeout(LOCKSTEP_PATIENCE, wait).await.ok()
 }

@@ -1,5 +1,6 @@
-//! Maps by content: hosted by whoever has them, fetched once by whoever needs them.
+//! Maps by content: hosted where they are, fetched once by every process that needs them.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -52,8 +53,7 @@ impl MapStore {
         let store = Self { source: None, maps: SingleFlightCache::new(MAPS_KEPT) };
         for map in maps.into_iter().take(MAPS_KEPT) {
             let id = MapId(map.grid.hash().0);
-            let kept: Result<_, std::convert::Infallible> = store.maps.get_or_try(&id, || Ok(map));
-            drop(kept);
+            let _: Result<_, Infallible> = store.maps.get_or_try(&id, || Ok(map));
         }
         store
     }

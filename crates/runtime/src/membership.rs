@@ -38,18 +38,15 @@ impl Membership {
                         members.entry(role).or_default().insert(instance);
                     }
                     SampleKind::Delete => {
-                        let left = members.get_mut(&role).map(|instances| {
+                        if let Some(instances) = members.get_mut(&role) {
                             instances.remove(&instance);
-                            instances.len()
-                        });
-                        if left == Some(0) {
-                            members.remove(&role);
                         }
+                        members.retain(|_, instances| !instances.is_empty());
                     }
                 });
             })
             .wait()
-            .map_err(|e| TopicError { key, reason: e.to_string() })?;
+            .map_err(TopicError::on(&key))?;
         Ok(Self { _subscriber: subscriber, members })
     }
 
@@ -58,7 +55,7 @@ impl Membership {
         self.members.borrow().get(role).map(|s| s.iter().cloned().collect()).unwrap_or_default()
     }
 
-    /// Everybody alive now.
+    /// All instances alive now, by role.
     pub fn all(&self) -> Members {
         self.members.borrow().clone()
     }
@@ -72,7 +69,7 @@ impl Membership {
 /// Tokens of those alive arrive with the declaration; this covers a slow router.
 const SETTLE: Duration = Duration::from_millis(300);
 
-/// Everybody alive, for one who looks once.
+/// All instances alive, for a program that looks once.
 pub async fn members(session: &Session) -> Result<Members, TopicError> {
     let membership = Membership::follow(session)?;
     tokio::time::sleep(SETTLE).await;
@@ -81,7 +78,6 @@ pub async fn members(session: &Session) -> Result<Members, TopicError> {
 
 /// Announces this instance. Declare it after the queryables it stands for.
 pub fn announce(session: &Session, role: &str, instance: &str) -> Result<LivelinessToken, TopicError> {
-    let error = |key: &str, reason: String| TopicError { key: key.into(), reason };
-    let key = keys::live(role, instance).map_err(|e| error(role, e.to_string()))?;
-    session.liveliness().declare_token(key.clone()).wait().map_err(|e| error(&key, e.to_string()))
+    let key = keys::live(role, instance).map_err(|e| TopicError::on(role)(e.into()))?;
+    session.liveliness().declare_token(key.clone()).wait().map_err(TopicError::on(&key))
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -28,37 +29,42 @@ const OTHER: &str = "other";
 
 type Labels = Vec<(&'static str, String)>;
 
-/// Labels for `values`, unless they are new and `known` says there are too many already.
-fn labels(
-    names: &[&'static str],
-    values: &[&str],
-    known: &AtomicUsize,
-    is_known: impl Fn(&Labels) -> bool,
-) -> Labels {
-    let labels: Labels = names.iter().copied().zip(values.iter().map(|v| (*v).to_owned())).collect();
-    if is_known(&labels) {
-        return labels;
+/// Metrics told apart by labels.
+#[derive(Debug, Clone)]
+struct Labelled<M> {
+    names: &'static [&'static str],
+    family: Family<Labels, M, fn() -> M>,
+    known: Arc<AtomicUsize>,
+}
+
+impl<M> Labelled<M> {
+    fn new(names: &'static [&'static str], metric: fn() -> M) -> Self {
+        Self { names, family: Family::new_with_constructor(metric), known: Arc::default() }
     }
-    if known.fetch_add(1, Ordering::Relaxed) < VALUES_MAX {
-        return labels;
+
+    /// The metric of `values`, one for each label.
+    fn of(&self, values: &[&str]) -> impl Deref<Target = M> {
+        let mut labels: Labels =
+            self.names.iter().copied().zip(values.iter().map(|v| (*v).to_owned())).collect();
+        if self.family.get(&labels).is_none() && self.known.fetch_add(1, Ordering::Relaxed) >= VALUES_MAX {
+            self.known.fetch_sub(1, Ordering::Relaxed);
+            labels.iter_mut().for_each(|(_, value)| OTHER.clone_into(value));
+        }
+        self.family.get_or_create(&labels)
     }
-    known.fetch_sub(1, Ordering::Relaxed);
-    names.iter().map(|name| (*name, OTHER.to_owned())).collect()
 }
 
 /// A counter told apart by labels, with their total.
 #[derive(Debug, Clone)]
 pub struct Tally {
-    names: &'static [&'static str],
-    family: Family<Labels, Counter>,
-    known: Arc<AtomicUsize>,
+    counters: Labelled<Counter>,
     total: Counter,
 }
 
 impl Tally {
     /// Nothing counted yet; `names` are those of the labels.
     pub fn new(names: &'static [&'static str]) -> Self {
-        Self { names, family: Family::default(), known: Arc::default(), total: Counter::default() }
+        Self { counters: Labelled::new(names, Counter::default), total: Counter::default() }
     }
 
     /// One more of `values`, one for each label.
@@ -68,8 +74,7 @@ impl Tally {
 
     /// `count` more of `values`.
     pub fn add_many(&self, values: &[&str], count: u64) {
-        let labels = labels(self.names, values, &self.known, |l| self.family.get(l).is_some());
-        self.family.get_or_create(&labels).inc_by(count);
+        self.counters.of(values).inc_by(count);
         self.total.inc_by(count);
     }
 
@@ -81,11 +86,7 @@ impl Tally {
 
 /// Durations told apart by a label.
 #[derive(Debug, Clone)]
-pub struct Durations {
-    name: &'static str,
-    family: Family<Labels, Histogram, fn() -> Histogram>,
-    known: Arc<AtomicUsize>,
-}
+pub struct Durations(Labelled<Histogram>);
 
 /// A histogram of durations, seconds.
 pub fn durations() -> Histogram {
@@ -93,19 +94,18 @@ pub fn durations() -> Histogram {
 }
 
 impl Durations {
-    /// None yet; `name` is that of the label.
-    pub fn new(name: &'static str) -> Self {
-        Self { name, family: Family::new_with_constructor(durations), known: Arc::default() }
+    /// None yet; `names` are those of the labels.
+    pub fn new(names: &'static [&'static str]) -> Self {
+        Self(Labelled::new(names, durations))
     }
 
     /// One more of `value`.
     pub fn record(&self, value: &str, took: Duration) {
-        let labels = labels(&[self.name], &[value], &self.known, |l| self.family.get(l).is_some());
-        self.family.get_or_create(&labels).observe(took.as_secs_f64());
+        self.0.of(&[value]).observe(took.as_secs_f64());
     }
 }
 
-/// A number, or several told apart by one label, read when somebody asks.
+/// A number, or several told apart by one label, read when it is asked for.
 struct Readings<F> {
     name: &'static str,
     help: &'static str,
@@ -149,7 +149,7 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Of a service that works for whoever asks.
+    /// Of a service that works for every robot that asks.
     pub fn of_pool(role: &str, config: &ServiceConfig) -> Self {
         Self::new(role, &config.instance, None)
     }
@@ -197,15 +197,15 @@ impl Metrics {
 
     /// Adds counters told apart by labels.
     pub fn tally(&mut self, name: &str, help: &str, tally: &Tally) {
-        self.count(name, help, tally.family.clone());
+        self.count(name, help, tally.counters.family.clone());
     }
 
     /// Adds durations told apart by a label.
     pub fn durations(&mut self, name: &str, help: &str, durations: &Durations) {
-        self.count(name, help, durations.family.clone());
+        self.count(name, help, durations.0.family.clone());
     }
 
-    /// Adds a number that is read when somebody asks; nothing is said while there is none.
+    /// Adds a number that is read when it is asked for; nothing is said while there is none.
     pub fn gauge<R: Into<Option<f64>>>(
         &mut self,
         name: &'static str,
@@ -216,7 +216,7 @@ impl Metrics {
         self.registry.register_collector(Box::new(Readings { name, help, label: None, read }));
     }
 
-    /// Adds numbers that are read when somebody asks, told apart by the label called `label`.
+    /// Adds numbers that are read when they are asked for, told apart by the label called `label`.
     pub fn gauges(
         &mut self,
         name: &'static str,
@@ -235,24 +235,18 @@ impl Metrics {
         text
     }
 
-    /// The same, sample by sample: the number by name and labels as they stand in the text.
+    /// The same, sample by sample: the number by name and labels as they stand in the text; at most as many as a status
+    /// may hold.
     pub fn samples(&self) -> BTreeMap<String, f64> {
-        samples(&self.text())
+        let sample = |line: &str| {
+            let (name, value) = line.rsplit_once(' ')?;
+            let value: f64 = value.parse().ok().filter(|v: &f64| v.is_finite())?;
+            (name.len() <= MAX_METRIC_NAME).then(|| (name.to_owned(), value))
+        };
+        let text = self.text();
+        text.lines().filter(|line| !line.starts_with('#')).filter_map(sample).take(MAX_METRICS).collect()
     }
 }
-
-/// The samples of a text in Prometheus's format, at most as many as a status may hold.
-fn samples(text: &str) -> BTreeMap<String, f64> {
-    let sample = |line: &str| {
-        let (name, value) = line.rsplit_once(' ')?;
-        let value: f64 = value.parse().ok().filter(|v: &f64| v.is_finite())?;
-        (name.len() <= MAX_METRIC_NAME).then(|| (name.to_owned(), value))
-    };
-    text.lines().filter(|line| !line.starts_with('#')).filter_map(sample).take(MAX_METRICS).collect()
-}
-
-/// Shared between whoever counts and whoever asks.
-pub type SharedMetrics = Arc<Metrics>;
 
 #[cfg(test)]
 mod tests {
@@ -264,7 +258,7 @@ mod tests {
 
     #[test]
     fn names_and_labels_are_as_prometheus_wants_them() {
-        let (mut metrics, refused, stages) = (metrics(), Tally::new(&["reason"]), Durations::new("stage"));
+        let (mut metrics, refused, stages) = (metrics(), Tally::new(&["reason"]), Durations::new(&["stage"]));
         metrics.tally("refused", "Requests refused", &refused);
         metrics.durations("stage_seconds", "Time of a stage", &stages);
         metrics.gauge("load", "Load", || 0.5);
@@ -303,8 +297,8 @@ mod tests {
             tally.add(&[&n.to_string()]);
         }
         tally.add(&["0"]);
-        assert!(tally.family.get(&vec![("reason", VALUES_MAX.to_string())]).is_none());
+        assert!(tally.counters.family.get(&vec![("reason", VALUES_MAX.to_string())]).is_none());
         assert_eq!(tally.total(), 10 * VALUES_MAX as u64 + 1);
-        assert_eq!(tally.family.get_or_create(&vec![("reason", "0".to_owned())]).get(), 2);
+        assert_eq!(tally.counters.family.get_or_create(&vec![("reason", "0".to_owned())]).get(), 2);
     }
 }

@@ -15,13 +15,13 @@ use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
-use crate::metrics::SharedMetrics;
+use crate::metrics::Metrics;
 
 /// What Prometheus takes for OpenMetrics.
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 /// Connections at a time: Prometheus holds one, a probe another.
 const CONNECTIONS_MAX: usize = 16;
-/// One question and its answer. Whoever takes longer is cut off.
+/// One question and its answer. A client that takes longer is cut off.
 const CONNECTION_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The address cannot be listened on.
@@ -54,11 +54,11 @@ impl Drop for MetricsEndpoint {
 }
 
 impl MetricsEndpoint {
-    /// Serves `metrics` on `address`; port 0 takes a free one. Ready is who has a router behind `session`.
+    /// Serves `metrics` on `address`; port 0 takes a free one. A process is ready while there is a router behind `session`.
     /// Call inside a Tokio runtime.
     pub fn start(
         address: SocketAddr,
-        metrics: SharedMetrics,
+        metrics: Arc<Metrics>,
         session: &Session,
     ) -> Result<Self, AddressError> {
         let error = |reason| AddressError { address, reason };
@@ -72,7 +72,7 @@ impl MetricsEndpoint {
     }
 }
 
-async fn accept(listener: tokio::net::TcpListener, metrics: SharedMetrics, session: Session) {
+async fn accept(listener: tokio::net::TcpListener, metrics: Arc<Metrics>, session: Session) {
     let room = Arc::new(Semaphore::new(CONNECTIONS_MAX));
     loop {
         let Ok(permit) = Arc::clone(&room).acquire_owned().await else { return };
@@ -101,22 +101,22 @@ async fn accept(listener: tokio::net::TcpListener, metrics: SharedMetrics, sessi
 
 async fn answer(
     request: Request<Incoming>,
-    metrics: SharedMetrics,
+    metrics: Arc<Metrics>,
     session: Session,
 ) -> Result<Response<Full<Bytes>>, Infallible> {
-    let plain = "text/plain; charset=utf-8";
-    let (status, kind, body) = match (request.method(), request.uri().path()) {
-        (&Method::GET | &Method::HEAD, "/metrics") => (StatusCode::OK, OPEN_METRICS, metrics.text()),
-        (&Method::GET | &Method::HEAD, "/livez") => (StatusCode::OK, plain, "alive\n".into()),
-        (&Method::GET | &Method::HEAD, "/readyz") => match session.info().routers_zid().await.next() {
-            Some(_) => (StatusCode::OK, plain, "ready\n".into()),
-            None => (StatusCode::SERVICE_UNAVAILABLE, plain, "no router\n".into()),
+    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
+    let (status, body) = match request.uri().path() {
+        _ if !reads => (StatusCode::METHOD_NOT_ALLOWED, "only GET and HEAD\n".into()),
+        "/metrics" => (StatusCode::OK, metrics.text()),
+        "/livez" => (StatusCode::OK, "alive\n".into()),
+        "/readyz" => match session.info().routers_zid().await.next() {
+            Some(_) => (StatusCode::OK, "ready\n".into()),
+            None => (StatusCode::SERVICE_UNAVAILABLE, "no router\n".into()),
         },
-        (&Method::GET | &Method::HEAD, _) => {
-            (StatusCode::NOT_FOUND, plain, "there are /metrics, /livez and /readyz\n".into())
-        }
-        _ => (StatusCode::METHOD_NOT_ALLOWED, plain, "only GET and HEAD\n".into()),
+        _ => (StatusCode::NOT_FOUND, "there are /metrics, /livez and /readyz\n".into()),
     };
+    let is_metrics = reads && request.uri().path() == "/metrics";
+    let kind = if is_metrics { OPEN_METRICS } else { "text/plain; charset=utf-8" };
     let mut response = Response::new(Full::new(Bytes::from(body)));
     *response.status_mut() = status;
     response.headers_mut().insert(CONTENT_TYPE, hyper::header::HeaderValue::from_static(kind));

@@ -4,13 +4,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use curionav_schemas::{Message, Reject};
-use zenoh::handlers::FifoChannel;
 use zenoh::pubsub::Subscriber;
-use zenoh::qos::CongestionControl;
-use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::query::QueryTarget;
 use zenoh::{Session, Wait};
 
-use crate::query::AskError;
+use crate::query::{AskError, Urgency, send};
 use crate::topic::TopicError;
 
 /// Replies to one question that are kept: more instances of a role than a deployment has.
@@ -38,7 +36,7 @@ impl RawReply {
     }
 }
 
-/// Asks everybody under `key`, which may have wildcards, and waits for all replies, at most `timeout`. Also
+/// Asks every queryable under `key`, which may have wildcards, and waits for all replies, at most `timeout`. Also
 /// gives the time until the last one.
 pub async fn ask_everybody(
     session: &Session,
@@ -46,19 +44,8 @@ pub async fn ask_everybody(
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
 ) -> Result<(Vec<RawReply>, Duration), AskError> {
-    let mut get = session
-        .get(key.to_owned())
-        .consolidation(ConsolidationMode::None)
-        .target(QueryTarget::All)
-        .timeout(timeout)
-        .congestion_control(CongestionControl::Block)
-        .express(true);
-    if let Some((payload, encoding)) = question {
-        get = get.payload(payload).encoding(encoding);
-    }
     let started = Instant::now();
-    let replies =
-        get.with(FifoChannel::new(REPLIES_MAX)).wait().map_err(|e| AskError::Send(e.to_string()))?;
+    let replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, REPLIES_MAX)?;
     let (mut came, mut last) = (Vec::new(), Duration::ZERO);
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
     while let Ok(Ok(reply)) = tokio::time::timeout_at(deadline, replies.recv_async()).await {
@@ -73,7 +60,7 @@ pub async fn ask_everybody(
                 RawReply { key: String::new(), answer: Err(reject) }
             }
         };
-        // A router's own word for a timeout is nobody's answer.
+        // A router's own word for a timeout is no answer.
         if came.len() < REPLIES_MAX && !matches!(reply.answer, Err(None)) {
             last = started.elapsed();
             came.push(reply);
@@ -128,7 +115,7 @@ impl Listener {
                 heard.between = Some((heard.between.map_or(now, |b| b.0), now));
             })
             .wait()
-            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+            .map_err(TopicError::on(key))?;
         Ok(Self { _subscriber: subscriber, heard })
     }
 

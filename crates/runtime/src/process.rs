@@ -59,20 +59,13 @@ impl ServiceOptions {
         if !self.connect.is_empty() {
             config.connect.clone_from(&self.connect);
         }
-        if config.connect.is_empty()
-            && config.zenoh_config.is_none()
-            && std::env::var_os("ZENOH_CONFIG").is_none()
-        {
+        let has_file = config.zenoh_config.is_some() || std::env::var_os("ZENOH_CONFIG").is_some();
+        if config.connect.is_empty() && !has_file {
             config.connect.push(DEFAULT_ENDPOINT.into());
         }
-        let replace = |field: &mut String, value: &Option<String>| {
-            if let Some(value) = value {
-                field.clone_from(value);
-            }
-        };
-        replace(&mut config.instance, &self.instance);
-        replace(&mut config.robot, &self.robot);
-        replace(&mut config.world, &self.world);
+        config.instance = self.instance.clone().unwrap_or(config.instance);
+        config.robot = self.robot.clone().unwrap_or(config.robot);
+        config.world = self.world.clone().unwrap_or(config.world);
         config.namespace = self.namespace.clone().or(config.namespace);
         config.metrics = self.metrics.or(config.metrics);
         config.check()?;
@@ -158,7 +151,7 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     served.map_err(Exit::network)
 }
 
-/// A session, or nothing if the end is asked for before there is one. Whoever is supervised waits for a router that
+/// A session, or nothing if the end is asked for before there is one. A supervised process waits for a router that
 /// is slow to start for as long as it takes: to end and be started again would make it no faster.
 async fn connect(
     config: &ServiceConfig,

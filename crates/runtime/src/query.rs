@@ -3,16 +3,16 @@
 use std::time::Duration;
 
 use curionav_schemas::{Clock, Message, Reject};
-use zenoh::handlers::FifoChannel;
+use zenoh::handlers::{FifoChannel, FifoChannelHandler};
 use zenoh::qos::{CongestionControl, Priority};
-use zenoh::query::{ConsolidationMode, QueryTarget};
+use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 use zenoh::{Session, Wait};
 
 /// Why a question has no answer.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AskError {
-    /// Nobody serves the key, or the one who did died: the query ended without a reply.
-    #[error("nobody answered")]
+    /// Nothing serves the key, or what did has ended: the query ended without a reply.
+    #[error("no answer")]
     NoReply,
     /// Not in time.
     #[error("no answer in time")]
@@ -60,7 +60,7 @@ pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) 
     ask_bytes(session, key, None, timeout, Urgency::Normal).await
 }
 
-/// Asks everybody who serves `key` and takes the first answer that `accept` makes something of: whatever else
+/// Asks every queryable of `key` and takes the first answer that `accept` makes something of: whatever else
 /// is served under the name of something known by its content is passed over.
 pub async fn fetch_from_all<A: Message, T>(
     session: &Session,
@@ -82,15 +82,16 @@ pub async fn ask_bytes<A: Message>(
     exchange(session, key, question, timeout, urgency, QueryTarget::BestMatching, Ok).await
 }
 
-async fn exchange<A: Message, T>(
+/// A question on its way, by its encoding; at most `kept` replies wait to be read.
+pub(crate) fn send(
     session: &Session,
     key: &str,
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
     urgency: Urgency,
     target: QueryTarget,
-    accept: impl Fn(A) -> Result<T, Reject>,
-) -> Result<T, AskError> {
+    kept: usize,
+) -> Result<FifoChannelHandler<Reply>, AskError> {
     let (congestion, priority) = match urgency {
         Urgency::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
         Urgency::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
@@ -107,7 +108,19 @@ async fn exchange<A: Message, T>(
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
     }
-    let replies = get.with(FifoChannel::new(4)).wait().map_err(|e| AskError::Send(e.to_string()))?;
+    get.with(FifoChannel::new(kept)).wait().map_err(|e| AskError::Send(e.to_string()))
+}
+
+async fn exchange<A: Message, T>(
+    session: &Session,
+    key: &str,
+    question: Option<(Vec<u8>, &'static str)>,
+    timeout: Duration,
+    urgency: Urgency,
+    target: QueryTarget,
+    accept: impl Fn(A) -> Result<T, Reject>,
+) -> Result<T, AskError> {
+    let replies = send(session, key, question, timeout, urgency, target, 4)?;
     let mut failure = AskError::NoReply;
     // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);

@@ -87,7 +87,7 @@ impl RobotService {
         Ok(Topic::new(self.session_of(stream), &self.key(stream)?, flow)?)
     }
 
-    /// A publisher on a stream that is made only while somebody listens.
+    /// A publisher on a stream that is made only while something listens.
     pub fn on_demand<M: Message>(&self, stream: &str, flow: Flow) -> anyhow::Result<OnDemand<M>> {
         Ok(OnDemand::new(self.session_of(stream), &self.key(stream)?, flow)?)
     }

@@ -1,8 +1,7 @@
 //! Typed queryables with admission control.
 //!
-//! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue
-//! (or refuses it as overloaded, at once); threads of our own compute and answer, one robot after the
-//! other in turn.
+//! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue (or refuses it
+//! as overloaded, at once); threads of our own compute and answer, one robot after the other.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -20,22 +19,6 @@ use crate::fair_queue::FairQueue;
 use crate::latency::Latency;
 use crate::metrics::{Metrics, Tally, durations};
 
-/// When a request came in, so that its budget (relative milliseconds) can be kept.
-#[derive(Debug, Clone, Copy)]
-pub struct Arrival(Instant);
-
-impl Arrival {
-    /// How long ago.
-    pub fn elapsed(&self) -> Duration {
-        self.0.elapsed()
-    }
-
-    /// Whether `budget_ms` is spent.
-    pub fn is_over(&self, budget_ms: u32) -> bool {
-        self.0.elapsed() > Duration::from_millis(u64::from(budget_ms))
-    }
-}
-
 /// Counts of one server since it started.
 #[derive(Debug)]
 pub struct ServeCounts {
@@ -45,7 +28,7 @@ pub struct ServeCounts {
     pub refused: Tally,
     /// Questions waiting or being computed.
     pub in_flight: Gauge,
-    /// Questions computed at once; zero for who answers no questions.
+    /// Questions computed at once; zero for a service that answers none.
     pub slots: usize,
     /// Questions that may wait.
     pub queue: usize,
@@ -68,8 +51,7 @@ pub fn refusals() -> Tally {
 }
 
 impl ServeCounts {
-    /// Nothing counted yet, by who computes `slots` at once and lets `queue` more wait; refusals are added to
-    /// `refused`.
+    /// Nothing counted yet, of a server that computes `slots` questions at once and lets `queue` more wait.
     pub fn of(slots: usize, queue: usize, refused: Tally) -> Self {
         Self {
             answered: Counter::default(),
@@ -202,20 +184,25 @@ impl Drop for Server {
 #[derive(Debug, thiserror::Error)]
 #[error("cannot serve {key}: {reason}")]
 pub struct ServeError {
-    /// Which key.
-    pub key: String,
-    /// Why.
-    pub reason: String,
+    key: String,
+    reason: String,
 }
 
-/// Answers questions on `key` with `handler`, `slots` at once, `queue` more waiting. If the key ends with `/*`, its last
-/// chunk is the name of the robot that asks, and robots are served in turn.
+impl ServeError {
+    pub(crate) fn new(key: &str, reason: impl ToString) -> Self {
+        Self { key: key.to_owned(), reason: reason.to_string() }
+    }
+}
+
+/// Answers questions on `key` with `handler`, `slots` at once, `queue` more waiting; `handler` is also told when the
+/// question came. If the key ends with `/*`, its last chunk is the name of the robot that asks, and robots are served
+/// in turn.
 pub fn serve<Q: Message, A: Message>(
     session: &Session,
     key: &str,
     slots: usize,
     queue: usize,
-    handler: impl Fn(Q, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
+    handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     serve_counted(session, key, (slots, queue), &refusals(), handler)
 }
@@ -226,12 +213,12 @@ pub fn serve_counted<Q: Message, A: Message>(
     key: &str,
     at_once_and_waiting: (usize, usize),
     refused: &Tally,
-    handler: impl Fn(Q, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
+    handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, at_once_and_waiting, refused, move |query, arrival| {
+    serve_queries(session, key, at_once_and_waiting, refused, move |query, came| {
         let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
         let encoding = query.encoding().map(ToString::to_string);
-        handler(Q::decode(&payload, encoding.as_deref())?, arrival)
+        handler(Q::decode(&payload, encoding.as_deref())?, came)
     })
 }
 
@@ -252,14 +239,13 @@ pub fn serve_state<A: Message>(
 }
 
 /// The general form: `handler` sees the query itself; what it refuses is added to `refused`.
-pub fn serve_queries<A: Message>(
+fn serve_queries<A: Message>(
     session: &Session,
     key: &str,
     (slots, queue): (usize, usize),
     refused: &Tally,
-    handler: impl Fn(&Query, Arrival) -> Result<A, Reject> + Send + Sync + 'static,
+    handler: impl Fn(&Query, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    let error = |reason: String| ServeError { key: key.into(), reason };
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting = Arc::new(Waiting {
         queue: Mutex::new((FairQueue::new(queue), false)),
@@ -273,7 +259,7 @@ pub fn serve_queries<A: Message>(
         let thread = std::thread::Builder::new()
             .name(format!("serve-{slot}"))
             .spawn(move || work(&waiting, &*handler, &counts))
-            .map_err(|e| error(e.to_string()))?;
+            .map_err(|e| ServeError::new(key, e))?;
         threads.push(thread);
     }
     let (queue, admission) = (Arc::clone(&waiting), Arc::clone(&counts));
@@ -282,7 +268,7 @@ pub fn serve_queries<A: Message>(
         .complete(true)
         .callback(move |query| admit(&queue, &admission, query))
         .wait()
-        .map_err(|e| error(e.to_string()))?;
+        .map_err(|e| ServeError::new(key, e))?;
     Ok(Server { queryable: Some(queryable), waiting, threads, counts })
 }
 
@@ -306,12 +292,12 @@ fn refuse(query: &Query, why: Refusal, counts: &ServeCounts) {
 
 fn work<A: Message>(
     waiting: &Waiting,
-    handler: &impl Fn(&Query, Arrival) -> Result<A, Reject>,
+    handler: &impl Fn(&Query, Instant) -> Result<A, Reject>,
     counts: &ServeCounts,
 ) {
     while let Some((query, came)) = waiting.pop() {
         // A handler that panics has answered nothing yet; the next question finds the service alive.
-        let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, Arrival(came))))
+        let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, came)))
             .unwrap_or_else(|_| Err(Refusal::failed("the service failed on this question").into()));
         match answered {
             Ok(answer) => {

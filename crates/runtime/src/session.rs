@@ -62,11 +62,14 @@ fn list(endpoints: &[String]) -> String {
 /// Between two attempts to reach a router for the first time.
 const RETRY: Duration = Duration::from_millis(200);
 
-fn insert(config: &mut Config, key: &str, value: &str) -> Result<(), SessionError> {
-    config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
+/// Sets keys of a configuration to values in json5.
+fn set(config: &mut Config, settings: &[(&str, &str)]) -> Result<(), SessionError> {
+    settings.iter().try_for_each(|(key, value)| {
+        config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
+    })
 }
 
-/// What every node shares unless it is given a file: for whoever writes such a file, or checks one.
+/// What every node shares unless it is given a file: to write such a file by, or to check one.
 pub fn built_in() -> Result<Config, SessionError> {
     common(None, None)
 }
@@ -79,7 +82,7 @@ fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Con
         None => Config::from_json5(COMMON).map_err(|e| SessionError::Config(e.to_string()))?,
     };
     if let Some(namespace) = namespace {
-        insert(&mut config, "namespace", &format!("{namespace:?}"))?;
+        set(&mut config, &[("namespace", &format!("{namespace:?}"))])?;
     }
     Ok(config)
 }
@@ -87,9 +90,7 @@ fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Con
 /// One session without any network: all services of one process share it.
 pub async fn embedded() -> Result<Session, SessionError> {
     let mut config = common(None, None)?;
-    insert(&mut config, "mode", r#""peer""#)?;
-    insert(&mut config, "listen/endpoints", "[]")?;
-    insert(&mut config, "connect/endpoints", "[]")?;
+    set(&mut config, &[("mode", r#""peer""#), ("listen/endpoints", "[]"), ("connect/endpoints", "[]")])?;
     zenoh::open(config).await.map_err(|e| SessionError::Open(e.to_string()))
 }
 
@@ -99,22 +100,18 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     let file = service.zenoh_config.clone().or(from_environment);
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
     if file.is_none() || !service.connect.is_empty() {
-        insert(&mut config, "mode", r#""client""#)?;
-        insert(&mut config, "connect/endpoints", &list(&service.connect))?;
+        set(&mut config, &[("mode", r#""client""#), ("connect/endpoints", &list(&service.connect))])?;
     }
     let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
     // Zenoh spends whatever time it has on the first endpoint before it turns to the next: it gets none, tries
     // each once, and the waiting is done here.
-    insert(&mut config, "connect/timeout_ms", "0")?;
-    insert(&mut config, "connect/exit_on_failure", "true")?;
-    insert(&mut config, "connect/retry", CONNECT_RETRY)?;
-    let no_router = || SessionError::NoRouter {
-        endpoints: if service.connect.is_empty() {
-            "the configured endpoints".into()
-        } else {
-            service.connect.join(", ")
-        },
-        seconds: timeout.as_secs_f64(),
+    let once =
+        [("connect/timeout_ms", "0"), ("connect/exit_on_failure", "true"), ("connect/retry", CONNECT_RETRY)];
+    set(&mut config, &once)?;
+    let no_router = || {
+        let named = (!service.connect.is_empty()).then(|| service.connect.join(", "));
+        let endpoints = named.unwrap_or_else(|| "the configured endpoints".into());
+        SessionError::NoRouter { endpoints, seconds: timeout.as_secs_f64() }
     };
     let deadline = tokio::time::Instant::now() + timeout;
     let session = loop {
@@ -147,14 +144,18 @@ pub async fn router(
     file: Option<&std::path::Path>,
 ) -> Result<Session, SessionError> {
     let mut config = common(file, None)?;
-    insert(&mut config, "mode", r#""router""#)?;
+    set(&mut config, &[("mode", r#""router""#)])?;
     if file.is_none() {
-        insert(&mut config, "listen/endpoints", &format!("[{endpoint:?}]"))?;
-        insert(&mut config, "listen/exit_on_failure", "true")?;
-        insert(&mut config, "connect/endpoints", &list(others))?;
-        insert(&mut config, "connect/timeout_ms", "-1")?;
-        insert(&mut config, "connect/exit_on_failure", "false")?;
-        insert(&mut config, "connect/retry", CONNECT_RETRY)?;
+        let (own, others) = (format!("[{endpoint:?}]"), list(others));
+        let settings = [
+            ("listen/endpoints", own.as_str()),
+            ("listen/exit_on_failure", "true"),
+            ("connect/endpoints", &others),
+            ("connect/timeout_ms", "-1"),
+            ("connect/exit_on_failure", "false"),
+            ("connect/retry", CONNECT_RETRY),
+        ];
+        set(&mut config, &settings)?;
         // Zenoh only warns when a port is taken; ask the system first.
         if let Some(address) = endpoint.strip_prefix("tcp/") {
             TcpListener::bind(address).map_err(|e| SessionError::Listen {

@@ -19,7 +19,7 @@ impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
     }
 
     /// The value of `key`, computed if it is not here. Others who ask for the same meanwhile wait for it
-    /// rather than computing it again; whoever asks for another is not held up.
+    /// rather than computing it again; those who ask for another are not held up.
     pub fn get_or_try<E>(&self, key: &K, compute: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let cell = self.cell(key);
         // A panic while computing leaves the cell empty.
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn one_who_computes_holds_up_nobody_who_asks_for_something_else() {
+    fn computing_one_value_holds_up_no_question_for_another() {
         let kept = SingleFlightCache::new(4);
         kept.get_or_try(&1, || Ok::<_, ()>(10)).unwrap();
         let value = kept.get_or_try(&2, || {

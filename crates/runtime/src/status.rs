@@ -11,7 +11,7 @@ use zenoh::{Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::membership::announce;
-use crate::metrics::{Metrics, SharedMetrics};
+use crate::metrics::Metrics;
 use crate::metrics_endpoint::MetricsEndpoint;
 use crate::serve::{ServeCounts, ServeError, Server, serve_state};
 
@@ -47,33 +47,28 @@ pub fn announce_service(
         let routers = |session: &Session| session.info().routers_zid().wait().count() as f64;
         links.iter().map(|(name, session)| ((*name).to_owned(), routers(session))).collect()
     });
-    let metrics: SharedMetrics = Arc::new(metrics);
-    let (role, instance) = (metrics.role.clone(), metrics.instance.clone());
-    let endpoint = match config.metrics {
-        Some(address) => Some(MetricsEndpoint::start(address, Arc::clone(&metrics), session)?),
-        None => None,
-    };
-    let status = serve_status(session, metrics, counts, prepared)?;
-    let token = announce(session, &role, &instance)?;
+    let metrics = Arc::new(metrics);
+    let start = |address| MetricsEndpoint::start(address, Arc::clone(&metrics), session);
+    let endpoint = config.metrics.map(start).transpose()?;
+    let status = serve_status(session, Arc::clone(&metrics), counts, prepared)?;
+    let token = announce(session, &metrics.role, &metrics.instance)?;
     Ok(Announced { _token: token, _status: status, endpoint })
 }
 
 /// Serves the counts of one server, and what it is prepared for, under `status/{role}/{instance}`.
 pub fn serve_status(
     session: &Session,
-    metrics: SharedMetrics,
+    metrics: Arc<Metrics>,
     counts: Arc<ServeCounts>,
     prepared: impl Fn() -> Vec<Prepared> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    let (role, instance) = (metrics.role.clone(), metrics.instance.clone());
-    let key = keys::status(&role, &instance)
-        .map_err(|e| ServeError { key: format!("status of {role}"), reason: e.to_string() })?;
+    let key = keys::status(&metrics.role, &metrics.instance).map_err(|e| ServeError::new("status", e))?;
     let refused = counts.refused.clone();
     serve_state(session, &key, &refused, move || {
         let latency = counts.latency();
         Ok(ServiceStatus {
-            role: role.clone(),
-            instance: instance.clone(),
+            role: metrics.role.clone(),
+            instance: metrics.instance.clone(),
             robot: metrics.robot.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             uptime_s: metrics.uptime().as_secs_f64(),

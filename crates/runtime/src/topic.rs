@@ -51,11 +51,17 @@ pub struct TopicError {
     pub reason: String,
 }
 
+impl TopicError {
+    /// The error of a declaration on `key`.
+    pub(crate) fn on(key: &str) -> impl Fn(zenoh::Error) -> Self {
+        move |e| Self { key: key.into(), reason: e.to_string() }
+    }
+}
+
 impl<M: Message> Topic<M> {
     /// A publisher on `key`.
     pub fn new(session: &Session, key: &str, flow: Flow) -> Result<Self, TopicError> {
-        let error = |e: zenoh::Error| TopicError { key: key.into(), reason: e.to_string() };
-        let declared = session.declare_keyexpr(key.to_owned()).wait().map_err(error)?;
+        let declared = session.declare_keyexpr(key.to_owned()).wait().map_err(TopicError::on(key))?;
         Ok(Self { session: session.clone(), key: declared, flow, message: PhantomData })
     }
 
@@ -85,10 +91,10 @@ impl<M: Message> Topic<M> {
     }
 }
 
-/// A typed publisher of what is not worth making unless somebody listens.
+/// A typed publisher of what is not worth making unless something listens.
 pub struct OnDemand<M> {
     topic: Topic<M>,
-    /// Is told by the network whether anybody has subscribed.
+    /// Is told by the network whether there is a subscriber.
     listeners: Publisher<'static>,
 }
 
@@ -96,14 +102,11 @@ impl<M: Message> OnDemand<M> {
     /// A publisher on `key`.
     pub fn new(session: &Session, key: &str, flow: Flow) -> Result<Self, TopicError> {
         let topic = Topic::new(session, key, flow)?;
-        let listeners = session
-            .declare_publisher(key.to_owned())
-            .wait()
-            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+        let listeners = session.declare_publisher(key.to_owned()).wait().map_err(TopicError::on(key))?;
         Ok(Self { topic, listeners })
     }
 
-    /// Whether somebody listens. Nobody, if that is not known.
+    /// Whether something listens; no if that is not known.
     pub fn is_heard(&self) -> bool {
         self.listeners.matching_status().wait().is_ok_and(|status| status.matching())
     }
@@ -133,7 +136,7 @@ impl<M: Message> Inbox<M> {
             .declare_subscriber(key.to_owned())
             .with(RingChannel::new(INBOX))
             .wait()
-            .map_err(|e| TopicError { key: key.into(), reason: e.to_string() })?;
+            .map_err(TopicError::on(key))?;
         Ok(Self { subscriber, counts: Arc::clone(counts), message: PhantomData })
     }
 

@@ -2,7 +2,7 @@
 //!
 //! Zenoh closes a TCP link with a linger of ten seconds, which nothing configures. While what was last sent on a
 //! link that is cut waits to be acknowledged, closing it blocks one of the few threads that read and write for
-//! everybody: a router that lost two or three clients at once stood still for ten seconds. How many threads
+//! all links: a router that lost two or three clients at once stood still for ten seconds. How many threads
 //! there are can be said in the environment only, before Zenoh looks there.
 
 use std::os::unix::process::CommandExt;

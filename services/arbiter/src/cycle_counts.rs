@@ -28,7 +28,7 @@ impl CycleCounts {
             decisions: Tally::new(&["action"]),
             degraded: Tally::new(&["reason"]),
             evaluations: Tally::new(&["term", "by"]),
-            stages: Durations::new("stage"),
+            stages: Durations::new(&["stage"]),
             unplanned: Counter::default(),
             roles: Arc::default(),
         }

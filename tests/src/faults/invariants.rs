@@ -30,7 +30,7 @@ fn check(world: &World, holds: bool, invariant: &str, what: impl FnOnce() -> Str
 /// After each tick of the robot: what was commanded, and how far it went.
 pub(super) fn after_a_tick(world: &Arc<World>) {
     let load = world.executor.load();
-    let queued = world.state().replicas.values().map(|r| r.queue.len()).max().unwrap_or(0);
+    let queued = world.state().replicas.values().map(|r| r.queue.waiting()).max().unwrap_or(0);
     let mut state = world.state();
     let robot = &mut state.robot;
     let Some(tick) = robot.driven.last().cloned() else { return };

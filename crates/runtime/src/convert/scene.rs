@@ -39,7 +39,7 @@ pub fn belief_to_wire(b: &Belief, tick: u64, stamp: f64, health: wire::Health) -
     }
 }
 
-/// Where the robot is said to be when a mission begins, before anybody has looked.
+/// Where the robot is said to be when a mission begins, before the first scan.
 pub fn initial_belief(mission: &wire::Mission) -> wire::Belief {
     let pose = mission.order.initial_pose;
     wire::Belief {
