@@ -1,8 +1,8 @@
 //! Candidate trajectories as a structure of arrays.
 
-use crate::array::{F64Array, U32Array};
 use crate::check::{array, checks, count, exactly, positive};
 use crate::limits::{MAX_CANDIDATES, MAX_STEPS};
+use crate::{F64Array, U32Array};
 use serde::{Deserialize, Serialize};
 
 /// `count` trajectories of `steps` states; state k (from 0) is `(k + 1) * dt` after the scene's stamp. Every array is

@@ -1,11 +1,11 @@
 //! The checks that every message is built from. Each is a function of a field's name and value, or makes one of a
 //! limit, and names the field that it refuses.
 
-use crate::array::{F64Array, TypedArray};
+use crate::array::TypedArray;
 use crate::limits::{MAX_LIST, MAX_MAGNITUDE, MAX_TEXT};
-use crate::message::Validate;
 use crate::names::check_id;
-use crate::reject::{Refusal, Reject, cut};
+use crate::reject::cut;
+use crate::{F64Array, Refusal, Reject, Validate};
 use ciborium::Value;
 use std::collections::BTreeMap;
 use std::ops::Deref;

@@ -1,9 +1,8 @@
 //! What the arbiter decides and what the driver makes of it.
 
-use crate::array::F64Array;
 use crate::check::{array, checks, keys, length, list, non_negative, number, part, positive};
 use crate::limits::{MAX_LIST, MAX_STEPS};
-use crate::reason::{CommandReason, Degradation, Reason};
+use crate::{CommandReason, Degradation, F64Array, Reason};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

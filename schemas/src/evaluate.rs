@@ -1,12 +1,8 @@
 //! Asking an evaluator for the costs of a shard of candidates.
 
-use crate::array::F64Array;
-use crate::candidates::CandidateSet;
 use crate::check::{checks, count, id, length, number, numbers, parameters, part};
 use crate::limits::{MAX_BUDGET_MS, MAX_CANDIDATES};
-use crate::map::MapId;
-use crate::model::{LaserModel, OdometryNoise, RobotModel};
-use crate::scene::Scene;
+use crate::{CandidateSet, F64Array, LaserModel, MapId, OdometryNoise, RobotModel, Scene};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 

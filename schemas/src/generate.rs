@@ -1,12 +1,8 @@
 //! Asking a generator for candidates.
 
-use crate::candidates::CandidateSet;
 use crate::check::{checks, count, id, number, optional, parameters, part};
 use crate::limits::MAX_BUDGET_MS;
-use crate::map::MapId;
-use crate::model::{LaserModel, RobotModel};
-use crate::scene::Scene;
-use crate::tree::Tree;
+use crate::{CandidateSet, LaserModel, MapId, RobotModel, Scene, Tree};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,8 @@
 //! Maps, named by the hash of their content.
 
-use crate::array::I8Array;
 use crate::check::{checks, count, each, part, positive, shape, size, within};
 use crate::limits::MAX_MAP_CELLS;
-use crate::model::Pose;
+use crate::{I8Array, Pose};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;

@@ -1,12 +1,10 @@
 //! What the arbiter carries from one cycle into the next.
 
-use crate::array::{F64Array, U32Array};
 use crate::check::{
     array, ascending, checks, id, length, list, non_negative, number, optional, part, positive, text,
 };
-use crate::decision::Twist;
 use crate::limits::{MAX_PEOPLE, MAX_STEPS, MAX_TREES};
-use crate::tree::Tree;
+use crate::{F64Array, Tree, Twist, U32Array};
 use serde::{Deserialize, Serialize};
 
 /// What was carried into a cycle. With the mission and the scene of the cycle's report it decides the cycle.

@@ -1,7 +1,8 @@
 //! How a message becomes bytes and bytes become a message.
 
-use crate::reject::{Refusal, Reject, cut};
+use crate::reject::cut;
 use crate::wellformed;
+use crate::{Refusal, Reject};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -1,16 +1,13 @@
 //! What a robot is to do, and how to ask for it.
 
-use crate::array::F64Array;
 use crate::check::{
     checks, count, covariance, id, list, number, optional, parameters, part, positive, within,
 };
 use crate::limits::MAX_LIST;
-use crate::map::MapId;
-use crate::message::Validate;
-use crate::mission_state::{Clock, MissionState};
-use crate::model::{LaserModel, OdometryNoise, Pose, RobotModel};
-use crate::reason::MissionEnd;
-use crate::reject::Reject;
+use crate::{
+    Clock, F64Array, LaserModel, MapId, MissionEnd, MissionState, OdometryNoise, Pose, Reject, RobotModel,
+    Validate,
+};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 use strum::EnumDiscriminants;

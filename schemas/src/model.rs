@@ -1,10 +1,8 @@
 //! What a robot is: pose, footprint, limits of motion, laser, odometry noise.
 
-use crate::array::F64Array;
 use crate::check::{array, checks, count, length, non_negative, number, part, positive, within};
 use crate::limits::{MAX_BEAMS, MAX_VERTICES};
-use crate::message::Validate;
-use crate::reject::Reject;
+use crate::{F64Array, Reject, Validate};
 use serde::{Deserialize, Serialize};
 use strum::EnumDiscriminants;
 

@@ -5,8 +5,7 @@
 //! buffer, which cannot hold CBOR tags.
 
 use crate::check::{checks, id, non_negative, part};
-use crate::mission_state::MissionState;
-use crate::reject::Reject;
+use crate::{MissionState, Reject};
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantNames};
 

@@ -1,16 +1,12 @@
 //! A planning cycle in full, for recorders and viewers.
 
-use crate::array::{F64Array, U32Array};
-use crate::candidates::CandidateSet;
 use crate::check::{
     array, ascending, checks, id, list, non_negative, number, optional, part, positive, size,
 };
-use crate::decision::{Decision, Evaluated, Twist};
 use crate::limits::{MAX_PEOPLE, MAX_TERMS};
-use crate::map::MapId;
-use crate::reason::Rejection;
-use crate::reject::{Refusal, Reject};
-use crate::scene::Scene;
+use crate::{
+    CandidateSet, Decision, Evaluated, F64Array, MapId, Refusal, Reject, Rejection, Scene, Twist, U32Array,
+};
 use serde::{Deserialize, Serialize};
 
 /// One term of the cost.

@@ -1,13 +1,11 @@
 //! How a run ended, with everything needed to draw and judge it.
 
-use crate::array::{F32Array, F64Array, U8Array, U32Array};
 use crate::check::{
     array, checks, count, each, exactly, fraction, id, keys, length, list, named_numbers, non_negative,
     number, optional, part, shape, text,
 };
 use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
-use crate::map::MapId;
-use crate::reject::{Refusal, Reject};
+use crate::{F32Array, F64Array, MapId, Refusal, Reject, U8Array, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -1,9 +1,7 @@
 //! What a cost may depend on besides the candidate itself.
 
-use crate::belief::Belief;
 use crate::check::{checks, number, part};
-use crate::reject::Refusal;
-use crate::sensing::{Frame, People};
+use crate::{Belief, Frame, People, Refusal};
 use serde::{Deserialize, Serialize};
 
 /// One moment as the planner sees it: the belief, and the people in the map frame.

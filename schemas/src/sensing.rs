@@ -1,9 +1,8 @@
 //! What the robot senses: laser scan, odometry, people.
 
-use crate::array::{F32Array, F64Array, U32Array};
 use crate::check::{array, checks, each, length, non_negative, number, numbers, part, positive};
 use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
-use crate::model::Pose;
+use crate::{F32Array, F64Array, Pose, U32Array};
 use serde::{Deserialize, Serialize};
 
 /// One sweep of the laser.

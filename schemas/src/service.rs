@@ -4,8 +4,7 @@ use crate::check::{
     checks, id, list, named_numbers, non_negative, number, optional, part, positive, size, text,
 };
 use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
-use crate::map::MapId;
-use crate::reject::Reject;
+use crate::{MapId, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use strum::VariantNames;

@@ -1,9 +1,8 @@
 //! A generator's search tree, which travels with the requests so that generators keep nothing.
 
-use crate::array::{F64Array, U32Array};
 use crate::check::{array, checks, keys, length, numbers, shape, size};
 use crate::limits::{MAX_COLUMN_WIDTH, MAX_TREE_EXTRAS, MAX_TREE_NODES};
-use crate::reject::{Refusal, Reject};
+use crate::{F64Array, Refusal, Reject, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 

@@ -2,10 +2,7 @@
 
 use crate::check::{checks, id, non_negative, optional, parameters, part, positive, size};
 use crate::limits::{MAX_FILE_NAME, MAX_FILES};
-use crate::mission_state::Clock;
-use crate::reason::MissionEnd;
-use crate::reject::{Refusal, Reject};
-use crate::result::RunResult;
+use crate::{Clock, MissionEnd, Refusal, Reject, RunResult};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 use serde_bytes::ByteBuf;

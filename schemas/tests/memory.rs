@@ -1,6 +1,8 @@
 //! Whatever the bytes claim, reading them takes memory in proportion to their number. A binary of its own with one
 //! test, because the meter counts the whole process.
 
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
+
 use curionav_schemas::limits::MAX_ITEMS;
 use curionav_schemas::{MESSAGES, Message, Mission, Refusal, recode};
 use peak_alloc::PeakAlloc;

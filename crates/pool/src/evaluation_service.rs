@@ -1,17 +1,19 @@
 //! One evaluator as a service: what all evaluators have in common.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::convert;
-use curionav_runtime::process::OnReady;
-use curionav_runtime::shutdown::Shutdown;
-use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
+use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores, keys};
 use zenoh::Session;
 
 use crate::evaluators::evaluator;
 use crate::fields::Fields;
-use crate::replica_service::{self, is_over};
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
+use curionav_runtime::metrics::{Counter, Metrics};
+use curionav_runtime::process::OnReady;
+use curionav_runtime::serve::serve;
+use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::status::announce_service;
 
 /// Serves `term` until `shutdown`. A request without candidates warms the replica: it is answered
 /// once every field the request would need is there. `on_ready` is called when requests are answered.
@@ -19,19 +21,32 @@ pub async fn run(
     term: &'static str,
     config: &ServiceConfig,
     session: &Session,
-    shutdown: Shutdown,
+    mut shutdown: Shutdown,
     on_ready: OnReady,
 ) -> anyhow::Result<()> {
+    let fields = Fields::new(session);
     let (instance, slots) = (config.instance.clone(), config.slots as u32);
-    let help = "Candidates scored";
-    replica_service::run(term, config, session, shutdown, on_ready, help, move |fields, request, came| {
-        let request: EvaluateRequest = request;
-        let budget_ms = request.budget_ms;
-        let scores = answer(term, &instance, fields, request, &|| is_over(came, budget_ms))?;
-        let (count, elapsed_us) = (scores.cost.len(), came.elapsed().as_micros() as u64);
-        Ok((Scores { elapsed_us, slots, ..scores }, count))
-    })
-    .await
+    let key = keys::questions(term, &instance)?;
+    let answering = fields.clone();
+    let scored: Counter = Counter::default();
+    let counted = scored.clone();
+    let handler = move |request: EvaluateRequest, came: Instant| {
+        let budget = Duration::from_millis(request.budget_ms.into());
+        let scores = answer(term, &instance, &answering, request, &|| came.elapsed() > budget)?;
+        counted.inc_by(scores.cost.len() as u64);
+        let elapsed_us = came.elapsed().as_micros() as u64;
+        Ok(Scores { elapsed_us, slots, ..scores })
+    };
+    let server = serve(session, &key, config.slots, config.queue, handler)?;
+    let mut metrics = Metrics::of_pool(term, config);
+    metrics.count("candidates", "Candidates scored", scored);
+    let prepared = move || fields.prepared();
+    let announced = announce_service(config, &[("data", session)], metrics, server.counts(), prepared)?;
+    on_ready(announced.metrics_address());
+    tracing::info!(term, instance = %config.instance, "evaluator ready");
+    shutdown.requested().await;
+    drop(announced);
+    Ok(())
 }
 
 /// The scores of `instance`. A request without candidates derives what such requests need; one with

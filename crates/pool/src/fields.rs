@@ -60,7 +60,8 @@ impl Fields {
         self.stock.maps.kept(id).ok_or_else(|| cold("the map"))
     }
 
-    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from walls.
+    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from
+    /// walls.
     pub fn geodesic(&self, id: MapId, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
         let map = self.map(id)?;
         let key = (id, [goal.x, goal.y, radius].map(f64::to_bits));

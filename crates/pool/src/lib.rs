@@ -19,6 +19,5 @@ pub mod generator;
 mod lateness;
 pub mod peers;
 pub mod pool;
-mod replica_service;
 pub mod replicas;
 mod slot_selection;

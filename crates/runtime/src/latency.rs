@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// The last [`Latency::KEPT`] durations.
+/// The last 4096 durations: a few minutes of a planning cycle.
 #[derive(Debug, Clone, Default)]
 pub struct Latency {
     recent_us: Vec<u64>,
@@ -10,8 +10,7 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Durations remembered: a few minutes of a planning cycle.
-    pub const KEPT: usize = 4096;
+    const KEPT: usize = 4096;
 
     /// Adds one.
     pub fn record(&mut self, duration: Duration) {

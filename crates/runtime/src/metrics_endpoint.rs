@@ -5,6 +5,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::time::Duration;
 
+use anyhow::anyhow;
 use http_body_util::Full;
 use hyper::body::{Bytes, Incoming};
 use hyper::header::CONTENT_TYPE;
@@ -12,7 +13,7 @@ use hyper::service::service_fn;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::TokioIo;
 use tokio::sync::Semaphore;
-use tokio::task::JoinHandle;
+use tokio::task::JoinSet;
 use zenoh::Session;
 
 use crate::metrics::Metrics;
@@ -24,19 +25,13 @@ const CONNECTIONS_MAX: usize = 16;
 /// One question and its answer. A client that takes longer is cut off.
 const CONNECTION_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The address cannot be listened on.
-#[derive(Debug, thiserror::Error)]
-#[error("metrics: cannot listen on {address}: {reason}; choose another address or port, or end what uses it")]
-pub struct AddressError {
-    /// Which.
-    pub address: SocketAddr,
-    /// Why.
-    pub reason: std::io::Error,
-}
-
-/// Whether `address` can be listened on now.
-pub fn check(address: SocketAddr) -> Result<(), AddressError> {
-    TcpListener::bind(address).map(drop).map_err(|reason| AddressError { address, reason })
+/// A socket that listens on `address`.
+///
+/// # Errors
+/// The address is in use or not one of this machine.
+pub fn listen(address: SocketAddr) -> anyhow::Result<TcpListener> {
+    let mend = "choose another address or port, or end what uses it";
+    TcpListener::bind(address).map_err(|e| anyhow!("metrics: cannot listen on {address}: {e}; {mend}"))
 }
 
 /// Serves until it is dropped.
@@ -44,31 +39,21 @@ pub fn check(address: SocketAddr) -> Result<(), AddressError> {
 pub struct MetricsEndpoint {
     /// Where it listens, with the real port.
     pub address: SocketAddr,
-    task: JoinHandle<()>,
-}
-
-impl Drop for MetricsEndpoint {
-    fn drop(&mut self) {
-        self.task.abort();
-    }
+    _serving: JoinSet<()>,
 }
 
 impl MetricsEndpoint {
-    /// Serves `metrics` on `address`; port 0 takes a free one. A process is ready while there is a router behind `session`.
-    /// Call inside a Tokio runtime.
-    pub fn start(
-        address: SocketAddr,
-        metrics: Arc<Metrics>,
-        session: &Session,
-    ) -> Result<Self, AddressError> {
-        let error = |reason| AddressError { address, reason };
-        let listener = TcpListener::bind(address).map_err(error)?;
-        listener.set_nonblocking(true).map_err(error)?;
-        let listener = tokio::net::TcpListener::from_std(listener).map_err(error)?;
-        let address = listener.local_addr().map_err(error)?;
-        let task = tokio::spawn(accept(listener, metrics, session.clone()));
+    /// Serves `metrics` on `address`; port 0 takes a free one. A process is ready while there is a router behind
+    /// `session`. Call inside a Tokio runtime.
+    pub fn start(address: SocketAddr, metrics: Arc<Metrics>, session: &Session) -> anyhow::Result<Self> {
+        let listener = listen(address)?;
+        listener.set_nonblocking(true)?;
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        let address = listener.local_addr()?;
+        let mut serving = JoinSet::new();
+        serving.spawn(accept(listener, metrics, session.clone()));
         tracing::info!(%address, "metrics");
-        Ok(Self { address, task })
+        Ok(Self { address, _serving: serving })
     }
 }
 

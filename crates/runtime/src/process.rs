@@ -138,7 +138,7 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     let config = options.configuration().map_err(Exit::bad_input)?;
     // A wrong address is said before any router is looked for.
     if let Some(address) = config.metrics {
-        metrics_endpoint::check(address).map_err(|e| Exit::bad_input(e.into()))?;
+        metrics_endpoint::listen(address).map_err(Exit::bad_input)?;
     }
     let mut shutdown = on_end(options.supervised).context("signals").map_err(Exit::network)?;
     let session = connect(&config, options.supervised, &mut shutdown).await;

@@ -31,6 +31,9 @@ pub enum AskError {
 /// The error reply that sessions and routers of Zenoh give by themselves, under one encoding or another.
 const ZENOH_TIMEOUT: &[u8] = b"Timeout";
 
+/// Replies to one question that wait to be read.
+const KEPT: usize = 4;
+
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Urgency {
@@ -52,12 +55,15 @@ pub async fn ask<Q: Message, A: Message>(
     timeout: Duration,
     urgency: Urgency,
 ) -> Result<A, AskError> {
-    ask_bytes(session, key, Some((question.encode(), Q::ENCODING)), timeout, urgency).await
+    let question = Some((question.encode(), Q::ENCODING));
+    let replies = send(session, key, question, timeout, urgency, QueryTarget::BestMatching, KEPT)?;
+    first_usable(replies, timeout, Ok).await
 }
 
 /// Asks `key` without a question in words: the current state, or a map.
 pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) -> Result<A, AskError> {
-    ask_bytes(session, key, None, timeout, Urgency::Normal).await
+    let replies = send(session, key, None, timeout, Urgency::Normal, QueryTarget::BestMatching, KEPT)?;
+    first_usable(replies, timeout, Ok).await
 }
 
 /// Asks every queryable of `key` and takes the first answer that `accept` makes something of: whatever else
@@ -68,18 +74,8 @@ pub async fn fetch_from_all<A: Message, T>(
     timeout: Duration,
     accept: impl Fn(A) -> Result<T, Reject>,
 ) -> Result<T, AskError> {
-    exchange(session, key, None, timeout, Urgency::Normal, QueryTarget::All, accept).await
-}
-
-/// As [`ask`], with a question that is already encoded (several replicas get the same bytes).
-pub async fn ask_bytes<A: Message>(
-    session: &Session,
-    key: &str,
-    question: Option<(Vec<u8>, &'static str)>,
-    timeout: Duration,
-    urgency: Urgency,
-) -> Result<A, AskError> {
-    exchange(session, key, question, timeout, urgency, QueryTarget::BestMatching, Ok).await
+    let replies = send(session, key, None, timeout, Urgency::Normal, QueryTarget::All, KEPT)?;
+    first_usable(replies, timeout, accept).await
 }
 
 /// A question on its way, by its encoding; at most `kept` replies wait to be read.
@@ -111,16 +107,12 @@ pub(crate) fn send(
     get.with(FifoChannel::new(kept)).wait().map_err(|e| AskError::Send(e.to_string()))
 }
 
-async fn exchange<A: Message, T>(
-    session: &Session,
-    key: &str,
-    question: Option<(Vec<u8>, &'static str)>,
+/// The first of the `replies` that `accept` makes something of.
+async fn first_usable<A: Message, T>(
+    replies: FifoChannelHandler<Reply>,
     timeout: Duration,
-    urgency: Urgency,
-    target: QueryTarget,
     accept: impl Fn(A) -> Result<T, Reject>,
 ) -> Result<T, AskError> {
-    let replies = send(session, key, question, timeout, urgency, target, 4)?;
     let mut failure = AskError::NoReply;
     // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
@@ -143,7 +135,6 @@ async fn exchange<A: Message, T>(
                 let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
                 failure = match Reject::decode(&payload, Some(&encoding)) {
                     Ok(reject) => AskError::Rejected(reject),
-                    // Sessions and routers of Zenoh say so themselves when the time is over.
                     Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
                     Err(error) => AskError::Malformed(error.to_string()),
                 };

@@ -10,12 +10,10 @@ use crate::config::ServiceConfig;
 /// Why a session could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// A configuration value was refused.
-    #[error("Zenoh configuration: {0}")]
-    Config(String),
     /// No router answered in time.
     #[error(
-        "no router answered at {endpoints} within {seconds:.0} s: is `curionav router` (or `curionav up`) running there?"
+        "no router answered at {endpoints} within {seconds:.0} s: \
+         is `curionav router` (or `curionav up`) running there?"
     )]
     NoRouter {
         /// The endpoints tried.
@@ -23,21 +21,23 @@ pub enum SessionError {
         /// How long.
         seconds: f64,
     },
-    /// The router's port is taken or its address cannot be used.
-    #[error("cannot listen on {endpoint}: {reason}")]
-    Listen {
-        /// The endpoint.
-        endpoint: String,
-        /// Why.
-        reason: String,
-    },
-    /// Anything else.
-    #[error("cannot open a Zenoh session: {0}")]
-    Open(String),
+    /// A configuration value was refused, an address cannot be used, or Zenoh has failed: what and why.
+    #[error("{0}")]
+    Other(String),
 }
 
-/// What every node shares (`zenoh.md` reasons are in `docs/operations.md`): no scouting, a lease of one
-/// second, blocked sends that give up after half a second, no shared memory, short queries.
+impl SessionError {
+    fn config(reason: impl std::fmt::Display) -> Self {
+        Self::Other(format!("Zenoh configuration: {reason}"))
+    }
+
+    fn listen(endpoint: &str, reason: impl std::fmt::Display) -> Self {
+        Self::Other(format!("cannot listen on {endpoint}: {reason}"))
+    }
+}
+
+/// What every node shares (`docs/operations.md` says why): no scouting, a lease of one second, blocked sends that give
+/// up after half a second, no shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
   queries_default_timeout: 1000,
@@ -65,7 +65,7 @@ const RETRY: Duration = Duration::from_millis(200);
 /// Sets keys of a configuration to values in json5.
 fn set(config: &mut Config, settings: &[(&str, &str)]) -> Result<(), SessionError> {
     settings.iter().try_for_each(|(key, value)| {
-        config.insert_json5(key, value).map_err(|e| SessionError::Config(format!("{key}: {e}")))
+        config.insert_json5(key, value).map_err(|e| SessionError::config(format!("{key}: {e}")))
     })
 }
 
@@ -77,9 +77,9 @@ pub fn built_in() -> Result<Config, SessionError> {
 fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
     let mut config = match file {
         Some(path) => {
-            Config::from_file(path).map_err(|e| SessionError::Config(format!("{}: {e}", path.display())))?
+            Config::from_file(path).map_err(|e| SessionError::config(format!("{}: {e}", path.display())))?
         }
-        None => Config::from_json5(COMMON).map_err(|e| SessionError::Config(e.to_string()))?,
+        None => Config::from_json5(COMMON).map_err(SessionError::config)?,
     };
     if let Some(namespace) = namespace {
         set(&mut config, &[("namespace", &format!("{namespace:?}"))])?;
@@ -91,7 +91,7 @@ fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Con
 pub async fn embedded() -> Result<Session, SessionError> {
     let mut config = common(None, None)?;
     set(&mut config, &[("mode", r#""peer""#), ("listen/endpoints", "[]"), ("connect/endpoints", "[]")])?;
-    zenoh::open(config).await.map_err(|e| SessionError::Open(e.to_string()))
+    zenoh::open(config).await.map_err(|e| SessionError::Other(format!("cannot open a Zenoh session: {e}")))
 }
 
 /// A client of the first router that answers, found again by itself after a loss.
@@ -158,15 +158,11 @@ pub async fn router(
         set(&mut config, &settings)?;
         // Zenoh only warns when a port is taken; ask the system first.
         if let Some(address) = endpoint.strip_prefix("tcp/") {
-            TcpListener::bind(address).map_err(|e| SessionError::Listen {
-                endpoint: endpoint.into(),
-                reason: format!("{e}; choose another port or end what uses it"),
-            })?;
+            let mend = "choose another port or end what uses it";
+            TcpListener::bind(address).map_err(|e| SessionError::listen(endpoint, format!("{e}; {mend}")))?;
         }
     }
-    zenoh::open(config)
-        .await
-        .map_err(|e| SessionError::Listen { endpoint: endpoint.into(), reason: e.to_string() })
+    zenoh::open(config).await.map_err(|e| SessionError::listen(endpoint, e))
 }
 
 /// Where a router really listens, e.g. `tcp/127.0.0.1:40123`.

@@ -45,10 +45,8 @@ pub struct Topic<M> {
 #[derive(Debug, thiserror::Error)]
 #[error("{key}: {reason}")]
 pub struct TopicError {
-    /// Which key.
-    pub key: String,
-    /// Why.
-    pub reason: String,
+    key: String,
+    reason: String,
 }
 
 impl TopicError {

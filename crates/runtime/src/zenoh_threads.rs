@@ -15,9 +15,9 @@ const VARIABLE: &str = "ZENOH_RUNTIME";
 #[derive(Debug, Clone, Copy)]
 pub enum Links {
     /// A client's: one or two sessions, and a router to change over to.
-    OfClient,
+    OfClient = 4,
     /// A router's: a whole pool.
-    OfRouter,
+    OfRouter = 64,
 }
 
 /// Sets the number of Zenoh's threads unless the environment does, by beginning the program again, under the
@@ -26,10 +26,7 @@ pub fn provide(links: Links) {
     if std::env::var_os(VARIABLE).is_some() {
         return;
     }
-    let threads = match links {
-        Links::OfClient => 4,
-        Links::OfRouter => 64,
-    };
+    let threads = links as usize;
     let value = ["rx", "tx", "net"].map(|pool| format!("{pool}:(worker_threads:{threads})")).join(",");
     let Ok(program) = std::env::current_exe() else { return };
     // It returns only if it fails. Fewer threads are no reason not to go on.

@@ -14,7 +14,8 @@ use curionav_schemas::{Message, MissionCommand, MissionEnd, Readiness, Refusal, 
 /// An encoded example.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Golden {
-    /// File name in `schemas/golden/`, without `.cbor`: the message's name, for further examples with `.` and a variant.
+    /// File name in `schemas/golden/`, without `.cbor`: the message's name, for further examples with `.` and a
+    /// variant.
     pub file: &'static str,
     /// [`Message::NAME`], which is also the CDDL rule.
     pub message: &'static str,
