@@ -134,7 +134,7 @@ fn the_compose_file_brings_up_a_deployment_that_drives() {
     build.push((program(), "/built/curionav".into()));
     let compiler = podman.path("cargo");
     let script = "#!/bin/sh\n# Hands over what is built already; the context must be a project.\n\
-         test -f Cargo.lock && test -d services && mkdir -p target/release && cp /built/curionav target/release/\n";
+         test -f Cargo.lock && test -d services && mkdir -p target/deploy && cp /built/curionav target/deploy/\n";
     std::fs::write(&compiler, script).unwrap();
     Command::new("chmod").arg("755").arg(&compiler).status().unwrap();
     build.push((compiler, "/bin/cargo".into()));

@@ -1,31 +1,34 @@
 //! `curionav`: run scenarios, start and supervise deployments, talk to robots. Each command has a file of its own with
 //! its arguments and their help.
 
-mod bench;
 mod cancel;
 mod connect;
 mod doctor;
-mod explain;
 mod goal;
+#[cfg(feature = "lab")]
+mod lab;
 mod mission_request;
 mod output;
 mod pause;
-mod record;
-mod replay;
+#[cfg(feature = "recording")]
+mod recording;
+#[cfg(not(all(feature = "lab", feature = "recording")))]
+mod left_out;
 mod required_roles;
 mod resume;
 mod router;
 mod run;
-mod scale;
 mod scenario;
 mod service;
 mod status;
-mod tune;
 mod up;
-mod worker;
 
 use clap::{Parser, Subcommand};
-use curionav_lab::service_kind::Kind;
+#[cfg(not(feature = "lab"))]
+use left_out::lab;
+#[cfg(not(feature = "recording"))]
+use left_out::recording;
+use curionav_deployment::service_kind::Kind;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::process::ServiceOptions;
 use curionav_runtime::zenoh_threads::{self, Links};
@@ -47,10 +50,8 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunOptions),
-    Bench(bench::BenchOptions),
-    Tune(tune::TuneOptions),
-    #[command(hide = true)]
-    Worker(worker::WorkerOptions),
+    #[command(flatten)]
+    Lab(lab::LabCommand),
     Up(up::UpOptions),
     Router(router::RouterOptions),
     /// Run one trajectory generator.
@@ -73,10 +74,8 @@ enum Command {
     Cancel(cancel::CancelOptions),
     Status(status::StatusOptions),
     Doctor(doctor::DoctorOptions),
-    Record(record::RecordOptions),
-    Replay(replay::ReplayOptions),
-    Explain(explain::ExplainOptions),
-    Scale(scale::ScaleOptions),
+    #[command(flatten)]
+    Recording(recording::RecordingCommand),
     /// Answer bare queries (started by `scale --overhead`).
     #[command(hide = true)]
     Echo(ServiceOptions),
@@ -130,9 +129,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
         Command::Run(options) => run::run(options).await,
-        Command::Bench(options) => bench::run(options).await,
-        Command::Tune(options) => tune::run(options).await,
-        Command::Worker(options) => worker::run(options).await,
+        Command::Lab(command) => lab::run(command, &log).await,
         Command::Up(options) => up::run(options, &log).await,
         Command::Router(options) => router::run(options).await,
         Command::Generator(options) => service::one(Kind::Generator, options).await,
@@ -148,10 +145,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Cancel(options) => cancel::run(options).await,
         Command::Status(options) => status::run(options).await,
         Command::Doctor(options) => doctor::run(options).await,
-        Command::Record(options) => record::run(options).await,
-        Command::Replay(options) => replay::run(options).await,
-        Command::Explain(options) => explain::run(options).await,
-        Command::Scale(options) => scale::run(options, &log).await,
+        Command::Recording(command) => recording::run(command).await,
         Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::run(command),
     }

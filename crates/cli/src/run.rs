@@ -12,10 +12,10 @@ use curionav_schemas::{Clock, Mission, MissionCommand, keys};
 use zenoh::Session;
 
 use crate::output;
-use crate::record;
-use curionav_lab::embedded::Embedded;
-use curionav_lab::follow::{Finished, follow};
-use curionav_lab::package::{self, Choice, Package};
+use crate::recording;
+use curionav_deployment::embedded::Embedded;
+use curionav_deployment::follow::{Finished, follow};
+use curionav_deployment::package::{self, Choice, Package};
 use curionav_runtime::exit::Exit;
 
 /// A status is small and kept.
@@ -158,25 +158,15 @@ async fn recorded(
     let Some(path) = &options.record else {
         return Ok((follow_or_cancel(session, config, package, options).await?, Ok(())));
     };
-    let recorder = record::of_run(session, path, config)?;
-    let finished = follow_or_cancel(session, config, package, options).await;
-    // What has been decided may still be on its way, last in line.
-    if options.connect.is_some() {
-        tokio::time::sleep(LAST_REPORTS).await;
-    }
-    let recording = recorder.finish().await;
-    let recording = recording.map(|tally| eprintln!("{}", record::summary(path, &tally)));
-    let recording = recording.map_err(Exit::failed);
-    match finished {
-        Ok(finished) => Ok((finished, recording)),
-        Err(exit) => {
-            // The program ends with what became of the run.
-            if let Err(error) = recording {
-                tracing::error!(%error, "the recording failed as well");
-            }
-            Err(exit)
+    recording::during(session, path, config, async {
+        let finished = follow_or_cancel(session, config, package, options).await;
+        // What has been decided may still be on its way, last in line.
+        if options.connect.is_some() {
+            tokio::time::sleep(LAST_REPORTS).await;
         }
-    }
+        finished
+    })
+    .await
 }
 
 async fn follow_or_cancel(

@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Subcommand;
+#[cfg(feature = "lab")]
 use curionav_lab::paper;
-use curionav_lab::scenario_reference::scenario_reference;
+use curionav_deployment::scenario_reference::scenario_reference;
 use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
-use curionav_lab::package::{self, Choice};
+use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_simulator::Prepared;
 
@@ -38,11 +39,15 @@ pub(crate) enum ScenarioCommand {
     /// Print the reference page of the scenario file, as committed in docs/scenario.md: every field with its range.
     Reference,
     /// Write the generated scenarios and their maps, as committed under scenarios/.
+    #[cfg(feature = "lab")]
     Generate {
         /// Directory to write into.
         #[arg(value_name = "DIR")]
         out: PathBuf,
     },
+    /// Write the generated scenarios and their maps (needs a build with `--features lab`).
+    #[cfg(not(feature = "lab"))]
+    Generate(crate::left_out::Arguments),
 }
 
 pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
@@ -57,7 +62,10 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
                 draw(file, &out).map_err(Exit::bad_input)?;
             }
         }
+        #[cfg(feature = "lab")]
         ScenarioCommand::Generate { out } => generate(&out).map_err(Exit::bad_input)?,
+        #[cfg(not(feature = "lab"))]
+        ScenarioCommand::Generate(_) => return Err(crate::left_out::error("lab")),
         ScenarioCommand::Reference => {
             let page = scenario_reference().map_err(Exit::failed)?;
             #[expect(clippy::print_stdout, reason = "what the command is for")]
@@ -138,6 +146,7 @@ fn check(file: &Path) -> anyhow::Result<()> {
 }
 
 /// The scenes are drawn from a fixed seed, so that what is written is what is committed.
+#[cfg(feature = "lab")]
 fn generate(out: &Path) -> anyhow::Result<()> {
     for (name, bytes) in paper::committed()? {
         let path = out.join(name);

@@ -1,7 +1,7 @@
 //! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `driver`, `simulator`, and
 //! `echo`, which `scale --overhead` measures against.
 
-use curionav_lab::service_kind::Kind;
+use curionav_deployment::service_kind::Kind;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::process::{Service, ServiceOptions, run_service};
 

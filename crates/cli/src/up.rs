@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use curionav_lab::supervised::{Supervised, client_arguments};
+use curionav_deployment::supervised::{Supervised, client_arguments};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::process::Ready;
 use curionav_runtime::shutdown::{Shutdown, on_signals};

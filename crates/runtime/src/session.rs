@@ -36,6 +36,14 @@ impl SessionError {
     }
 }
 
+/// The protocols of links that this build has.
+const LINKS: &[&str] = &[
+    "tcp",
+    "unixsock-stream",
+    #[cfg(feature = "tls")]
+    "tls",
+];
+
 /// What every node shares (`docs/operations.md` says why): no scouting, a lease of one second, blocked sends that give
 /// up after half a second, no shared memory, short queries.
 const COMMON: &str = r#"{
@@ -87,6 +95,22 @@ fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Con
     Ok(config)
 }
 
+/// Zenoh would look for a router for ever over a protocol that it does not have.
+fn check_protocols(config: &Config) -> Result<(), SessionError> {
+    for key in ["connect/endpoints", "listen/endpoints"] {
+        let json = config.get_json(key).map_err(|e| SessionError::config(format!("{key}: {e}")))?;
+        // A list, or a list per mode: the endpoints are the strings with a slash.
+        for endpoint in json.split('"').filter(|text| text.contains('/')) {
+            if !LINKS.iter().any(|link| endpoint.split('/').next() == Some(link)) {
+                let links = LINKS.join(", ");
+                let mend = "for tls, build it with `--features tls`";
+                return Err(SessionError::Other(format!("{endpoint}: this program has links over {links}; {mend}")));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// One session without any network: all services of one process share it.
 pub async fn embedded() -> Result<Session, SessionError> {
     let mut config = common(None, None)?;
@@ -102,6 +126,7 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     if file.is_none() || !service.connect.is_empty() {
         set(&mut config, &[("mode", r#""client""#), ("connect/endpoints", &list(&service.connect))])?;
     }
+    check_protocols(&config)?;
     let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
     // Zenoh spends whatever time it has on the first endpoint before it turns to the next: it gets none, tries
     // each once, and the waiting is done here.
@@ -162,6 +187,7 @@ pub async fn router(
             TcpListener::bind(address).map_err(|e| SessionError::listen(endpoint, format!("{e}; {mend}")))?;
         }
     }
+    check_protocols(&config)?;
     zenoh::open(config).await.map_err(|e| SessionError::listen(endpoint, e))
 }
 

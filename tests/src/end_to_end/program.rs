@@ -37,7 +37,7 @@ pub(crate) fn program() -> PathBuf {
     let program = directory.join("curionav");
     assert!(
         program.is_file(),
-        "{} is missing: run `cargo build --release` first, as tests/run does",
+        "{} is missing: run `cargo build --release --workspace --all-features` first, as tests/run does",
         program.display()
     );
     program

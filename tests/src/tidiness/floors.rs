@@ -32,16 +32,17 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         _ if directory.starts_with("services/") => {
             vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TESTING]
         }
-        "crates/recording" => below_laboratory(),
-        "crates/lab" => [below_laboratory(), vec!["curionav-picture", TRUTH]].concat(),
+        "crates/deployment" => [services(), vec![TRUTH]].concat(),
+        "crates/recording" => services(),
+        "crates/lab" => [services(), vec!["curionav-deployment", "curionav-picture", TRUTH]].concat(),
         "crates/cli" | "tests" => ours(),
         _ => return None,
     })
 }
 
-/// Every package below the floor of laboratory and recordings but pictures and truth.
-fn below_laboratory() -> Vec<&'static str> {
-    let above = ["curionav-lab", "curionav-recording", "curionav-picture", TRUTH];
+/// Every service and every package below them but pictures and truth.
+fn services() -> Vec<&'static str> {
+    let above = ["curionav-deployment", "curionav-lab", "curionav-recording", "curionav-picture", TRUTH];
     ours().into_iter().filter(|name| !above.contains(name)).collect()
 }
 
@@ -52,6 +53,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-cpc-evaluator",
         TRUTH,
         "curionav-datasets",
+        "curionav-deployment",
         "curionav-driver",
         "curionav-cnc-evaluator",
         "curionav-lab",
@@ -130,7 +132,7 @@ fn no_crate_imports_from_its_own_floor_or_above() {
 fn only_those_who_make_or_judge_the_truth_can_see_it() {
     let seers: Vec<String> =
         crates().into_iter().filter(|(_, names)| names.iter().any(|n| n == TRUTH)).map(|c| c.0).collect();
-    assert_eq!(seers, ["crates/lab", "services/simulator", "tests"]);
+    assert_eq!(seers, ["crates/deployment", "crates/lab", "services/simulator", "tests"]);
 }
 
 #[test]

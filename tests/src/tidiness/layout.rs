@@ -3,7 +3,8 @@
 use super::tree::{assert_none, files, files_of, is_made, root, text};
 
 /// Everything that may be at the root.
-const ROOT: [&str; 18] = [
+const ROOT: [&str; 19] = [
+    ".cargo",
     ".ci",
     ".gitignore",
     "CHANGELOG.md",

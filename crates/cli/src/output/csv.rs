@@ -1,6 +1,6 @@
 //! The trace and the planning cycles as CSV (RFC 4180), for spreadsheets and notebooks.
 
-use curionav_lab::csv_row::csv_row;
+use curionav_deployment::csv_row::csv_row;
 use curionav_schemas::{Action, CycleReport, RunResult, Timings, words};
 
 /// Columns of `cycles.csv`; the time of a term is empty where its condition did not hold.

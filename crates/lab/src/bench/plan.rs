@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::published::SCENARIOS;
-use crate::package::{self, Choice, Package};
+use curionav_deployment::package::{self, Choice, Package};
 
 /// One run, as a worker is asked for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use super::measure::Measure;
 use super::row::Row;
-use crate::csv_row::csv_row;
+use curionav_deployment::csv_row::csv_row;
 use curionav_schemas::Outcome;
 
 /// What does not depend on the clock: the same bytes for the same program, scenarios, profiles and seeds.

@@ -12,9 +12,9 @@ use tokio::sync::mpsc;
 
 use super::plan::{Job, digest, key};
 use super::row::{Row, way};
-use crate::embedded::Embedded;
-use crate::follow::follow;
-use crate::package::{self, Choice};
+use curionav_deployment::embedded::Embedded;
+use curionav_deployment::follow::follow;
+use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
 /// Why a run could not take place.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use curionav_pool::generator;
 
-use crate::service_kind::Kind;
+use curionav_deployment::service_kind::Kind;
 
 /// What can be run with more than one replica.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -21,7 +21,7 @@ use zenoh::Session;
 use super::processes::Processes;
 use super::robots::{Robot, Robots};
 use super::workload::Workload;
-use crate::service_kind::Kind;
+use curionav_deployment::service_kind::Kind;
 use curionav_runtime::exit::Exit;
 
 /// What must not be exceeded: the cost of the split, in bare round trips.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::cgroup::Quotas;
-use crate::supervised::{Supervised, client_arguments};
+use curionav_deployment::supervised::{Supervised, client_arguments};
 use curionav_runtime::exit::Exit;
 
 /// Clock ticks of `/proc/PID/stat` in a second, on every Linux.

@@ -14,9 +14,9 @@ use curionav_runtime::convert;
 use curionav_runtime::query::fetch;
 use curionav_schemas::{Clock, CycleReport, Mission, OccupancyGrid, keys};
 
-use crate::embedded::Embedded;
-use crate::follow::follow;
-use crate::package::{self, Choice};
+use curionav_deployment::embedded::Embedded;
+use curionav_deployment::follow::follow;
+use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::Exit;
 
 /// Seed of the drive: none that a report uses.

@@ -17,7 +17,7 @@ use crate::bench::plan::{self, Plan};
 use crate::bench::pool::Pool;
 use crate::bench::row::Row;
 use crate::bench::statistics::mean;
-use crate::csv_row::csv_row;
+use curionav_deployment::csv_row::csv_row;
 use crate::plural::count;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use search::Trial;

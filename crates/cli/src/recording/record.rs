@@ -70,14 +70,27 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// Starts to record one run.
-pub(crate) fn of_run(session: &Session, path: &Path, config: &ServiceConfig) -> Result<Recorder, Exit> {
+/// Records into `path` while `run` goes on: what came of the run, and what became of the recording.
+pub(crate) async fn during<T>(
+    session: &Session,
+    path: &Path,
+    config: &ServiceConfig,
+    run: impl Future<Output = Result<T, Exit>>,
+) -> Result<(T, Result<(), Exit>), Exit> {
     let scope = Scope { robot: Some(config.robot.clone()), world: Some(config.world.clone()) };
-    Recorder::start(session, path, &scope).map_err(Exit::bad_input)
+    let recorder = Recorder::start(session, path, &scope).map_err(Exit::bad_input)?;
+    let finished = run.await;
+    let recording = recorder.finish().await.map_err(Exit::failed);
+    let recording = recording.map(|tally| eprintln!("{}", summary(path, &tally)));
+    if let (Err(_), Err(error)) = (&finished, &recording) {
+        // The program ends with what became of the run.
+        tracing::error!(%error, "the recording failed as well");
+    }
+    Ok((finished?, recording))
 }
 
 /// One line about a finished recording.
-pub(crate) fn summary(path: &Path, tally: &Tally) -> String {
+fn summary(path: &Path, tally: &Tally) -> String {
     let size = std::fs::metadata(path).map_or(0.0, |data| data.len() as f64 / 1e6);
     let mut line = format!(
         "{}: {} messages, {} planning cycles, {size:.1} MB",

@@ -8,7 +8,7 @@ use comfy_table::Table;
 use curionav_recording::replay::{Difference, Side, Summary, replay};
 use curionav_schemas::Action;
 
-use curionav_lab::package;
+use curionav_deployment::package;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 
 /// Differences shown to people; --json has all.
