@@ -17,8 +17,7 @@ field and mend. [scenarios/](../scenarios/README.md) holds the ones that come wi
 
 Lengths are metres, times seconds, angles radians counter-clockwise, unless a field's name says otherwise; positions
 are in the frame of the map. A field without a default must be there, unless its meaning names what \"none\" does.
-Both ends belong to a range. The words in brackets say why a range ends where it does. References such as D8 or A21
-are to [methods.md](methods.md).
+Both ends belong to a range. References such as D8 or A21 are to [methods.md](methods.md).
 
 - `[localizer]` takes the parameters of the localiser.
 - `[profile]` takes any field of a planner profile, which it replaces in the planner that is chosen. A profile file has

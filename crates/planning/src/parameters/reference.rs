@@ -29,10 +29,15 @@ fn table(text: &mut String, path: &str, fields: &[Field], defaults: Option<&toml
             _ => continue,
         };
         let default = default(field).map_or(String::new(), |value| format!("; by default `{value}`"));
-        *text += &format!("- `{path}{}`: {holds}{default}.\n  {}\n", field.name, meaning(field.meaning));
+        *text += &format!("- `{path}{}`: {holds}{default}.\n  {}\n", field.name, meaning(field.meaning, "  "));
+        if let Kind::Numbers(ranges, _) = field.kind {
+            let mut whys: Vec<&str> = ranges.iter().map(|range| range.why).collect();
+            whys.dedup();
+            *text += &format!("  The range: {}.\n", whys.join(";\n  "));
+        }
         if let Kind::Words(words) = field.kind {
             for (word, lines) in words() {
-                *text += &format!("  - `\"{word}\"`: {}\n", meaning(lines));
+                *text += &format!("  - `\"{word}\"`: {}\n", meaning(lines, "    "));
             }
         }
     }
@@ -49,7 +54,7 @@ fn table(text: &mut String, path: &str, fields: &[Field], defaults: Option<&toml
         };
         let given = given.and_then(toml::Value::as_table);
         let count = entries.map_or(String::new(), |range| format!(" There may be {}.", range.ends()));
-        *text += &format!("\n### `{name}`\n\n{}{count}\n\n", meaning(field.meaning));
+        *text += &format!("\n### `{name}`\n\n{}{count}\n\n", meaning(field.meaning, ""));
         table(text, &format!("{name}."), inner(), given);
     }
 }
@@ -58,17 +63,15 @@ fn numbers(field: &Field, ranges: &[Range], entries: Option<Range>) -> String {
     let whole =
         if field.ty.contains("u32") || field.ty.contains("usize") { "whole number" } else { "number" };
     let ends: Vec<String> = ranges.iter().map(Range::ends).collect();
-    let mut whys: Vec<&str> = ranges.iter().map(|r| r.why).collect();
-    whys.dedup();
     let what = match (entries, ranges.len() > 1 || field.ty.contains("Point2")) {
         (Some(entries), _) => format!("list of {}, each", entries.ends().replace("entries", "numbers")),
         (None, true) => "numbers".to_owned(),
         (None, false) => whole.to_owned(),
     };
-    format!("{what} from {} ({})", ends.join(", "), whys.join("; "))
+    format!("{what} from {}", ends.join(", "))
 }
 
-/// The lines of a documentation comment as one.
-fn meaning(lines: &[&str]) -> String {
-    lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
+/// The lines of a documentation comment, all but the first after `indent`.
+fn meaning(lines: &[&str], indent: &str) -> String {
+    lines.iter().map(|line| line.trim()).collect::<Vec<_>>().join(&format!("\n{indent}"))
 }
