@@ -8,6 +8,7 @@ use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 use curionav_planning::profile::GeneratorPart;
+use curionav_planning::terms::DerivedFields;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
 use serde::{Deserialize, Serialize};
 
