@@ -1,7 +1,8 @@
-//! Where the localiser believes the robot is.
+//! Where the localiser believes the robot is, and the particles behind its belief.
 
-use crate::array::F64Array;
-use crate::check::{checks, covariance, fraction, number, part};
+use crate::array::{F32Array, F64Array};
+use crate::check::{array, checks, covariance, each, fraction, length, non_negative, number, part};
+use crate::limits::MAX_PARTICLES;
 use serde::{Deserialize, Serialize};
 
 /// How far the belief can be trusted beyond its covariance.
@@ -48,4 +49,28 @@ checks! { belief: Belief {
     stamp, x, y, heading, v, omega: number;
     covariance: covariance;
     health: part;
+}}
+
+/// Poses the robot may have, map frame; arrays have one entry a particle. Nothing is decided by it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Particles {
+    /// Tick of the streams this belongs to.
+    pub tick: u64,
+    /// Robot clock, s.
+    pub stamp: f64,
+    /// Metres.
+    pub x: F32Array,
+    /// Metres.
+    pub y: F32Array,
+    /// Radians.
+    pub heading: F32Array,
+    /// Not negative: how likely each is beside the others.
+    pub weight: F32Array,
+}
+
+checks! { particles: Particles {
+    stamp: number;
+    x: length(0, MAX_PARTICLES);
+    x, y, heading, weight: array(particles.x.len());
+    weight: each(non_negative);
 }}

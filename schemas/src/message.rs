@@ -53,10 +53,7 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
             let (found, expected) = (cut(found.to_owned()), Self::ENCODING.to_owned());
             return Err(Refusal::WrongEncoding { found, expected }.into());
         }
-        wellformed::check(bytes).map_err(|wellformed::Fault { offset, fault }| Refusal::Malformed {
-            offset: offset as u64,
-            fault,
-        })?;
+        wellformed::check(bytes)?;
         let mut scratch = vec![0; bytes.len().clamp(SCRATCH_MIN, SCRATCH_MAX)];
         let mut rest = bytes;
         let value: Self = ciborium::de::from_reader_with_buffer(&mut rest, &mut scratch)

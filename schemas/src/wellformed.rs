@@ -3,17 +3,14 @@
 //! follows can trust every declared length.
 
 use crate::limits::{MAX_DEPTH, MAX_ITEMS};
-use crate::reject::CborFault;
+use crate::reject::{CborFault, Refusal};
 
-/// Where the bytes stop being well-formed, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Fault {
-    pub(crate) offset: usize,
-    pub(crate) fault: CborFault,
+fn malformed(offset: usize, fault: CborFault) -> Refusal {
+    Refusal::Malformed { offset: offset as u64, fault }
 }
 
 /// Checks that `bytes` are one well-formed item and nothing more.
-pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
+pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
     let mut offset = 0;
     let mut items = 0;
     // Items still owed at each level of nesting; the first level owes the one item itself.
@@ -23,7 +20,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
     loop {
         while owed[depth] == 0 {
             if depth == 0 {
-                let trailing = Fault { offset, fault: CborFault::TrailingBytes };
+                let trailing = malformed(offset, CborFault::TrailingBytes);
                 return if offset == bytes.len() { Ok(()) } else { Err(trailing) };
             }
             depth -= 1;
@@ -31,12 +28,12 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
         owed[depth] -= 1;
         items += 1;
         if items > MAX_ITEMS {
-            return Err(Fault { offset, fault: CborFault::TooManyItems });
+            return Err(malformed(offset, CborFault::TooManyItems));
         }
         let (next, children) = item(bytes, offset)?;
         if children > 0 {
             if depth == MAX_DEPTH {
-                return Err(Fault { offset, fault: CborFault::TooDeep });
+                return Err(malformed(offset, CborFault::TooDeep));
             }
             depth += 1;
             owed[depth] = children;
@@ -46,9 +43,9 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Fault> {
 }
 
 /// Reads the head of one item and skips its bytes if it is a string: (offset after it, items that belong to it).
-fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Fault> {
-    let fault = |fault| Fault { offset, fault };
-    let initial = *bytes.get(offset).ok_or(fault(CborFault::CutShort))?;
+fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Refusal> {
+    let fault = |fault| malformed(offset, fault);
+    let initial = *bytes.get(offset).ok_or_else(|| fault(CborFault::CutShort))?;
     let (major, info) = (initial >> 5, initial & 0x1f);
     let width = match info {
         0..24 => 0,
@@ -60,7 +57,7 @@ fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Fault> {
         _ => return Err(fault(CborFault::ReservedInformation)),
     };
     let after = offset + 1 + width;
-    let argument = bytes.get(offset + 1..after).ok_or(fault(CborFault::CutShort))?;
+    let argument = bytes.get(offset + 1..after).ok_or_else(|| fault(CborFault::CutShort))?;
     let argument = argument.iter().fold(0_u64, |number, byte| number << 8 | u64::from(*byte));
     let argument = if width == 0 { u64::from(info) } else { argument };
     // Every owed item takes a byte at least, so no honest length exceeds what is left.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::evaluators::{self, FieldsOf};
+use crate::evaluators;
 use crate::fields::Fields;
 use crate::generator::{self, GeneratorParams};
 use curionav_planning::arbitration::{self, Previous};
@@ -16,7 +16,7 @@ use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::profile::Profile;
 use curionav_planning::scene as planning;
-use curionav_planning::terms::{self, BuildError, Task};
+use curionav_planning::terms::{self, BuildError, DerivedFields, Task};
 use curionav_runtime::convert;
 use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Refusal, Reject, Scene, Value, keys};
 
@@ -59,8 +59,8 @@ impl PlanContext {
         }
         let robot = convert::robot_model(&mission.order.robot_model);
         let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-        let map = fields.map(mission.order.map)?;
-        let geodesic = fields.geodesic(mission.order.map, goal, robot.radius())?;
+        let fields = fields.of(mission.order.map);
+        let (map, geodesic) = (fields.map()?, fields.geodesic(goal, robot.radius())?);
         let start = convert::pose(mission.order.initial_pose).position();
         if !geodesic.at(start).is_finite() {
             return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
@@ -71,7 +71,6 @@ impl PlanContext {
             laser: convert::laser(&mission.order.laser),
             noise: convert::noise(&mission.order.odometry_noise),
         };
-        let fields = FieldsOf { fields, map: mission.order.map };
         let (mut parameters, mut local) = (BTreeMap::new(), BTreeMap::new());
         for term in profile.terms.keys() {
             parameters.insert(term.clone(), evaluators::parameters(&profile, term)?);

@@ -3,44 +3,13 @@
 use std::sync::Arc;
 
 use curionav_planning::evaluation::Evaluator;
-use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::profile::Profile;
-use curionav_planning::sensor::LaserModel;
-use curionav_planning::terms::{self, BuildError, BuiltIn, DerivedFields, Task, Visitor};
-use curionav_schemas::{EvaluateRequest, MapId, Refusal, Reject, Value};
+use curionav_planning::terms::{self, BuildError, BuiltIn, Task, Visitor};
+use curionav_schemas::{EvaluateRequest, Refusal, Reject, Value};
 
 use crate::fields::Fields;
 use curionav_runtime::convert;
-
-/// What is derived from one map, as it is kept.
-pub struct FieldsOf<'a> {
-    /// Where it is kept.
-    pub fields: &'a Fields,
-    /// Which map.
-    pub map: MapId,
-}
-
-impl DerivedFields for FieldsOf<'_> {
-    type Error = Reject;
-
-    fn map(&self) -> Result<Arc<StaticMap>, Reject> {
-        self.fields.map(self.map)
-    }
-
-    fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
-        self.fields.geodesic(self.map, goal, radius)
-    }
-
-    fn information(
-        &self,
-        laser: LaserModel,
-        params: &InformationParams,
-    ) -> Result<Arc<InformationField>, Reject> {
-        self.fields.information(self.map, laser, params)
-    }
-}
 
 /// The parameters `profile` gives for `term`, as they travel with every request.
 pub fn parameters(profile: &Profile, term: &str) -> Result<Value, Reject> {
@@ -73,8 +42,7 @@ pub fn evaluator(
                 noise: convert::checked("odometry_noise", convert::noise(&request.odometry_noise))?,
             };
             let params = convert::parameters("params", &request.params)?;
-            T::evaluator(params, &task, &FieldsOf { fields, map: request.map })
-                .map_err(|e| reject("params", e))
+            T::evaluator(params, &task, &fields.of(request.map)).map_err(|e| reject("params", e))
         }
     }
     terms::visit(term, Build(request, fields)).unwrap_or_else(|| Err(reject(term, BuildError::Unknown)))

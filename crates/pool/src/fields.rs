@@ -7,6 +7,7 @@ use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::sensor::LaserModel;
+use curionav_planning::terms::DerivedFields;
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
 use zenoh::Session;
 
@@ -60,28 +61,9 @@ impl Fields {
         self.stock.maps.kept(id).ok_or_else(|| cold("the map"))
     }
 
-    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from
-    /// walls.
-    pub fn geodesic(&self, id: MapId, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
-        let map = self.map(id)?;
-        let key = (id, [goal.x, goal.y, radius].map(f64::to_bits));
-        self.derived("the way to this goal", &self.stock.geodesic, &key, || {
-            GeodesicField::new(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
-        })
-    }
-
-    /// Observation information of `laser` everywhere on the map.
-    pub fn information(
-        &self,
-        id: MapId,
-        laser: LaserModel,
-        params: &InformationParams,
-    ) -> Result<Arc<InformationField>, Reject> {
-        let map = self.map(id)?;
-        let key = (id, laser, *params);
-        self.derived("what this sensor sees", &self.stock.information, &key, || {
-            InformationField::new(&map, &laser, params)
-        })
+    /// The fields of one map.
+    pub fn of(&self, map: MapId) -> FieldsOf<'_> {
+        FieldsOf { fields: self, map }
     }
 
     /// What is kept.
@@ -110,6 +92,40 @@ impl Fields {
             return kept.get_or_try(key, || Ok(derive()));
         }
         kept.get(key).ok_or_else(|| cold(what))
+    }
+}
+
+/// The fields of one map, each derived once.
+pub struct FieldsOf<'a> {
+    fields: &'a Fields,
+    map: MapId,
+}
+
+impl DerivedFields for FieldsOf<'_> {
+    type Error = Reject;
+
+    fn map(&self) -> Result<Arc<StaticMap>, Reject> {
+        self.fields.map(self.map)
+    }
+
+    fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
+        let map = self.map()?;
+        let key = (self.map, [goal.x, goal.y, radius].map(f64::to_bits));
+        self.fields.derived("the way to this goal", &self.fields.stock.geodesic, &key, || {
+            GeodesicField::new(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
+        })
+    }
+
+    fn information(
+        &self,
+        laser: LaserModel,
+        params: &InformationParams,
+    ) -> Result<Arc<InformationField>, Reject> {
+        let map = self.map()?;
+        let key = (self.map, laser, *params);
+        self.fields.derived("what this sensor sees", &self.fields.stock.information, &key, || {
+            InformationField::new(&map, &laser, params)
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 use curionav_planning::profile::GeneratorPart;
+use curionav_planning::terms::DerivedFields;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
 use serde::{Deserialize, Serialize};
 
@@ -47,10 +48,11 @@ pub fn answer(
         return Err(Refusal::Stopped.into());
     }
     let fields = if warms_up { fields.clone() } else { fields.kept() };
-    let map = fields.map(request.map)?;
+    let fields = fields.of(request.map);
+    let map = fields.map()?;
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);
-    let geodesic = fields.geodesic(request.map, goal, robot.radius())?;
+    let geodesic = fields.geodesic(goal, robot.radius())?;
     generate(instance, request, &map, &geodesic, should_stop)
 }
 

@@ -123,10 +123,9 @@ impl RobotService {
     pub async fn must_retry(&self, mission: &Mission, outcome: &Result<(), Reject>) -> bool {
         let revision = mission.revision;
         let waits = outcome.as_ref().err().filter(|reject| reject.why.is_transient());
-        let now = match (outcome, waits) {
-            (Ok(()), _) => Some(Prepared::Revision { revision }),
-            (Err(_), Some(reject)) => Some(Prepared::Waiting { revision, reject: reject.clone() }),
-            (Err(_), None) => None,
+        let now = match outcome {
+            Ok(()) => Some(Prepared::Revision { revision }),
+            Err(_) => waits.map(|reject| Prepared::Waiting { revision, reject: reject.clone() }),
         };
         let before = std::mem::replace(
             &mut *self.prepared_for.lock().unwrap_or_else(PoisonError::into_inner),
