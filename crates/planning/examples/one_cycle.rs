@@ -42,15 +42,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Generate.
     let input = GenerationInput {
+        params: &profile.generator_part(),
         map: &map,
         goal: task.goal,
         geodesic: &geodesic,
         robot: &task.robot,
         scene: &scene,
-        forecast: profile.forecast,
         previous: None,
+        seed: 1,
     };
-    let (generated, _) = generator.generate(profile.generation_params(), &input, None, 1, &|| false);
+    let (generated, _) = generator.generate(&input, None, &|| false);
     let candidates = generated.candidates;
 
     // Evaluate.
@@ -61,13 +62,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // Decide.
-    let context =
-        Context { profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal };
-    let verdict = arbitrate(&context, &candidates, &scores, None);
+    let context = Context {
+        profile: &profile,
+        scene: &scene,
+        map: &map,
+        robot: &task.robot,
+        goal: task.goal,
+        candidates: &candidates,
+        previous: None,
+    };
+    let verdict = arbitrate(&context, &scores);
     let index = verdict.chosen.ok_or("nothing can be followed")?;
-    println!("{} candidates; number {index} is taken because: {}", candidates.len(), verdict.decision.reason);
+    println!(
+        "{} candidates; number {index} is taken because: {:?}",
+        candidates.len(),
+        verdict.decision.reason
+    );
     for term in &verdict.totals.terms {
-        println!("  {:<9} {:>6.3}", term.metric, term.cost[index].ok_or("not scored")?);
+        println!("  {:<9} {:>6.3}", term.term, term.cost[index].ok_or("not scored")?);
     }
     println!("   after   x     y   speed");
     let trajectory = &verdict.decision.trajectory;

@@ -1,34 +1,30 @@
 //! Planar geometry: points, poses, angles.
 
-use crate::parameters;
 use crate::parameters::{Numbers, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::numerics::{atan2, sin_cos};
 
-parameters! {
+crate::parameters! {
     /// A position in the plane, metres.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Copy, Default)]
     pub struct Point2 {
         /// Metres along the first axis of the frame.
-        #[field([Range::POSITION])]
-        pub x: f64,
+        pub x: f64 [in Range::POSITION],
         /// Metres along the second axis of the frame.
-        #[field([Range::POSITION])]
-        pub y: f64,
+        pub y: f64 [in Range::POSITION],
     }
 }
 
 impl Numbers for Point2 {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        [self.x, self.y].each(visit);
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+        [self.x, self.y].fault(ranges, at)
     }
 }
 
 impl Numbers for Pose2 {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        [self.x, self.y, self.heading].each(visit);
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+        [self.x, self.y, self.heading].fault(ranges, at)
     }
 }
 
@@ -50,20 +46,16 @@ impl Point2 {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// A position and a heading: the transform from a body frame to its parent frame.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Copy, Default)]
     pub struct Pose2 {
         /// Metres.
-        #[field([Range::POSITION])]
-        pub x: f64,
+        pub x: f64 [in Range::POSITION],
         /// Metres.
-        #[field([Range::POSITION])]
-        pub y: f64,
+        pub y: f64 [in Range::POSITION],
         /// Radians, counter-clockwise from the first axis.
-        #[field([Range::HEADING])]
-        pub heading: f64,
+        pub heading: f64 [in Range::HEADING],
     }
 }
 

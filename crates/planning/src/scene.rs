@@ -57,7 +57,7 @@ impl People {
         self.id.len()
     }
 
-    /// Whether nobody is there.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
     }
@@ -65,6 +65,11 @@ impl People {
     /// Position of the i-th person.
     pub fn position(&self, i: usize) -> Point2 {
         Point2::new(self.x[i], self.y[i])
+    }
+
+    /// Where the i-th person will be after `t` seconds: at constant velocity (A20).
+    pub fn position_after(&self, i: usize, t: f64) -> Point2 {
+        Point2::new(self.x[i] + self.vx[i] * t, self.y[i] + self.vy[i] * t)
     }
 
     /// Those with these indices, in this order.
@@ -90,7 +95,7 @@ pub struct Scene {
     pub stamp: f64,
     /// The robot's own state.
     pub belief: Belief,
-    /// Everybody inside the Working Zone.
+    /// The people inside the Working Zone.
     pub people: People,
     /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
     /// evaluator of the cycle sees the same.

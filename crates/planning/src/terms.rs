@@ -2,63 +2,13 @@
 //!
 //! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] here with its line in the list
 //! at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
-//! it here. For the term of the example `own_term` the implementation would be
-//!
-//! ```
-//! # use std::sync::Arc;
-//! # use curionav_planning::candidates::CandidateSet;
-//! # use curionav_planning::evaluation::{Evaluator, Stopped};
-//! # use curionav_planning::occupancy::StaticMap;
-//! # use curionav_planning::parameters;
-//! # use curionav_planning::profile::Profile;
-//! # use curionav_planning::scene::Scene;
-//! # use curionav_planning::terms::{BuildError, BuiltIn, DerivedFields, Task};
-//! # use serde::{Deserialize, Serialize};
-//! # struct ClearanceEvaluator { map: Arc<StaticMap>, comfort: f64 }
-//! # impl Evaluator for ClearanceEvaluator {
-//! #     fn metric(&self) -> &'static str { "clearance" }
-//! #     fn evaluate(&self, _: &Scene, c: &CandidateSet, _: &dyn Fn() -> bool) -> Result<Vec<f64>, Stopped> {
-//! #         Ok(vec![self.comfort - self.map.grid.resolution(); c.len()])
-//! #     }
-//! # }
-//! parameters! {
-//!     /// Parameters of `clearance`.
-//!     #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-//!     #[serde(default, deny_unknown_fields)]
-//!     pub struct ClearanceParams {
-//!         /// Distance from walls that costs nothing, metres.
-//!         #[field(0.0, 10.0, "m", "beyond it no wall is near")]
-//!         pub comfort: f64 = 1.5,
-//!     }
-//! }
-//!
-//! enum Clearance {}
-//!
-//! impl BuiltIn for Clearance {
-//!     const NAME: &'static str = "clearance";
-//!     type Params = ClearanceParams;
-//!
-//!     // Inside this crate: `profile.clearance.clone()`.
-//!     fn params(_profile: &Profile) -> ClearanceParams {
-//!         ClearanceParams::default()
-//!     }
-//!
-//!     fn evaluator<F: DerivedFields>(
-//!         params: ClearanceParams,
-//!         _task: &Task,
-//!         fields: &F,
-//!     ) -> Result<Arc<dyn Evaluator>, BuildError<F::Error>> {
-//!         let map = fields.map().map_err(BuildError::Field)?;
-//!         Ok(Arc::new(ClearanceEvaluator { map, comfort: params.comfort }))
-//!     }
-//! }
-//! ```
+//! it here. The example `own_term` is a term, complete.
 
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
 use crate::collision_risk::RiskParams;
 use crate::evaluation::Evaluator;
@@ -70,7 +20,6 @@ use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
-use crate::parameters;
 use crate::parameters::Ranged;
 use crate::profile::Profile;
 use crate::sensor::LaserModel;
@@ -131,7 +80,6 @@ impl DerivedFields for Arc<StaticMap> {
 
 /// Why there is no evaluator.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
 pub enum BuildError<E> {
     /// No term of that name is built in.
     #[error("the term is not built in; known: {}", NAMES.join(", "))]
@@ -139,12 +87,10 @@ pub enum BuildError<E> {
     /// A field that it needs is missing.
     #[error("{0}")]
     Field(E),
-    /// A parameter makes no sense.
-    #[error("{0}")]
-    Params(String),
 }
 
-type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
+/// An evaluator, or why there is none.
+pub type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
 
 /// A term that is built in.
 pub trait BuiltIn {
@@ -165,15 +111,11 @@ pub trait BuiltIn {
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error>;
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`CpcEvaluator`] and of the field it looks up.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     struct CpcTermParams {
-        #[field(table)]
-        cpc: CpcParams,
-        #[field(table)]
-        information: InformationParams,
+        cpc: CpcParams [table],
+        information: InformationParams [table],
     }
 }
 
@@ -204,17 +146,14 @@ impl BuiltIn for Cnc {
     }
 
     fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(HccdmEvaluator::new(params).map_err(|e| BuildError::Params(e.to_string()))?))
+        Ok(Arc::new(HccdmEvaluator { params }))
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`DistanceEvaluator`].
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     struct DistanceTermParams {
-        #[field(words)]
-        measure: DistanceMeasure,
+        measure: DistanceMeasure [words],
     }
 }
 
@@ -231,24 +170,19 @@ impl BuiltIn for Distance {
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
         Ok(Arc::new(match params.measure {
-            DistanceMeasure::Euclid => DistanceEvaluator::euclid(task.goal),
-            DistanceMeasure::Geodesic => {
-                let field = fields.geodesic(task.goal, task.robot.radius()).map_err(BuildError::Field)?;
-                DistanceEvaluator::new(field)
-            }
+            DistanceMeasure::Euclid => DistanceEvaluator::Euclid(task.goal),
+            DistanceMeasure::Geodesic => DistanceEvaluator::Geodesic(
+                fields.geodesic(task.goal, task.robot.radius()).map_err(BuildError::Field)?,
+            ),
         }))
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`RiskEvaluator`].
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     struct RiskTermParams {
-        #[field(table)]
-        risk: RiskParams,
-        #[field(table)]
-        forecast: ForecastParams,
+        risk: RiskParams [table],
+        forecast: ForecastParams [table],
     }
 }
 
@@ -265,8 +199,8 @@ impl BuiltIn for Risk {
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
         let map = fields.map().map_err(BuildError::Field)?;
-        let RiskTermParams { risk, forecast } = params;
-        Ok(Arc::new(RiskEvaluator::new(map, task.goal, task.robot.radius(), forecast, risk)))
+        let RiskTermParams { risk: params, forecast } = params;
+        Ok(Arc::new(RiskEvaluator { map, goal: task.goal, radius: task.robot.radius(), forecast, params }))
     }
 }
 
@@ -284,6 +218,11 @@ macro_rules! built_in {
         /// Names of the terms that are built in.
         pub const NAMES: &[&str] = &[$(<$term>::NAME),+];
 
+        /// Whether the arbiter always computes the term of that name itself.
+        pub fn is_local(name: &str) -> bool {
+            $((name == <$term>::NAME && <$term>::LOCAL))||+
+        }
+
         /// Does what `visitor` does with the term of that name; `None` if it is not built in.
         pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
             match name {
@@ -295,18 +234,6 @@ macro_rules! built_in {
 }
 
 built_in!(Cnc, Cpc, Distance, Risk);
-
-/// Whether the arbiter always computes the term of that name itself.
-pub fn is_local(name: &str) -> bool {
-    struct IsLocal;
-    impl Visitor for IsLocal {
-        type Output = bool;
-        fn visit<T: BuiltIn>(self) -> bool {
-            T::LOCAL
-        }
-    }
-    visit(name, IsLocal).unwrap_or(false)
-}
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(
@@ -332,7 +259,7 @@ mod tests {
     use crate::occupancy::OccupancyGrid;
 
     #[test]
-    fn every_term_builds_what_bears_its_name_from_any_profile() {
+    fn every_term_is_built_from_any_profile() {
         let grid = OccupancyGrid::new(40, 40, 0.25, Pose2::default(), vec![0; 1600]).unwrap();
         let fields = Arc::new(StaticMap::new(grid));
         let task = Task {
@@ -345,7 +272,7 @@ mod tests {
             [Profile::default(), Profile { distance: DistanceMeasure::Euclid, ..Profile::default() }]
         {
             for name in NAMES {
-                assert_eq!(evaluator(name, &profile, &task, &fields).unwrap().metric(), *name);
+                assert!(evaluator(name, &profile, &task, &fields).is_ok(), "{name}");
             }
         }
         assert!(matches!(evaluator("view", &Profile::default(), &task, &fields), Err(BuildError::Unknown)));

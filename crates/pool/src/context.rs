@@ -102,10 +102,15 @@ impl PlanContext {
         role != generator::ROLE && !self.local.contains_key(role)
     }
 
-    /// What the arbitration of `scene` depends on.
-    pub fn arbitration<'a>(&'a self, scene: &'a curionav_planning::scene::Scene) -> arbitration::Context<'a> {
+    /// What the arbitration of `candidates` in `scene` depends on.
+    pub fn arbitration<'a>(
+        &'a self,
+        scene: &'a planning::Scene,
+        candidates: &'a CandidateSet,
+        previous: Option<&'a Previous>,
+    ) -> arbitration::Context<'a> {
         let Self { profile, map, robot, goal, .. } = self;
-        arbitration::Context { profile, scene, map, robot, goal: *goal }
+        arbitration::Context { profile, scene, map, robot, goal: *goal, candidates, previous }
     }
 
     /// The in-process evaluator of a term, for falling back.
@@ -179,16 +184,16 @@ impl PlanContext {
         should_stop: &dyn Fn() -> bool,
     ) -> (Generated, bool) {
         let input = GenerationInput {
+            params: &self.profile.generator_part(),
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
             robot: &self.robot,
             scene,
-            forecast: self.profile.forecast,
             previous: (!previous.is_empty()).then_some(previous),
+            seed: self.tree_seed(index),
         };
-        let params = self.profile.generation_params();
-        self.generator.generate(params, &input, tree, self.tree_seed(index), should_stop)
+        self.generator.generate(&input, tree, should_stop)
     }
 
     fn tree_seed(&self, index: usize) -> u64 {

@@ -2,15 +2,12 @@
 
 use std::time::Instant;
 
-use curionav_planning::generation::{self, GenerationInput};
+use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
-use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
-use curionav_planning::profile::GeneratorPart;
 use curionav_planning::terms::DerivedFields;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
-use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 use curionav_runtime::convert;
@@ -18,20 +15,15 @@ use curionav_runtime::convert;
 /// Role under which generators announce themselves.
 pub use curionav_schemas::keys::GENERATOR as ROLE;
 
-parameters! {
+curionav_planning::parameters! {
     /// Parameters of one generation as they travel.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct GeneratorParams {
         /// What the profile says.
-        #[field(table)]
-        pub profile: GeneratorPart,
+        pub profile: GeneratorPart [table],
         /// Where the last decision leads from here, (x, y, heading) per state; empty if nowhere.
-        #[field(
-            [Range::POSITION, Range::POSITION, Range::HEADING];
-            0.0, 256.0, "a decision has no more states"
-        )]
-        pub previous: Vec<[f64; 3]>,
+        pub previous: Vec<[f64; 3]> [
+            in Range::POSITION, Range::POSITION, Range::HEADING; 0.0, 256.0, "a decision has no more states"
+        ],
     }
 }
 
@@ -65,28 +57,28 @@ pub fn generate(
     should_stop: &dyn Fn() -> bool,
 ) -> Result<GenerateReply, Reject> {
     let started = Instant::now();
-    let GeneratorParams { profile, previous } = convert::parameters("params", &request.params)?;
+    let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let Some(kind) = generation::find(&request.generator) else {
         let known = generation::known();
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
     };
-    let mut params = profile.params();
-    *(kind.iterations)(&mut params) = request.iterations;
+    *(kind.iterations)(&mut params.generation) = request.iterations;
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let scene = convert::scene(&request.scene)?;
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
     let input = GenerationInput {
+        params: &params,
         map,
         goal: Point2::new(request.goal_x, request.goal_y),
         geodesic,
         robot: &robot,
         scene: &scene,
-        forecast: profile.forecast,
         previous: (!previous.is_empty()).then_some(&previous),
+        seed: request.seed,
     };
     let tree = request.tree.clone().map(convert::tree);
-    let (generated, cut) = kind.generate(params, &input, tree, request.seed, should_stop);
+    let (generated, cut) = kind.generate(&input, tree, should_stop);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,

@@ -12,7 +12,7 @@ use crate::profile::Profile;
 use crate::scene::Scene;
 use crate::trajectory::Trajectory;
 
-/// What a decision depends on besides the candidates, their scores and the previous decision.
+/// What a decision depends on besides the candidates' scores.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
     /// How to plan.
@@ -25,16 +25,28 @@ pub struct Context<'a> {
     pub robot: &'a RobotModel,
     /// Where to go, map frame.
     pub goal: Point2,
+    /// What could be driven.
+    pub candidates: &'a CandidateSet,
+    /// The last decision that moved the robot.
+    pub previous: Option<&'a Previous>,
 }
 
-/// A decision with what led to it, one entry a candidate.
+impl<'a> Context<'a> {
+    /// What says whether a trajectory is free.
+    pub(super) fn checker(&self) -> CollisionChecker<'a> {
+        let Self { profile, scene, map, robot, .. } = *self;
+        CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision)
+    }
+}
+
+/// A decision with what led to it, one entry per candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// What is to be done.
     pub decision: Decision,
     /// Costs, whole and by term.
     pub totals: Totals,
-    /// Why each candidate was ruled out; `None` for the chosen one and for those that were only dearer.
+    /// Why each candidate was ruled out; `None` for the chosen one and for those that only cost more.
     /// Collisions are looked for from the best on, so those are not known to be free.
     pub rejected: Vec<Option<Rejection>>,
     /// Index of the candidate followed.
@@ -45,39 +57,24 @@ pub struct Verdict {
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
 /// trajectory while it is valid and free; else stop. Same inputs, same verdict.
 ///
-/// `scores` must be about `candidates`: candidates beyond its length count as not scored.
-pub fn arbitrate(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    scores: &Scores,
-    previous: Option<&Previous>,
-) -> Verdict {
-    let Context { profile, scene, map, robot, .. } = *context;
-    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
-    decide(context, candidates, scores, previous, &|trajectory| {
-        let states = trajectory.states();
-        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
-    })
+/// Candidates beyond the length of `scores` count as not scored.
+pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
+    let checker = context.checker();
+    decide(context, scores, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
 
-fn decide(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    scores: &Scores,
-    previous: Option<&Previous>,
-    first_collision: &CollisionCheck<'_>,
-) -> Verdict {
-    let Context { profile, scene, goal, .. } = *context;
+fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionCheck<'_>) -> Verdict {
+    let Context { profile, scene, goal, candidates, .. } = *context;
     let totals = total_costs(profile, scene.uncertain, candidates.steps(), scores);
     let mut rejected: Vec<Option<Rejection>> =
-        (0..candidates.len()).map(|i| reject_unseen(context, candidates, &totals, i)).collect();
+        (0..candidates.len()).map(|i| reject_unseen(context, &totals, i)).collect();
     if scene.belief.pose.position().distance(goal) < profile.goal.arrive_distance {
         let decision = Decision::stop(Reason::Arrived, candidates.dt());
         return Verdict { decision, totals, rejected, chosen: None };
     }
-    let order = preference(context, candidates, &totals, &rejected, previous);
+    let order = preference(context, &totals, &rejected);
     let mut chosen = None;
     for &Contender { index, slow, .. } in &order {
         let trajectory = Trajectory::of(candidates, index, scene.belief.motion());
@@ -90,8 +87,7 @@ fn decide(
         }
     }
     let Some((index, slow, trajectory)) = chosen else {
-        let lack = lack(&rejected);
-        let decision = hold_or_stop(context, candidates.dt(), lack, previous, first_collision);
+        let decision = hold_or_stop(context, lack(&rejected), first_collision);
         return Verdict { decision, totals, rejected, chosen: None };
     };
     if !slow {
@@ -112,22 +108,18 @@ fn decide(
 }
 
 /// What rules a candidate out before anything is checked for collisions.
-fn reject_unseen(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    totals: &Totals,
-    index: usize,
-) -> Option<Rejection> {
+fn reject_unseen(context: &Context<'_>, totals: &Totals, index: usize) -> Option<Rejection> {
+    let candidates = context.candidates;
     if index >= totals.total.len() {
-        return Some(Rejection::NotScored { metric: totals.terms.first()?.metric.clone() });
+        return Some(Rejection::NotScored { term: totals.terms.first()?.term.clone() });
     }
-    if let Some(metric) = totals.missing_metric(index) {
-        return Some(Rejection::NotScored { metric: metric.to_owned() });
+    if let Some(term) = totals.missing_term(index) {
+        return Some(Rejection::NotScored { term: term.to_owned() });
     }
     let reach = context.robot.v_max * candidates.dt() + context.profile.hold.reach_tolerance;
     let mut from = context.scene.belief.pose.position();
     for (step, at) in candidates.range(index).enumerate() {
-        let to = Point2::new(candidates.x()[at], candidates.y()[at]);
+        let to = candidates.all_states().position(at);
         if from.distance(to) > reach {
             return Some(Rejection::Unreachable { step });
         }
@@ -145,40 +137,30 @@ pub(super) struct Contender {
     pub(super) discount: f64,
 }
 
-/// Those for whom `may_compete` holds, in their order.
-pub(super) fn contenders(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    may_compete: &[bool],
-    previous: Option<&Previous>,
-) -> Vec<Contender> {
+/// Those of which `may_compete` is true, in their order.
+pub(super) fn contenders(context: &Context<'_>, may_compete: &[bool]) -> Vec<Contender> {
     let persistence = context.profile.persistence;
-    let tail = previous.filter(|_| persistence.margin > 0.0).and_then(|p| valid_tail(context, p).ok());
-    (0..candidates.len())
+    let tail = context.previous.filter(|_| persistence.margin > 0.0);
+    let tail = tail.and_then(|previous| valid_tail(context, previous).ok());
+    (0..context.candidates.len())
         .filter(|&i| may_compete[i])
         .map(|index| {
-            let continues = tail
-                .as_ref()
-                .is_some_and(|tail| mean_distance(candidates, index, tail) <= persistence.same_within);
+            let continues = tail.as_ref().is_some_and(|tail| {
+                mean_distance(context.candidates, index, tail) <= persistence.same_within
+            });
             let discount = if continues { persistence.margin } else { 0.0 };
-            Contender { index, slow: is_slow(context, candidates, index), discount }
+            Contender { index, slow: is_slow(context, index), discount }
         })
         .collect()
 }
 
 /// Who may be followed, best first: fast before slow, then by cost, then by id.
-fn preference(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    totals: &Totals,
-    rejected: &[Option<Rejection>],
-    previous: Option<&Previous>,
-) -> Vec<Contender> {
+fn preference(context: &Context<'_>, totals: &Totals, rejected: &[Option<Rejection>]) -> Vec<Contender> {
     let may_compete: Vec<bool> = rejected.iter().map(Option::is_none).collect();
-    let contenders = contenders(context, candidates, &may_compete, previous);
+    let contenders = contenders(context, &may_compete);
     let mut order: Vec<(f64, Contender)> =
         contenders.into_iter().filter_map(|c| Some((totals.total[c.index]? - c.discount, c))).collect();
-    let id = candidates.id();
+    let id = context.candidates.id();
     order.sort_by(|(cost_a, a), (cost_b, b)| {
         a.slow.cmp(&b.slow).then(cost_a.total_cmp(cost_b)).then(id[a.index].cmp(&id[b.index]))
     });
@@ -187,13 +169,13 @@ fn preference(
 
 /// Whether D4 holds a candidate back: its mean speed is too low, and it neither ends at the goal, where
 /// being slow is what is wanted, nor turns towards a way that lies elsewhere.
-fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bool {
-    let profile = context.profile;
+fn is_slow(context: &Context<'_>, index: usize) -> bool {
+    let Context { profile, candidates, .. } = *context;
     let states = candidates.range(index);
     let last = states.end - 1;
-    let end = Point2::new(candidates.x()[last], candidates.y()[last]);
-    let turn = wrap_angle(candidates.heading()[last] - context.scene.belief.pose.heading);
-    let mean_speed = candidates.v()[states].iter().sum::<f64>() / candidates.steps() as f64;
+    let end = candidates.all_states().position(last);
+    let turn = wrap_angle(candidates.all_states().heading[last] - context.scene.belief.pose.heading);
+    let mean_speed = candidates.all_states().v[states].iter().sum::<f64>() / candidates.steps() as f64;
     mean_speed < profile.min_speed
         && turn.abs() < profile.min_turn
         && end.distance(context.goal) >= profile.goal.arrive_distance
@@ -202,9 +184,8 @@ fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bo
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {
     let states = candidates.range(index);
     let pairs = states.zip(tail.states().x.iter().zip(&tail.states().y));
-    let distances = pairs.map(|(at, (&x, &y))| {
-        Point2::new(candidates.x()[at], candidates.y()[at]).distance(Point2::new(x, y))
-    });
+    let distances =
+        pairs.map(|(at, (&x, &y))| candidates.all_states().position(at).distance(Point2::new(x, y)));
     distances.sum::<f64>() / candidates.steps().min(tail.len()).max(1) as f64
 }
 
@@ -212,23 +193,17 @@ fn lack(rejected: &[Option<Rejection>]) -> Lack {
     let mut missing: Option<&String> = None;
     for rejection in rejected {
         match rejection {
-            Some(Rejection::NotScored { metric }) => {
-                missing = Some(missing.map_or(metric, |least| least.min(metric)));
+            Some(Rejection::NotScored { term }) => {
+                missing = Some(missing.map_or(term, |least| least.min(term)));
             }
             _ => return Lack::NoneFree,
         }
     }
-    missing.map_or(Lack::NoCandidates, |metric| Lack::NotScored { metric: metric.clone() })
+    missing.map_or(Lack::NoCandidates, |term| Lack::NotScored { term: term.clone() })
 }
 
-fn hold_or_stop(
-    context: &Context<'_>,
-    dt: f64,
-    lack: Lack,
-    previous: Option<&Previous>,
-    first_collision: &CollisionCheck<'_>,
-) -> Decision {
-    let held = previous.ok_or(PreviousState::Absent).and_then(|previous| {
+fn hold_or_stop(context: &Context<'_>, lack: Lack, first_collision: &CollisionCheck<'_>) -> Decision {
+    let held = context.previous.ok_or(PreviousState::Absent).and_then(|previous| {
         let tail = valid_tail(context, previous)?;
         match first_collision(&tail) {
             Some(collision) => Err(PreviousState::Collides(collision)),
@@ -244,7 +219,7 @@ fn hold_or_stop(
             valid_for: previous.valid_for - (context.scene.stamp - previous.stamp),
             arrived: false,
         },
-        Err(previous) => Decision::stop(Reason::Degraded { lack, previous }, dt),
+        Err(previous) => Decision::stop(Reason::Degraded { lack, previous }, context.candidates.dt()),
     }
 }
 

@@ -6,9 +6,8 @@
 use std::cell::RefCell;
 
 use crate::arbitration::arbiter::{CollisionCheck, Contender, contenders};
-use crate::arbitration::{Context, Previous, Rejection, Totals, Verdict};
+use crate::arbitration::{Context, Rejection, Totals, Verdict};
 use crate::candidates::CandidateSet;
-use crate::collision::CollisionChecker;
 use crate::geometry::{Pose2, Twist};
 use crate::trajectory::Trajectory;
 
@@ -28,8 +27,8 @@ pub struct Explanation {
 /// Which candidate would have been followed, had one term another weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TermInfluence {
-    /// The term's metric.
-    pub metric: String,
+    /// The term's name.
+    pub term: String,
     /// By this term alone.
     pub alone: Option<usize>,
     /// With a weight of zero; absent if no other term is left.
@@ -41,32 +40,21 @@ pub struct TermInfluence {
 }
 
 /// Explains `verdict`, the outcome of [`arbitrate`](crate::arbitration::arbitrate) for the same inputs.
-pub fn explain(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    verdict: &Verdict,
-    previous: Option<&Previous>,
-) -> Explanation {
-    let Context { profile, scene, map, robot, .. } = *context;
-    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
-    explain_by(context, candidates, verdict, previous, &|trajectory| {
-        let states = trajectory.states();
-        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
-    })
+pub fn explain(context: &Context<'_>, verdict: &Verdict) -> Explanation {
+    let checker = context.checker();
+    explain_by(context, verdict, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) fn explain_by(
     context: &Context<'_>,
-    candidates: &CandidateSet,
     verdict: &Verdict,
-    previous: Option<&Previous>,
     first_collision: &CollisionCheck<'_>,
 ) -> Explanation {
     let Some(chosen) = verdict.chosen else { return Explanation::default() };
     let totals = &verdict.totals;
     let field = Field {
-        candidates,
-        contenders: contenders(context, candidates, &may_compete(verdict), previous),
+        candidates: context.candidates,
+        contenders: contenders(context, &may_compete(verdict)),
         free: RefCell::new(verdict.rejected.iter().map(known).collect()),
         first_collision,
         start: context.scene.belief.motion(),
@@ -74,7 +62,7 @@ pub(super) fn explain_by(
     field.free.borrow_mut()[chosen] = Some(true);
     let runner_up = field.best(&totals.total, Some(chosen));
     let margin = runner_up.and_then(|second| Some(totals.total[second]? - totals.total[chosen]?));
-    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.metric)).collect();
+    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.term)).collect();
     Explanation { runner_up, margin, terms }
 }
 
@@ -101,13 +89,13 @@ struct Field<'a> {
 }
 
 impl Field<'_> {
-    fn influence(&self, totals: &Totals, metric: &str) -> TermInfluence {
+    fn influence(&self, totals: &Totals, term: &str) -> TermInfluence {
         let with = |factor: f64| {
-            self.best(&totals.reweighted(|other| if other == metric { factor } else { 1.0 }), None)
+            self.best(&totals.reweighted(|other| if other == term { factor } else { 1.0 }), None)
         };
         TermInfluence {
-            metric: metric.to_owned(),
-            alone: self.best(&totals.reweighted(|other| if other == metric { 1.0 } else { 0.0 }), None),
+            term: term.to_owned(),
+            alone: self.best(&totals.reweighted(|other| if other == term { 1.0 } else { 0.0 }), None),
             without: if totals.terms.len() > 1 { with(0.0) } else { None },
             doubled: with(2.0),
             halved: with(0.5),

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
+use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
-use crate::generation::candidate_params::CandidateParams;
+use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
-use crate::generation::{GenerationInput, GenerationParams};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
 use crate::numerics::sin_cos;
@@ -22,7 +22,7 @@ const FAN: u32 = 24;
 const ARCS: u32 = 13;
 /// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
 const BEGINNING: f64 = 1.2;
-/// Who is this far away in the end gets somewhere, however slowly, metres.
+/// A candidate that ends this far away gets somewhere, however slowly, metres.
 const SOMEWHERE: f64 = 0.3;
 
 /// A path to be timed.
@@ -33,6 +33,12 @@ struct Proposal {
     pinned: bool,
     /// Turning on the spot towards a way that lies behind: it counts as moving.
     turns_to_goal: bool,
+}
+
+impl Proposal {
+    fn of(path: Path) -> Self {
+        Self { path, turn_first: false, pinned: false, turns_to_goal: false }
+    }
 }
 
 /// A timed path that is free.
@@ -60,32 +66,29 @@ pub fn find_candidates(
     tree: &Tree,
     way: &[Point2],
     checker: &CollisionChecker<'_>,
-    params: &GenerationParams,
     should_stop: &dyn Fn() -> bool,
 ) -> CandidateSet {
-    let (rollout_params, turning_radius) = (&params.rollout, params.tree.turning_radius);
-    let params = &params.candidates;
+    let (rollout_params, turning_radius) =
+        (&input.params.generation.rollout, input.params.generation.tree.turning_radius);
+    let params = &input.params.generation.candidates;
     let belief = &input.scene.belief;
     let from = Departure {
         pose: belief.pose,
         twist: belief.twist,
         robot: input.robot,
-        steps: params.steps as usize,
-        dt: params.dt,
+        steps: input.params.steps,
+        dt: input.params.dt,
     };
-    let reach = input.robot.v_max * params.dt * f64::from(params.steps) + 0.5;
-    let slow = params.slow * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
+    let reach = input.robot.v_max * from.dt * from.steps as f64 + 0.5;
+    let slow = input.params.min_speed * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
     let finder = Finder { input, checker, params, rollout_params, from, slow };
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
     let sure = proposals.len();
-    proposals.extend(
-        branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, |p| {
-            input.geodesic.at(p)
-        })
-        .into_iter()
-        .map(|path| Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }),
-    );
+    let to_go = |p| input.geodesic.at(p);
+    let branches =
+        branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, to_go);
+    proposals.extend(branches.into_iter().map(Proposal::of));
     let mut free = Vec::new();
     finder.time(&proposals[..sure], &params.profiles, 0, &mut free, &|| false);
     finder.time(&proposals[sure..], &params.profiles, 0, &mut free, should_stop);
@@ -103,7 +106,7 @@ pub fn find_candidates(
     if free.iter().any(|f| !f.slow) {
         free.retain(|f| !f.slow);
     } else if free.iter().any(|f| f.travel >= SOMEWHERE) {
-        // Turning to and fro beside somebody who waits costs nothing and never ends.
+        // Turning to and fro beside a person who waits costs nothing and never ends.
         free.retain(|f| f.travel >= SOMEWHERE);
     }
     finder.emit(free)
@@ -138,7 +141,7 @@ impl Finder<'_> {
             if rest > Path::SPACING {
                 path.extend(self.input.geodesic.descend_for(path.end(), 0.2, rest), reach);
             }
-            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+            proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
         if let Some(&ahead) = way.get(way.len().min(4).wrapping_sub(1)) {
             let path = Path::new(pose.position(), way.iter().copied(), reach);
@@ -148,12 +151,12 @@ impl Finder<'_> {
                 let turns_to_goal = !self.occupied(&path);
                 proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal });
             }
-            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+            proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
         proposals
     }
 
-    /// Whether somebody is in the way at the beginning of a path: turning to it leads nowhere yet.
+    /// Whether a person is in the way at the beginning of a path: turning to it leads nowhere yet.
     fn occupied(&self, path: &Path) -> bool {
         let people = &self.input.scene.people;
         let contact = self.input.robot.radius() + people.radius;
@@ -177,7 +180,7 @@ impl Finder<'_> {
                     step(pose, Twist { v: 1.0, omega: curvature }, n as f64 * Path::SPACING).position()
                 });
                 let path = self.until_wall(Path::new(pose.position(), points, length));
-                Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }
+                Proposal::of(path)
             })
             .collect()
     }
@@ -191,10 +194,10 @@ impl Finder<'_> {
                 let angle = first + f64::from(k) * std::f64::consts::TAU / f64::from(FAN);
                 let (s, c) = sin_cos(angle);
                 let end = Point2::new(pose.x + reach * c, pose.y + reach * s);
-                // Next to somebody even a small turn has to come first.
+                // Next to a person even a small turn has to come first.
                 let turn_first = wrap_angle(angle - pose.heading).abs() > self.rollout_params.turn_until;
                 let path = self.until_wall(Path::new(pose.position(), [end], reach));
-                Proposal { path, turn_first, pinned: false, turns_to_goal: false }
+                Proposal { turn_first, ..Proposal::of(path) }
             })
             .collect()
     }
@@ -225,13 +228,7 @@ impl Finder<'_> {
                 }
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
                 let rollout = rollout(&proposal.path, profile, &self.from, self.rollout_params);
-                let hit = self.checker.first_collision(
-                    &rollout.states.x,
-                    &rollout.states.y,
-                    &rollout.states.heading,
-                    self.params.dt,
-                );
-                if hit.is_none() {
+                if self.checker.first_collision(&rollout.states, self.from.dt).is_none() {
                     free.push(self.describe(rollout, proposal, first_profile + k));
                 }
             }
@@ -242,20 +239,16 @@ impl Finder<'_> {
         let params = self.params;
         let states = rollout.states;
         let last = states.len() - 1;
-        let near = ((params.differ_by / params.dt).round() as usize).clamp(1, last + 1) - 1;
+        let near = ((params.differ_by / self.from.dt).round() as usize).clamp(1, last + 1) - 1;
         let cell =
             |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
-        let end = Point2::new(states.x[last], states.y[last]);
+        let end = states.position(last);
         let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
         Free {
             pinned: proposal.pinned,
             slow: rollout.mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
-            safe: self.checker.stops_short(
-                &states.x,
-                &states.y,
-                self.input.robot.stopping_distance(states.v[0]),
-            ),
+            safe: self.checker.stops_short(&states, self.input.robot.stopping_distance(states.v[0])),
             travel: end.distance(self.from.pose.position()),
             to_go,
             near: {
@@ -283,7 +276,7 @@ impl Finder<'_> {
             all.append(f.states);
             count += 1;
         }
-        let (steps, dt) = (self.params.steps as usize, self.params.dt);
+        let (steps, dt) = (self.from.steps, self.from.dt);
         // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
         CandidateSet::new(steps, dt, (0..count).collect(), all)
             .unwrap_or_else(|_| CandidateSet::empty(steps, dt))

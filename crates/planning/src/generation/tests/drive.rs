@@ -1,6 +1,7 @@
 //! Whole missions in closed loop, without noise: generate, take the least distance to go, track.
 
 use super::*;
+use crate::states::States;
 use crate::tracking::{TrackingParams, track};
 use crate::trajectory::Trajectory;
 
@@ -86,7 +87,7 @@ struct Drive {
 
 /// Plans every 0.3 s, takes the candidate with the least sum of distances to go, and tracks it.
 fn drive(
-    generator: &RrtStarGenerator,
+    generator: &Generator,
     world: &World,
     start: Pose2,
     goal: Point2,
@@ -123,7 +124,7 @@ fn drive(
             tree = Some(answer.tree);
             let set = answer.candidates;
             let cost = |i: usize| -> f64 {
-                set.range(i).map(|k| world.geodesic.at(Point2::new(set.x()[k], set.y()[k]))).sum()
+                set.range(i).map(|k| world.geodesic.at(set.all_states().position(k))).sum()
             };
             let best = (0..set.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
             match best {
@@ -137,12 +138,9 @@ fn drive(
                         ForecastParams::default(),
                         &CollisionParams::default(),
                     );
-                    let (x, y, h): (Vec<f64>, Vec<f64>, Vec<f64>) = (
-                        tail.iter().map(|p| p.x).collect(),
-                        tail.iter().map(|p| p.y).collect(),
-                        tail.iter().map(|p| p.heading).collect(),
-                    );
-                    if checker.first_collision(&x, &y, &h, 0.3).is_some() {
+                    let mut left = States::default();
+                    tail.iter().for_each(|&pose| left.push(pose, Twist::default()));
+                    if checker.first_collision(&left, 0.3).is_some() {
                         chosen = None;
                     }
                     d.stops += 1;
@@ -183,7 +181,7 @@ fn the_goal_is_reached_without_contact_alone_and_among_twenty_walkers() {
     for count in [0, 20] {
         for seed in 0..5 {
             let mut walkers = Walkers::random(count, &world.map, &[start.position(), goal], seed);
-            let d = drive(&RrtStarGenerator::default(), &world, start, goal, &mut walkers, seed);
+            let d = drive(&Generator::rrt_star(), &world, start, goal, &mut walkers, seed);
             println!(
                 "{count} walkers, seed {seed}: reached {} in {:.1} s, {:.1} m, {} contacts, {} cycles without candidate, generate {:.2} ms mean {:.2} ms worst",
                 d.reached, d.seconds, d.length, d.contacts, d.stops, d.mean_ms, d.worst_ms
@@ -199,8 +197,8 @@ fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
     let goal = Point2::new(16.0, 29.0);
     let world = World::new(hall(&[]), goal);
     for steps in [8, 13] {
-        let mut generator = RrtStarGenerator::default();
-        generator.params.candidates.steps = steps;
+        let mut generator = Generator::rrt_star();
+        generator.params.steps = steps;
         for k in 0..16 {
             // A tenth of a metre too near.
             let start = Pose2::new(12.0, 29.6, std::f64::consts::TAU * f64::from(k) / 16.0);

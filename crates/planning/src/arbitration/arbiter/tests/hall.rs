@@ -60,9 +60,13 @@ impl Hall {
         people.vy.push(0.0);
     }
 
-    pub(super) fn context(&self) -> Context<'_> {
+    pub(super) fn context<'a>(
+        &'a self,
+        candidates: &'a CandidateSet,
+        previous: Option<&'a Previous>,
+    ) -> Context<'a> {
         let Self { profile, scene, map, robot, goal } = self;
-        Context { profile, scene, map, robot, goal: *goal }
+        Context { profile, scene, map, robot, goal: *goal, candidates, previous }
     }
 
     pub(super) fn arbitrate(
@@ -71,7 +75,7 @@ impl Hall {
         scores: &Scores,
         previous: Option<&Previous>,
     ) -> Verdict {
-        arbitrate(&self.context(), candidates, scores, previous)
+        arbitrate(&self.context(candidates, previous), scores)
     }
 }
 
@@ -91,8 +95,8 @@ pub(super) fn fan(ways: &[(u32, f64, f64)]) -> CandidateSet {
 
 pub(super) fn scores(columns: &[(&str, &[f64])]) -> Scores {
     let mut scores = Scores::new(columns[0].1.len());
-    for (metric, costs) in columns {
-        scores.insert(metric, 0, costs).unwrap();
+    for (term, costs) in columns {
+        scores.insert(term, 0, costs).unwrap();
     }
     scores
 }
