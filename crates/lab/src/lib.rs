@@ -3,6 +3,7 @@
 //! numbers that it prints.
 
 pub mod bench;
+mod out_folder;
 pub mod paper;
 mod plural;
 pub mod scale;

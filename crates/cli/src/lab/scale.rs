@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use curionav_lab::scale::{self, Pooled};
+use curionav_lab::scale;
+use curionav_deployment::service_kind::Kind;
 use curionav_runtime::exit::Exit;
 use curionav_schemas::limits::{MAX_CANDIDATES, MAX_PEOPLE};
 
@@ -110,9 +111,9 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 pub(crate) async fn run(o: ScaleOptions, log: &str) -> Result<u8, Exit> {
     check(&o)?;
     let service = o.service.map(|service| match service {
-        Service::Cpc => Pooled::Cpc,
-        Service::Cnc => Pooled::Cnc,
-        Service::Generator => Pooled::Generator,
+        Service::Cpc => Kind::Cpc,
+        Service::Cnc => Kind::Cnc,
+        Service::Generator => Kind::Generator,
     });
     let options = scale::Options {
         service,
