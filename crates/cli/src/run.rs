@@ -1,18 +1,19 @@
-//! `curionav run`: a scenario from file to metrics.
+//! `curionav run`: a scenario from file to measures.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use curionav_picture::Run;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::print::print;
 use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
 use zenoh::Session;
 
-use crate::output;
-use crate::recording;
+use crate::{output, recording};
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package};
@@ -26,7 +27,7 @@ const CANCEL_RETRY: Duration = Duration::from_millis(100);
 /// Reports have the lowest priority: they may arrive this long after the end of the run.
 const LAST_REPORTS: Duration = Duration::from_millis(500);
 
-/// Run a scenario and show its metrics.
+/// Run a scenario and show its measures.
 #[derive(Debug, Args)]
 pub(crate) struct RunOptions {
     /// Scenario file.
@@ -41,7 +42,7 @@ pub(crate) struct RunOptions {
     /// max (lockstep: as fast as the machine allows, bit for bit repeatable), realtime, or simulated
     /// seconds per second.
     #[arg(long, value_name = "max|realtime|X", default_value = "max", value_parser = parse_speed)]
-    speed: Speed,
+    speed: (Clock, f64),
     /// Write metrics.json, trajectory.csv, cycles.csv and run.svg into this directory.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -65,31 +66,18 @@ pub(crate) struct RunOptions {
     robot: String,
 }
 
-/// How fast simulated time passes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Speed {
-    /// Lockstep.
-    Max,
-    /// Simulated seconds per second of the wall clock.
-    Factor(f64),
-}
-
-fn parse_speed(text: &str) -> Result<Speed, String> {
-    match text {
-        "max" => Ok(Speed::Max),
-        "realtime" => Ok(Speed::Factor(1.0)),
-        _ => match text.parse::<f64>() {
-            Ok(factor) if factor > 0.0 && factor <= 100.0 => Ok(Speed::Factor(factor)),
-            _ => Err("must be max, realtime, or a factor above 0 and up to 100".into()),
-        },
+/// The clock, and simulated seconds per second of the wall clock.
+fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
+    match (text, text.parse::<f64>()) {
+        ("max", _) => Ok((Clock::Lockstep, 1.0)),
+        ("realtime", _) => Ok((Clock::Realtime, 1.0)),
+        (_, Ok(factor)) if factor > 0.0 && factor <= 100.0 => Ok((Clock::Realtime, factor)),
+        _ => Err("must be max, realtime, or a factor above 0 and up to 100".into()),
     }
 }
 
 pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
-    let (clock, time_scale) = match options.speed {
-        Speed::Max => (Clock::Lockstep, 1.0),
-        Speed::Factor(factor) => (Clock::Realtime, factor),
-    };
+    let (clock, time_scale) = options.speed;
     let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed) };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let config = ServiceConfig {
@@ -121,29 +109,27 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
 }
 
 fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<u8, Exit> {
-    let result = &finished.result;
-    if let (Some(directory), Some(map)) = (&options.out, &finished.map) {
+    let Finished { result, reports, map } = finished;
+    let written = options.out.as_ref().zip(map.as_ref());
+    if let Some((directory, map)) = written {
         let robot = &package.scenario.robot;
-        let goal = (robot.goal.x, robot.goal.y);
-        output::write(
-            directory,
+        let drawn = Run {
             result,
-            &finished.reports,
+            reports,
             map,
-            goal,
-            robot.model.radius(),
-            robot.goal_tolerance,
-        )
-        .map_err(Exit::failed)?;
+            goal: (robot.goal.x, robot.goal.y),
+            robot_radius: robot.model.radius(),
+            goal_tolerance: robot.goal_tolerance,
+        };
+        output::write(directory, &drawn).map_err(Exit::failed)?;
     }
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", output::json(result).map_err(|e| Exit::failed(e.into()))?);
+        print(output::json(result).map_err(|e| Exit::failed(e.into()))?)?;
     } else {
-        println!("{}", output::table(result));
-        if let (Some(directory), Some(_)) = (&options.out, &finished.map) {
-            println!("Picture and data: {}", directory.display());
-        }
+        print(output::table(result))?;
+        written.map_or(Ok(()), |(directory, _)| {
+            print(format_args!("Picture and data: {}", directory.display()))
+        })?;
     }
     Ok(output::exit_code(result))
 }

@@ -1,16 +1,19 @@
 //! Round numbers along an edge, the grid they make, and the scale bar.
 
+use super::page::{rectangle, translate};
 use super::symbols::{line, text};
 use super::viewport::{Viewport, px};
 use curionav_planning::numerics::ln;
-use svg::node::element::{Group, Rectangle};
+use svg::node::element::{Group, Rectangle, SVG};
+
+/// Room for the numbers left of and below a map, px.
+pub(super) const AXIS: (f64, f64) = (34.0, 22.0);
 
 /// Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, at most `most` steps apart.
 pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     multiples(step(high - low, most), low, high)
 }
 
-/// Multiples of `step` from `low` to `high`.
 fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     let count = (last - first).clamp(-1.0, 100.0) + 1.0;
@@ -58,7 +61,6 @@ impl Scale {
         }
     }
 
-    /// A few round values.
     pub(super) fn ticks(&self) -> Vec<f64> {
         if !self.is_logarithmic {
             return ticks(self.low, self.high, 5);
@@ -79,22 +81,25 @@ pub(super) fn axes(viewport: &Viewport, apart: f64) -> Group {
     let step = step(apart / scale, 1);
     for x in multiples(step, min_x, min_x + width / scale) {
         let at = viewport.at((x, max_y)).0;
-        group = group
-            .add(line((at, 0.0), (at, height), "grid"))
-            .add(line((at, height), (at, height + 4.0), "tick"))
-            .add(text((at, height + 15.0), "s", label(x)).set("text-anchor", "middle"));
+        let number = text((at, height + 15.0), "s", label(x)).set("text-anchor", "middle");
+        let tick = line((at, height), (at, height + 4.0), "tick");
+        group = group.add(line((at, 0.0), (at, height), "grid")).add(tick).add(number);
     }
     for y in multiples(step, max_y - height / scale, max_y) {
         let at = viewport.at((min_x, y)).1;
-        group = group
-            .add(line((0.0, at), (width, at), "grid"))
-            .add(line((-4.0, at), (0.0, at), "tick"))
-            .add(text((-6.0, at + 3.5), "s", label(y)).set("text-anchor", "end"));
+        let number = text((-6.0, at + 3.5), "s", label(y)).set("text-anchor", "end");
+        let tick = line((-4.0, at), (0.0, at), "tick");
+        group = group.add(line((0.0, at), (width, at), "grid")).add(tick).add(number);
     }
     group.add(frame(width, height))
 }
 
-/// The outline of a panel.
+/// What stands `inside` a viewport of a map, behind it the axes, whose numbers begin at `origin`, px.
+pub(super) fn on_axes(viewport: &Viewport, inside: SVG, origin: (f64, f64)) -> Group {
+    let at = translate(origin.0 + AXIS.0, origin.1);
+    Group::new().set("transform", at).add(axes(viewport, 70.0)).add(inside)
+}
+
 pub(super) fn frame(width: f64, height: f64) -> Rectangle {
     Rectangle::new().set("class", "frame").set("width", px(width)).set("height", px(height))
 }
@@ -105,26 +110,17 @@ pub(super) fn scale_bar(viewport: &Viewport) -> Group {
     let metres = step(ABOUT / viewport.scale, 1);
     let (left, bottom) = (14.0, viewport.height - 12.0);
     let length = metres * viewport.scale;
-    let board = Rectangle::new()
-        .set("x", left - 7.0)
-        .set("y", px(bottom - 19.0))
-        .set("width", px(length + 14.0))
-        .set("height", 26)
-        .set("rx", 3)
-        .set("fill", "#fff")
-        .set("fill-opacity", 0.85);
+    let board = rectangle(length + 14.0, 26.0, "#fff").set("x", left - 7.0).set("y", px(bottom - 19.0));
     let bar = |from: (f64, f64), to: (f64, f64)| {
         line(from, to, "line").set("stroke", "#1a1a1a").set("stroke-width", 1.6)
     };
+    let number = text((left + length / 2.0, bottom - 6.0), "b", format!("{} m", label(metres)));
     Group::new()
-        .add(board)
+        .add(board.set("rx", 3).set("fill-opacity", 0.85))
         .add(bar((left, bottom), (left + length, bottom)))
         .add(bar((left, bottom - 4.0), (left, bottom + 3.0)))
         .add(bar((left + length, bottom - 4.0), (left + length, bottom + 3.0)))
-        .add(
-            text((left + length / 2.0, bottom - 6.0), "b", format!("{} m", label(metres)))
-                .set("text-anchor", "middle"),
-        )
+        .add(number.set("text-anchor", "middle"))
 }
 
 #[cfg(test)]

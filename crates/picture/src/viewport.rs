@@ -7,9 +7,7 @@ pub(super) struct Viewport {
     pub(super) min_x: f64,
     /// Top edge, map frame, m.
     pub(super) max_y: f64,
-    /// Pixels across.
     pub(super) width: f64,
-    /// Pixels down.
     pub(super) height: f64,
     /// Pixels per metre.
     pub(super) scale: f64,
@@ -35,7 +33,6 @@ impl Viewport {
         Self::fit(bounds, side, side)
     }
 
-    /// A point of the map frame in pixels.
     pub(super) fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.scale * (x - self.min_x), self.scale * (self.max_y - y))
     }
@@ -82,9 +79,7 @@ pub(super) fn px(length: f64) -> f64 {
 /// The least upright rectangle around some points, map frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
-    /// Lower left.
     pub(super) min: (f64, f64),
-    /// Upper right.
     pub(super) max: (f64, f64),
 }
 
@@ -111,11 +106,15 @@ impl Bounds {
         }
     }
 
-    /// What it has in common with `other`; itself if that is nothing.
-    pub(super) fn within(self, other: Self) -> Self {
-        let min = (self.min.0.max(other.min.0), self.min.1.max(other.min.1));
-        let max = (self.max.0.min(other.max.0), self.max.1.min(other.max.1));
-        if min.0 < max.0 && min.1 < max.1 { Self { min, max } } else { self }
+    /// The part of it that `matters`; all of it while that is at most `times` the area.
+    pub(super) fn part(self, matters: Self, times: f64) -> Self {
+        let area = |bounds: Self| bounds.width() * bounds.height();
+        if area(self) <= times * area(matters) {
+            return self;
+        }
+        let min = (self.min.0.max(matters.min.0), self.min.1.max(matters.min.1));
+        let max = (self.max.0.min(matters.max.0), self.max.1.min(matters.max.1));
+        if min.0 < max.0 && min.1 < max.1 { Self { min, max } } else { matters }
     }
 
     /// Metres across, never 0.

@@ -3,7 +3,6 @@
 mod bench;
 mod scale;
 mod tune;
-mod worker;
 
 use clap::Subcommand;
 use curionav_runtime::exit::Exit;
@@ -13,7 +12,7 @@ pub(crate) enum LabCommand {
     Bench(bench::BenchOptions),
     Tune(tune::TuneOptions),
     #[command(hide = true)]
-    Worker(worker::WorkerOptions),
+    Worker(bench::WorkerOptions),
     Scale(scale::ScaleOptions),
 }
 
@@ -21,7 +20,7 @@ pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
     match command {
         LabCommand::Bench(options) => bench::run(options).await,
         LabCommand::Tune(options) => tune::run(options).await,
-        LabCommand::Worker(options) => worker::run(options).await,
+        LabCommand::Worker(options) => bench::worker(options).await,
         LabCommand::Scale(options) => scale::run(options, log).await,
     }
 }

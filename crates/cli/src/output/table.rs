@@ -25,7 +25,6 @@ pub(crate) fn table(result: &RunResult) -> String {
     format!("{}\n{}", headline(result), table.trim_fmt())
 }
 
-/// One line: how it ended, of what.
 fn headline(result: &RunResult) -> String {
     let RunResult { scenario, planner, seed, measures, .. } = result;
     let bumps = match measures.collisions {
@@ -33,15 +32,12 @@ fn headline(result: &RunResult) -> String {
         1 => "with 1 collision".to_owned(),
         many => format!("with {many} collisions"),
     };
-    format!("{} {bumps}: {scenario}, planner {planner}, seed {seed}", outcome(result.outcome))
-}
-
-fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
+    let outcome = match result.outcome {
         Outcome::Reached => "REACHED the goal",
         Outcome::Timeout => "TIMEOUT before the goal",
         Outcome::Lost => "LOST on the map",
-    }
+    };
+    format!("{outcome} {bumps}: {scenario}, planner {planner}, seed {seed}")
 }
 
 fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
@@ -61,7 +57,7 @@ fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
         row("TCM", per_cent(m.tcm), "of the time until localisation converged"),
         row("NM", m.nm.to_string(), "times localisation was lost again"),
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
-        row("MD", m.md_m.map_or_else(|| "nobody".into(), metres), "least distance to a person's centre"),
+        row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
         row("NT", m.nt.to_string(), "times closer than comfortable"),
         row("cycles", c.count.to_string(), &format!("decisions taken, {} of them degraded", c.degraded)),
         row(
@@ -96,11 +92,11 @@ mod tests {
     }
 
     #[test]
-    fn a_run_among_nobody_says_so() {
+    fn a_run_without_people_says_so() {
         let mut result = golden::run_result();
         result.measures.md_m = None;
         result.measures.collisions = 2;
         let text = table(&result);
-        assert!(text.contains("nobody") && text.contains("with 2 collisions"), "{text}");
+        assert!(text.contains("no people") && text.contains("with 2 collisions"), "{text}");
     }
 }
