@@ -43,7 +43,7 @@ parameters! {
 
 impl HrvoParams {
     /// Whether all values are the default's.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }
