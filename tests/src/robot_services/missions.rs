@@ -6,8 +6,9 @@ use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::process::Service;
 use curionav_runtime::topic::Flow;
 use curionav_schemas::{
-    Clock, MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus, Twist, golden,
+    Clock, MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus, Twist,
 };
+use curionav_testing::golden;
 
 use super::test_bench::TestBench;
 use crate::faults::corridor_map::START;
