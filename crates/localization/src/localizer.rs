@@ -18,9 +18,9 @@ use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
 use crate::resampling::{needed, systematic};
-use crate::scan::{BeamDirections, Scan, Selection};
+use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
-use crate::weighting::Weighting;
+use crate::weighting::weigh;
 
 /// Adaptive Monte Carlo localisation on one map with one laser.
 pub struct Localizer {
@@ -30,7 +30,6 @@ pub struct Localizer {
     seed: u64,
     field: LikelihoodField,
     free: FreeSpace,
-    beams: BeamDirections,
 
     particles: Particles,
     pose: Pose2,
@@ -45,9 +44,7 @@ pub struct Localizer {
     streams: u64,
     updates_since_resampling: u32,
 
-    weighting: Weighting,
     clusters: Clusters,
-    spare: Particles,
     seen: Selection,
 }
 
@@ -59,13 +56,6 @@ struct Anchor {
     stamp: f64,
     pose: Pose2,
     covariance: Matrix3<f64>,
-}
-
-/// What a filter update follows on.
-#[derive(Debug, Clone, Copy)]
-struct Due {
-    motion: Motion,
-    seconds: f64,
 }
 
 /// Most poses drawn anew in one update: each is the best of many.
@@ -89,8 +79,7 @@ impl Localizer {
         let mut localizer = Self {
             field: LikelihoodField::new(&map, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
-            beams: BeamDirections::new(laser),
-            particles: Particles::with_capacity(most),
+            particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
             health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
@@ -99,9 +88,7 @@ impl Localizer {
             credit: 1.0,
             streams: 0,
             updates_since_resampling: 0,
-            weighting: Weighting::with_capacity(most, params.beams),
             clusters: Clusters::new(&params),
-            spare: Particles::with_capacity(most),
             seen: Selection::default(),
             map,
             noise,
@@ -120,7 +107,7 @@ impl Localizer {
     /// Starts over around a known pose.
     pub fn initialise(&mut self, pose: Pose2, covariance: &Matrix3<f64>) {
         let mut random = self.next_stream();
-        self.particles.draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
+        self.particles = Particles::draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
         self.clusters.settle();
         self.anchor = None;
@@ -154,8 +141,8 @@ impl Localizer {
     /// enough since the last one, or `update_max_interval` has passed (D7).
     pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
         let due = self.dead_reckon(odometry, stamp);
-        let observed = due.is_some_and(|due| {
-            let observed = self.filter(&due, scan);
+        let observed = due.is_some_and(|(motion, seconds)| {
+            let observed = self.filter(&motion, seconds, scan);
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
@@ -171,23 +158,16 @@ impl Localizer {
     }
 
     /// Moves the estimate of the last filter update along with odometry, its covariance by `A Sigma A' +
-    /// M'`. When a filter update is due, returns what happened since the last one.
-    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Due> {
+    /// M'`. When a filter update is due, returns the motion and the seconds since the last one.
+    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<(Motion, f64)> {
         let fresh = self.anchor.is_none();
-        let anchor = *self.anchor.get_or_insert(Anchor {
-            odometry,
-            stamp,
-            pose: self.pose,
-            covariance: self.covariance,
-        });
+        let now = Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance };
+        let anchor = *self.anchor.get_or_insert(now);
         let motion = Motion::between(anchor.odometry, odometry, &self.noise);
         if !motion.is_none() {
             self.pose = anchor.pose.compose(motion.displacement);
-            let displacement = Vector3::new(
-                self.pose.x - anchor.pose.x,
-                self.pose.y - anchor.pose.y,
-                motion.displacement.heading,
-            );
+            let (dx, dy) = (self.pose.x - anchor.pose.x, self.pose.y - anchor.pose.y);
+            let displacement = Vector3::new(dx, dy, motion.displacement.heading);
             let process = self.noise.process_covariance(motion.travel, motion.turn);
             self.covariance = propagate(&anchor.covariance, displacement, &process);
         }
@@ -199,31 +179,26 @@ impl Localizer {
             return None;
         }
         self.credit = (self.credit + moved).min(1.0);
-        Some(Due { motion, seconds: waited.max(0.0) })
+        Some((motion, waited.max(0.0)))
     }
 
-    /// One filter update; whether a scan was taken in.
-    fn filter(&mut self, due: &Due, scan: &Scan) -> bool {
+    /// One filter update after this motion and time; whether a scan was taken in.
+    fn filter(&mut self, motion: &Motion, seconds: f64, scan: &Scan) -> bool {
         let mut random = self.next_stream();
-        self.particles.advance(&due.motion, &self.noise, &mut random);
-        self.beams.adopt(&scan.laser);
-        self.beams.select(scan.ranges, self.streams, &self.params, &mut self.seen);
+        self.particles.advance(motion, &self.noise, &mut random);
+        self.seen = Selection::of(scan, self.streams, &self.params);
         let observed = !self.seen.ends.is_empty();
         if observed {
-            let ambiguous = self.is_ambiguous();
-            let used = self.weighting.apply(
-                &mut self.particles,
-                &self.field,
-                &self.seen,
-                self.params.temper * self.credit.max(self.params.rest_temper),
-                ambiguous,
-                &self.params,
-            );
-            self.credit = (self.credit - used / self.params.temper).max(0.0);
+            // Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
+            let ambiguous = self.health.outside_weight > 0.0 || !self.is_narrow();
+            let params = &self.params;
+            let exponent = params.temper * self.credit.max(params.rest_temper);
+            let used = weigh(&mut self.particles, &self.field, &self.seen, exponent, ambiguous, params);
+            self.credit = (self.credit - used / params.temper).max(0.0);
         }
-        self.describe(observed.then_some(&due.motion));
+        self.describe(observed.then_some(motion));
         if observed {
-            self.check_fit(scan.laser.robot_from_laser, due);
+            self.check_fit(scan.laser.robot_from_laser, motion.travel, seconds);
         }
         self.updates_since_resampling += 1;
         if self.updates_since_resampling >= self.params.resample_interval {
@@ -232,19 +207,19 @@ impl Localizer {
         observed
     }
 
-    /// Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
-    fn is_ambiguous(&self) -> bool {
+    /// Whether the position is known to `converged_sigma`.
+    fn is_narrow(&self) -> bool {
         let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
-        self.health.outside_weight > 0.0 || belief.position_sigma() > self.params.converged_sigma
+        belief.position_sigma() <= self.params.converged_sigma
     }
 
     /// Holds the scan against the new estimate.
-    fn check_fit(&mut self, laser: Pose2, due: &Due) {
+    fn check_fit(&mut self, laser: Pose2, metres: f64, seconds: f64) {
         let fit = ScanFit::of(&self.map, self.pose, laser, &self.seen.ends, self.params.agreement_distance);
         if let Some(share) = fit.share() {
             self.health.scan_fit = share;
             let evidence = (fit.agree + fit.through) as f64 / self.seen.looked_at as f64;
-            self.recovery.observe(share, evidence, due.motion.travel, due.seconds, &self.params);
+            self.recovery.observe(share, evidence, metres, seconds, &self.params);
         }
     }
 
@@ -263,11 +238,10 @@ impl Localizer {
             self.covariance = covariance;
         }
         let inside = chosen.map_or(0.0, |c| self.clusters.weight(&self.particles, c));
-        let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
         self.health.outside_weight = (1.0 - inside).clamp(0.0, 1.0);
         self.health.particles = self.particles.len();
-        self.health.converged = belief.position_sigma() <= self.params.converged_sigma
-            && self.health.outside_weight <= self.params.converged_outside;
+        self.health.converged =
+            self.is_narrow() && self.health.outside_weight <= self.params.converged_outside;
     }
 
     /// Draws a new set when the weights have become uneven, the belief needs more or far fewer particles,
@@ -290,8 +264,7 @@ impl Localizer {
         let (position, heading) = (self.params.roughening_position, self.params.roughening_heading);
         let searching = (lost * wanted as f64).min(SEARCH_LIMIT) as usize;
         let weight = 1.0 / wanted as f64;
-        let (old, new) = (&self.particles, &mut self.spare);
-        new.clear();
+        let (old, mut new) = (&self.particles, Particles::default());
         systematic(&old.weight, wanted - searching, start, |i| {
             let pose = Pose2::new(
                 old.x[i] + position * standard_normal(random),
@@ -300,23 +273,19 @@ impl Localizer {
             );
             new.push(pose, weight);
         });
-        let around = match search {
-            Search::Around(width) => {
-                let mut covariance = self.start_covariance();
-                covariance[(0, 0)] *= width * width;
-                covariance[(1, 1)] *= width * width;
-                Some(covariance)
-            }
-            _ => None,
-        };
-        for _ in 0..searching {
-            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match &around {
-                Some(covariance) => normal(self.pose, covariance, random),
-                None => self.free.draw(&self.map.grid, random),
-            });
-            self.spare.push(pose, weight);
+        let mut around = self.start_covariance();
+        if let Search::Around(width) = search {
+            around[(0, 0)] *= width * width;
+            around[(1, 1)] *= width * width;
         }
-        std::mem::swap(&mut self.particles, &mut self.spare);
+        for _ in 0..searching {
+            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match search {
+                Search::Around(_) => normal(self.pose, &around, random),
+                _ => self.free.draw(&self.map.grid, random),
+            });
+            new.push(pose, weight);
+        }
+        self.particles = new;
         self.health.particles = self.particles.len();
     }
 

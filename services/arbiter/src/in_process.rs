@@ -1,4 +1,4 @@
-//! Scoring in the arbiter itself: what is at home there always, and what no replica has scored.
+//! Scoring in the arbiter itself: local terms always, and what no replica has scored.
 
 use std::collections::BTreeSet;
 
@@ -12,9 +12,9 @@ use curionav_pool::context::PlanContext;
 /// Candidates scored in one go: what is done when time runs out is kept.
 const CHUNK: usize = 16;
 
-/// Scores what is missing of `terms_to_score` until `is_over`, and says of which terms_to_score it scored some. What is
-/// at home here is never cut short: nobody else computes it. Of the others the most promising candidates come first, each
-/// under every term, so that what is done in time can be followed.
+/// Scores what is missing of `terms_to_score` until `is_over`, and says under which of them it scored any candidate.
+/// Local terms are never cut short, because no replica computes them. Of the others the most promising candidates come
+/// first, each under every term, so that what is done in time can be followed.
 pub(crate) fn score<'a>(
     context: &PlanContext,
     scene: &Scene,
@@ -23,14 +23,31 @@ pub(crate) fn score<'a>(
     scores: &mut Scores,
     is_over: &dyn Fn() -> bool,
 ) -> BTreeSet<&'a str> {
-    let mut scored = BTreeSet::new();
-    let (own, others): (Vec<&str>, Vec<&str>) = terms_to_score.iter().partition(|m| terms::is_local(m));
-    let everybody: Vec<usize> = (0..candidates.len()).collect();
-    for term in own {
-        if score_some(context, scene, candidates, term, &everybody, scores, &|| false) {
-            scored.insert(term);
+    // Scores those of `indices` that `term` has not scored; whether any were.
+    let score_some = |term: &str, indices: &[usize], scores: &mut Scores, is_over: &dyn Fn() -> bool| {
+        let Some(evaluator) = context.local(term) else { return false };
+        let is_missing = |i: &usize| scores.cost(term, *i).is_none();
+        let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
+        match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
+            Ok(costs) => {
+                for (&index, cost) in missing.iter().zip(&costs) {
+                    if let Err(error) = scores.insert(term, index, &[*cost]) {
+                        tracing::error!(%error, "own scores not used");
+                    }
+                }
+                !missing.is_empty()
+            }
+            Err(stopped) => {
+                tracing::warn!(term, %stopped, "in-process evaluation ran out of time");
+                false
+            }
         }
-    }
+    };
+    let (local, others): (Vec<&str>, Vec<&str>) =
+        terms_to_score.iter().partition(|term| terms::is_local(term));
+    let all: Vec<usize> = (0..candidates.len()).collect();
+    let mut scored: BTreeSet<&str> =
+        local.into_iter().filter(|term| score_some(term, &all, scores, &|| false)).collect();
     if !context.in_process || others.is_empty() {
         return scored;
     }
@@ -39,40 +56,12 @@ pub(crate) fn score<'a>(
             if is_over() {
                 return scored;
             }
-            if score_some(context, scene, candidates, term, chunk, scores, is_over) {
+            if score_some(term, chunk, scores, is_over) {
                 scored.insert(term);
             }
         }
     }
     scored
-}
-
-/// Scores those of `indices` that `term` has not scored; whether any were.
-fn score_some(
-    context: &PlanContext,
-    scene: &Scene,
-    candidates: &CandidateSet,
-    term: &str,
-    indices: &[usize],
-    scores: &mut Scores,
-    is_over: &dyn Fn() -> bool,
-) -> bool {
-    let Some(evaluator) = context.local(term) else { return false };
-    let missing: Vec<usize> = indices.iter().copied().filter(|&i| scores.cost(term, i).is_none()).collect();
-    match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
-        Ok(costs) => {
-            for (&index, cost) in missing.iter().zip(&costs) {
-                if let Err(error) = scores.insert(term, index, &[*cost]) {
-                    tracing::error!(%error, "own scores not used");
-                }
-            }
-            !missing.is_empty()
-        }
-        Err(stopped) => {
-            tracing::warn!(term, %stopped, "in-process evaluation ran out of time");
-            false
-        }
-    }
 }
 
 /// All candidates, the one of least cost under the other terms first; those that lack one of these last.

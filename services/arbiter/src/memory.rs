@@ -5,12 +5,12 @@ use curionav_planning::generation::Tree;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Reject};
 
-use crate::succession::{Order, Succession};
+use crate::epoch::{DecisionId, Epoch};
 
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
-    succession: Succession,
+    epoch: Epoch,
     /// Rises with every cycle.
     pub seq: u64,
     /// Tick of the last cycle that planned.
@@ -25,31 +25,31 @@ pub struct Memory {
 impl Memory {
     /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
     pub fn new(nonce: u64) -> Self {
-        Self { succession: Succession::new(nonce), ..Self::default() }
+        Self { epoch: Epoch::new(nonce), ..Self::default() }
     }
 
     /// The memory that was carried into a recorded cycle: what is planned next is that cycle. Trees are only what
     /// they were if the generator is.
     pub fn recall(memory: wire::Memory) -> Result<Self, Reject> {
         let previous = memory.previous.map(convert::previous).transpose()?;
+        let trees = memory.trees.into_iter().map(convert::tree);
         Ok(Self {
-            succession: Succession::resume(memory.epoch),
+            epoch: Epoch::resume(memory.epoch),
             seq: memory.seq.saturating_sub(1),
             planned: None,
             driven: memory.driven,
             observer: Observer { uncertain: memory.uncertain, members: memory.members.0 },
-            trees: (memory.trees.into_iter().map(convert::tree))
-                .map(|tree| Some(tree).filter(|t| !t.is_empty()))
-                .collect(),
+            trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
             previous,
         })
     }
 
     /// What is carried into the next cycle of `mission`, for a recorder.
     pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
+        let trees = self.trees.iter().cloned().map(Option::unwrap_or_default);
         wire::Memory {
             robot: mission.order.robot.clone(),
-            epoch: self.succession.epoch(),
+            epoch: self.epoch.number(),
             seq: self.seq + 1,
             run: mission.run,
             revision: mission.revision,
@@ -58,31 +58,29 @@ impl Memory {
             members: self.observer.members.as_slice().into(),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
-            trees: (self.trees.iter().cloned().map(Option::unwrap_or_default))
-                .map(convert::tree_to_wire)
-                .collect(),
+            trees: trees.map(convert::tree_to_wire).collect(),
         }
     }
 
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
     pub fn fresh(&self) -> Self {
-        Self { succession: self.succession.fresh(), seq: self.seq, ..Self::default() }
+        Self { epoch: self.epoch.fresh(), seq: self.seq, ..Self::default() }
     }
 
-    /// Outranks the arbiter whose decision the driver has obeyed last, if any.
-    pub fn succeed(&mut self, obeyed: Option<Order>) {
-        self.succession.succeed(obeyed, self.seq);
+    /// Outranks the arbiter whose decision the driver has followed last, if any.
+    pub fn succeed(&mut self, followed: Option<DecisionId>) {
+        self.epoch.succeed(followed, self.seq);
     }
 
     /// Takes note of a command of the driver: of which decision, and when.
-    pub fn hear(&mut self, command: &wire::Twist) {
-        self.succession.hear((command.epoch, command.seq), command.stamp, self.seq);
+    pub fn observe_command(&mut self, command: &wire::Twist) {
+        self.epoch.observe_command((command.epoch, command.seq), command.stamp, self.seq);
         self.driven = Some(command.clone());
     }
 
     /// (epoch, seq) of the newest decision.
-    pub fn id(&self) -> Order {
-        (self.succession.epoch(), self.seq)
+    pub fn id(&self) -> DecisionId {
+        (self.epoch.number(), self.seq)
     }
 
     /// Planning ticks of `period` ticks each between the last cycle and that of `tick`, which had no cycle.

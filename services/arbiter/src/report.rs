@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use curionav_planning::arbitration::{self, Explanation, Lack, Previous, Scores, Verdict, explain};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::collision::{Collision, Obstacle};
-use curionav_planning::evaluation::hccdm::Hccdm;
+use curionav_planning::evaluation::hccdm::{Component, Hccdm};
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
 use curionav_schemas::{
@@ -15,58 +15,63 @@ use curionav_schemas::{
 
 use curionav_pool::context::PlanContext;
 
+use crate::epoch::DecisionId;
+
 /// The decision as it goes to the driver.
 pub(crate) fn decision(
-    id: (u64, u64),
+    id: DecisionId,
     scene: &Scene,
     decision: &arbitration::Decision,
     evaluated: BTreeMap<String, Evaluated>,
     degraded: Vec<Degradation>,
     elapsed_us: u64,
 ) -> Decision {
-    let trajectory = &decision.trajectory;
+    let (trajectory, states) = (&decision.trajectory, decision.trajectory.states());
     Decision {
-        epoch: id.0,
-        seq: id.1,
-        tick: scene.tick,
-        stamp: scene.stamp,
         valid_for_s: decision.valid_for,
         action: match decision.action {
             arbitration::Action::Follow => Action::Follow,
             arbitration::Action::Hold => Action::Hold,
             arbitration::Action::Stop => Action::Stop,
         },
-        reason: reason_to_wire(&decision.reason),
         arrived: decision.arrived,
         candidate: decision.candidate,
-        dt: trajectory.dt(),
-        x: trajectory.states().x.as_slice().into(),
-        y: trajectory.states().y.as_slice().into(),
-        heading: trajectory.states().heading.as_slice().into(),
-        v: trajectory.states().v.as_slice().into(),
-        omega: trajectory.states().omega.as_slice().into(),
+        x: states.x.as_slice().into(),
+        y: states.y.as_slice().into(),
+        heading: states.heading.as_slice().into(),
+        v: states.v.as_slice().into(),
+        omega: states.omega.as_slice().into(),
         uncertainty: scene.belief.uncertainty(),
         uncertain: scene.uncertain,
         evaluated,
         degraded,
         elapsed_us,
+        ..standstill(id, (scene.tick, scene.stamp), trajectory.dt(), reason_to_wire(&decision.reason))
     }
 }
 
 /// A stop that no cycle led to: the mission is not running, or an input is missing.
-pub fn stop(
-    id: (u64, u64),
+pub(crate) fn stop(
+    id: DecisionId,
     belief: &wire::Belief,
     dt: f64,
     reason: Reason,
     degraded: Option<Degradation>,
 ) -> Decision {
-    let none = wire::F64Array::default;
     Decision {
-        epoch: id.0,
-        seq: id.1,
-        tick: belief.tick,
-        stamp: belief.stamp,
+        uncertainty: belief.covariance.iter().step_by(4).sum(),
+        degraded: degraded.into_iter().collect(),
+        ..standstill(id, (belief.tick, belief.stamp), dt, reason)
+    }
+}
+
+fn standstill((epoch, seq): DecisionId, (tick, stamp): (u64, f64), dt: f64, reason: Reason) -> Decision {
+    let none = F64Array::default;
+    Decision {
+        epoch,
+        seq,
+        tick,
+        stamp,
         valid_for_s: 0.0,
         action: Action::Stop,
         reason,
@@ -78,16 +83,16 @@ pub fn stop(
         heading: none(),
         v: none(),
         omega: none(),
-        uncertainty: belief.covariance.iter().step_by(4).sum(),
+        uncertainty: 0.0,
         uncertain: false,
         evaluated: BTreeMap::new(),
-        degraded: degraded.into_iter().collect(),
+        degraded: Vec::new(),
         elapsed_us: 0,
     }
 }
 
 /// All that a cycle's report is made from: it is made only if something listens.
-pub struct Account {
+pub struct CycleOutcome {
     pub(crate) scene_message: wire::Scene,
     pub(crate) scene: Scene,
     pub(crate) candidates: CandidateSet,
@@ -102,7 +107,7 @@ pub struct Account {
     pub(crate) driven: Option<Twist>,
 }
 
-impl Account {
+impl CycleOutcome {
     /// The report of the cycle that ended in `decision`.
     pub fn report(self, context: &PlanContext, decision: Decision) -> CycleReport {
         let arbitration = context.arbitration(&self.scene, &self.candidates, self.previous.as_ref());
@@ -134,21 +139,16 @@ impl Account {
             margin: explanation.margin,
             decision,
             timings: self.timings,
-            crowds: crowds
-                .components()
-                .iter()
-                .map(|c| Crowd {
-                    x: c.centre.x,
-                    y: c.centre.y,
-                    sigma: c.variance,
-                    weight: c.weight,
-                    members: c.members.len() as u32,
-                })
-                .collect(),
+            crowds: crowds.components().iter().map(crowd).collect(),
             driven: self.driven,
             gap: self.gap,
         }
     }
+}
+
+fn crowd(component: &Component) -> Crowd {
+    let Component { centre, variance, weight, members, .. } = component;
+    Crowd { x: centre.x, y: centre.y, sigma: *variance, weight: *weight, members: members.len() as u32 }
 }
 
 /// The indices of the candidates that have a cost, and the costs.

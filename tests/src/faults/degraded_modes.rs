@@ -14,7 +14,7 @@ use super::fault::{Episode, Fault, Nonsense};
 use super::replica::FOREIGN;
 use super::robot::Driven;
 use super::world::World;
-use super::{arbiter, hall, robot};
+use super::{arbiter, corridor_map, robot};
 
 /// When the fault begins and when the run ends, seconds.
 const FROM: f64 = 4.0;
@@ -35,15 +35,15 @@ impl Mode {
     }
 
     fn with_trees(trees: u32, pool: [usize; 3], fault: Option<Fault>, in_process: bool) -> Self {
-        let (fields, map) = hall::fields();
-        let mission = hall::mission(map, 1001, Clock::Realtime, trees);
+        let (fields, map) = corridor_map::fields();
+        let mission = corridor_map::mission(map, 1001, Clock::Realtime, trees);
         Self::in_world(World::new(&fields, mission, in_process, pool), fault)
     }
 
     /// A robot whose profile has a term that is not built in, with one replica of it, to which `fault` happens.
     fn with_foreign_term(fault: Option<Fault>, in_process: bool) -> Self {
-        let (fields, map) = hall::fields();
-        let mut mission = hall::mission(map, 1001, Clock::Realtime, 1);
+        let (fields, map) = corridor_map::fields();
+        let mut mission = corridor_map::mission(map, 1001, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
         profile.terms.insert(FOREIGN.to_owned(), term);

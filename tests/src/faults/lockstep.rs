@@ -12,8 +12,8 @@ use curionav_pool::pool::Pool;
 use curionav_schemas::Clock;
 
 use super::base::TICK;
+use super::corridor_map;
 use super::fault::{Episode, Fault, episodes};
-use super::hall;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
 
 /// Planning cycles of a run.
@@ -23,8 +23,8 @@ const CYCLES: u64 = 40;
 type Decided = Vec<(u64, String, Vec<u64>)>;
 
 fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
-    let (fields, map) = hall::fields();
-    let mission = hall::mission(map, seed, Clock::Lockstep, trees);
+    let (fields, map) = corridor_map::fields();
+    let mission = corridor_map::mission(map, seed, Clock::Lockstep, trees);
     let world = World::new(&fields, mission, true, pool);
     let seat = Arc::new(ArbiterSeat::default());
     world.state().arbiters.push(Arc::clone(&seat));

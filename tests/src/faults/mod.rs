@@ -5,15 +5,15 @@
 
 mod arbiter;
 pub(crate) mod base;
+pub(crate) mod corridor_map;
 mod degraded_modes;
+mod epochs;
 mod executor;
 mod fault;
-pub(crate) mod hall;
 pub(crate) mod invariants;
 mod lockstep;
-mod muster;
+mod readiness;
 mod replica;
 pub(crate) mod robot;
-mod succession;
 mod ten_thousand_cycles;
 mod world;

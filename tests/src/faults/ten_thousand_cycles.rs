@@ -8,7 +8,7 @@ use curionav_schemas::{Action, Clock};
 
 use super::fault::{Episode, Epoch, Fault, episodes};
 use super::world::World;
-use super::{arbiter, hall, invariants, robot};
+use super::{arbiter, corridor_map, invariants, robot};
 
 /// What came of one seed.
 struct Outcome {
@@ -26,10 +26,10 @@ pub(super) fn play_world(
     episodes: Vec<Episode>,
     in_process: bool,
 ) -> Arc<World> {
-    let (fields, map) = hall::fields();
+    let (fields, map) = corridor_map::fields();
     let world = World::new(
         &fields,
-        hall::mission(map, seed, Clock::Realtime, 1 + (seed % 3) as u32 / 2),
+        corridor_map::mission(map, seed, Clock::Realtime, 1 + (seed % 3) as u32 / 2),
         in_process,
         pool,
     );

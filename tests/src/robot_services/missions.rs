@@ -1,12 +1,17 @@
 //! What services make of missions: new goals, maps that are not there yet, pools that never come.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::process::Service;
-use curionav_schemas::{MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus};
+use curionav_runtime::topic::Flow;
+use curionav_schemas::{
+    Clock, MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus, Twist,
+};
+use curionav_testing::golden;
 
-use super::stand::Stand;
-use crate::faults::hall::START;
+use super::test_bench::TestBench;
+use crate::faults::corridor_map::START;
 
 const DRIVER: Service = curionav_driver::run;
 const ARBITER: Service = curionav_arbiter::run;
@@ -20,14 +25,14 @@ fn waits_for_a_map(status: &ServiceStatus) -> bool {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
-    let mut stand = Stand::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
-    stand.host_map();
-    let begun = stand.set_mission(&["arbiter", "driver", "localizer"]).await;
-    stand.runs().await;
+    let mut bench = TestBench::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
+    bench.host_map();
+    let begun = bench.set_mission(&["arbiter", "driver", "localizer"]).await;
+    bench.runs().await;
     for goal in [10.0, 20.0] {
-        let given = stand.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
+        let given = bench.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
         assert_eq!((given.run, given.state), (begun.run, MissionState::Preparing));
-        let mission = stand.runs().await;
+        let mission = bench.runs().await;
         assert_eq!((mission.revision, mission.order.goal_x), (given.revision, goal));
         assert_eq!(mission.ready, ["arbiter", "driver", "localizer"]);
     }
@@ -36,26 +41,26 @@ async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
     for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
-        let mut stand = Stand::start(&[DRIVER, GENERATOR, service], true).await;
-        stand.set_mission(&[role]).await;
-        stand.status_that(role, waits_for_a_map).await;
-        let mission = stand.mission_that(|_| true).await;
+        let mut bench = TestBench::start(&[DRIVER, GENERATOR, service], true).await;
+        bench.set_mission(&[role]).await;
+        bench.status_that(role, waits_for_a_map).await;
+        let mission = bench.mission_that(|_| true).await;
         assert_eq!((mission.state, mission.end), (MissionState::Preparing, None), "{role}");
-        stand.host_map();
-        stand.runs().await;
-        stand.status_that(role, |s| s.prepared == [Prepared::Revision { revision: 1 }]).await;
+        bench.host_map();
+        bench.runs().await;
+        bench.status_that(role, |s| s.prepared == [Prepared::Revision { revision: 1 }]).await;
     }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_arbiter_that_waits_hears_of_other_missions() {
     // It must not generate itself, and nobody else does: it waits for as long as there is nothing better to do.
-    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
-    stand.host_map();
-    stand.set_mission(&["arbiter"]).await;
+    let mut bench = TestBench::start(&[DRIVER, ARBITER], false).await;
+    bench.host_map();
+    bench.set_mission(&["arbiter"]).await;
     // Outside the hall.
-    stand.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
-    let refused = stand.mission_that(|mission| mission.state == MissionState::Finished).await;
+    bench.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
+    let refused = bench.mission_that(|mission| mission.state == MissionState::Finished).await;
     let unreachable = |reject: &Reject| matches!(reject.why, Refusal::UnreachableGoal { x: 100.0, .. });
     assert_eq!(refused.revision, 2);
     assert!(
@@ -67,18 +72,30 @@ async fn an_arbiter_that_waits_hears_of_other_missions() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn services_that_wait_end_when_they_are_asked_to() {
-    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
-    stand.host_map();
-    stand.set_mission(&["arbiter"]).await;
+    let mut bench = TestBench::start(&[DRIVER, ARBITER], false).await;
+    bench.host_map();
+    bench.set_mission(&["arbiter"]).await;
     let looks_for_generators = |s: &curionav_schemas::ServiceStatus| {
         s.metrics.keys().any(|name| name.contains("pool_ready") && name.contains("generator"))
     };
-    stand.status_that("arbiter", looks_for_generators).await;
-    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a generator");
+    bench.status_that("arbiter", looks_for_generators).await;
+    assert!(bench.end(Duration::from_secs(10)).await, "it goes on waiting for a generator");
 
     // For a map that nobody serves.
-    let stand = Stand::start(&[DRIVER, LOCALIZER], true).await;
-    stand.set_mission(&["localizer"]).await;
-    stand.status_that("localizer", waits_for_a_map).await;
-    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
+    let bench = TestBench::start(&[DRIVER, LOCALIZER], true).await;
+    bench.set_mission(&["localizer"]).await;
+    bench.status_that("localizer", waits_for_a_map).await;
+    assert!(bench.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_standby_arbiter_that_lags_in_lockstep_does_not_wait_for_what_has_passed() {
+    let bench = TestBench::start(&[], true).await;
+    let commands = bench.topic::<Twist>("cmd", Flow::Control);
+    let mut heard = Latest::new(bench.inbox::<Twist>("cmd"));
+    commands.publish(&Twist { tick: 5, ..golden::twist() }, Clock::Lockstep);
+    assert!(heard.of_tick(5, Clock::Lockstep).await.is_some());
+    let begun = Instant::now();
+    assert!(heard.of_tick(2, Clock::Lockstep).await.is_none());
+    assert!(begun.elapsed() < LOCKSTEP_PATIENCE / 2, "it waited for {:?}", begun.elapsed());
 }

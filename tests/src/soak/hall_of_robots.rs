@@ -21,7 +21,7 @@ use super::robot::Robot;
 use super::watch::Violations;
 use crate::end_to_end::program::turn;
 use crate::faults::base::TICK;
-use crate::faults::hall;
+use crate::faults::corridor_map;
 
 /// Robots of a long run, and of a short one, which shares its machine with other tests.
 const ROBOTS: [usize; 2] = [20, 8];
@@ -76,7 +76,7 @@ async fn soak(lasts: Duration) {
     let connect = vec![fleet.endpoint().to_owned()];
     let config = ServiceConfig { connect, connect_timeout_s: 60.0, ..ServiceConfig::default() };
     let session = session::client(&config).await.unwrap();
-    let known = hall::fields();
+    let known = corridor_map::fields();
     let map = known.0.map(known.1).unwrap();
     let hosted = host(&session, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
     let violations = Violations::default();

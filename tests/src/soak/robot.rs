@@ -18,7 +18,7 @@ use zenoh::Session;
 
 use super::watch::{Violations, Watch};
 use crate::faults::base::{Base, TICK};
-use crate::faults::hall::{self, GOAL, START};
+use crate::faults::corridor_map::{self, GOAL, START};
 
 /// How long the driver is asked again for what it must take, whatever else fails and however busy the machine is.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -45,7 +45,7 @@ impl Robot {
         (fields, map): &(Fields, MapId),
         violations: &Violations,
     ) -> Self {
-        let mut mission = hall::mission(*map, seed, Clock::Realtime, 1);
+        let mut mission = corridor_map::mission(*map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
         (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, 1.0, 1);
         mission.order.require = vec!["arbiter".into()];

@@ -16,7 +16,7 @@ use curionav_schemas::{Clock, Message, Mission, MissionCommand, MissionState, Se
 use tokio::task::JoinSet;
 use zenoh::Session;
 
-use crate::faults::hall;
+use crate::faults::corridor_map;
 
 /// Longer than anything takes on a busy machine, and than any wait of a service.
 pub(super) const LIMIT: Duration = Duration::from_secs(60);
@@ -24,37 +24,37 @@ pub(super) const LIMIT: Duration = Duration::from_secs(60);
 const ROBOT: &str = "robot";
 
 /// Services on one session, ended when it is dropped.
-pub(super) struct Stand {
+pub(super) struct TestBench {
     session: Session,
     services: JoinSet<anyhow::Result<()>>,
     triggers: Vec<ShutdownTrigger>,
     map: Option<Server>,
 }
 
-impl Stand {
+impl TestBench {
     /// Starts these, one after the other, each once the one before serves.
     pub(super) async fn start(services: &[Service], in_process: bool) -> Self {
         let session = session::embedded().await.unwrap();
         let (services_at_work, triggers) = (JoinSet::new(), Vec::new());
-        let mut stand = Self { session, services: services_at_work, triggers, map: None };
+        let mut bench = Self { session, services: services_at_work, triggers, map: None };
         for service in services {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
             let config = ServiceConfig { in_process, ..ServiceConfig::default() };
-            let (service, session) = (*service, stand.session.clone());
-            stand.triggers.push(trigger);
-            stand.services.spawn(async move {
+            let (service, session) = (*service, bench.session.clone());
+            bench.triggers.push(trigger);
+            bench.services.spawn(async move {
                 let on_ready = Box::new(move |_| ready.send(()).unwrap());
                 service(&config, &session, token, on_ready).await
             });
             is_ready.await.unwrap();
         }
-        stand
+        bench
     }
 
     /// Serves the map of the hall.
     pub(super) fn host_map(&mut self) {
-        let (fields, id) = hall::fields();
+        let (fields, id) = corridor_map::fields();
         let grid = convert::occupancy_grid_to_wire(&fields.map(id).unwrap().grid);
         self.map = Some(host(&self.session, grid, &refusals()).unwrap());
     }
@@ -82,7 +82,7 @@ impl Stand {
     /// A mission through the hall, in real time and planned by a term that needs no pool but a generator, that begins
     /// once these roles are ready.
     pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
-        let mut mission = hall::mission(hall::fields().1, 1000, Clock::Realtime, 1);
+        let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         profile.terms.retain(|term, _| term == "distance");
         mission.order.profile = convert::to_value(&profile).unwrap();
@@ -121,7 +121,7 @@ impl Stand {
     }
 }
 
-impl Drop for Stand {
+impl Drop for TestBench {
     fn drop(&mut self) {
         self.map = None;
         session::close(&self.session);
