@@ -12,9 +12,10 @@ use curionav_pool::pool::Pool;
 use curionav_schemas::Clock;
 
 use super::base::TICK;
+use super::corridor_map;
 use super::fault::{Episode, Fault, episodes};
-use super::hall;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
+use crate::invariants::SAME_DECISIONS;
 
 /// Planning cycles of a run.
 const CYCLES: u64 = 40;
@@ -23,8 +24,8 @@ const CYCLES: u64 = 40;
 type Decided = Vec<(u64, String, Vec<u64>)>;
 
 fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
-    let (fields, map) = hall::fields();
-    let mission = hall::mission(map, seed, Clock::Lockstep, trees);
+    let (fields, map) = corridor_map::fields();
+    let mission = corridor_map::mission(map, seed, Clock::Lockstep, trees);
     let world = World::new(&fields, mission, true, pool);
     let seat = Arc::new(ArbiterSeat::default());
     world.state().arbiters.push(Arc::clone(&seat));
@@ -90,7 +91,7 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
             faults.push(stormy);
             assert!(
                 decisions(seed, trees, pool, faults.clone()) == expected,
-                "invariant 6, replicas change no decision; seed {seed}: {pool:?} {faults:?}"
+                "invariant {SAME_DECISIONS}; seed {seed}: {pool:?} {faults:?}"
             );
         }
     }

@@ -5,11 +5,11 @@
 
 mod arbiter;
 pub(crate) mod base;
+pub(crate) mod corridor_map;
 mod degraded_modes;
 mod executor;
 mod fault;
-pub(crate) mod hall;
-pub(crate) mod invariants;
+mod invariants;
 mod lockstep;
 mod muster;
 mod replica;

@@ -11,7 +11,7 @@ use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
 use curionav_schemas::{Clock, Refusal, Reject};
 
-use super::hall;
+use super::corridor_map;
 use super::replica::FOREIGN;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
 
@@ -29,8 +29,8 @@ struct Muster {
 impl Muster {
     /// What came of it, and after how many seconds; nothing if it still waits.
     fn outcome(&self) -> Option<(Result<(), Reject>, f64)> {
-        let (fields, map) = hall::fields();
-        let mut mission = hall::mission(map, 1000, Clock::Realtime, 1);
+        let (fields, map) = corridor_map::fields();
+        let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
         profile.terms.insert(FOREIGN.to_owned(), term);

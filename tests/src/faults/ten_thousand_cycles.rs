@@ -8,7 +8,7 @@ use curionav_schemas::{Action, Clock};
 
 use super::fault::{Episode, Epoch, Fault, episodes};
 use super::world::World;
-use super::{arbiter, hall, invariants, robot};
+use super::{arbiter, corridor_map, invariants, robot};
 
 /// What came of one seed.
 struct Outcome {
@@ -26,10 +26,10 @@ pub(super) fn play_world(
     episodes: Vec<Episode>,
     in_process: bool,
 ) -> Arc<World> {
-    let (fields, map) = hall::fields();
+    let (fields, map) = corridor_map::fields();
     let world = World::new(
         &fields,
-        hall::mission(map, seed, Clock::Realtime, 1 + (seed % 3) as u32 / 2),
+        corridor_map::mission(map, seed, Clock::Realtime, 1 + (seed % 3) as u32 / 2),
         in_process,
         pool,
     );
@@ -93,7 +93,7 @@ fn a_seed_replays_exactly() {
 #[test]
 fn without_faults_every_cycle_is_nominal() {
     let outcome = play(1000, [2, 2, 2], Vec::new(), true);
-    // Nobody is ready before the first ones.
+    // No replica is ready before the first ones.
     assert!(outcome.degraded <= 2, "{} of {} cycles degraded", outcome.degraded, outcome.cycles);
     assert!(outcome.trace.iter().skip(2).all(|(_, _, action)| *action == format!("{:?}", Action::Follow)));
 }

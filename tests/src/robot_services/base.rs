@@ -5,8 +5,9 @@ use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{Action, Belief, Clock, CommandReason, Decision, Odometry, People, Scan, Twist};
 use curionav_testing::golden;
 
-use super::stand::{LIMIT, Stand};
-use crate::faults::hall::START;
+use super::test_bench::TestBench;
+use crate::end_to_end::program::LIMIT;
+use crate::faults::corridor_map::START;
 
 /// Seconds between two ticks.
 const TICK: f64 = 0.1;
@@ -23,16 +24,16 @@ pub(super) struct Base {
 }
 
 impl Base {
-    pub(super) fn of(stand: &Stand) -> Self {
+    pub(super) fn of(bench: &TestBench) -> Self {
         Self {
-            odometry: stand.topic("odom", Flow::Sensor),
-            scans: stand.topic("scan", Flow::Sensor),
-            people: stand.topic("people", Flow::Sensor),
-            beliefs: stand.topic("belief", Flow::Sensor),
-            believed: stand.inbox("belief"),
-            decisions: stand.topic("decision", Flow::Control),
-            decided: stand.inbox("decision"),
-            commands: stand.inbox("cmd"),
+            odometry: bench.topic("odom", Flow::Sensor),
+            scans: bench.topic("scan", Flow::Sensor),
+            people: bench.topic("people", Flow::Sensor),
+            beliefs: bench.topic("belief", Flow::Sensor),
+            believed: bench.inbox("belief"),
+            decisions: bench.topic("decision", Flow::Control),
+            decided: bench.inbox("decision"),
+            commands: bench.inbox("cmd"),
         }
     }
 
@@ -47,7 +48,7 @@ impl Base {
         self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v: 0.5, omega: 0.0 }, Clock::Realtime);
     }
 
-    /// Nobody is anywhere.
+    /// There are no people.
     pub(super) fn say_people(&self, tick: u64) {
         let none = || Vec::<f64>::new().into();
         let people = People {

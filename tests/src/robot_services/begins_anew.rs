@@ -4,21 +4,21 @@ use curionav_planning::geometry::Pose2;
 use curionav_schemas::{CommandReason, MissionState, Reason};
 
 use super::base::Base;
-use super::stand::Stand;
-use crate::faults::hall::START;
+use super::test_bench::TestBench;
+use crate::faults::corridor_map::START;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_decision_of_the_run_before_is_not_followed_when_its_stamp_comes_again() {
-    let stand = Stand::start(&[curionav_driver::run], true).await;
-    let base = Base::of(&stand);
-    stand.set_mission(&["driver"]).await;
-    stand.runs().await;
+    let bench = TestBench::start(&[curionav_driver::run], true).await;
+    let base = Base::of(&bench);
+    bench.set_mission(&["driver"]).await;
+    bench.runs().await;
     for tick in 0..=20 {
         let command = base.command(tick, Some((1, 1 + tick))).await;
         assert_eq!(command.reason, CommandReason::Tracking, "tick {tick}");
     }
-    let next = stand.set_mission(&["driver"]).await;
-    stand.mission_that(|m| m.run == next.run && m.ready == ["driver"]).await;
+    let next = bench.set_mission(&["driver"]).await;
+    bench.mission_that(|m| m.run == next.run && m.ready == ["driver"]).await;
     // The last one was made at tick 20 and would be valid for twelve more.
     for tick in 0..=25 {
         let command = base.command(tick, None).await;
@@ -32,10 +32,10 @@ async fn a_decision_of_the_run_before_is_not_followed_when_its_stamp_comes_again
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_base_that_was_restarted_in_mid_run_is_driven_again() {
-    let stand = Stand::start(&[curionav_driver::run], true).await;
-    let base = Base::of(&stand);
-    stand.set_mission(&["driver"]).await;
-    stand.runs().await;
+    let bench = TestBench::start(&[curionav_driver::run], true).await;
+    let base = Base::of(&bench);
+    bench.set_mission(&["driver"]).await;
+    bench.runs().await;
     let mut seq = 0;
     // More ticks than are remembered.
     for tick in 500..580 {
@@ -53,11 +53,11 @@ async fn a_base_that_was_restarted_in_mid_run_is_driven_again() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn for_a_base_that_was_restarted_in_mid_run_is_planned_again() {
     let services = [curionav_driver::run, curionav_trajectory_generator::run, curionav_arbiter::run];
-    let mut stand = Stand::start(&services, true).await;
-    stand.host_map();
-    let base = Base::of(&stand);
-    stand.set_mission(&["arbiter"]).await;
-    stand.runs().await;
+    let mut bench = TestBench::start(&services, true).await;
+    bench.host_map();
+    let base = Base::of(&bench);
+    bench.set_mission(&["arbiter"]).await;
+    bench.runs().await;
     let unknown = Reason::PeopleUnknown;
     // Until it has heard that the mission runs.
     let mut tick = 500;
@@ -80,11 +80,11 @@ async fn for_a_base_that_was_restarted_in_mid_run_is_planned_again() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_base_that_was_restarted_in_mid_run_is_where_it_was() {
-    let mut stand = Stand::start(&[curionav_driver::run, curionav_localizer::run], true).await;
-    stand.host_map();
-    let base = Base::of(&stand);
-    stand.set_mission(&["localizer"]).await;
-    stand.runs().await;
+    let mut bench = TestBench::start(&[curionav_driver::run, curionav_localizer::run], true).await;
+    bench.host_map();
+    let base = Base::of(&bench);
+    bench.set_mission(&["localizer"]).await;
+    bench.runs().await;
     // 3 m ahead, on odometry alone.
     for tick in 500..=530 {
         let ahead = Pose2::new(0.1 * (tick - 500) as f64, 0.0, 0.0);

@@ -1,12 +1,10 @@
 //! What services make of missions: new goals, maps that are not there yet, pools that never come.
 
-use std::time::Duration;
-
 use curionav_runtime::process::Service;
 use curionav_schemas::{MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus};
 
-use super::stand::Stand;
-use crate::faults::hall::START;
+use super::test_bench::TestBench;
+use crate::faults::corridor_map::START;
 
 const DRIVER: Service = curionav_driver::run;
 const ARBITER: Service = curionav_arbiter::run;
@@ -20,42 +18,42 @@ fn waits_for_a_map(status: &ServiceStatus) -> bool {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
-    let mut stand = Stand::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
-    stand.host_map();
-    let begun = stand.set_mission(&["arbiter", "driver", "localizer"]).await;
-    stand.runs().await;
+    let mut bench = TestBench::start(&[DRIVER, GENERATOR, ARBITER, LOCALIZER], true).await;
+    bench.host_map();
+    let begun = bench.set_mission(&["arbiter", "driver", "localizer"]).await;
+    bench.runs().await;
     for goal in [10.0, 20.0] {
-        let given = stand.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
+        let given = bench.request(MissionCommand::Goal { x: goal, y: START.y, heading: None }).await;
         assert_eq!((given.run, given.state), (begun.run, MissionState::Preparing));
-        let mission = stand.runs().await;
+        let mission = bench.runs().await;
         assert_eq!((mission.revision, mission.order.goal_x), (given.revision, goal));
         assert_eq!(mission.ready, ["arbiter", "driver", "localizer"]);
     }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
+async fn a_mission_waits_for_a_map_that_is_not_served_yet() {
     for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
-        let mut stand = Stand::start(&[DRIVER, GENERATOR, service], true).await;
-        stand.set_mission(&[role]).await;
-        stand.status_that(role, waits_for_a_map).await;
-        let mission = stand.mission_that(|_| true).await;
+        let mut bench = TestBench::start(&[DRIVER, GENERATOR, service], true).await;
+        bench.set_mission(&[role]).await;
+        bench.status_that(role, waits_for_a_map).await;
+        let mission = bench.mission_that(|_| true).await;
         assert_eq!((mission.state, mission.end), (MissionState::Preparing, None), "{role}");
-        stand.host_map();
-        stand.runs().await;
-        stand.status_that(role, |s| s.prepared == [Prepared::Revision { revision: 1 }]).await;
+        bench.host_map();
+        bench.runs().await;
+        bench.status_that(role, |s| s.prepared == [Prepared::Revision { revision: 1 }]).await;
     }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_arbiter_that_waits_hears_of_other_missions() {
-    // It must not generate itself, and nobody else does: it waits for as long as there is nothing better to do.
-    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
-    stand.host_map();
-    stand.set_mission(&["arbiter"]).await;
-    // Outside the hall.
-    stand.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
-    let refused = stand.mission_that(|mission| mission.state == MissionState::Finished).await;
+    // It must not generate itself, and there is no generator: it waits for as long as there is nothing better to do.
+    let mut bench = TestBench::start(&[DRIVER, ARBITER], false).await;
+    bench.host_map();
+    bench.set_mission(&["arbiter"]).await;
+    // Outside the corridor.
+    bench.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
+    let refused = bench.mission_that(|mission| mission.state == MissionState::Finished).await;
     let unreachable = |reject: &Reject| matches!(reject.why, Refusal::UnreachableGoal { x: 100.0, .. });
     assert_eq!(refused.revision, 2);
     assert!(
@@ -67,18 +65,18 @@ async fn an_arbiter_that_waits_hears_of_other_missions() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn services_that_wait_end_when_they_are_asked_to() {
-    let mut stand = Stand::start(&[DRIVER, ARBITER], false).await;
-    stand.host_map();
-    stand.set_mission(&["arbiter"]).await;
+    let mut bench = TestBench::start(&[DRIVER, ARBITER], false).await;
+    bench.host_map();
+    bench.set_mission(&["arbiter"]).await;
     let looks_for_generators = |s: &curionav_schemas::ServiceStatus| {
         s.metrics.keys().any(|name| name.contains("pool_ready") && name.contains("generator"))
     };
-    stand.status_that("arbiter", looks_for_generators).await;
-    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a generator");
+    bench.status_that("arbiter", looks_for_generators).await;
+    assert!(bench.end().await, "it goes on waiting for a generator");
 
-    // For a map that nobody serves.
-    let stand = Stand::start(&[DRIVER, LOCALIZER], true).await;
-    stand.set_mission(&["localizer"]).await;
-    stand.status_that("localizer", waits_for_a_map).await;
-    assert!(stand.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
+    // For a map that is not served.
+    let bench = TestBench::start(&[DRIVER, LOCALIZER], true).await;
+    bench.set_mission(&["localizer"]).await;
+    bench.status_that("localizer", waits_for_a_map).await;
+    assert!(bench.end().await, "it goes on waiting for a map");
 }

@@ -4,4 +4,4 @@
 mod base;
 mod begins_anew;
 mod missions;
-mod stand;
+mod test_bench;
