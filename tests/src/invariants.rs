@@ -193,3 +193,60 @@ fn true_cost(context: &PlanContext, report: &CycleReport, index: usize) -> (f64,
     let by_term = totals.terms.iter().map(|term| term.cost[0].unwrap()).collect();
     (totals.total[0].unwrap(), by_term)
 }
+
+#[cfg(test)]
+mod tests {
+    use curionav_schemas::{Clock, CommandReason};
+    use curionav_testing::golden;
+
+    use super::*;
+    use crate::faults::corridor_map;
+
+    /// What is found wrong with what `tell` says.
+    fn found(tell: impl Fn(&mut Checker)) -> Vec<String> {
+        let (fields, map) = corridor_map::fields();
+        let mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
+        let context = PlanContext::new(mission, &fields, true).unwrap();
+        let mut checker = Checker::new("test", vec![Arc::new(context)], 0.0);
+        // These are as they should be.
+        checker.decided(&golden::decision());
+        assert_eq!(checker.commanded(&golden::twist()), Some(golden::decision().stamp));
+        checker.moved(4.2, 0.1, 1.0, Some(&golden::twist()));
+        tell(&mut checker);
+        checker.violations.found
+    }
+
+    fn stopped() -> CycleReport {
+        let decision = Decision { action: Action::Stop, ..golden::decision() };
+        CycleReport { decision, ..golden::cycle_report() }
+    }
+
+    #[test]
+    fn what_holds_is_no_violation() {
+        assert!(found(|checker| checker.driver_restarted()).is_empty());
+        assert!(found(|checker| checker.moved(4.3, UNCONTROLLED_MAX, 1.0, None)).is_empty());
+    }
+
+    #[test]
+    fn each_violation_is_found_under_its_name() {
+        let unscored = || Decision { evaluated: BTreeMap::new(), ..golden::decision() };
+        let older = || Twist { seq: 13, reason: CommandReason::ToldToStop, ..golden::twist() };
+        let late = || Twist { stamp: golden::decision().stamp + HORIZON + 0.1, ..golden::twist() };
+        let of_another = || CycleReport { robot: "another".into(), ..stopped() };
+        let many = || {
+            let mut report = stopped();
+            report.candidates.count = 10_000;
+            report
+        };
+        for (name, found) in [
+            (SCORED, found(|checker| checker.decided(&unscored()))),
+            (RISING, found(|checker| assert!(checker.commanded(&older()).is_none()))),
+            (WITHIN_HORIZON, found(|checker| assert!(checker.commanded(&late()).is_some()))),
+            (OWN_SCENE, found(|checker| checker.reported(&of_another()))),
+            (BOUNDED, found(|checker| checker.reported(&many()))),
+            (CONTROLLED, found(|checker| checker.moved(4.3, UNCONTROLLED_MAX + 0.01, 1.0, None))),
+        ] {
+            assert!(found.iter().any(|line| line.contains(name)), "{name}: {found:?}");
+        }
+    }
+}
