@@ -6,11 +6,10 @@
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::time::Duration;
 
 use curionav_testing::skip;
 
-use crate::end_to_end::program::{curionav, program, root, run, turn, within};
+use crate::end_to_end::program::{comes_true, curionav, program, root, run, turn};
 
 const TOOLS: [&str; 3] = ["podman", "podman-compose", "runc"];
 /// What the stand-in for the build image needs to run a line of shell.
@@ -72,7 +71,7 @@ impl Podman {
         self.expect("podman-compose", &[&["-p", &project, "-f", "deploy/compose.yaml"], arguments].concat())
     }
 
-    /// Networks are the machine's, whoever made them: another run of this test has its own.
+    /// Networks belong to the whole machine: another run of this test has its own.
     fn project(&self) -> String {
         format!("curionav-tested-{}", self.port)
     }
@@ -166,7 +165,7 @@ fn the_compose_file_brings_up_a_deployment_that_drives() {
         let running = podman.command("podman", &["ps", "-a"]);
         format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&running.stdout))
     };
-    assert!(within(Duration::from_secs(60), well), "{}", words());
+    assert!(comes_true(well), "{}", words());
     let (json, status) = run("scenarios/quickstart.toml", &["--connect", &endpoint]);
     assert_eq!((json.cycles.degraded, status), (0, 0), "{json:?}");
 }

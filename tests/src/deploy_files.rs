@@ -64,7 +64,7 @@ fn zenoh_takes_the_router_and_client_configurations_and_they_say_what_is_built_i
 }
 
 #[test]
-fn the_container_images_run_the_program_as_nobody() {
+fn the_container_images_run_the_program_without_privileges() {
     let file = text("Dockerfile");
     let begins =
         |start: &str| file.lines().filter(|l| l.starts_with(start)).map(str::to_owned).collect::<Vec<_>>();

@@ -13,7 +13,11 @@ mod faults;
 #[cfg(test)]
 mod foreign_bytes;
 #[cfg(test)]
+mod invariants;
+#[cfg(test)]
 mod network;
+#[cfg(test)]
+mod pace;
 #[cfg(test)]
 mod robot_services;
 #[cfg(test)]

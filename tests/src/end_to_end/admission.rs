@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 use std::sync::mpsc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::serve::serve;
@@ -12,7 +12,7 @@ use curionav_testing::golden;
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
-const TIMEOUT: Duration = Duration::from_secs(20);
+use super::program::LIMIT;
 
 /// The cycles that the questions of the two robots are about, by which the handler tells them apart.
 const GREEDY: u64 = 1;
@@ -22,7 +22,7 @@ fn question(session: &Session, robot: &'static str, mark: u64) -> JoinHandle<Res
     let (session, key) = (session.clone(), keys::question("cpc", "busy", robot).unwrap());
     tokio::spawn(async move {
         let request = EvaluateRequest { seq: mark, ..golden::evaluate_request() };
-        ask(&session, &key, &request, TIMEOUT, Urgency::Shard { clock: Clock::Realtime }).await
+        ask(&session, &key, &request, LIMIT, Urgency::Shard { clock: Clock::Realtime }).await
     })
 }
 
@@ -42,11 +42,11 @@ async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
     let refused = || server.counts().refused.total();
     let in_flight = || server.counts().in_flight.get();
     let mut waiting = vec![question(&session, "greedy", GREEDY)];
-    assert_eq!(begins.recv_timeout(TIMEOUT).unwrap(), GREEDY);
+    assert_eq!(begins.recv_timeout(LIMIT).unwrap(), GREEDY);
     for _ in 0..4 {
         waiting.push(question(&session, "greedy", GREEDY));
     }
-    let deadline = Instant::now() + TIMEOUT;
+    let deadline = Instant::now() + LIMIT;
     while in_flight() < 5 && Instant::now() < deadline {
         tokio::task::yield_now().await;
     }
@@ -61,7 +61,7 @@ async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
     let mut served = Vec::new();
     for _ in 0..4 {
         release.send(()).unwrap();
-        served.push(begins.recv_timeout(TIMEOUT).unwrap());
+        served.push(begins.recv_timeout(LIMIT).unwrap());
     }
     release.send(()).unwrap();
     assert_eq!(served, [GREEDY, MODEST, GREEDY, GREEDY]);

@@ -1,9 +1,8 @@
 //! `curionav bench` and `curionav tune` on the small scenario.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
 
-use super::program::{curionav, spawn, turn};
+use super::program::{comes_true, curionav, spawn, turn};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -42,11 +41,7 @@ fn a_kill_costs_no_finished_run_and_changes_no_result() {
     let journal = killed.path().join("journal.jsonl");
     let rows = || std::fs::read(&journal).map_or(0, |b| b.iter().filter(|b| **b == b'\n').count());
     let mut child = spawn(&arguments(killed.path(), "1"));
-    let begin = Instant::now();
-    while rows() == 0 {
-        assert!(begin.elapsed() < Duration::from_secs(60), "no run was finished");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    assert!(comes_true(|| rows() > 0), "no run was finished");
     child.kill().unwrap();
     child.wait().unwrap();
     let kept = std::fs::read_to_string(&journal).unwrap();
@@ -63,7 +58,7 @@ fn bad_input_is_told_before_anything_runs() {
     let out = tempfile::tempdir().unwrap();
     let out = out.path().to_str().unwrap();
     for (more, said) in [
-        (["--planners", "curiosity,nobody"], "`nobody` is not built in"),
+        (["--planners", "curiosity,unknown"], "`unknown` is not built in"),
         (["--scenarios", "scenarios/nothing-*.toml"], "no file is called"),
         (["--repeats", "0"], "--repeats"),
     ] {

@@ -1,17 +1,23 @@
 //! `curionav doctor` against deployments that are whole, and that are not.
 
 use std::net::TcpListener;
-use std::time::Duration;
 
 use serde_json::Value;
 
-use super::program::{Deployment, Serving, curionav, run, signal, turn, wait_until_running, within};
+use super::program::{
+    Deployment, SLOW, Serving, comes_true, curionav, run, signal, turn, wait_until_running,
+};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
 /// Exit status and report.
 fn doctor(endpoint: &str, more: &[&str]) -> (i32, Value) {
-    let arguments = [&["doctor", "--json", "--connect", endpoint, "--listen", "0.5"], more].concat();
+    doctor_that_listens("0.5", endpoint, more)
+}
+
+/// The same, with seconds to listen to each stream.
+fn doctor_that_listens(seconds: &str, endpoint: &str, more: &[&str]) -> (i32, Value) {
+    let arguments = [&["doctor", "--json", "--connect", endpoint, "--listen", seconds], more].concat();
     let output = curionav(&arguments);
     let text = String::from_utf8(output.stdout).unwrap();
     let json = serde_json::from_str(&text)
@@ -37,8 +43,9 @@ fn a_whole_deployment_is_proven_link_by_link() {
         let finding = of(&report, link)[0];
         assert_eq!(finding["verdict"], "proven", "{finding:#}");
         assert!(finding["round_trip_ms"].as_f64() > Some(0.0) && finding["bytes"].as_u64() > Some(100));
-        // One machine has one clock.
-        assert!(finding["clock_offset_ms"].as_f64().is_none_or(|ms| ms.abs() < 1000.0));
+        // One machine has one clock, which is compared no better than a question takes.
+        let off = finding["clock_offset_ms"].as_f64().unwrap_or(0.0).abs();
+        assert!(off < 1000.0 + finding["round_trip_ms"].as_f64().unwrap(), "{finding:#}");
     }
     assert_eq!(of(&report, "arbiter arbiter-0: control session")[0]["verdict"], "proven");
     assert_eq!(of(&report, "driver driver-0: control session")[0]["verdict"], "proven");
@@ -47,9 +54,10 @@ fn a_whole_deployment_is_proven_link_by_link() {
     // While a run is on: mission, map and every stream as well.
     let endpoint = deployment.endpoint().to_owned();
     let running =
-        std::thread::spawn(move || curionav(&["run", QUICK, "--connect", &endpoint, "--speed", "realtime"]));
+        std::thread::spawn(move || curionav(&["run", QUICK, "--connect", &endpoint, "--speed", SLOW]));
     wait_until_running(deployment.endpoint());
-    let (status, report) = doctor(deployment.endpoint(), &[]);
+    // At this speed 1.5 s pass between two decisions.
+    let (status, report) = doctor_that_listens("4", deployment.endpoint(), &[]);
     assert_eq!(status, 0, "{report:#}");
     for stream in ["scan", "odom", "people", "belief", "decision", "cmd", "mission", "map"] {
         let finding = of(&report, &format!("{stream} of robot"))[0];
@@ -59,13 +67,13 @@ fn a_whole_deployment_is_proven_link_by_link() {
     assert!(curionav(&["cancel", "robot", "--connect", deployment.endpoint()]).status.success());
     running.join().unwrap();
 
-    // Cancelled, and its map gone with who has served it: nothing is missing.
+    // Cancelled, and its map gone with the simulator, which has served it: nothing is missing.
     deployment.kill("simulator-0");
     let is_noted = || {
         let (status, report) = doctor(deployment.endpoint(), &[]);
         status == 0 && of(&report, "map of robot").iter().any(|finding| finding["verdict"] == "note")
     };
-    assert!(within(Duration::from_secs(20), is_noted), "{:#}", doctor(deployment.endpoint(), &[]).1);
+    assert!(comes_true(is_noted), "{:#}", doctor(deployment.endpoint(), &[]).1);
 }
 
 #[test]
@@ -125,10 +133,10 @@ fn a_service_that_hangs_is_found_and_one_that_is_back_is_well() {
     signal("STOP", deployment.pid("cpc-0"));
     let (status, report) = doctor(deployment.endpoint(), &[]);
     signal("CONT", deployment.pid("cpc-0"));
-    // Its token lasts for a second: then it is nobody; until then, one that does not answer.
+    // Its token lasts for a second: then there is no such service; until then, it is one that does not answer.
     let found = [of(&report, "cpc cpc-0"), of(&report, "evaluator of the term cpc")].concat();
     assert!(status == 1 && found.iter().any(|f| f["verdict"] == "missing"), "{report:#}");
-    assert!(within(Duration::from_secs(20), || doctor(deployment.endpoint(), &[]).0 == 0));
+    assert!(comes_true(|| doctor(deployment.endpoint(), &[]).0 == 0));
 }
 
 #[test]

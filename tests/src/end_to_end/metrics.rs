@@ -3,9 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::time::Duration;
 
-use super::program::{Deployment, Serving, curionav, run, turn, within};
+use super::program::{Deployment, LIMIT, Serving, comes_true, curionav, run, turn};
 use crate::deploy_files::documented_metrics;
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -13,7 +12,7 @@ const QUICK: &str = "scenarios/quickstart.toml";
 /// Status line and body of what is said at `path`.
 fn get(address: SocketAddr, path: &str) -> (String, String) {
     let mut stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
     let mut text = String::new();
     stream.read_to_string(&mut text).unwrap();
@@ -111,7 +110,7 @@ fn probes_hear_whether_a_service_lives_and_is_ready() {
     assert_eq!(status("/elsewhere"), "HTTP/1.1 404 Not Found");
     drop(router);
     let unready = || get(cpc.metrics(), "/readyz").0 == "HTTP/1.1 503 Service Unavailable";
-    assert!(within(Duration::from_secs(10), unready));
+    assert!(comes_true(unready));
     assert_eq!(status("/livez"), "HTTP/1.1 200 OK");
 }
 

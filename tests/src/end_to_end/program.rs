@@ -5,18 +5,19 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
-use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
-/// Longest a run of these tests may take on a loaded machine.
-const RUN_LIMIT: Duration = Duration::from_secs(240);
-/// Longest a program may take to be ready on a loaded machine.
-pub(super) const READY_LIMIT: Duration = Duration::from_secs(120);
+/// Longest that is waited for what is sure to come, however slow the machine is: it only keeps a test from waiting for
+/// ever, and claims nothing.
+pub(crate) const LIMIT: Duration = Duration::from_secs(240);
+/// The same for a program that runs to its end, at any speed.
+const RUN_LIMIT: Duration = Duration::from_secs(900);
 
-/// One at a time: whoever keeps the pace of the wall clock must not share a small machine with others.
+/// One at a time: a test that keeps the pace of the wall clock must not share a small machine with others.
 pub(crate) fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
@@ -151,16 +152,34 @@ pub(crate) fn run(scenario: &str, more: &[&str]) -> (RunJson, i32) {
 /// An embedded run at full speed is faster than the robot's time by this factor where a deployment of processes can
 /// keep the robot's time: each process needs its share of a processor, and some to spare.
 const TO_SPARE: f64 = 10.0;
+/// How often a claim about time is tried on a machine that becomes slower and slower.
+const ATTEMPTS: u32 = 4;
 
-/// The speed of a run in real time (`--speed`) that this machine can keep: 1, or less where it is slow or busy.
+/// The speed of a run in real time (`--speed`) that this machine can keep now: 1, or less where it is slow or busy.
 pub(crate) fn real_time() -> f64 {
-    static SPEED: OnceLock<f64> = OnceLock::new();
-    *SPEED.get_or_init(|| {
-        let factor = run("scenarios/quickstart.toml", &[]).0.real_time_factor;
-        println!("an embedded run is {factor:.1} times as fast as the robot's time");
-        (factor / TO_SPARE).min(1.0)
-    })
+    let factor = run("scenarios/quickstart.toml", &[]).0.real_time_factor;
+    println!("an embedded run is {factor:.1} times as fast as the robot's time");
+    (factor / TO_SPARE).min(1.0)
 }
+
+/// Tries a claim about a run in real time, at the speed that this machine keeps. Where it fails, and the machine has
+/// become slower meanwhile, the claim is tried again at the speed that is left.
+pub(super) fn in_real_time(claim: impl Fn(f64) -> Result<(), String>) {
+    let mut speed = real_time();
+    for attempt in 1.. {
+        let Err(what) = claim(speed) else { return };
+        let left = real_time();
+        assert!(
+            left < 0.9 * speed && attempt < ATTEMPTS,
+            "at speed {speed:.2}, {left:.2} could be kept: {what}"
+        );
+        println!("the machine has become slower, {left:.2} instead of {speed:.2}: {what}");
+        speed = left;
+    }
+}
+
+/// The speed of a run that has to be under way while something else is done, however slow that is.
+pub(super) const SLOW: &str = "0.2";
 
 #[derive(Debug, Deserialize)]
 struct ReadyJson {
@@ -180,7 +199,7 @@ pub(super) fn lines(pipe: impl Read + Send + 'static) -> Receiver<String> {
     let (sender, lines) = mpsc::channel();
     std::thread::spawn(move || {
         for line in BufReader::new(pipe).lines().map_while(Result::ok) {
-            // Whoever has heard enough no longer listens.
+            // A test that has heard enough no longer listens.
             let _ = sender.send(line);
         }
     });
@@ -189,8 +208,8 @@ pub(super) fn lines(pipe: impl Read + Send + 'static) -> Receiver<String> {
 
 /// The line in which a program says that it is ready, or why there is none: it has ended, or is still not ready.
 pub(crate) fn ready_line(output: ChildStdout) -> Result<String, String> {
-    lines(output).recv_timeout(READY_LIMIT).map_err(|error| match error {
-        RecvTimeoutError::Timeout => format!("not ready within {} s", READY_LIMIT.as_secs()),
+    lines(output).recv_timeout(LIMIT).map_err(|error| match error {
+        RecvTimeoutError::Timeout => format!("not ready within {LIMIT:?}"),
         RecvTimeoutError::Disconnected => "it has ended".into(),
     })
 }
@@ -268,7 +287,7 @@ impl Deployment {
     /// Asks it to end as a user would and gives its exit status.
     pub(super) fn stop(mut self) -> i32 {
         signal("INT", self.child.id());
-        wait(&mut self.child, Duration::from_secs(20)).expect("ended in time").code().unwrap()
+        wait(&mut self.child, LIMIT).expect("ended in time").code().unwrap()
     }
 }
 
@@ -276,7 +295,7 @@ impl Drop for Deployment {
     fn drop(&mut self) {
         if self.child.try_wait().unwrap().is_none() {
             signal("INT", self.child.id());
-            wait(&mut self.child, Duration::from_secs(20));
+            wait(&mut self.child, LIMIT);
         }
     }
 }
@@ -318,9 +337,9 @@ impl Drop for Serving {
     }
 }
 
-/// Whether `condition` comes true within `limit`.
-pub(crate) fn within(limit: Duration, condition: impl Fn() -> bool) -> bool {
-    let deadline = Instant::now() + limit;
+/// Whether `condition` comes true sooner or later.
+pub(crate) fn comes_true(condition: impl Fn() -> bool) -> bool {
+    let deadline = Instant::now() + LIMIT;
     while Instant::now() < deadline {
         if condition() {
             return true;
@@ -338,7 +357,7 @@ pub(super) fn wait_until_running(endpoint: &str) {
         let services = json["services"].as_array().unwrap();
         services.iter().any(|s| s["role"] == "cnc" && s["status"]["requests"].as_u64() > Some(3))
     };
-    assert!(within(Duration::from_secs(30), begun), "the run did not begin");
+    assert!(comes_true(begun), "the run did not begin");
 }
 
 /// Sends a signal by name.

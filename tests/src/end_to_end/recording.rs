@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::sync::OnceLock;
-use std::time::Duration;
 
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
@@ -14,7 +13,8 @@ use curionav_schemas::{
 use serde::Deserialize;
 
 use super::program::{
-    Deployment, RunJson, curionav, program, root, run, signal, spawn, turn, wait, wait_until_running, within,
+    Deployment, LIMIT, RunJson, comes_true, curionav, program, real_time, root, run, signal, spawn, turn,
+    wait, wait_until_running,
 };
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -199,22 +199,22 @@ fn what_another_weight_is_said_to_lead_to_it_leads_to() {
     let mission = messages::<Mission>(path).pop().unwrap();
     let reports = messages::<CycleReport>(path);
     let mut changed = 0;
-    for (metric, factor) in [("cnc", 2.0), ("distance", 0.5)] {
+    for (term, factor) in [("cnc", 2.0), ("distance", 0.5)] {
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        profile.terms.get_mut(metric).unwrap().weight *= factor;
-        let file = folder.path().join(format!("{metric}.toml"));
+        profile.terms.get_mut(term).unwrap().weight *= factor;
+        let file = folder.path().join(format!("{term}.toml"));
         std::fs::write(&file, toml::to_string(&profile).unwrap()).unwrap();
         let (replayed, _) = replay(path, &["--planner", file.to_str().unwrap()]);
         for report in &reports {
             let Some(chosen) = report.chosen else { continue };
-            let term = report.terms.iter().find(|term| term.term == metric).unwrap();
-            let said = if factor > 1.0 { term.doubled } else { term.halved };
+            let scored = report.terms.iter().find(|scored| scored.term == term).unwrap();
+            let said = if factor > 1.0 { scored.doubled } else { scored.halved };
             let found = replayed.differences.iter().find(|difference| difference.seq == report.seq);
             let taken = found.map_or(report.decision.candidate, |difference| difference.replayed.candidate);
             assert_eq!(
                 said.map(|index| report.candidates.id[index as usize]),
                 taken,
-                "{metric} {}",
+                "{term} {}",
                 report.seq
             );
             changed += u32::from(said != Some(chosen));
@@ -304,16 +304,17 @@ struct Recorded {
 
 impl Recorded {
     fn start(path: &Path) -> Self {
+        let speed = real_time().to_string();
         let deployment = Deployment::start(1);
         let endpoint = deployment.endpoint().to_owned();
         let recorder = spawn(&["record", path.to_str().unwrap(), "--connect", &endpoint]);
-        assert!(within(Duration::from_secs(10), || path.exists()), "no recording was begun");
-        let run = spawn(&["run", QUICK, "--seed", SEED, "--connect", &endpoint, "--speed", "realtime"]);
+        assert!(comes_true(|| path.exists()), "no recording was begun");
+        let run = spawn(&["run", QUICK, "--seed", SEED, "--connect", &endpoint, "--speed", &speed]);
         let started = Self { recorder, run, _deployment: deployment };
         wait_until_running(&endpoint);
         // Some cycles are on disk.
         let grown = || std::fs::metadata(path).is_ok_and(|data| data.len() > 500_000);
-        assert!(within(Duration::from_secs(20), grown), "nothing is written");
+        assert!(comes_true(grown), "nothing is written");
         started
     }
 }
@@ -359,7 +360,7 @@ fn an_interrupted_recorder_completes_its_file_and_a_file_is_never_overwritten() 
     let path = folder.path().join("interrupted.mcap");
     let mut recorded = Recorded::start(&path);
     signal("INT", recorded.recorder.id());
-    let status = wait(&mut recorded.recorder, Duration::from_secs(10)).expect("ended in time");
+    let status = wait(&mut recorded.recorder, LIMIT).expect("ended in time");
     assert_eq!(status.code(), Some(0));
     let summary = mcap::Summary::read(&std::fs::read(&path).unwrap()).unwrap();
     assert!(summary.is_some_and(|summary| !summary.chunk_indexes.is_empty()));

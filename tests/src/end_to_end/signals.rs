@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::program::{curionav, program, root, turn, wait};
+use super::program::{LIMIT, curionav, is_alive, program, root, turn, wait};
 use crate::every_number::children;
 
 /// A planner whose cycles take seconds: every one of its trees is as large as a profile may ask for.
@@ -13,9 +13,6 @@ const HEAVY: &str = "name = \"heavy\"\ntrees = 8\n[generation.tree]\niterations 
 
 const SPACE: &str =
     "base = \"heavy.toml\"\n[[parameters]]\npath = \"terms.cnc.weight\"\nlow = 1.0\nhigh = 2.0\n";
-
-/// Longest a command may take until it computes on a loaded machine.
-const START_LIMIT: Duration = Duration::from_secs(120);
 
 fn start(folder: &Path, arguments: &[&str]) -> Child {
     Command::new(program())
@@ -35,11 +32,6 @@ fn worked(pid: u32) -> u64 {
     let numbers = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
     let own: u64 = numbers.skip(11).take(2).filter_map(|n| n.parse::<u64>().ok()).sum();
     own + children(pid).into_iter().map(worked).sum::<u64>()
-}
-
-fn is_alive(pid: u32) -> bool {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    !stat.is_empty() && !stat.contains(") Z ")
 }
 
 #[test]
@@ -66,7 +58,7 @@ fn a_signal_ends_a_command_while_it_computes() {
             // Three seconds of work: start and preparation take less.
             while worked(pid) < 300 {
                 assert!(child.try_wait().unwrap().is_none(), "{arguments:?} ended before the signal");
-                assert!(begin.elapsed() < START_LIMIT, "{arguments:?} computes nothing");
+                assert!(begin.elapsed() < LIMIT, "{arguments:?} computes nothing");
                 std::thread::sleep(Duration::from_millis(20));
             }
             let workers = children(pid);

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::process::{Child, Command, Stdio};
 
-use super::program::{READY_LIMIT, lines, program, ready_line, root, turn};
+use super::program::{LIMIT, lines, program, ready_line, root, turn};
 use crate::soak::process::port_for_a_restart;
 
 /// Ended when dropped.
@@ -39,7 +39,7 @@ fn a_supervised_service_waits_for_a_router_that_is_slow_to_start() {
     let complaints = lines(arbiter.0.stderr.take().unwrap());
     let mut waited = 0;
     while waited < 3 {
-        let line = complaints.recv_timeout(READY_LIMIT).expect("it has ended, or hangs");
+        let line = complaints.recv_timeout(LIMIT).expect("it has ended, or hangs");
         waited += u32::from(line.contains("no router answered"));
     }
     let _router = start(&["router", "--listen", &endpoint]);

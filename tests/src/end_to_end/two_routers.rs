@@ -1,8 +1,6 @@
 //! The walk-through of `deploy/README.md`: a router on the robot, another with the pools.
 
-use std::time::Duration;
-
-use super::program::{Serving, curionav, real_time, run, turn, wait_until_running, within};
+use super::program::{Serving, comes_true, curionav, real_time, run, turn, wait_until_running};
 use crate::soak::process::port_for_a_restart;
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -16,7 +14,7 @@ fn losing_the_network_leaves_the_robot_whole() {
     let _turn = turn();
     // A port of its own for the router that comes later.
     let of_pools = format!("tcp/127.0.0.1:{}", port_for_a_restart());
-    // The robot starts first: its router waits for nobody.
+    // The robot starts first: its router waits for no other.
     let robot = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0", "--connect", &of_pools]);
     let robot_at = robot.endpoint().to_owned();
     let service = |role, at: &str| Serving::start(&[role, "--connect", at, "--instance", role]);
@@ -26,7 +24,7 @@ fn losing_the_network_leaves_the_robot_whole() {
 
     let pools = Serving::start(&["router", "--listen", &of_pools]);
     let _pool_services = ["generator", "cpc", "cnc"].map(|role| service(role, &of_pools));
-    assert!(within(Duration::from_secs(20), || well(&robot_at)), "the routers did not find each other");
+    assert!(comes_true(|| well(&robot_at)), "the routers did not find each other");
 
     let (at, speed) = (robot_at.clone(), real_time().to_string());
     let running = std::thread::spawn(move || run(QUICK, &["--connect", &at, "--speed", &speed]));
@@ -37,9 +35,9 @@ fn losing_the_network_leaves_the_robot_whole() {
     assert!(json.cycles.degraded > 0, "it drove on its own candidates and scores, and says so: {json:?}");
     assert!(!well(&robot_at));
 
-    // Everybody finds the router that comes back.
+    // Every service finds the router that comes back.
     let _pools = Serving::start(&["router", "--listen", &of_pools]);
-    assert!(within(Duration::from_secs(20), || well(&robot_at)), "the pools did not come back");
+    assert!(comes_true(|| well(&robot_at)), "the pools did not come back");
     let (json, status) = run(QUICK, &["--connect", &robot_at]);
     assert_eq!((json.cycles.degraded, status), (0, 0), "{json:?}");
 }

@@ -70,7 +70,7 @@ async fn plan(
         let (decision, account) =
             cycle::decide(pool, Some(context), &mut memory, &world.mission, belief, people).await;
         let report = account.map(|account| account.report(context, decision.clone()));
-        invariants::after_a_cycle(world, context, pool, number, &decision, report.as_ref());
+        invariants::after_a_cycle(world, pool, number, &decision, report.as_ref());
         world.state().decided.push((decision.clone(), report));
         world.send(move |world| world.state().robot.receive(decision.clone()));
     }

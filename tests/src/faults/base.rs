@@ -11,7 +11,7 @@ use curionav_testing::golden;
 pub(crate) const TICK: f64 = 0.1;
 /// The base stops by itself without a command for this long, seconds.
 const COMMAND_AGE_MAX: f64 = 0.3;
-/// People in each hall.
+/// People in each corridor.
 const PEOPLE: usize = 6;
 
 pub(crate) struct Base {
@@ -86,7 +86,7 @@ impl Base {
         }
     }
 
-    /// Everybody, a tick later than before; who leaves the hall comes back at the other end.
+    /// All people, a tick later than before; those who leave the corridor come back at the other end.
     pub(crate) fn people(&mut self) -> People {
         let now = self.now();
         let people = &mut self.people;
@@ -98,7 +98,7 @@ impl Base {
         people.clone()
     }
 
-    /// An empty hall: what is close is for the tests of the guard.
+    /// A scan without walls: what is close is for the tests of the guard.
     pub(crate) fn scan(&self) -> Scan {
         let mut scan = golden::scan();
         (scan.tick, scan.stamp) = (self.tick, self.now());

@@ -86,7 +86,7 @@ impl Mode {
     }
 
     fn last_reason(&self) -> Option<CommandReason> {
-        self.ticks.last().and_then(|tick| tick.reason)
+        self.ticks.last().and_then(Driven::reason)
     }
 }
 
@@ -147,7 +147,7 @@ fn a_term_that_is_not_built_in_counts_like_any_other() {
 }
 
 #[test]
-fn without_a_replica_of_a_metric_that_is_not_built_in_it_holds_and_stops() {
+fn without_a_replica_of_a_term_that_is_not_built_in_it_holds_and_stops() {
     // By name: cnc-0, cnc-1, comfort-0. Gone, hung, and answering nonsense come to the same.
     for fault in [Fault::Crash(2), Fault::Hang(2), Fault::Garbage(2, Nonsense::NotANumber)] {
         for in_process in [true, false] {
@@ -170,7 +170,7 @@ fn without_a_generator_it_drives_on_with_its_own_candidates() {
 }
 
 #[test]
-fn of_several_trees_those_that_somebody_grew_are_enough() {
+fn of_several_trees_those_that_were_grown_are_enough() {
     let lossy = Fault::Weather { delay: 0.002, loss: 0.3, repeated: 0.0 };
     let mode = Mode::with_trees(3, [2, 2, 2], Some(lossy), false);
     let partly = |d: &&Decision| d.degraded.contains(&Degradation::PartlyGenerated);
@@ -212,19 +212,19 @@ fn without_a_localizer_it_stops() {
     let mode = Mode::of([2, 2, 2], Some(Fault::NoLocalizer), true);
     assert!(matches!(mode.last_reason(), Some(CommandReason::DecisionExpired | CommandReason::BeliefTooOld)));
     // No decision without a belief; the driver drives on the one before for 0.5 s.
-    assert!(mode.ticks.iter().any(|tick| tick.reason == Some(CommandReason::BeliefTooOld)));
+    assert!(mode.ticks.iter().any(|tick| tick.reason() == Some(CommandReason::BeliefTooOld)));
     assert!(mode.stands_after() < 0.5 + 2.0 + 0.5, "{:.1} s", mode.stands_after());
 }
 
 #[test]
 fn a_belief_that_grows_old_stops_it_even_if_it_is_said_again() {
     let mode = Mode::of([2, 2, 2], Some(Fault::OldBelief), true);
-    assert!(mode.ticks.iter().any(|tick| tick.reason == Some(CommandReason::BeliefTooOld)));
+    assert!(mode.ticks.iter().any(|tick| tick.reason() == Some(CommandReason::BeliefTooOld)));
     assert!(mode.stands_after() < 0.5 + 2.0 + 0.5, "{:.1} s", mode.stands_after());
 }
 
 #[test]
-fn it_stops_when_nobody_says_where_people_are() {
+fn it_stops_when_nothing_says_where_people_are() {
     let mode = Mode::of([2, 2, 2], Some(Fault::NoPeople), true);
     let late = mode.decisions.iter().filter(|d| d.stamp > FROM + 1.0 + 0.1);
     assert!(late.clone().count() > 20 && late.clone().all(|d| d.action == Action::Stop));
@@ -237,7 +237,7 @@ fn it_stops_when_nobody_says_where_people_are() {
 fn without_an_arbiter_it_drives_what_is_left_of_the_horizon_and_stops() {
     for fault in [Fault::ArbiterCrash, Fault::NoRobot] {
         let mode = Mode::of([2, 2, 2], Some(fault), true);
-        assert!(mode.ticks.iter().any(|tick| tick.reason == Some(CommandReason::DecisionExpired)));
+        assert!(mode.ticks.iter().any(|tick| tick.reason() == Some(CommandReason::DecisionExpired)));
         assert!(mode.stands_after() < HOLD_AND_BRAKE, "{:.1} s", mode.stands_after());
     }
 }

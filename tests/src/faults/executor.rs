@@ -1,4 +1,4 @@
-//! Time that stands still while anybody has something to do: tasks run in a fixed order, and when all wait
+//! Time that stands still while any task has something to do: tasks run in a fixed order, and when all wait
 //! the clock jumps to the first timer. So a run is a function of its seed, and hours take seconds.
 
 use std::collections::{BTreeMap, VecDeque};

@@ -72,7 +72,7 @@ pub(super) enum Fault {
     NoLocalizer,
     /// The localiser says what it said before, over and over.
     OldBelief,
-    /// Nobody says where people are.
+    /// Nothing says where people are.
     NoPeople,
     /// The driver is gone, and starts again knowing nothing.
     DriverCrash,

@@ -1,147 +1,84 @@
-//! What must hold whatever fails. Each check names its invariant and the seed that replays it.
+//! What only the simulated world can see of the invariants, beside what `crate::invariants` checks. Each violation is
+//! told with the seed that replays it.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use curionav_planning::arbitration::{Scores, total_costs};
-use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
-use curionav_runtime::convert;
-use curionav_schemas::{Action, CommandReason, CycleReport, Decision, Evaluated};
+use curionav_schemas::{CycleReport, Decision};
 
 use super::replica::QUEUE;
-use super::world::{SimulatedPeers, World};
+use super::world::{SimulatedPeers, State, World};
+use crate::invariants::{BOUNDED, HEALED, RISING};
 
-/// Metres a robot may go that nothing controls: to a stand from 1 m/s at 0.5 m/s2, and 0.3 s before.
-pub(crate) const UNCONTROLLED_MAX: f64 = 1.0 + 0.3;
 /// Metres from its trajectory at which a robot still counts as following it.
-pub(crate) const STRAYED_MAX: f64 = 0.8;
+const STRAYED_MAX: f64 = 0.8;
 /// Tasks and timers of a world, messages under way included.
 const LOAD_MAX: usize = 300;
-/// Longest a decision may be followed (`hold.max_age` of the profile), seconds.
-pub(crate) const HORIZON: f64 = 1.2;
+/// Messages that the driver keeps.
+const WAITING_MAX: usize = 200;
 /// Cycles after which everything is as it should be once nothing is wrong any more, and how long these take.
 pub(super) const HEALING: f64 = 5.0 * 0.3;
 
-fn check(world: &World, holds: bool, invariant: &str, what: impl FnOnce() -> String) {
-    assert!(holds, "invariant {invariant}; seed {}: {}", world.mission.order.seed, what());
-}
-
 /// After each tick of the robot: what was commanded, and how far it went.
-pub(super) fn after_a_tick(world: &Arc<World>) {
+pub(super) fn after_a_tick(world: &World) {
     let load = world.executor.load();
-    let queued = world.state().replicas.values().map(|r| r.queue.waiting()).max().unwrap_or(0);
-    let mut state = world.state();
-    let robot = &mut state.robot;
-    let Some(tick) = robot.driven.last().cloned() else { return };
-    let follows = tick.reason.is_some_and(CommandReason::follows);
-    if follows {
-        let (_, stamp, valid_for) = tick.obeyed.unwrap_or_default();
-        // The command was given at the start of the tick.
-        let age = tick.now - super::base::TICK - stamp;
-        check(
-            world,
-            age <= valid_for.min(HORIZON) + 1e-9,
-            "1, no command from a decision past its horizon",
-            || format!("{age:.2} s old at {:.1} s", tick.now),
-        );
-    }
-    let controlled = follows && tick.strayed <= STRAYED_MAX;
-    robot.uncontrolled = if controlled || tick.v == 0.0 { 0.0 } else { robot.uncontrolled + tick.distance };
-    check(world, robot.uncontrolled <= UNCONTROLLED_MAX, "7, under control or soon standing", || {
-        format!("{:.2} m at {:.1} s: {:?}", robot.uncontrolled, tick.now, tick)
+    let State { robot, replicas, checker, .. } = &mut *world.state();
+    let Some(tick) = robot.driven.last() else { return };
+    tick.command.iter().for_each(|command| {
+        checker.commanded(command);
     });
+    let on_its_way = tick.command.as_ref().filter(|_| tick.strayed <= STRAYED_MAX);
+    checker.moved(tick.now, tick.distance, tick.v, on_its_way);
+    let queued = replicas.values().map(|r| r.queue.waiting()).max().unwrap_or(0);
     let waiting = robot.waiting();
-    let small = load.0 <= LOAD_MAX && load.1 <= LOAD_MAX && queued <= QUEUE && waiting <= 200;
-    check(world, small, "8, nothing grows without bound", || {
+    let small = load.0.max(load.1) <= LOAD_MAX && queued <= QUEUE && waiting <= WAITING_MAX;
+    checker.violations.check(small, BOUNDED, || {
         format!("{load:?} tasks and timers, {queued} queued, {waiting} with the driver")
     });
+    checker.violations.assert_none();
 }
 
 /// After each cycle: what was decided, from what.
 pub(super) fn after_a_cycle(
-    world: &Arc<World>,
-    context: &PlanContext,
+    world: &World,
     pool: &Pool<SimulatedPeers>,
     arbiter: u64,
     decision: &Decision,
     report: Option<&CycleReport>,
 ) {
-    let (known, all) = (pool.replicas().len(), world.state().replicas.len());
-    check(world, known <= all, "8, nothing grows without bound", || {
-        format!("{known} of {all} replicas known")
-    });
-    {
-        let mut state = world.state();
-        let owner = *state.epochs.entry(decision.epoch).or_insert(arbiter);
-        check(world, owner == arbiter, "4, no two arbiters share an epoch", || format!("{}", decision.epoch));
-    }
-    let Some(report) = report else { return };
-    let most = context.profile.trees * context.profile.max_candidates();
-    check(world, report.candidates.count <= most, "8, nothing grows without bound", || "candidates".into());
-    if decision.action != Action::Follow {
-        return;
-    }
-    let terms: Vec<&str> =
-        context.profile.active_terms(report.scene.uncertain).map(|(metric, _)| metric).collect();
-    let scored = terms.iter().all(|m| decision.evaluated.get(*m).is_some_and(|how| *how != Evaluated::None));
-    check(world, scored, "2, only what every metric has scored is followed", || format!("{decision:?}"));
-    let index = report.chosen.unwrap() as usize;
-    let (total, by_term) = true_cost(context, report, index, &terms);
-    let found = report.total_of(index).unwrap();
-    let lacks = by_term.iter().any(|cost| (found - (total - cost)).abs() < 1e-9 && *cost > 1e-6);
-    check(world, !lacks, "2, only what every metric has scored is followed", || {
-        format!("cost {found} of {total}: {by_term:?}")
-    });
-    check(world, found == total, "3, scores count for their own scene only", || {
-        format!("cost {found} instead of {total}, cycle {}", decision.seq)
-    });
-    let of_scene = (decision.tick, decision.stamp) == (report.scene.tick, report.scene.stamp);
-    check(world, of_scene, "3, scores count for their own scene only", || "decision of another scene".into());
+    let known = pool.replicas().len();
+    let State { replicas, epochs, checker, .. } = &mut *world.state();
+    checker.decided(decision);
+    report.into_iter().for_each(|report| checker.reported(report));
+    let all = replicas.len();
+    checker.violations.check(known <= all, BOUNDED, || format!("{known} of {all} replicas known"));
+    let owner = *epochs.entry(decision.epoch).or_insert(arbiter);
+    let of_one = owner == arbiter;
+    checker.violations.check(of_one, RISING, || format!("two arbiters share epoch {}", decision.epoch));
+    checker.violations.assert_none();
 }
 
-/// What a candidate costs in the scene of its report, whole and by term, computed anew.
-pub(crate) fn true_cost(
-    context: &PlanContext,
-    report: &CycleReport,
-    index: usize,
-    terms: &[&str],
-) -> (f64, Vec<f64>) {
-    let scene = convert::scene(&report.scene).unwrap();
-    let candidate = convert::candidates(report.candidates.clone()).unwrap().pick(&[index]);
-    let mut scores = Scores::new(1);
-    for term in terms {
-        let cost = match context.local(term) {
-            Some(evaluator) => evaluator.evaluate(&scene, &candidate, &|| false).unwrap(),
-            // A term that is not built in cannot be computed anew here.
-            None => vec![report.terms.iter().find(|t| t.term == *term).unwrap().raw_of(index).unwrap()],
-        };
-        scores.insert(term, 0, &cost).unwrap();
-    }
-    let totals = total_costs(&context.profile, scene.uncertain, candidate.steps(), &scores);
-    let by_term = totals.terms.iter().map(|term| term.cost[0].unwrap()).collect();
-    (totals.total[0].unwrap(), by_term)
-}
-
-/// At the end: who was obeyed in which order, and whether all was well once nothing was wrong any more.
-pub(super) fn at_the_end(world: &Arc<World>, healed: f64) {
-    let state = world.state();
+/// At the end: what was obeyed in which order, and whether all was well once nothing was wrong any more.
+pub(super) fn at_the_end(world: &World, healed: f64) {
+    let State { robot, checker, .. } = &mut *world.state();
+    let violations = &mut checker.violations;
     let mut newest: BTreeMap<u64, (u64, u64)> = BTreeMap::new();
-    for (now, life, decision) in &state.robot.taken {
+    for (now, life, decision) in &robot.taken {
         let id = (decision.epoch, decision.seq);
         let before = newest.insert(*life, id);
-        check(world, before.is_none_or(|before| before < id), "4, (epoch, seq) rises", || {
-            format!("{id:?} after {before:?} at {now:.1} s")
-        });
+        let rises = before.is_none_or(|before| before < id);
+        violations.check(rises, RISING, || format!("{id:?} after {before:?} at {now:.1} s"));
     }
-    let after: Vec<_> = state.robot.taken.iter().filter(|(_, _, d)| d.stamp > healed + HEALING).collect();
-    let due = ((state.robot.base.now() - healed - HEALING) / 0.3) as usize;
-    check(world, after.len() + 1 >= due, "5, nominal within 5 cycles of healing", || {
-        format!("{} decisions obeyed of {due} that were due", after.len())
-    });
+    let after: Vec<_> = robot.taken.iter().filter(|(_, _, d)| d.stamp > healed + HEALING).collect();
+    let due = ((robot.base.now() - healed - HEALING) / 0.3) as usize;
+    let obeyed = after.len();
+    violations
+        .check(obeyed + 1 >= due, HEALED, || format!("{obeyed} decisions obeyed of {due} that were due"));
     for (now, _, decision) in after {
-        check(world, decision.degraded.is_empty(), "5, nominal within 5 cycles of healing", || {
+        violations.check(decision.degraded.is_empty(), HEALED, || {
             format!("at {now:.1} s, healed at {healed:.1} s: {:?}", decision.degraded)
         });
     }
+    violations.assert_none();
+    assert_eq!(checker.unseen, 0, "decisions are followed that no arbiter has made");
 }

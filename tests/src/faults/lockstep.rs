@@ -15,6 +15,7 @@ use super::base::TICK;
 use super::corridor_map;
 use super::fault::{Episode, Fault, episodes};
 use super::world::{ArbiterSeat, SimulatedPeers, World};
+use crate::invariants::SAME_DECISIONS;
 
 /// Planning cycles of a run.
 const CYCLES: u64 = 40;
@@ -90,7 +91,7 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
             faults.push(stormy);
             assert!(
                 decisions(seed, trees, pool, faults.clone()) == expected,
-                "invariant 6, replicas change no decision; seed {seed}: {pool:?} {faults:?}"
+                "invariant {SAME_DECISIONS}; seed {seed}: {pool:?} {faults:?}"
             );
         }
     }

@@ -10,7 +10,7 @@ mod degraded_modes;
 mod epochs;
 mod executor;
 mod fault;
-pub(crate) mod invariants;
+mod invariants;
 mod lockstep;
 mod readiness;
 mod replica;

@@ -16,7 +16,7 @@ use super::world::{Name, World};
 
 /// Requests that may wait, as in production.
 pub(super) const QUEUE: usize = 16;
-/// A metric that is not built in.
+/// A term that is not built in.
 pub(super) const FOREIGN: &str = "comfort";
 /// What deriving the fields of the hall takes.
 const PREPARATION: Duration = Duration::from_millis(150);

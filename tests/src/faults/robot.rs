@@ -27,28 +27,30 @@ pub(super) struct Driven {
     pub(super) distance: f64,
     pub(super) v: f64,
     /// What the driver said, if it was there.
-    pub(super) reason: Option<CommandReason>,
-    /// The decision it obeyed: (epoch, seq), stamp, validity.
-    pub(super) obeyed: Option<((u64, u64), f64, f64)>,
+    pub(super) command: Option<wire::Twist>,
     /// Metres between the robot and where its trajectory has it.
     pub(super) strayed: f64,
 }
 
+impl Driven {
+    pub(super) fn reason(&self) -> Option<CommandReason> {
+        self.command.as_ref().map(|command| command.reason)
+    }
+}
+
 pub(super) struct Robot {
     pub(super) base: Base,
-    command: Option<(f64, Twist)>,
+    command: Option<wire::Twist>,
     inbox: Vec<Decision>,
     fence: DecisionFence,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
     pub(super) taken: Vec<(f64, u64, Decision)>,
-    /// How many decisions were refused as nobody's.
+    /// How many decisions were refused because no arbiter can have made them.
     pub(super) refused: u32,
     pub(super) lives: u64,
     pub(super) driven: Vec<Driven>,
-    /// Metres since the robot was last under control or standing.
-    pub(super) uncontrolled: f64,
 }
 
 impl Robot {
@@ -64,7 +66,6 @@ impl Robot {
             refused: 0,
             lives: 0,
             driven: Vec::new(),
-            uncontrolled: 0.0,
         }
     }
 
@@ -84,12 +85,6 @@ impl Robot {
         self.receive(Decision { epoch, seq, tick, stamp, action: Action::Stop, ..golden::decision() });
     }
 
-    /// What is commanded, as the arbiters hear it.
-    fn command(&self) -> wire::Twist {
-        let (epoch, seq) = self.fence.newest().map_or((0, 0), |d| (d.epoch, d.seq));
-        wire::Twist { epoch, seq, tick: self.base.tick, stamp: self.base.now(), ..golden::twist() }
-    }
-
     pub(super) fn obeyed(&self) -> Option<Decision> {
         self.fence.newest().cloned()
     }
@@ -98,7 +93,7 @@ impl Robot {
         self.inbox.len() + self.belief_of.len() + self.odometry_of.len()
     }
 
-    /// Whatever the driver knew is gone.
+    /// All that the driver knew is gone.
     pub(super) fn crash_driver(&mut self) {
         self.fence = DecisionFence::default();
         self.belief_of.clear();
@@ -108,7 +103,7 @@ impl Robot {
     }
 
     /// The driver's tick.
-    pub(super) fn drive(&mut self, belief: Option<Belief>, period: f64) -> CommandReason {
+    fn drive(&mut self, belief: Option<Belief>, period: f64) -> wire::Twist {
         let odometry = self.base.odometry();
         remember(&mut self.odometry_of, self.base.tick, odometry.clone());
         if let Some(belief) = belief {
@@ -134,34 +129,31 @@ impl Robot {
             period,
             on_its_way: None,
         });
-        self.command = Some((self.base.now(), command.twist));
-        command.reason
+        let (epoch, seq) = obeyed.map_or((0, 0), |d| (d.epoch, d.seq));
+        let (Twist { v, omega }, reason) = (command.twist, command.reason);
+        let (tick, stamp) = (self.base.tick, self.base.now());
+        let command = wire::Twist { epoch, seq, tick, stamp, v, omega, reason, ..golden::twist() };
+        self.command.insert(command).clone()
     }
 
     /// A tick of driver and base.
     pub(super) fn turn(&mut self, belief: Belief) {
-        let reason = self.drive(Some(belief), TICK);
-        self.roll(Some(reason));
+        let command = self.drive(Some(belief), TICK);
+        self.roll(Some(command));
     }
 
     /// The base's tick.
-    fn roll(&mut self, reason: Option<CommandReason>) {
-        let distance = self.base.roll(self.command);
+    fn roll(&mut self, command: Option<wire::Twist>) {
+        let newest = self.command.as_ref().map(|c| (c.stamp, Twist { v: c.v, omega: c.omega }));
+        let distance = self.base.roll(newest);
         let decision = self.fence.newest().filter(|d| d.action != Action::Stop);
         let strayed = decision.map_or(0.0, |d| strayed(d, self.base.now(), self.base.pose));
-        self.driven.push(Driven {
-            now: self.base.now(),
-            distance,
-            v: self.base.twist.v,
-            reason,
-            obeyed: self.fence.newest().map(|d| ((d.epoch, d.seq), d.stamp, d.valid_for_s)),
-            strayed,
-        });
+        self.driven.push(Driven { now: self.base.now(), distance, v: self.base.twist.v, command, strayed });
     }
 }
 
 /// Metres between `pose` and the state of the trajectory that is due next.
-pub(crate) fn strayed(decision: &Decision, now: f64, pose: Pose2) -> f64 {
+fn strayed(decision: &Decision, now: f64, pose: Pose2) -> f64 {
     let next = (((now - decision.stamp) / decision.dt).ceil() as usize).clamp(1, decision.x.len()) - 1;
     let (dx, dy) = (decision.x[next] - pose.x, decision.y[next] - pose.y);
     (dx * dx + dy * dy).sqrt()
@@ -193,22 +185,19 @@ pub(super) async fn run(world: Arc<World>) {
         let people = (!world.has(|f| *f == Fault::NoPeople)).then_some(people);
         tell_arbiters(&world, belief.clone(), people);
         let drives = !world.has(|f| *f == Fault::DriverCrash);
-        let reason = drives.then(|| world.state().robot.drive(belief, TICK));
-        if drives && !world.has(|f| *f == Fault::NoDriver) {
-            tell_of_command(&world);
+        let command = drives.then(|| world.state().robot.drive(belief, TICK));
+        if let Some(command) = command.as_ref().filter(|_| !world.has(|f| *f == Fault::NoDriver)) {
+            tell_of_command(&world, command);
         }
-        world.state().robot.roll(reason);
+        world.state().robot.roll(command);
         invariants::after_a_tick(&world);
         world.executor.sleep(Duration::from_secs_f64(TICK)).await;
     }
 }
 
 /// What is commanded reaches the arbiters, too.
-fn tell_of_command(world: &Arc<World>) {
-    let (command, seats) = {
-        let state = world.state();
-        (state.robot.command(), state.arbiters.clone())
-    };
+fn tell_of_command(world: &Arc<World>, command: &wire::Twist) {
+    let seats = world.state().arbiters.clone();
     for seat in seats {
         let command = command.clone();
         world.send(move |_| seat.latest.lock().unwrap().command = Some(command.clone()));

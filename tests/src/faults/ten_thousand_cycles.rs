@@ -93,7 +93,7 @@ fn a_seed_replays_exactly() {
 #[test]
 fn without_faults_every_cycle_is_nominal() {
     let outcome = play(1000, [2, 2, 2], Vec::new(), true);
-    // Nobody is ready before the first ones.
+    // No replica is ready before the first ones.
     assert!(outcome.degraded <= 2, "{} of {} cycles degraded", outcome.degraded, outcome.cycles);
     assert!(outcome.trace.iter().skip(2).all(|(_, _, action)| *action == format!("{:?}", Action::Follow)));
 }

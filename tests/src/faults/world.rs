@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
 use curionav_planning::random::{Rng, rng, uniform};
+use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
 use curionav_runtime::query::AskError;
@@ -19,6 +20,7 @@ use super::executor::{Executor, TaskId};
 use super::fault::{Episode, Fault};
 use super::replica::{Answer, Job, Question, Replica, serve};
 use super::robot::Robot;
+use crate::invariants::Checker;
 
 /// How long a hung or cut-off process still counts as alive: the lease of its link.
 const LEASE: Duration = Duration::from_secs(1);
@@ -55,6 +57,7 @@ pub(super) struct State {
     /// When an arbiter asked a replica which question.
     pub(super) asked: Vec<(Duration, String)>,
     pub(super) robot: Robot,
+    pub(super) checker: Checker,
     pub(super) arbiters_started: u64,
     /// Which arbiter an epoch is of.
     pub(super) epochs: BTreeMap<u64, u64>,
@@ -75,6 +78,7 @@ impl World {
     pub(super) fn new(fields: &Fields, mission: Mission, in_process: bool, pool: [usize; 3]) -> Arc<Self> {
         let mut rng = rng(mission.order.seed, 77);
         let local_cost = Duration::from_secs_f64(0.0001 + 0.002 * uniform(&mut rng));
+        let context = PlanContext::new(mission.clone(), fields, true).unwrap();
         let state = State {
             rng,
             faults: Vec::new(),
@@ -83,6 +87,7 @@ impl World {
             decided: Vec::new(),
             asked: Vec::new(),
             robot: Robot::new(&mission),
+            checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
             arbiters_started: 0,
             epochs: BTreeMap::new(),
         };
@@ -135,7 +140,7 @@ impl World {
             } else if let Some(at) = state.faults.iter().position(|f| *f == fault) {
                 state.faults.remove(at);
             }
-            // Whoever hung looks up.
+            // A replica that hung looks for work again.
             state.replicas.values().for_each(|replica| replica.arrived.notify_one());
         }
         let names: Vec<Name> = self.state().replicas.keys().cloned().collect();
@@ -155,7 +160,11 @@ impl World {
             Fault::SecondArbiter if begins => super::arbiter::start(self),
             // The second one goes; should only one be left, it stays.
             Fault::SecondArbiter => self.stop_newest_arbiter(),
-            Fault::DriverCrash if begins => self.state().robot.crash_driver(),
+            Fault::DriverCrash if begins => {
+                let mut state = self.state();
+                state.robot.crash_driver();
+                state.checker.driver_restarted();
+            }
             Fault::Foreign(epoch) if begins => self.state().robot.receive_foreign(epoch),
             _ => {}
         }
@@ -270,7 +279,7 @@ impl World {
     }
 }
 
-/// Who is seen to be alive follows, late, who is.
+/// Which replicas are seen to be alive follows, late, which are.
 async fn liveliness(world: Arc<World>) {
     loop {
         world.executor.sleep(Duration::from_millis(50)).await;

@@ -18,14 +18,13 @@ use zenoh::{Session, Wait};
 use super::impostor::Impostor;
 use super::spoilt::{Spoilt, below, spoilt};
 use super::target::{SERVICES, Target, all};
-use crate::end_to_end::program::{Deployment, is_alive, real_time, run, turn};
+use crate::end_to_end::program::{Deployment, LIMIT, is_alive, real_time, run, turn};
 
 const SEED: u64 = 1000;
 const QUICK: &str = "scenarios/quickstart.toml";
-/// Between two payloads on one key. A service that is busy between two runs may have 256 waiting before the
-/// oldest is dropped uncounted: at this rate that takes 25 s.
+/// Between two payloads on one key, by the robot's clock. A service that is busy between two runs may have 256 waiting
+/// before the oldest is dropped uncounted: at this rate that takes 25 s.
 const PERIOD: Duration = Duration::from_millis(100);
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// What was sent to each role.
 type Sent = BTreeMap<&'static str, u64>;
@@ -37,6 +36,8 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
         std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
     let lasts = Duration::from_secs(longer.unwrap_or(20).min(60));
     println!("seed {SEED}, {} s", lasts.as_secs());
+    // The flood takes its share of the machine, too.
+    let speed = 0.5 * real_time();
     let deployment = Deployment::start(1);
     let pids = deployment.pids();
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
@@ -49,7 +50,7 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
     let driving = Arc::new(AtomicBool::new(true));
     let runs = {
         let (endpoint, driving) = (deployment.endpoint().to_owned(), Arc::clone(&driving));
-        let speed = real_time().to_string();
+        let speed = speed.to_string();
         std::thread::spawn(move || {
             let mut runs = Vec::new();
             while driving.load(Ordering::Relaxed) {
@@ -59,7 +60,7 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
             runs
         })
     };
-    let sent = runtime.block_on(flood(&session, lasts));
+    let sent = runtime.block_on(flood(&session, lasts, PERIOD.div_f64(speed)));
     driving.store(false, Ordering::Relaxed);
     let nonsense = impostor.nonsense.load(Ordering::Relaxed);
     drop(impostor);
@@ -74,7 +75,7 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
     println!("role        sent   refused");
     for (role, instance) in SERVICES {
         let key = keys::status(role, instance).unwrap();
-        let status: ServiceStatus = runtime.block_on(fetch(&session, &key, ANSWER_TIMEOUT)).unwrap();
+        let status: ServiceStatus = runtime.block_on(fetch(&session, &key, LIMIT)).unwrap();
         // The arbiter also counts the impostor's answers, but for those that came when it had stopped waiting.
         let answers = if role == "arbiter" { nonsense } else { 0 };
         println!(
@@ -92,12 +93,12 @@ fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
 }
 
 /// Floods every key; gives what each role must have refused.
-async fn flood(session: &Session, lasts: Duration) -> Sent {
+async fn flood(session: &Session, lasts: Duration, period: Duration) -> Sent {
     // The first mission names the map.
     let mission_key = keys::robot("robot", "mission").unwrap();
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + LIMIT;
     let mission = loop {
-        if let Ok(mission) = fetch::<Mission>(session, &mission_key, ANSWER_TIMEOUT).await {
+        if let Ok(mission) = fetch::<Mission>(session, &mission_key, LIMIT).await {
             break mission;
         }
         assert!(Instant::now() < deadline, "the run did not begin");
@@ -105,7 +106,9 @@ async fn flood(session: &Session, lasts: Duration) -> Sent {
     };
     let end = Instant::now() + lasts;
     let tasks: Vec<_> = (all(&mission.order.map).into_iter().zip(0..))
-        .map(|(target, i)| tokio::spawn(flood_one(session.clone(), target, rng(SEED, 100 + i), end)))
+        .map(|(target, i)| {
+            tokio::spawn(flood_one(session.clone(), target, rng(SEED, 100 + i), (period, end)))
+        })
         .collect();
     let mut sent = Sent::new();
     for task in tasks {
@@ -118,9 +121,14 @@ async fn flood(session: &Session, lasts: Duration) -> Sent {
     sent
 }
 
-async fn flood_one(session: Session, target: Target, mut rng: Rng, end: Instant) -> (Target, u64) {
+async fn flood_one(
+    session: Session,
+    target: Target,
+    mut rng: Rng,
+    (period, end): (Duration, Instant),
+) -> (Target, u64) {
     let mut sent = 0;
-    let mut pace = tokio::time::interval(PERIOD);
+    let mut pace = tokio::time::interval(period);
     pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     while Instant::now() < end {
         pace.tick().await;
@@ -145,7 +153,7 @@ async fn flood_one(session: Session, target: Target, mut rng: Rng, end: Instant)
 /// Asks, and expects to be refused with a reason.
 async fn ask(session: &Session, key: &str, wrong: Spoilt) {
     let shown = format!("{key}: {} bytes of `{:.40}`", wrong.bytes.len(), wrong.encoding);
-    let get = session.get(key).payload(wrong.bytes).encoding(wrong.encoding).timeout(ANSWER_TIMEOUT);
+    let get = session.get(key).payload(wrong.bytes).encoding(wrong.encoding).timeout(LIMIT);
     // Of a map's key the impostor says it serves it, too.
     let (get, shared) = (get.target(QueryTarget::All), key.contains("/map/"));
     let get = get.consolidation(ConsolidationMode::None);

@@ -1,4 +1,4 @@
-//! One who says it is a replica of every role and answers nonsense, and tokens of nobody at all.
+//! A client that says it is a replica of every role and answers nonsense, and tokens without any replica.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -34,7 +34,7 @@ impl Impostor {
             ),
             (keys::questions("cpc", NAME).unwrap(), "scores", golden::scores().encode()),
             (keys::questions("cnc", NAME).unwrap(), "scores", golden::scores().encode()),
-            // A map by another name is none: nobody may take it for the one asked for.
+            // A map by another name is none: no service may take it for the one asked for.
             (format!("{}/map/*", keys::ROOT), "occupancy_grid", golden::occupancy_grid().encode()),
         ];
         let queryables = (served.into_iter().zip(0..))
@@ -70,7 +70,7 @@ impl Impostor {
             .collect();
         let mut tokens: Vec<LivelinessToken> =
             ["generator", "cpc", "cnc"].map(|role| announce(session, role, NAME).unwrap()).into();
-        // Nobody serves these, and the last ones are no names.
+        // No replica serves these, and the last ones are no names.
         for key in ["cpc/mute", "cnc/mute", "nonsense/a", "cpc/A B", "cpc/a/b/c", "cpc"] {
             let key = format!("{}/live/{key}", keys::ROOT);
             tokens.push(session.liveliness().declare_token(key).wait().unwrap());

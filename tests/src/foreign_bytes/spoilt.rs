@@ -31,7 +31,7 @@ fn encoding_of(message: &str) -> String {
 pub(super) fn spoilt(rng: &mut Rng, message: &str) -> Spoilt {
     loop {
         let spoilt = attempt(rng, message);
-        // Some changes leave a message that anybody might have sent; one without an encoding may come without.
+        // Some changes leave a message that a service might have sent; one without an encoding may come without.
         let encoding = (!spoilt.encoding.is_empty()).then_some(&*spoilt.encoding);
         if recode(message, &spoilt.bytes, encoding).is_none_or(|read| read.is_err()) {
             return spoilt;

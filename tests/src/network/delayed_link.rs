@@ -59,7 +59,7 @@ impl DelayedLink {
 impl Drop for DelayedLink {
     fn drop(&mut self) {
         self.state.over.store(true, Ordering::Relaxed);
-        // Wakes whoever listens; closing wakes whoever reads.
+        // This wakes the thread that listens; closing wakes those that read.
         let _ = TcpStream::connect(&self.address);
         for connection in self.state.connections.lock().unwrap().iter() {
             let _ = connection.shutdown(Shutdown::Both);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Addresses for measuring networks (RFC 2544): nobody else's.
+/// Addresses for measuring networks (RFC 2544): no other network has them.
 const NETWORK: &str = "198.18";
 /// This process's own address in the subnet.
 const OURS: usize = 254;
@@ -122,7 +122,7 @@ fn remove_leftovers() {
     }
 }
 
-/// What is not there needs no removing. A namespace lives on for as long as anybody holds a socket in it, and
+/// What is not there needs no removing. A namespace lives on for as long as any process holds a socket in it, and
 /// its end of a link with it, so links are removed first.
 fn remove(name: &str) {
     let of_ours = format!("{name}-");

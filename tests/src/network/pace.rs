@@ -1,8 +1,8 @@
-//! How fast the robot's time passes in these tests: at 10 Hz, or slower where this machine cannot keep that up.
+//! How often a test is tried, and at which pace.
 //!
-//! A deployment of 16 processes needs a share of a processor that a slow or busy machine does not have at 10 Hz.
-//! Every claim is about cycles and the robot's time, and holds at any pace. So a test that fails while its own
-//! records show that the machine stalled runs again at half the pace, down to an eighth; there it must pass.
+//! A deployment of 16 processes needs a share of a processor that a slow or busy machine does not have at 10 Hz. A test
+//! that fails while its own records show that the machine stalled runs again at half the pace, down to an eighth; there
+//! it must pass.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
@@ -11,29 +11,17 @@ use super::figures::Figures;
 use super::invariants;
 use super::namespaces::Network;
 use super::site::{Layout, Site};
+pub(super) use crate::pace::Pace;
 
 /// A machine that stalls for longer than this at 10 Hz makes questions late by itself: from then on an answer may be
 /// asked of another replica as well.
 const STALL_MAX: Duration = Duration::from_millis(10);
-/// Between two ticks of the robot's clock.
-const TICK: Duration = Duration::from_millis(100);
-/// The slowest pace is 1 / 2^3 of the wall clock's.
-const HALVINGS_MAX: u32 = 3;
 /// How often a test is tried at one pace on a machine that stalls.
 const ATTEMPTS: u32 = 2;
 
 /// Attempts that failed for a stall. The next test begins at the pace that the last one ended with: the machine is no
 /// faster for it.
 static FAILED: AtomicU32 = AtomicU32::new(0);
-
-/// How fast the robot's time passes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Pace {
-    /// It passes 2 to the power of this times as slowly as the wall clock's.
-    halvings: u32,
-    /// There is no further attempt.
-    is_last: bool,
-}
 
 /// The machine did not keep the pace.
 #[derive(Debug)]
@@ -42,21 +30,6 @@ pub(super) struct TooSlow;
 pub(super) type Kept<T = ()> = Result<T, TooSlow>;
 
 impl Pace {
-    /// The robot's time over that of the wall clock.
-    pub(super) fn speed(self) -> f64 {
-        0.5_f64.powi(self.halvings as i32)
-    }
-
-    /// What takes `time` at 10 Hz on a machine that keeps that pace.
-    pub(super) fn scaled(self, time: Duration) -> Duration {
-        time * 2_u32.pow(self.halvings)
-    }
-
-    /// Wall time between two ticks.
-    pub(super) fn tick(self) -> Duration {
-        self.scaled(TICK)
-    }
-
     /// Something was not as it must be, which is excused if the machine stalled for as long as `stall` and there is
     /// another attempt. Else the test fails and says `what`.
     pub(super) fn excuse(self, stall: Duration, what: impl FnOnce() -> String) -> TooSlow {
@@ -77,12 +50,12 @@ pub(super) fn play(layout: &Layout, test: impl Fn(&mut Site) -> Kept) {
     }
     let mut at_slowest = 0;
     loop {
-        let halvings = (FAILED.load(Ordering::Relaxed) / ATTEMPTS).min(HALVINGS_MAX);
-        at_slowest += u32::from(halvings == HALVINGS_MAX);
-        let pace = Pace { halvings, is_last: at_slowest == ATTEMPTS };
+        let mut pace = Pace::halved(FAILED.load(Ordering::Relaxed) / ATTEMPTS);
+        at_slowest += u32::from(pace.is_slowest());
+        pace.is_last = at_slowest == ATTEMPTS;
         let mut site = Site::new(layout, pace);
         let kept = site.start(layout).and_then(|()| test(&mut site));
-        // Whatever else a slow machine excuses, it excuses none of these.
+        // A slow machine excuses other things, but none of these.
         invariants::check(site.recorder());
         if kept.is_ok() {
             let record = site.recorder().record();

@@ -21,7 +21,7 @@ fn without_its_pool_the_robot_goes_on_by_itself() {
             let from = cut_off(site)?;
             site.recorder().await_until("evaluates by itself", from, LIMIT, |r| {
                 last(&r.record(), 5, |d| {
-                    let local = |metric| d.evaluated.get(metric) == Some(&Evaluated::Local);
+                    let local = |term| d.evaluated.get(term) == Some(&Evaluated::Local);
                     d.action == Action::Follow && local("cnc") && local("cpc")
                 })
             })?;
@@ -58,7 +58,7 @@ fn cut_off(site: &Site) -> Kept<Instant> {
     Ok(from)
 }
 
-/// Links the pool again, waits until everybody has announced itself, and then for nominal cycles.
+/// Links the pool again, waits until every replica has announced itself, and then for nominal cycles.
 fn reunited(site: &Site, from: Instant) -> Kept<Figures> {
     let recorder = site.recorder();
     let pool = [("generator", "generator"), ("cpc", "cpc"), ("cnc", "cnc")];
@@ -68,10 +68,10 @@ fn reunited(site: &Site, from: Instant) -> Kept<Figures> {
                 .all(|i| pool.iter().all(|(role, p)| r.is_alive(role, &format!("{p}-{i}")) == alive))
         }
     };
-    let detected = recorder.await_until("everybody is gone", from, LIMIT, all(false))?;
+    let detected = recorder.await_until("all are gone", from, LIMIT, all(false))?;
     let returned = Instant::now();
     POOL.iter().for_each(|host| site.network.set_link(host, true));
-    let recovered = recorder.await_until("everybody is back", returned, LIMIT, all(true))?;
+    let recovered = recorder.await_until("all are back", returned, LIMIT, all(true))?;
     recorder.await_cycles(HEALING_CYCLES)?;
     let healed = Instant::now();
     recorder.await_until("nominal", healed, LIMIT, |r| r.record().nominal_since(healed, 5))?;

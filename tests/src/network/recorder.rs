@@ -196,7 +196,7 @@ impl Recorder {
         PlanContext::new(mission, &fields, true).unwrap()
     }
 
-    /// The last cycles in a few words, for whoever has to find out why.
+    /// The last cycles in a few words, which tell why.
     pub(super) fn last(&self) -> String {
         let record = self.record();
         let from = record.decisions.len().saturating_sub(15);

@@ -12,7 +12,7 @@ use super::pace::{Kept, Pace};
 use super::recorder::Recorder;
 use crate::end_to_end::program::{program, ready_line, root, signal, spawn, turn};
 
-/// A hall of 27 people; the way takes the robot 45 s.
+/// A hall with 27 people; the way takes the robot 45 s.
 const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
 const SEED: &str = "1004";
 /// Machines of the pool; each has one replica of every role.
@@ -255,7 +255,7 @@ impl Drop for Site {
                 eprintln!("the end of what the {name} logged:\n{}", self.log(name));
             }
         }
-        // Nobody is to notice that somebody else is gone.
+        // All at once, so that no process notices that another is gone.
         let processes = self.processes.values_mut().map(|p| &mut p.child).chain(self.run.as_mut());
         for child in processes {
             let _ = child.kill();

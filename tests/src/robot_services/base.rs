@@ -5,7 +5,8 @@ use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{Action, Belief, Clock, CommandReason, Decision, Odometry, People, Scan, Twist};
 use curionav_testing::golden;
 
-use super::test_bench::{LIMIT, TestBench};
+use super::test_bench::TestBench;
+use crate::end_to_end::program::LIMIT;
 use crate::faults::corridor_map::START;
 
 /// Seconds between two ticks.
@@ -47,7 +48,7 @@ impl Base {
         self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v: 0.5, omega: 0.0 }, Clock::Realtime);
     }
 
-    /// Nobody is anywhere.
+    /// There are no people.
     pub(super) fn say_people(&self, tick: u64) {
         let none = || Vec::<f64>::new().into();
         let people = People {

@@ -1,6 +1,6 @@
 //! What services make of missions: new goals, maps that are not there yet, pools that never come.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::process::Service;
@@ -39,7 +39,7 @@ async fn every_role_gets_ready_for_a_new_goal_in_mid_run() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
+async fn a_mission_waits_for_a_map_that_is_not_served_yet() {
     for (role, service) in [("arbiter", ARBITER), ("localizer", LOCALIZER)] {
         let mut bench = TestBench::start(&[DRIVER, GENERATOR, service], true).await;
         bench.set_mission(&[role]).await;
@@ -54,11 +54,11 @@ async fn a_mission_waits_for_a_map_that_nobody_serves_yet() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_arbiter_that_waits_hears_of_other_missions() {
-    // It must not generate itself, and nobody else does: it waits for as long as there is nothing better to do.
+    // It must not generate itself, and there is no generator: it waits for as long as there is nothing better to do.
     let mut bench = TestBench::start(&[DRIVER, ARBITER], false).await;
     bench.host_map();
     bench.set_mission(&["arbiter"]).await;
-    // Outside the hall.
+    // Outside the corridor.
     bench.request(MissionCommand::Goal { x: 100.0, y: START.y, heading: None }).await;
     let refused = bench.mission_that(|mission| mission.state == MissionState::Finished).await;
     let unreachable = |reject: &Reject| matches!(reject.why, Refusal::UnreachableGoal { x: 100.0, .. });
@@ -79,13 +79,13 @@ async fn services_that_wait_end_when_they_are_asked_to() {
         s.metrics.keys().any(|name| name.contains("pool_ready") && name.contains("generator"))
     };
     bench.status_that("arbiter", looks_for_generators).await;
-    assert!(bench.end(Duration::from_secs(10)).await, "it goes on waiting for a generator");
+    assert!(bench.end().await, "it goes on waiting for a generator");
 
-    // For a map that nobody serves.
+    // For a map that is not served.
     let bench = TestBench::start(&[DRIVER, LOCALIZER], true).await;
     bench.set_mission(&["localizer"]).await;
     bench.status_that("localizer", waits_for_a_map).await;
-    assert!(bench.end(Duration::from_secs(10)).await, "it goes on waiting for a map");
+    assert!(bench.end().await, "it goes on waiting for a map");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -16,10 +16,11 @@ use curionav_schemas::{Clock, Message, Mission, MissionCommand, MissionState, Se
 use tokio::task::JoinSet;
 use zenoh::Session;
 
+use crate::end_to_end::program::LIMIT;
 use crate::faults::corridor_map;
 
-/// Longer than anything takes on a busy machine, and than any wait of a service.
-pub(super) const LIMIT: Duration = Duration::from_secs(60);
+/// A service that is asked to end gives up a question for a map, which may take 20 s.
+const END_LIMIT: Duration = Duration::from_secs(15);
 /// As in a service's configuration.
 const ROBOT: &str = "robot";
 
@@ -52,18 +53,18 @@ impl TestBench {
         bench
     }
 
-    /// Serves the map of the hall.
+    /// Serves the map of the corridor.
     pub(super) fn host_map(&mut self) {
         let (fields, id) = corridor_map::fields();
         let grid = convert::occupancy_grid_to_wire(&fields.map(id).unwrap().grid);
         self.map = Some(host(&self.session, grid, &refusals()).unwrap());
     }
 
-    /// Asks every service to end; whether they all have within `limit`.
-    pub(super) async fn end(mut self, limit: Duration) -> bool {
+    /// Asks every service to end; whether they all have before the question for a map would be over.
+    pub(super) async fn end(mut self) -> bool {
         self.triggers.iter().for_each(ShutdownTrigger::fire);
         let ended = async { while self.services.join_next().await.is_some() {} };
-        tokio::time::timeout(limit, ended).await.is_ok()
+        tokio::time::timeout(END_LIMIT, ended).await.is_ok()
     }
 
     pub(super) fn topic<M: Message>(&self, stream: &str, flow: Flow) -> Topic<M> {
@@ -79,15 +80,15 @@ impl TestBench {
         ask(&self.session, &key, &request, LIMIT, Urgency::Normal).await.unwrap()
     }
 
-    /// A mission through the hall, in real time and planned by a term that needs no pool but a generator, that begins
-    /// once these roles are ready.
+    /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that begins
+    /// once these roles are ready. Time passes slowly, so that a busy machine keeps no service waiting for too long.
     pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
         let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         profile.terms.retain(|term, _| term == "distance");
         mission.order.profile = convert::to_value(&profile).unwrap();
         mission.order.robot = ROBOT.to_owned();
-        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 1.0, 1);
+        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 0.1, 1);
         mission.order.require = require.iter().map(|role| (*role).to_owned()).collect();
         self.request(MissionCommand::Set { order: Box::new(mission.order) }).await
     }

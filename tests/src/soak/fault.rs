@@ -5,6 +5,7 @@ use std::time::Duration;
 use curionav_planning::random::{Rng, uniform};
 
 use super::fleet::{Fleet, POOL, REPLICAS, robot};
+use crate::pace::Pace;
 
 /// Something that fails and is mended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -33,7 +34,7 @@ pub(super) struct Outage {
 impl Outage {
     /// Any fault. Replicas number 0, every driver and the arbiters of even robots are never killed, so that
     /// what they keep in memory can be seen to stay the same.
-    pub(super) fn any(rng: &mut Rng, robots: usize) -> Self {
+    pub(super) fn any(rng: &mut Rng, robots: usize, pace: Pace) -> Self {
         let mut which = |n: usize| ((uniform(rng) * n as f64) as usize).min(n - 1);
         let role = POOL[which(POOL.len())];
         let fault = match which(6) {
@@ -44,7 +45,7 @@ impl Outage {
             4 => Fault::LateJoiner(format!("{role}-{REPLICAS}")),
             _ => Fault::MassLeave,
         };
-        Self { fault, lasts: Duration::from_secs_f64(0.3 + uniform(rng)) }
+        Self { fault, lasts: pace.scaled(Duration::from_secs_f64(0.3 + uniform(rng))) }
     }
 
     /// Does it, waits, and mends it.

@@ -86,14 +86,14 @@ impl Fleet {
         self.running()[name].signal(signal);
     }
 
-    /// Who should be there and has ended.
+    /// The processes that should be there and have ended.
     pub(super) fn ended(&self) -> Vec<String> {
         let mut running = self.running();
         let ended = running.iter_mut().filter_map(|(name, process)| Some((name, process.ended()?)));
         ended.map(|(name, how)| format!("{name}: {how}")).collect()
     }
 
-    /// Name and process id of everybody.
+    /// Name and id of every process.
     pub(super) fn pids(&self) -> Vec<(String, u32)> {
         self.running().iter().map(|(name, process)| (name.clone(), process.pid())).collect()
     }

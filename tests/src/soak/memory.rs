@@ -54,7 +54,7 @@ impl Memory {
         Self { window, mark, end, sizes, last, busy: BTreeMap::new(), most: BTreeMap::new() }
     }
 
-    /// Looks at everybody, `at` that time; gives the size of all together, MiB.
+    /// Samples every process, `at` that time; gives the size of all together, MiB.
     pub(super) fn sample(&mut self, at: Duration, pids: &[(String, u32)]) -> f64 {
         let near = |time: Duration| at <= time && at + self.window > time;
         let when = [near(self.mark), near(self.end)];

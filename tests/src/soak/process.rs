@@ -46,7 +46,7 @@ impl Process {
         Self { child, _input: input, errors, line: String::new() }
     }
 
-    /// Waits until it is ready. Nobody may end before, whoever else is slow to start.
+    /// Waits until it is ready. It may not end before, however slow others are to start.
     pub(super) fn await_ready(&mut self) {
         let output = self.child.stdout.take().unwrap();
         self.line = ready_line(output).unwrap_or_else(|reason| panic!("{reason}: {}", self.complaints()));
@@ -85,8 +85,8 @@ impl Drop for Process {
     }
 }
 
-/// A port that is free and stays so while nobody listens: none that the system gives to whoever connects. One of
-/// those who look for a router that is down would sooner or later be given the very port it looks for.
+/// A port that is free and stays so while nothing listens: none that the system gives to a process that connects. A
+/// process that looks for a router that is down would sooner or later be given the very port it looks for.
 pub(crate) fn port_for_a_restart() -> u16 {
     let first = 20_000 + (std::process::id() % 10_000) as u16;
     let is_free = |port: &u16| TcpListener::bind(("127.0.0.1", *port)).is_ok();

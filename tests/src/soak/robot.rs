@@ -6,24 +6,33 @@ use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
 use curionav_runtime::query::{Urgency, ask, fetch};
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
-    self as wire, Belief, Clock, CycleReport, Decision, MapId, Mission, MissionCommand, MissionState,
-    Odometry, People, Scan, keys,
+    self as wire, Belief, Clock, CycleReport, Decision, Mission, MissionCommand, MissionState, Odometry,
+    People, Scan, keys,
 };
 use zenoh::Session;
 
-use super::watch::{Violations, Watch};
+use super::watch::Watch;
 use crate::faults::base::{Base, TICK};
 use crate::faults::corridor_map::{self, GOAL, START};
+use crate::invariants::HEALED;
+use crate::pace::Pace;
 
 /// How long the driver is asked again for what it must take, whatever else fails and however busy the machine is.
-const PATIENCE: Duration = Duration::from_secs(60);
-/// Longest without driving, whatever fails in between, and again: preparing for a new goal included.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Longest without driving, whatever fails in between, and again: preparing for a new goal included. At 10 Hz.
 const STANDSTILL_MAX: Duration = Duration::from_secs(30);
+
+/// How robots drive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drive {
+    pub(super) pace: Pace,
+    /// In a long run, which is on a machine with the time for it.
+    pub(super) is_long: bool,
+}
 
 pub(super) struct Robot {
     session: Session,
@@ -31,23 +40,18 @@ pub(super) struct Robot {
     command_key: String,
     mission: Mission,
     watch: Mutex<Watch>,
-    violations: Violations,
+    pace: Pace,
     /// Longest that a tick came late, and the sum, seconds.
     pub(super) lateness: Mutex<(f64, f64)>,
 }
 
 impl Robot {
-    /// Robot `name`, driving to and fro in a hall of its own.
-    pub(super) fn new(
-        name: &str,
-        seed: u64,
-        session: &Session,
-        (fields, map): &(Fields, MapId),
-        violations: &Violations,
-    ) -> Self {
-        let mut mission = corridor_map::mission(*map, seed, Clock::Realtime, 1);
+    /// Robot `name`, driving to and fro in a corridor of its own.
+    pub(super) fn new(name: &str, seed: u64, session: &Session, Drive { pace, is_long }: Drive) -> Self {
+        let (fields, map) = corridor_map::fields();
+        let mut mission = corridor_map::mission(map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
-        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, 1.0, 1);
+        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, pace.speed(), 1);
         mission.order.require = vec!["arbiter".into()];
         // A goal of its own: every pool holds the fields of many.
         let aside = (seed % 7) as f64 * 0.5 - 1.5;
@@ -56,15 +60,15 @@ impl Robot {
         (mission.order.goal_x, mission.order.goal_y) = (GOAL.x, GOAL.y + aside);
         let mut back = mission.clone();
         (back.order.goal_x, back.order.goal_y) = (start.x, start.y);
-        let contexts = [mission.clone(), back].map(|m| Arc::new(PlanContext::new(m, fields, true).unwrap()));
-        let watch = Mutex::new(Watch::new(name, contexts.to_vec(), violations.clone()));
+        let contexts = [mission.clone(), back].map(|m| Arc::new(PlanContext::new(m, &fields, true).unwrap()));
+        let watch = Mutex::new(Watch::new(name, contexts.to_vec(), is_long));
         Self {
             session: session.clone(),
             mission_key: keys::robot(name, "mission").unwrap(),
             command_key: keys::mission_command(name).unwrap(),
             mission,
             watch,
-            violations: violations.clone(),
+            pace,
             lateness: Mutex::default(),
         }
     }
@@ -91,6 +95,10 @@ impl Robot {
         Inbox::new(&self.session, &keys::robot(&self.mission.order.robot, stream).unwrap()).unwrap()
     }
 
+    fn violation(&self, invariant: &str, what: String) {
+        self.watch().violations().check(false, invariant, || what);
+    }
+
     /// Asks the driver until it takes it.
     async fn request(&self, request: &MissionCommand) {
         let timeout = Duration::from_secs(2);
@@ -103,7 +111,7 @@ impl Robot {
             }
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        self.violations.check(false, "the driver takes missions", || self.mission.order.robot.clone());
+        self.violation("the driver takes missions", format!("not within {PATIENCE:?}"));
     }
 
     /// Sets its mission and waits until it runs.
@@ -118,10 +126,10 @@ impl Robot {
             }
             tokio::time::sleep(Duration::from_millis(100)).await;
         }
-        self.violations.check(false, "the mission begins", || self.mission.order.robot.clone());
+        self.violation("the mission begins", format!("not within {PATIENCE:?}"));
     }
 
-    /// Sends it to the other end of the hall.
+    /// Sends it to the other end of the corridor.
     fn turn_round(self: &Arc<Self>) {
         let to_start = {
             let mut watch = self.watch();
@@ -149,7 +157,7 @@ impl Robot {
         let people = self.topic::<People>("people");
         let (mut command, mut complained) = (None, false);
         let first = tokio::time::Instant::now() + phase;
-        let mut pace = tokio::time::interval_at(first, Duration::from_secs_f64(TICK));
+        let mut pace = tokio::time::interval_at(first, self.pace.tick());
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         while !end.load(Ordering::Relaxed) {
             let due = pace.tick().await;
@@ -167,14 +175,15 @@ impl Robot {
                 (watch.preparing_since.is_some(), watch.followed_at.elapsed())
             };
             // Said once each time it stands.
-            if stands < STANDSTILL_MAX {
+            if stands < self.pace.scaled(STANDSTILL_MAX) {
                 complained = false;
             } else if !complained {
                 complained = true;
-                self.violations.check(false, "5, it drives again", || {
-                    let (name, at, words) = (self.name(), base.pose, self.watch().last_words());
-                    format!("{name} has not for {stands:.1?}, preparing: {preparing}, at {at:?}: {words}")
-                });
+                let (at, words) = (base.pose, self.watch().last_words());
+                self.violation(
+                    HEALED,
+                    format!("it has not driven for {stands:.1?}, preparing: {preparing}, at {at:?}: {words}"),
+                );
             }
             if arrived && !preparing {
                 self.turn_round();

@@ -1,0 +1,271 @@
+//! The run itself.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use curionav_planning::random::rng;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::map_store::host;
+use curionav_runtime::query::fetch;
+use curionav_runtime::serve::refusals;
+use curionav_runtime::{convert, session};
+use curionav_schemas::{ServiceStatus, keys};
+use tokio::task::JoinHandle;
+use zenoh::Session;
+
+use super::fault::Outage;
+use super::fleet::{Fleet, POOL, REPLICAS, robot};
+use super::memory::Memory;
+use super::robot::{Drive, Robot};
+use super::watch::Counts;
+use crate::end_to_end::program::turn;
+use crate::faults::base::TICK;
+use crate::faults::corridor_map;
+use crate::invariants::{BOUNDED, HEALED, Violations};
+use crate::pace::Pace;
+
+/// Robots of a long run, and of a short one, which shares its machine with other tests.
+const ROBOTS: [usize; 2] = [20, 8];
+/// A run that takes this long is a long one.
+pub(super) const LONG: Duration = Duration::from_secs(900);
+const SEED: u64 = 1000;
+/// Between two faults, by the robots' clocks.
+const FAULT_EVERY: Duration = Duration::from_secs(5);
+/// A replica may have one question a slot at work and 16 waiting, and one in the hands of each.
+const IN_FLIGHT_MAX: f64 = 18.0;
+/// A replica that stands still must not hold up the others' status for long.
+const STATUS_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// How long it may take, once nothing fails any more, until every robot drives on a decision made since and every
+/// replica has answered, however busy the machine is.
+const SETTLE_MAX: Duration = Duration::from_secs(120);
+/// How long a pace is tried out, by the robots' clocks.
+const TRIAL: Duration = Duration::from_secs(4);
+/// A machine keeps a pace at which there are more than this share of the ticks that are due, and of decisions.
+const KEPT: f64 = 0.9;
+
+/// What came of the faults of one kind.
+#[derive(Debug, Default)]
+pub(super) struct Healing {
+    pub(super) faults: u32,
+    /// Seconds to the first nominal decision, and to the first one driven, of every robot.
+    pub(super) nominal_after: Vec<f64>,
+    pub(super) driven_after: Vec<f64>,
+    /// Robots that had not both when the next thing failed.
+    pub(super) unfinished: u32,
+    /// Decisions made when all should be well, and how many of them were not nominal.
+    pub(super) settled: (u64, u64),
+}
+
+impl Healing {
+    /// Adds how these robots came back from one more fault.
+    fn add(&mut self, robots: &[Arc<Robot>]) {
+        self.faults += 1;
+        for recovery in robots.iter().filter_map(|r| r.watch().recovery.take()) {
+            self.settled.0 += recovery.settled.0;
+            self.settled.1 += recovery.settled.1;
+            self.nominal_after.extend(recovery.nominal_after.map(|t| t.as_secs_f64()));
+            self.driven_after.extend(recovery.driven_after.map(|t| t.as_secs_f64()));
+            self.unfinished += u32::from(!recovery.is_over());
+        }
+    }
+}
+
+pub(super) struct Soak {
+    fleet: Arc<Fleet>,
+    /// How long it lasts by the robots' clocks.
+    pub(super) lasts: Duration,
+    pub(super) pace: Pace,
+    pub(super) robots: Vec<Arc<Robot>>,
+    pub(super) violations: Violations,
+    pub(super) healing: BTreeMap<&'static str, Healing>,
+}
+
+#[test]
+fn robots_keep_driving_while_something_fails_every_five_seconds() {
+    let _turn = turn();
+    let seconds =
+        std::env::var("CURIONAV_SOAK_S").map_or(60, |s| s.parse().expect("CURIONAV_SOAK_S: seconds"));
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    runtime.block_on(soak(Duration::from_secs(seconds)));
+    runtime.shutdown_timeout(Duration::from_secs(2));
+}
+
+async fn soak(lasts: Duration) {
+    let count = ROBOTS[usize::from(lasts < LONG)];
+    let fleet = Arc::new(Fleet::start(count));
+    let connect = vec![fleet.endpoint().to_owned()];
+    let config = ServiceConfig { connect, connect_timeout_s: 60.0, ..ServiceConfig::default() };
+    let session = session::client(&config).await.unwrap();
+    let known = corridor_map::fields();
+    let map = known.0.map(known.1).unwrap();
+    let hosted = host(&session, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
+    let (pace, driving) = at_a_pace_that_is_kept(&config, lasts, count).await;
+    println!("seed {SEED}, {} s, {count} robots, pace {}", lasts.as_secs(), pace.speed());
+
+    let wall = pace.scaled(lasts);
+    let (window, mark) = if lasts >= LONG { (30, 300) } else { (5, wall.as_secs() / 3) };
+    let mut memory = Memory::new(Duration::from_secs(window), Duration::from_secs(mark), wall);
+    let (robots, violations) = (driving.robots.clone(), Violations::of("fleet"));
+    let mut soak = Soak { fleet, lasts, pace, robots, violations, healing: BTreeMap::new() };
+    soak.suffer(&session, &mut memory, wall).await;
+    soak.settle(&session).await;
+
+    driving.end().await;
+    drop(hosted);
+    session::close(&session);
+    soak.tell(&memory);
+    soak.judge(&memory);
+}
+
+/// Robots that drive, each in a task of its own.
+struct Driving {
+    robots: Vec<Arc<Robot>>,
+    tasks: Vec<JoinHandle<()>>,
+    end: Arc<AtomicBool>,
+}
+
+impl Driving {
+    async fn start(config: &ServiceConfig, count: usize, drive: Drive) -> Self {
+        let mut robots = Vec::with_capacity(count);
+        for i in 0..count {
+            // Its own link to the router, as on a machine of its own.
+            let own = session::client(config).await.unwrap();
+            robots.push(Arc::new(Robot::new(&robot(i), SEED + i as u64, &own, drive)));
+        }
+        let begun: Vec<_> =
+            robots.iter().cloned().map(|r| tokio::spawn(async move { r.begin().await })).collect();
+        for task in begun {
+            task.await.unwrap();
+        }
+        let end = Arc::new(AtomicBool::new(false));
+        // Robots do not keep step with each other.
+        let phase = |i: usize| drive.pace.tick() / count as u32 * i as u32;
+        let tasks = (robots.iter().enumerate())
+            .map(|(i, r)| tokio::spawn(Arc::clone(r).run(phase(i), Arc::clone(&end))))
+            .collect();
+        Self { robots, tasks, end }
+    }
+
+    async fn end(self) {
+        self.end.store(true, Ordering::Relaxed);
+        for task in self.tasks {
+            task.await.unwrap();
+        }
+        self.robots.iter().for_each(|robot| robot.leave());
+    }
+}
+
+/// The fastest pace that this machine keeps while nothing fails, tried out, and robots that drive at it. A long run is
+/// always at 10 Hz.
+async fn at_a_pace_that_is_kept(config: &ServiceConfig, lasts: Duration, count: usize) -> (Pace, Driving) {
+    for halvings in 0.. {
+        let drive = Drive { pace: Pace::halved(halvings), is_long: lasts >= LONG };
+        let driving = Driving::start(config, count, drive).await;
+        if drive.is_long || drive.pace.is_slowest() {
+            return (drive.pace, driving);
+        }
+        tokio::time::sleep(drive.pace.scaled(TRIAL)).await;
+        let Counts { ticks, decisions, .. } = driving.robots.iter().map(|r| r.watch().counts).sum();
+        let due = TRIAL.as_secs_f64() / TICK * count as f64;
+        println!("at {} of the pace: {ticks} ticks of {due}, {decisions} decisions", drive.pace.speed());
+        if ticks as f64 > KEPT * due && decisions as f64 > KEPT * due {
+            return (drive.pace, driving);
+        }
+        driving.end().await;
+    }
+    unreachable!("there is a slowest pace")
+}
+
+impl Soak {
+    /// Lets things fail, one after the other, until the time is over.
+    async fn suffer(&mut self, session: &Session, memory: &mut Memory, lasts: Duration) {
+        let begun = Instant::now();
+        let Self { fleet, pace, robots, violations, healing, .. } = self;
+        let fault_every = pace.scaled(FAULT_EVERY);
+        let faults = async {
+            let mut rng = rng(SEED, 79);
+            let count = (lasts.as_secs() / fault_every.as_secs()) as u32;
+            for round in 1..count {
+                tokio::time::sleep((fault_every * round).saturating_sub(begun.elapsed())).await;
+                let outage = Outage::any(&mut rng, robots.len(), *pace);
+                let (fleet, happening) = (Arc::clone(fleet), outage.clone());
+                tokio::task::spawn_blocking(move || happening.happen(&fleet)).await.unwrap();
+                robots.iter().for_each(|robot| robot.watch().heal());
+                tokio::time::sleep((fault_every * (round + 1)).saturating_sub(begun.elapsed())).await;
+                healing.entry(outage.kind()).or_default().add(robots);
+            }
+        };
+        let watching = async {
+            let mut told = Duration::ZERO;
+            while begun.elapsed() < lasts {
+                tokio::time::sleep(Duration::from_secs(1)).await;
+                let size = memory.sample(begun.elapsed(), &fleet.pids());
+                if begun.elapsed() > told + Duration::from_secs(60) {
+                    told += Duration::from_secs(60);
+                    println!("{:5} s: {size:.1} MiB", told.as_secs());
+                }
+                queues_are_bounded(session, violations).await;
+                nothing_has_ended(fleet, violations);
+            }
+        };
+        tokio::join!(faults, watching);
+    }
+
+    /// Nothing fails any more: waits until all is well.
+    async fn settle(&mut self, session: &Session) {
+        self.robots.iter().for_each(|robot| robot.watch().heal());
+        let begun = Instant::now();
+        let mut answered_before: BTreeMap<String, u64> = BTreeMap::new();
+        let unwell = loop {
+            let stands = |r: &&Arc<Robot>| r.watch().recovery.is_none_or(|r| r.driven_after.is_none());
+            let mut unwell: Vec<String> =
+                self.robots.iter().filter(stands).map(|r| r.name().to_owned()).collect();
+            for (name, status) in statuses(session).await {
+                let before = *answered_before.entry(name.clone()).or_insert(status.requests);
+                unwell.extend((status.requests <= before).then_some(name));
+            }
+            if (unwell.is_empty() && answered_before.len() == POOL.len() * REPLICAS)
+                || begun.elapsed() > SETTLE_MAX
+            {
+                break unwell;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        };
+        println!("all is well {:.1} s after the last fault", begun.elapsed().as_secs_f64());
+        self.violations.check(begun.elapsed() <= SETTLE_MAX, HEALED, || {
+            format!("not with {unwell:?}; replicas that answer: {answered_before:?}")
+        });
+        nothing_has_ended(&self.fleet, &mut self.violations);
+    }
+}
+
+fn nothing_has_ended(fleet: &Fleet, violations: &mut Violations) {
+    let ended = fleet.ended();
+    violations.check(ended.is_empty(), "no process ends by itself", || format!("{ended:?}"));
+}
+
+/// What each replica says of itself; one that is gone or stands still says nothing.
+async fn statuses(session: &Session) -> Vec<(String, ServiceStatus)> {
+    let mut statuses = Vec::new();
+    for role in POOL {
+        for index in 0..REPLICAS {
+            let name = format!("{role}-{index}");
+            let key = keys::status(role, &name).unwrap();
+            let status = fetch(session, &key, STATUS_TIMEOUT).await;
+            statuses.extend(status.ok().map(|status| (name, status)));
+        }
+    }
+    statuses
+}
+
+/// Invariant 8, as far as replicas tell.
+async fn queues_are_bounded(session: &Session, violations: &mut Violations) {
+    for (name, status) in statuses(session).await {
+        // In units of its only slot.
+        violations
+            .check(status.load <= IN_FLIGHT_MAX, BOUNDED, || format!("{} in flight at {name}", status.load));
+    }
+}
