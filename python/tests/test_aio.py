@@ -71,7 +71,7 @@ def test_a_run_explains_the_cycles_it_has_given(up: Up, scenario: Scenario) -> N
 
 def test_leaving_the_block_cancels_a_run_and_errors_come_through(up: Up, scenario: Scenario) -> None:
     def stumbling(step: curionav.CrowdStep) -> Any:
-        raise LookupError("nobody there")
+        raise LookupError("it is not there")
 
     async def main() -> None:
         async with await curionav.aio.connect(up.endpoint) as deployment:
@@ -80,7 +80,7 @@ def test_leaving_the_block_cancels_a_run_and_errors_come_through(up: Up, scenari
             async with deployment.inject(scenario, clock="realtime") as run:
                 await anext(run.reports())
             assert run.status().state == "failed"
-            with pytest.raises(curionav.RunFailed, match="nobody there"):
+            with pytest.raises(curionav.RunFailed, match="it is not there"):
                 async with deployment.inject(scenario, crowd=stumbling) as run:
                     await run.wait(RUN_TIMEOUT)
 

@@ -126,7 +126,7 @@ def test_a_crowd_that_never_comes_is_not_waited_for_for_ever(connected: curionav
 
 
 @live
-def test_a_crowd_may_come_late_and_be_played_by_somebody_else(
+def test_a_crowd_may_come_late_and_be_played_by_another_program(
     up: Up, connected: curionav.Deployment, directory: Path
 ) -> None:
     with connected.inject(scenario(directory).with_live_people(), seed=1003) as run:

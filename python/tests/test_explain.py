@@ -21,10 +21,15 @@ def test_words_and_table_say_what_the_report_says() -> None:
     for line in (
         "Robot r1, cycle 14 at 4.2 s: follow candidate 9 (least cost).",
         "Of 3 candidates 2 were left to compare; 1 lack a score.",
-        "Candidate 12 would have been next, 0.0400 dearer.",
-        "- cnc alone would have chosen candidate 12.",
-        "With the weight of cnc doubled it would have taken candidate 12.",
+        "It costs 0.8800. Candidate 12 would have been next, 0.0400 more expensive.",
+        "Its cost is cnc 0.1400 + cpc 0.7400.",
+        "- cnc (weight 1, scale 0.5; scored by its pool) alone would have chosen candidate 12.",
+        "- cpc (weight 1, scale 0.5; scored in the arbiter, 1 not at all) alone would have chosen the same.",
+        "- distance (weight 1, scale 0.5) did not count: its condition did not hold.",
+        "With the weight of cnc doubled (1 to 2) it would have taken candidate 12.",
+        "With the weight of cpc set to zero (1 to 0) it would have taken candidate 12.",
         "It would have taken the same with the weight of cnc halved, cnc set to zero, cpc doubled.",
+        "Degraded: `cpc` was evaluated by the arbiter.",
     ):
         assert line in text.splitlines()
     rows = explanation.candidates()
@@ -49,10 +54,10 @@ def test_candidates_rejected_for_one_reason_are_counted_together_whatever_its_fi
     )
 
 
-def test_what_the_driver_does_is_said_with_how_long_it_has() -> None:
+def test_what_the_driver_does_is_said_with_how_long_it_has_done_it() -> None:
     explained = report("cycle_report.explained")
     twist = Twist(epoch=1, seq=2, tick=3, stamp=4.0, v=0.1, omega=0.0, reason="too_close", since=3.2)
-    line = "Before it, the driver commanded 0.10 m/s and 0.00 rad/s (braking: something is too close, since 3.2 s)."
+    line = "For 1.0 s the driver has done this: braking: something is too close."
     assert line in str(Explanation(replace(explained, driven=twist))).splitlines()
     assert "the driver" not in str(Explanation(replace(explained, driven=None)))
 

@@ -151,7 +151,7 @@ def test_a_good_scenario_is_valid_and_checking_it_runs_nothing(
         assert run.status().state in ("preparing", "running")
 
 
-def test_a_world_nobody_simulates_is_not_waited_for(connected: curionav.Deployment, scenario: Scenario) -> None:
+def test_a_world_that_is_not_simulated_is_not_waited_for(connected: curionav.Deployment, scenario: Scenario) -> None:
     started = time.monotonic()
     with pytest.raises(curionav.NoAnswer, match="nowhere"):
         connected.inject(scenario, world="nowhere")
@@ -264,7 +264,7 @@ def test_an_interrupt_ends_the_deployment_and_all_its_processes(tmp_path: Path) 
 
 @pytest.fixture
 def dead_endpoint() -> Iterator[str]:
-    """A port that is taken but that nobody listens on."""
+    """A port that is taken but not listened on."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         yield f"tcp/127.0.0.1:{taken.getsockname()[1]}"

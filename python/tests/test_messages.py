@@ -80,7 +80,7 @@ def put(path: str, value: object) -> Change:
         (put("terms.0.scored", u32(0, 4095)), "terms[0].scored"),
         (put("scored", u32(0, 0)), "scored"),
         (put("total", f64(float("nan"), 1.0)), "total[0]"),
-        (put("terms.0.evaluated", "nobody"), "terms[0].evaluated"),
+        (put("terms.0.evaluated", "elsewhere"), "terms[0].evaluated"),
         (put("terms", {}), "terms"),
         (put("rejected", [{"candidate": 4095, "why": {"code": "slow"}}]), "rejected[0].candidate"),
         (put("rejected", [{"candidate": 1, "why": {"code": "slow"}}] * 2), "rejected[1].candidate"),

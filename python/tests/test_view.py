@@ -61,7 +61,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
     return drawn(path)
 
 
-def test_everything_the_story_needs_is_drawn(whole: dict[str, list[Any]]) -> None:
+def test_everything_that_a_cycle_holds_is_drawn(whole: dict[str, list[Any]]) -> None:
     expected = """
         /map/floor /map/information /map/density /robot /robot/body /robot/scan /robot/comfort /eye
         /belief/ellipse /belief/trail /robot/particles /truth/robot /truth/way /people/bodies /people/velocities
@@ -303,15 +303,15 @@ def test_a_run_that_was_over_before_is_drawn_from_its_result(tmp_path: Path) -> 
         # 0.2 m/s southwards by their positions.
         assert people.vy == pytest.approx(np.full(len(people.x), -0.2 if tick else 0.0), abs=1e-4)
     stream = rr.RecordingStream("curionav")
-    stream.save(tmp_path / "past.rrd")
+    stream.save(tmp_path / "before.rrd")
     scene_logger = SceneLogger(stream)
     for message in (drive.mission("finished"), drive.grid()):
         scene_logger.draw(message)
     scene_logger.recall(status)
     scene_logger.recall(status)
-    scene_logger.note(words.over(drive.mission("finished"), status.result, past=True), always=True)
+    scene_logger.note(words.over(drive.mission("finished"), status.result, before=True), always=True)
     stream.disconnect()
-    found = drawn(tmp_path / "past.rrd")
+    found = drawn(tmp_path / "before.rrd")
     expected = "/map/floor /map/information /robot/body /belief/trail /people/bodies /truth/way /plan/goal"
     assert set(expected.split()) <= found.keys()
     assert len(values(found["/people/bodies"], "Capsules3D:translations")) == TICKS
@@ -325,7 +325,7 @@ def test_what_there_is_to_wait_for_is_said_with_the_command_that_starts_it() -> 
     assert "Nothing is running" in said
     assert "Robot `r2` has had nothing to do yet" in said
     assert "--connect tcp/10.0.0.5:7447" in said
-    assert "--connect" not in words.waiting("nobody answers", None)
+    assert "--connect" not in words.waiting("no robot answers", None)
 
 
 # ---- recordings ----
@@ -626,12 +626,12 @@ def test_who_comes_after_the_run_sees_it_and_then_the_next(tmp_path: Path) -> No
 def test_ctrl_c_ends_a_live_viewer_at_once_and_leaves_a_whole_file(tmp_path: Path) -> None:
     with deployment(tmp_path) as up:
         viewer = subprocess.Popen(
-            [*PROGRAM, "--connect", up.endpoint, "--save", str(tmp_path / "x.rrd"), "--robot", "nobody"],
+            [*PROGRAM, "--connect", up.endpoint, "--save", str(tmp_path / "x.rrd"), "--robot", "absent"],
             stderr=subprocess.PIPE, text=True,
         )  # fmt: skip
         assert viewer.stderr is not None
         try:
-            assert "no robot `nobody` answers yet; there is robot: choose with --robot" in viewer.stderr.readline()
+            assert "no robot `absent` answers yet; there is robot: choose with --robot" in viewer.stderr.readline()
             begin = time.monotonic()
             viewer.send_signal(signal.SIGINT)
             assert viewer.wait(10) == 0

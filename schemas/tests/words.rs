@@ -52,7 +52,9 @@ fn code(reason: &Value) -> String {
 
 #[test]
 fn every_code_has_words_and_every_word_a_code() {
-    for (family, codes) in words::families() {
+    // Those of an explanation are no codes of the contract.
+    let of_contract = |family: &&str| !["explanation", "evaluated"].contains(family);
+    for (family, codes) in words::families().filter(|(family, _)| of_contract(family)) {
         assert_eq!(set(codes), set(codes_of_type(family).iter().copied()), "{family}");
     }
 }

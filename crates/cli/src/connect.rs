@@ -2,6 +2,9 @@
 
 use clap::Args;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::exit::Exit;
+use curionav_runtime::session;
+use zenoh::Session;
 
 /// Where the deployment is.
 #[derive(Debug, Clone, Args)]
@@ -15,12 +18,17 @@ pub(crate) struct ConnectOptions {
 }
 
 impl ConnectOptions {
-    /// That of a client there.
+    /// The configuration of a client there.
     pub(crate) fn config(&self) -> ServiceConfig {
         ServiceConfig {
             connect: vec![self.connect.clone()],
             namespace: self.namespace.clone(),
             ..ServiceConfig::default()
         }
+    }
+
+    /// A session of a client there.
+    pub(crate) async fn session(&self) -> Result<Session, Exit> {
+        session::client(&self.config()).await.map_err(|e| Exit::network(e.into()))
     }
 }

@@ -2,18 +2,14 @@
 //! its arguments and their help.
 
 mod bench;
-mod cancel;
 mod connect;
 mod doctor;
 mod explain;
-mod goal;
-mod mission_request;
+mod mission;
 mod output;
-mod pause;
 mod record;
 mod replay;
 mod required_roles;
-mod resume;
 mod router;
 mod run;
 mod scale;
@@ -25,7 +21,6 @@ mod up;
 mod worker;
 
 use clap::{Parser, Subcommand};
-use curionav_lab::service_kind::Kind;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::process::ServiceOptions;
 use curionav_runtime::zenoh_threads::{self, Links};
@@ -53,24 +48,10 @@ enum Command {
     Worker(worker::WorkerOptions),
     Up(up::UpOptions),
     Router(router::RouterOptions),
-    /// Run one trajectory generator.
-    Generator(ServiceOptions),
-    /// Run one CPC evaluator (localisation uncertainty along candidates).
-    Cpc(ServiceOptions),
-    /// Run one CNC evaluator (human comfort and crowd density along candidates).
-    Cnc(ServiceOptions),
-    /// Run a robot's arbiter.
-    Arbiter(ServiceOptions),
-    /// Run a robot's localizer.
-    Localizer(ServiceOptions),
-    /// Run a robot's driver, which also owns its mission.
-    Driver(ServiceOptions),
-    /// Run the simulator: world, people, laser and base.
-    Simulator(ServiceOptions),
-    Goal(goal::GoalOptions),
-    Pause(pause::PauseOptions),
-    Resume(resume::ResumeOptions),
-    Cancel(cancel::CancelOptions),
+    #[command(flatten)]
+    Service(service::ServiceCommand),
+    #[command(flatten)]
+    Mission(mission::MissionRequest),
     Status(status::StatusOptions),
     Doctor(doctor::DoctorOptions),
     Record(record::RecordOptions),
@@ -89,7 +70,7 @@ fn main() -> std::process::ExitCode {
     curionav_runtime::telemetry::init(&arguments.log);
     match &arguments.command {
         Command::Router(_) => zenoh_threads::provide(Links::OfRouter),
-        command if service_of(command).is_some() => zenoh_threads::provide(Links::OfClient),
+        Command::Service(_) => zenoh_threads::provide(Links::OfClient),
         _ => {}
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
@@ -112,20 +93,6 @@ fn main() -> std::process::ExitCode {
     }
 }
 
-/// The service a command runs, if that is what it does.
-fn service_of(command: &Command) -> Option<Kind> {
-    Some(match command {
-        Command::Generator(_) => Kind::Generator,
-        Command::Cpc(_) => Kind::Cpc,
-        Command::Cnc(_) => Kind::Cnc,
-        Command::Arbiter(_) => Kind::Arbiter,
-        Command::Localizer(_) => Kind::Localizer,
-        Command::Driver(_) => Kind::Driver,
-        Command::Simulator(_) => Kind::Simulator,
-        _ => return None,
-    })
-}
-
 async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
@@ -135,17 +102,8 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Worker(options) => worker::run(options).await,
         Command::Up(options) => up::run(options, &log).await,
         Command::Router(options) => router::run(options).await,
-        Command::Generator(options) => service::one(Kind::Generator, options).await,
-        Command::Cpc(options) => service::one(Kind::Cpc, options).await,
-        Command::Cnc(options) => service::one(Kind::Cnc, options).await,
-        Command::Arbiter(options) => service::one(Kind::Arbiter, options).await,
-        Command::Localizer(options) => service::one(Kind::Localizer, options).await,
-        Command::Driver(options) => service::one(Kind::Driver, options).await,
-        Command::Simulator(options) => service::one(Kind::Simulator, options).await,
-        Command::Goal(options) => goal::run(options).await,
-        Command::Pause(options) => pause::run(options).await,
-        Command::Resume(options) => resume::run(options).await,
-        Command::Cancel(options) => cancel::run(options).await,
+        Command::Service(command) => service::run(command).await,
+        Command::Mission(request) => mission::run(request).await,
         Command::Status(options) => status::run(options).await,
         Command::Doctor(options) => doctor::run(options).await,
         Command::Record(options) => record::run(options).await,

@@ -33,7 +33,7 @@ pub(crate) struct RecordOptions {
     /// Record this robot alone.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
-    /// Listen to nobody: copy what is left of a killed recording, with an index.
+    /// Do not listen, but copy what is left of a killed recording, with an index.
     #[arg(long, value_name = "KILLED.mcap", conflicts_with = "robot")]
     recover: Option<PathBuf>,
     #[command(flatten)]
@@ -47,7 +47,7 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         return Ok(SUCCESS);
     }
     let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
-    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
+    let session = options.at.session().await?;
     let scope = Scope { robot: options.robot, world: None };
     let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);
     let ended = match recorder {
@@ -79,17 +79,13 @@ pub(crate) fn of_run(session: &Session, path: &Path, config: &ServiceConfig) -> 
 /// One line about a finished recording.
 pub(crate) fn summary(path: &Path, tally: &Tally) -> String {
     let size = std::fs::metadata(path).map_or(0.0, |data| data.len() as f64 / 1e6);
-    let mut line = format!(
-        "{}: {} messages, {} planning cycles, {size:.1} MB",
-        path.display(),
-        tally.written,
-        tally.cycles
-    );
-    if tally.lost > 0 {
-        line += &format!("; {} messages lost, the disk was too slow", tally.lost);
+    let Tally { written, cycles, lost, refused } = tally;
+    let mut line = format!("{}: {written} messages, {cycles} planning cycles, {size:.1} MB", path.display());
+    if *lost > 0 {
+        line += &format!("; {lost} messages lost, the disk was too slow");
     }
-    if tally.refused > 0 {
-        line += &format!("; {} messages not understood", tally.refused);
+    if *refused > 0 {
+        line += &format!("; {refused} messages not understood");
     }
     line
 }

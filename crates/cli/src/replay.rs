@@ -1,15 +1,16 @@
 //! `curionav replay`: a recording planned again.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use clap::Args;
 use comfy_table::Table;
 use curionav_recording::replay::{Difference, Side, Summary, replay};
 use curionav_schemas::Action;
+use curionav_schemas::words::{say, say_all};
 
 use curionav_lab::package;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
+use curionav_runtime::print::print;
 
 /// Differences shown to people; --json has all.
 const SHOWN: usize = 20;
@@ -52,33 +53,33 @@ pub(crate) async fn run(options: ReplayOptions) -> Result<u8, Exit> {
         let why = if why.is_empty() { "it holds no planning cycle".to_owned() } else { why.join("; ") };
         return Err(Exit::bad_input(anyhow::anyhow!("{}: nothing to plan: {why}", summary.recording)));
     }
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", serde_json::to_string(&summary).map_err(|e| Exit::failed(e.into()))?);
+        print(serde_json::to_string(&summary).map_err(|e| Exit::failed(e.into()))?)?;
     } else {
-        println!("{}", words(&summary));
+        print(words(&summary))?;
     }
     Ok(if summary.differing == 0 { SUCCESS } else { FAILED })
 }
 
 /// The summary for people.
 fn words(summary: &Summary) -> String {
+    let Summary { replayed, differing, degraded, planner, recorded_planner, differences, .. } = summary;
     let mut lines = vec![format!(
-        "{} of {} replayed cycles are decided otherwise by {} (recorded: {})",
-        summary.differing, summary.replayed, summary.planner, summary.recorded_planner
+        "{differing} of {replayed} replayed cycles are decided otherwise by {planner} (recorded: {recorded_planner})"
     )];
-    if !summary.differences.is_empty() {
-        lines.push(table(&summary.differences).to_string());
-        if summary.differences.len() > SHOWN {
-            lines.push(format!("and {} more; --json has them all", summary.differences.len() - SHOWN));
-        }
+    if !differences.is_empty() {
+        lines.push(table(differences).to_string());
+    }
+    if differences.len() > SHOWN {
+        lines.push(format!("and {} more; --json has them all", differences.len() - SHOWN));
     }
     for (why, cycles) in &summary.skipped {
         lines.push(format!("{cycles} cycles could not be planned again: {why}"));
     }
-    if summary.degraded > 0 && summary.differing > 0 {
-        let line = "{} cycles were degraded when they were recorded: what they lacked is there in a replay";
-        lines.push(line.replacen("{}", &summary.degraded.to_string(), 1));
+    if *degraded > 0 && *differing > 0 {
+        lines.push(format!(
+            "{degraded} cycles were degraded when they were recorded: what they lacked is there in a replay"
+        ));
     }
     if summary.cut_short {
         lines.push("the recording lacks its end: it was killed, or is still being written".into());
@@ -87,7 +88,6 @@ fn words(summary: &Summary) -> String {
 }
 
 fn table(differences: &[Difference]) -> Table {
-    let robots: BTreeSet<&str> = differences.iter().map(|d| d.robot.as_str()).collect();
     let mut table = Table::new();
     table
         .load_style(comfy_table::presets::UTF8_BORDERS_ONLY)
@@ -100,22 +100,20 @@ fn table(differences: &[Difference]) -> Table {
             brief(&d.recorded),
             brief(&d.replayed),
             d.apart_m.map_or(String::new(), |apart| format!("{apart:.2}")),
-            curionav_schemas::words::say_all("degradation", &d.degraded),
+            say_all("degradation", &d.degraded),
         ]);
     }
-    if robots.len() == 1
-        && let Some(column) = table.column_mut(0)
-    {
+    let is_one_robot = differences.iter().all(|d| d.robot == differences[0].robot);
+    if is_one_robot && let Some(column) = table.column_mut(0) {
         column.set_constraint(comfy_table::ColumnConstraint::Hidden);
     }
     table
 }
 
 fn brief(side: &Side) -> String {
-    match (side.action, side.candidate) {
-        (Action::Follow, Some(id)) => format!("follow {id}"),
-        (Action::Follow, None) => "follow".into(),
-        (Action::Hold, _) => "hold".into(),
-        (Action::Stop, _) => "stop".into(),
+    let action = say("action", &side.action);
+    match side.candidate {
+        Some(id) if side.action == Action::Follow => format!("{action} {id}"),
+        _ => action,
     }
 }

@@ -1,18 +1,22 @@
-//! Who has to be there for a robot to drive, and the command that starts whoever is not.
+//! Which roles a robot needs to drive, and the command that starts one that is missing.
 
 use std::collections::BTreeSet;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_schemas::ServiceStatus;
+use serde::Serialize;
 
 use crate::connect::ConnectOptions;
 
 /// What a robot's own computer runs.
 pub(crate) const ROBOT_ROLES: [&str; 3] = ["driver", "localizer", "arbiter"];
-/// What pools run, for the planner that is the default.
-pub(crate) const POOL_ROLES: [&str; 3] = ["generator", "cpc", "cnc"];
 
-/// Somebody who is alive, and what they say of themselves, if anything.
+/// What pools run, for the planner that is the default.
+pub(crate) fn default_pools() -> BTreeSet<String> {
+    ["generator", "cpc", "cnc"].map(str::to_owned).into()
+}
+
+/// A service that is alive, and what it says of itself, if anything.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Alive<'a> {
     pub(crate) role: &'a str,
@@ -20,41 +24,48 @@ pub(crate) struct Alive<'a> {
     pub(crate) status: Option<&'a ServiceStatus>,
 }
 
-impl<'a> Alive<'a> {
-    fn robot(&self) -> Option<&'a str> {
-        self.status?.robot.as_deref()
-    }
-
-    /// Whether it is what somebody needs. One that says nothing is given the benefit of the doubt.
+impl Alive<'_> {
+    /// Whether it is what is needed. One that says nothing is given the benefit of the doubt.
     fn fills(&self, need: &Need) -> bool {
-        let for_them = self.status.is_none() || need.robot.as_deref() == self.robot();
-        self.role == need.role && (need.robot.is_none() || for_them)
+        let is_for_robot = self.status.is_none_or(|status| status.robot == need.robot);
+        self.role == need.role && (need.robot.is_none() || is_for_robot)
     }
 }
 
-/// Every robot that somebody works for; if there is none, the one that is the default.
+/// Every robot that a service works for; if there is none, the one that is the default.
 pub(crate) fn robots(alive: &[Alive<'_>]) -> BTreeSet<String> {
-    let mut robots: BTreeSet<String> =
-        alive.iter().filter_map(|one| one.robot().map(str::to_owned)).collect();
+    let mut robots: BTreeSet<String> = alive.iter().filter_map(|one| one.status?.robot.clone()).collect();
     if robots.is_empty() {
         robots.insert(ServiceConfig::default().robot);
     }
     robots
 }
 
-/// What of `needs` nobody fills: in words, and how to mend it.
-pub(crate) fn missing(needs: Vec<Need>, alive: &[Alive<'_>], at: &ConnectOptions) -> Vec<(String, String)> {
-    let absent = needs.into_iter().filter(|need| !alive.iter().any(|one| one.fills(need)));
+/// A role that no service fills: in words, and how to mend it.
+#[derive(Debug, Serialize)]
+pub(crate) struct Missing {
+    pub(crate) what: String,
+    pub(crate) fix: String,
+}
+
+/// What `robots`, and the `pools` that they share, need and is not alive.
+pub(crate) fn missing(
+    robots: &BTreeSet<String>,
+    pools: &BTreeSet<String>,
+    alive: &[Alive<'_>],
+    at: &ConnectOptions,
+) -> Vec<Missing> {
+    let absent = Need::of(robots, pools).into_iter().filter(|need| !alive.iter().any(|one| one.fills(need)));
     absent
         .map(|need| {
             let same_role = alive.iter().filter(|one| one.role == need.role);
             let taken = same_role.map(|one| one.instance.to_owned()).collect();
-            (need.words(), need.fix(at, &taken))
+            Missing { what: need.words(), fix: need.fix(at, &taken) }
         })
         .collect()
 }
 
-/// A role that somebody must fill.
+/// A role that a service must fill.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Need {
     pub(crate) role: String,
@@ -64,7 +75,7 @@ pub(crate) struct Need {
 
 impl Need {
     /// Every role of `robots`, and of the pools they share.
-    pub(crate) fn of(robots: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
+    fn of(robots: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
         let pool = |role: &String| Self { role: role.clone(), robot: None };
         let of_robot = |robot: &String| {
             ROBOT_ROLES.map(|role| Self { role: role.to_owned(), robot: Some(robot.clone()) })
@@ -73,7 +84,7 @@ impl Need {
     }
 
     /// What is missing, in words.
-    pub(crate) fn words(&self) -> String {
+    fn words(&self) -> String {
         match &self.robot {
             Some(robot) => format!("{} of robot {robot}", self.role),
             None if self.role == "generator" => "trajectory generator".into(),
@@ -83,31 +94,23 @@ impl Need {
 
     /// How to fill it; `taken` are the names in use in this role.
     pub(crate) fn fix(&self, at: &ConnectOptions, taken: &BTreeSet<String>) -> String {
-        let command = match self.role.as_str() {
-            "generator" | "cpc" | "cnc" | "driver" | "localizer" | "arbiter" => &self.role,
-            term => {
-                return format!(
-                    "start your service that evaluates the term {term}, on the router of {}",
-                    at.connect
-                );
-            }
-        };
-        let free = |base: &str| {
-            let numbered = (0..).map(|n| format!("{base}-{n}"));
-            std::iter::once(base.to_owned())
-                .chain(numbered)
-                .find(|name| !taken.contains(name))
-                .unwrap_or_default()
-        };
-        let instance = match &self.robot {
-            Some(robot) => free(robot),
-            None => free(&format!("{command}-a")),
-        };
-        let mut line = format!("curionav {command} --connect {}", at.connect);
+        let Self { role, robot } = self;
+        let is_ours = ROBOT_ROLES.contains(&role.as_str()) || default_pools().contains(role);
+        if !is_ours {
+            return format!(
+                "start your service that evaluates the term {role}, on the router of {}",
+                at.connect
+            );
+        }
+        let base = robot.clone().unwrap_or_else(|| format!("{role}-a"));
+        let numbered = (0..).map(|n| format!("{base}-{n}"));
+        let free = std::iter::once(base.clone()).chain(numbered).find(|name| !taken.contains(name));
+        let instance = free.unwrap_or_default();
+        let mut line = format!("curionav {role} --connect {}", at.connect);
         if let Some(namespace) = &at.namespace {
             line += &format!(" --namespace {namespace}");
         }
-        if let Some(robot) = &self.robot {
+        if let Some(robot) = robot {
             line += &format!(" --robot {robot}");
         }
         format!("start it: {line} --instance {instance}")

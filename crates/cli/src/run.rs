@@ -4,15 +4,16 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
+use curionav_picture::Run;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::print::print;
 use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
 use zenoh::Session;
 
-use crate::output;
-use crate::record;
+use crate::{output, record};
 use curionav_lab::embedded::Embedded;
 use curionav_lab::follow::{Finished, follow};
 use curionav_lab::package::{self, Choice, Package};
@@ -121,29 +122,27 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
 }
 
 fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<u8, Exit> {
-    let result = &finished.result;
-    if let (Some(directory), Some(map)) = (&options.out, &finished.map) {
+    let Finished { result, reports, map } = finished;
+    let written = options.out.as_ref().zip(map.as_ref());
+    if let Some((directory, map)) = written {
         let robot = &package.scenario.robot;
-        let goal = (robot.goal.x, robot.goal.y);
-        output::write(
-            directory,
+        let drawn = Run {
             result,
-            &finished.reports,
+            reports,
             map,
-            goal,
-            robot.model.radius(),
-            robot.goal_tolerance,
-        )
-        .map_err(Exit::failed)?;
+            goal: (robot.goal.x, robot.goal.y),
+            robot_radius: robot.model.radius(),
+            goal_tolerance: robot.goal_tolerance,
+        };
+        output::write(directory, &drawn).map_err(Exit::failed)?;
     }
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", output::json(result).map_err(|e| Exit::failed(e.into()))?);
+        print(output::json(result).map_err(|e| Exit::failed(e.into()))?)?;
     } else {
-        println!("{}", output::table(result));
-        if let (Some(directory), Some(_)) = (&options.out, &finished.map) {
-            println!("Picture and data: {}", directory.display());
-        }
+        print(output::table(result))?;
+        written.map_or(Ok(()), |(directory, _)| {
+            print(format_args!("Picture and data: {}", directory.display()))
+        })?;
     }
     Ok(output::exit_code(result))
 }
@@ -164,19 +163,14 @@ async fn recorded(
     if options.connect.is_some() {
         tokio::time::sleep(LAST_REPORTS).await;
     }
-    let recording = recorder.finish().await;
-    let recording = recording.map(|tally| eprintln!("{}", record::summary(path, &tally)));
-    let recording = recording.map_err(Exit::failed);
-    match finished {
-        Ok(finished) => Ok((finished, recording)),
-        Err(exit) => {
-            // The program ends with what became of the run.
-            if let Err(error) = recording {
-                tracing::error!(%error, "the recording failed as well");
-            }
-            Err(exit)
-        }
+    let recording = recorder.finish().await.map(|tally| eprintln!("{}", record::summary(path, &tally)));
+    if finished.is_err()
+        && let Err(error) = &recording
+    {
+        // The program ends with what became of the run.
+        tracing::error!(%error, "the recording failed as well");
     }
+    Ok((finished?, recording.map_err(Exit::failed)))
 }
 
 async fn follow_or_cancel(

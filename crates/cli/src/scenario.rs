@@ -14,6 +14,7 @@ use curionav_schemas::Clock;
 
 use curionav_lab::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::print::print;
 use curionav_simulator::Prepared;
 
 /// Check, draw or generate scenario files.
@@ -49,22 +50,18 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
     match command {
         ScenarioCommand::Check { files } => {
             for file in &files {
-                check(file).map_err(Exit::bad_input)?;
+                print(check(file).map_err(Exit::bad_input)?)?;
             }
         }
         ScenarioCommand::Draw { files, out } => {
-            for file in &files {
-                draw(file, &out).map_err(Exit::bad_input)?;
+            files.iter().try_for_each(|file| draw(file, &out)).map_err(Exit::bad_input)?;
+        }
+        ScenarioCommand::Generate { out } => {
+            for scene in generate(&out).map_err(Exit::bad_input)? {
+                print(scene)?;
             }
         }
-        ScenarioCommand::Generate { out } => generate(&out).map_err(Exit::bad_input)?,
-        ScenarioCommand::Reference => {
-            let page = scenario_reference().map_err(Exit::failed)?;
-            #[expect(clippy::print_stdout, reason = "what the command is for")]
-            {
-                print!("{page}");
-            }
-        }
+        ScenarioCommand::Reference => print(scenario_reference().map_err(Exit::failed)?.trim_end())?,
     }
     Ok(SUCCESS)
 }
@@ -118,27 +115,25 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
     }
 }
 
-fn check(file: &Path) -> anyhow::Result<()> {
+/// What a scenario that can be run holds, on one line.
+fn check(file: &Path) -> anyhow::Result<String> {
     let prepared = prepared(file)?;
-    let scenario = prepared.world.scenario();
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
-    {
-        println!(
-            "{}: fine; {} x {} cells of {} m, {} walkers, {} recordings, planner {}",
-            file.display(),
-            prepared.map.width,
-            prepared.map.height,
-            prepared.map.resolution,
-            scenario.walkers.len(),
-            scenario.recorded.len(),
-            prepared.profile.name
-        );
-    }
-    Ok(())
+    let (scenario, map) = (prepared.world.scenario(), &prepared.map);
+    Ok(format!(
+        "{}: fine; {} x {} cells of {} m, {} walkers, {} recordings, planner {}",
+        file.display(),
+        map.width,
+        map.height,
+        map.resolution,
+        scenario.walkers.len(),
+        scenario.recorded.len(),
+        prepared.profile.name
+    ))
 }
 
-/// The scenes are drawn from a fixed seed, so that what is written is what is committed.
-fn generate(out: &Path) -> anyhow::Result<()> {
+/// Writes the scenes, which are drawn from a fixed seed, so that what is written is what is committed. Gives what the
+/// drawn ones turned out to be like, for those who change the drawing.
+fn generate(out: &Path) -> anyhow::Result<Vec<String>> {
     for (name, bytes) in paper::committed()? {
         let path = out.join(name);
         if let Some(parent) = path.parent() {
@@ -146,12 +141,6 @@ fn generate(out: &Path) -> anyhow::Result<()> {
         }
         std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
     }
-    // What the drawn scenes turned out to be like, for those who change the drawing.
-    for scene in paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]) {
-        #[expect(clippy::print_stdout, reason = "what the command is for")]
-        {
-            println!("{}\n{}", scene.scenario.name, paper::check(&scene));
-        }
-    }
-    Ok(())
+    let scenes = paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]);
+    Ok(scenes.map(|scene| format!("{}\n{}", scene.scenario.name, paper::check(&scene))).collect())
 }

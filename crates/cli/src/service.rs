@@ -1,18 +1,42 @@
-//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `driver`, `simulator`, and
-//! `echo`, which `scale --overhead` measures against.
+//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `driver` and `simulator`.
 
+use clap::Subcommand;
 use curionav_lab::service_kind::Kind;
 use curionav_runtime::exit::{Exit, SUCCESS};
-use curionav_runtime::process::{Service, ServiceOptions, run_service};
+use curionav_runtime::process::{ServiceOptions, run_service};
 
-pub(crate) async fn one(kind: Kind, options: ServiceOptions) -> Result<u8, Exit> {
-    run(kind.name(), &options, kind.service()).await
+#[derive(Debug, Subcommand)]
+pub(crate) enum ServiceCommand {
+    /// Run one trajectory generator.
+    Generator(ServiceOptions),
+    /// Run one CPC evaluator (localisation uncertainty along candidates).
+    Cpc(ServiceOptions),
+    /// Run one CNC evaluator (human comfort and crowd density along candidates).
+    Cnc(ServiceOptions),
+    /// Run a robot's arbiter.
+    Arbiter(ServiceOptions),
+    /// Run a robot's localizer.
+    Localizer(ServiceOptions),
+    /// Run a robot's driver, which also owns its mission.
+    Driver(ServiceOptions),
+    /// Run the simulator: world, people, laser and base.
+    Simulator(ServiceOptions),
 }
 
+pub(crate) async fn run(command: ServiceCommand) -> Result<u8, Exit> {
+    let (kind, options) = match command {
+        ServiceCommand::Generator(options) => (Kind::Generator, options),
+        ServiceCommand::Cpc(options) => (Kind::Cpc, options),
+        ServiceCommand::Cnc(options) => (Kind::Cnc, options),
+        ServiceCommand::Arbiter(options) => (Kind::Arbiter, options),
+        ServiceCommand::Localizer(options) => (Kind::Localizer, options),
+        ServiceCommand::Driver(options) => (Kind::Driver, options),
+        ServiceCommand::Simulator(options) => (Kind::Simulator, options),
+    };
+    run_service(kind.name(), &options, kind.service()).await.map(|()| SUCCESS)
+}
+
+/// Answers bare queries, which `scale --overhead` measures against.
 pub(crate) async fn echo(options: ServiceOptions) -> Result<u8, Exit> {
-    run("echo", &options, curionav_runtime::echo::run).await
-}
-
-async fn run(role: &str, options: &ServiceOptions, service: Service) -> Result<u8, Exit> {
-    run_service(role, options, service).await.map(|()| SUCCESS)
+    run_service("echo", &options, curionav_runtime::echo::run).await.map(|()| SUCCESS)
 }

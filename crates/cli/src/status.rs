@@ -1,22 +1,23 @@
-//! `curionav status`: who is alive, how loaded, how fast, and who is missing.
+//! `curionav status`: which services are alive, how loaded and how fast, and which are missing.
 
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use comfy_table::Table;
 use curionav_runtime::membership::members;
+use curionav_runtime::print::print;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
 use crate::connect::ConnectOptions;
-use crate::required_roles::{self, Alive, Need, POOL_ROLES};
+use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Say who is alive, how loaded and how fast, and who is missing.
+/// Say which services are alive, how loaded and how fast, and which are missing.
 #[derive(Debug, Args)]
 pub(crate) struct StatusOptions {
     #[command(flatten)]
@@ -36,15 +37,8 @@ struct Line {
     round_trip_ms: Option<f64>,
 }
 
-/// Somebody who should be there.
-#[derive(Debug, Serialize)]
-struct Missing {
-    what: String,
-    fix: String,
-}
-
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
-    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
+    let session = options.at.session().await?;
     let mut lines = Vec::new();
     for (role, instances) in members(&session).await.map_err(|e| Exit::network(e.into()))? {
         for instance in instances {
@@ -56,34 +50,24 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         }
     }
     session::close(&session);
-    let missing = missing(&lines, &options);
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
-    if options.json {
-        println!("{}", serde_json::json!({ "services": lines, "missing": missing }));
-    } else {
-        if lines.is_empty() {
-            println!("nobody is alive behind {}", options.at.connect);
-        } else {
-            println!("{}", table(&lines));
-        }
-        for Missing { what, fix } in &missing {
-            println!("missing: {what}; {fix}");
-        }
-    }
-    Ok(SUCCESS)
-}
-
-/// Who is needed for a robot to drive and is not alive: for every robot that somebody works for, and for the
-/// pools of the default planner.
-fn missing(lines: &[Line], options: &StatusOptions) -> Vec<Missing> {
     let alive: Vec<Alive<'_>> = lines
         .iter()
         .map(|line| Alive { role: &line.role, instance: &line.instance, status: line.status.as_ref() })
         .collect();
-    let pools = POOL_ROLES.map(str::to_owned).into_iter().collect();
-    let needs = Need::of(&required_roles::robots(&alive), &pools);
-    let missing = required_roles::missing(needs, &alive, &options.at).into_iter();
-    missing.map(|(what, fix)| Missing { what, fix }).collect()
+    let robots = required_roles::robots(&alive);
+    let missing = required_roles::missing(&robots, &default_pools(), &alive, &options.at);
+    if options.json {
+        print(serde_json::json!({ "services": lines, "missing": missing }))?;
+        return Ok(SUCCESS);
+    }
+    match lines.as_slice() {
+        [] => print(format_args!("no service is alive behind {}", options.at.connect))?,
+        lines => print(table(lines))?,
+    }
+    for Missing { what, fix } in &missing {
+        print(format_args!("missing: {what}; {fix}"))?;
+    }
+    Ok(SUCCESS)
 }
 
 fn table(lines: &[Line]) -> Table {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use curionav_lab::supervised::{Supervised, client_arguments};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -23,8 +23,8 @@ pub(crate) struct UpOptions {
 }
 
 pub(crate) async fn run(options: UpOptions, log: &str) -> Result<u8, Exit> {
-    let deployment =
-        Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?.with_port(options.port);
+    let mut deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?;
+    deployment.port = options.port.unwrap_or(deployment.port);
     let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
     supervise(&deployment, log, shutdown).await.map_err(Exit::network)?;
     Ok(SUCCESS)
@@ -51,7 +51,7 @@ struct Deployment {
 }
 
 /// Processes per kind; the simulator may be 0 (a real robot), the others at least 1.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Replicas {
     generator: usize,
@@ -84,44 +84,31 @@ impl Deployment {
     fn from_file(path: &Path) -> anyhow::Result<Self> {
         let text =
             std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let deployment: Self = toml::from_str(&text).map_err(|e| {
-            anyhow::anyhow!(
-                "{}: {}",
-                path.display(),
-                curionav_runtime::config::describe_toml_error(&text, &e)
-            )
-        })?;
-        for (field, count) in [
-            ("generator", deployment.replicas.generator),
-            ("cpc", deployment.replicas.cpc),
-            ("cnc", deployment.replicas.cnc),
-        ] {
+        let path = path.display();
+        let deployment: Self = toml::from_str(&text)
+            .map_err(|e| anyhow!("{path}: {}", curionav_runtime::config::describe_toml_error(&text, &e)))?;
+        let Replicas { generator, cpc, cnc, .. } = deployment.replicas;
+        for (field, count) in [("generator", generator), ("cpc", cpc), ("cnc", cnc)] {
             if count == 0 || count > 64 {
-                bail!("{}: replicas.{field} must be 1 to 64, found {count}", path.display());
+                bail!("{path}: replicas.{field} must be 1 to 64, found {count}");
             }
         }
         Ok(deployment)
     }
 
-    fn with_port(mut self, port: Option<u16>) -> Self {
-        self.port = port.unwrap_or(self.port);
-        self
-    }
-
     /// (subcommand, instance) of every service process.
-    fn processes(&self) -> Vec<(&'static str, String)> {
-        let mut all = Vec::new();
-        let mut add = |kind: &'static str, count: usize| {
-            all.extend((0..count).map(|i| (kind, format!("{kind}-{i}"))));
-        };
-        add("driver", 1);
-        add("localizer", 1);
-        add("generator", self.replicas.generator);
-        add("cpc", self.replicas.cpc);
-        add("cnc", self.replicas.cnc);
-        add("arbiter", 1);
-        add("simulator", self.replicas.simulator);
-        all
+    fn processes(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
+        let Replicas { generator, cpc, cnc, simulator } = self.replicas;
+        let counts = [
+            ("driver", 1),
+            ("localizer", 1),
+            ("generator", generator),
+            ("cpc", cpc),
+            ("cnc", cnc),
+            ("arbiter", 1),
+            ("simulator", simulator),
+        ];
+        counts.into_iter().flat_map(|(kind, count)| (0..count).map(move |i| (kind, format!("{kind}-{i}"))))
     }
 }
 

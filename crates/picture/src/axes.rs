@@ -1,9 +1,13 @@
 //! Round numbers along an edge, the grid they make, and the scale bar.
 
+use super::page::{rectangle, translate};
 use super::symbols::{line, text};
 use super::viewport::{Viewport, px};
 use curionav_planning::numerics::ln;
-use svg::node::element::{Group, Rectangle};
+use svg::node::element::{Group, Rectangle, SVG};
+
+/// Room for the numbers left of and below a map, px.
+pub(super) const AXIS: (f64, f64) = (34.0, 22.0);
 
 /// Multiples of 1, 2 or 5 times a power of ten from `low` to `high`, at most `most` steps apart.
 pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
@@ -94,6 +98,12 @@ pub(super) fn axes(viewport: &Viewport, apart: f64) -> Group {
     group.add(frame(width, height))
 }
 
+/// What stands `inside` a viewport of a map, behind it the axes, whose numbers begin at `origin`, px.
+pub(super) fn on_axes(viewport: &Viewport, inside: SVG, origin: (f64, f64)) -> Group {
+    let at = translate(origin.0 + AXIS.0, origin.1);
+    Group::new().set("transform", at).add(axes(viewport, 70.0)).add(inside)
+}
+
 /// The outline of a panel.
 pub(super) fn frame(width: f64, height: f64) -> Rectangle {
     Rectangle::new().set("class", "frame").set("width", px(width)).set("height", px(height))
@@ -105,19 +115,12 @@ pub(super) fn scale_bar(viewport: &Viewport) -> Group {
     let metres = step(ABOUT / viewport.scale, 1);
     let (left, bottom) = (14.0, viewport.height - 12.0);
     let length = metres * viewport.scale;
-    let board = Rectangle::new()
-        .set("x", left - 7.0)
-        .set("y", px(bottom - 19.0))
-        .set("width", px(length + 14.0))
-        .set("height", 26)
-        .set("rx", 3)
-        .set("fill", "#fff")
-        .set("fill-opacity", 0.85);
+    let board = rectangle(length + 14.0, 26.0, "#fff").set("x", left - 7.0).set("y", px(bottom - 19.0));
     let bar = |from: (f64, f64), to: (f64, f64)| {
         line(from, to, "line").set("stroke", "#1a1a1a").set("stroke-width", 1.6)
     };
     Group::new()
-        .add(board)
+        .add(board.set("rx", 3).set("fill-opacity", 0.85))
         .add(bar((left, bottom), (left + length, bottom)))
         .add(bar((left, bottom - 4.0), (left, bottom + 3.0)))
         .add(bar((left + length, bottom - 4.0), (left + length, bottom + 3.0)))

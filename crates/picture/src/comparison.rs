@@ -1,21 +1,19 @@
 //! Several planners in one scenario: their ways over the map as the paper's Fig. 4, uncertainty and speed over time
 //! as its Fig. 5.
 
-use super::axes::{Scale, axes, scale_bar};
-use super::curves::{Curve, curves};
+use super::axes::{AXIS, Scale, on_axes, scale_bar};
+use super::chart::{Chart, Curve};
 use super::map_layer::{definition, known, map_layer};
-use super::page::{MAP_HEIGHT, RIM, WIDTH, printable};
+use super::page::{MAP_HEIGHT, RIM, WIDTH, pane, printable, translate};
 use super::palette::{INK, PERSON};
-use super::symbols::{disc, goal, path, text};
+use super::symbols::{disc, goal, line, path, text, tracks};
 use super::trace_columns::{TraceColumns, Track};
 use super::viewport::{Bounds, Viewport, px};
 use curionav_schemas::{OccupancyGrid, RunResult};
-use svg::node::element::{Definitions, Group, Line, Polyline, SVG};
+use svg::node::element::{Definitions, Group, SVG};
 
 /// Width of the map's part of the page, px.
 const MAP_WIDTH: f64 = 650.0;
-/// Room for the numbers left of and below the map, px.
-const AXIS: (f64, f64) = (34.0, 22.0);
 const GAP: f64 = 26.0;
 /// Height of an entry of the legend, px.
 const ENTRY: f64 = 20.0;
@@ -62,19 +60,19 @@ pub struct Course<'a> {
 pub fn comparison_svg(site: &Site<'_>, courses: &[Course<'_>]) -> String {
     let traces: Vec<Option<TraceColumns>> =
         courses.iter().map(|course| course.shown.map(|run| TraceColumns::new(&run.trace))).collect();
-    let viewport = Viewport::fit(view(site, courses), MAP_WIDTH - AXIS.0, MAP_HEIGHT - AXIS.1);
-    let map = Group::new()
-        .set("transform", format!("translate({} 0)", AXIS.0))
-        .add(axes(&viewport, 70.0))
-        .add(ways(site, courses, &traces, &viewport));
+    let all = courses.iter().flat_map(|course| course.ways.iter().flatten().copied());
+    let matters = Bounds::of(all.chain([site.start, site.goal])).grown(MARGIN_M);
+    let shown = known(site.map).part(matters, WHOLE_UP_TO);
+    let viewport = Viewport::fit(shown, MAP_WIDTH - AXIS.0, MAP_HEIGHT - AXIS.1);
+    let map = on_axes(&viewport, ways(site, courses, &traces, &viewport), (0.0, 0.0));
     let left = AXIS.0 + viewport.width + GAP;
     let wide = WIDTH - 2.0 * RIM - left;
     let legend_height = ENTRY * courses.len().div_ceil(2) as f64 + 2.0 * ENTRY;
     let height = viewport.height.max(legend_height + 300.0);
     let each = (height + AXIS.1 - legend_height) / 2.0;
     let plots = over_time(site, courses, &traces, (wide, each))
-        .add(legend(courses, wide).set("transform", format!("translate(36 {})", px(2.0 * each + 8.0))))
-        .set("transform", format!("translate({} 0)", px(left)));
+        .add(legend(courses, wide).set("transform", translate(36.0, 2.0 * each + 8.0)))
+        .set("transform", translate(left, 0.0));
     let (width, height) = (WIDTH - 2.0 * RIM, height + AXIS.1 + 6.0);
     let document = SVG::new()
         .set("viewBox", format!("-1 -4 {} {}", px(width + 2.0), px(height)))
@@ -85,24 +83,13 @@ pub fn comparison_svg(site: &Site<'_>, courses: &[Course<'_>]) -> String {
     printable(&document.to_string())
 }
 
-/// The known part of the map, or what matters of it.
-fn view(site: &Site<'_>, courses: &[Course<'_>]) -> Bounds {
-    let whole = known(site.map);
-    let ways = courses.iter().flat_map(|course| course.ways.iter().flatten().copied());
-    let matters = Bounds::of(ways.chain([site.start, site.goal])).grown(MARGIN_M);
-    let area = |bounds: Bounds| bounds.width() * bounds.height();
-    if area(whole) <= WHOLE_UP_TO * area(matters) { whole } else { matters.within(whole) }
-}
-
 fn ways(
     site: &Site<'_>,
     courses: &[Course<'_>],
     traces: &[Option<TraceColumns>],
     viewport: &Viewport,
 ) -> SVG {
-    let mut inside = SVG::new()
-        .set("width", px(viewport.width))
-        .set("height", px(viewport.height))
+    let mut inside = pane(viewport.width, viewport.height)
         .add(map_layer(site.map, site.id, viewport))
         .add(people(site, traces, viewport))
         .add(goal(viewport, site.goal, site.goal_tolerance))
@@ -128,11 +115,8 @@ fn people(site: &Site<'_>, traces: &[Option<TraceColumns>], viewport: &Viewport)
     let Some(longest) = traces.iter().flatten().max_by_key(|trace| trace.time.len()) else {
         return Group::new();
     };
-    let tracks = longest.people.iter().flat_map(Track::stretches).fold(Group::new(), |group, stretch| {
-        group.add(Polyline::new().set("class", "track").set("points", viewport.points(stretch)))
-    });
     let starts = longest.people.iter().filter_map(|track| track.at.iter().flatten().next());
-    starts.fold(tracks, |group, at| {
+    starts.fold(tracks(viewport, longest.people.iter().flat_map(Track::stretches)), |group, at| {
         let person = disc(viewport, *at, site.person_radius);
         group.add(person.set("fill", PERSON).set("fill-opacity", 0.3).set("stroke", PERSON))
     })
@@ -145,34 +129,43 @@ fn over_time(
     size: (f64, f64),
 ) -> Group {
     let shown = || courses.iter().zip(traces).filter_map(|(c, trace)| Some((c, trace.as_ref()?)));
-    let end = shown().filter_map(|(_, j)| j.time.last()).copied().fold(1.0, f64::max);
-    let of = |values: &dyn Fn(&TraceColumns) -> Vec<f64>| -> Vec<Curve<'_>> {
-        shown()
-            .enumerate()
-            .map(|(index, (course, trace))| Curve {
-                colour: course.colour,
-                width: if index == 0 { 2.2 } else { 1.4 },
-                points: trace.time.iter().copied().zip(values(trace)).collect(),
-            })
-            .collect()
+    let end = shown().filter_map(|(_, trace)| trace.time.last()).copied().fold(1.0, f64::max);
+    let of = |value: fn(&TraceColumns) -> Vec<f64>| -> Vec<Curve<'_>> {
+        let curve = |(index, (course, trace)): (usize, (&Course<'_>, &TraceColumns))| Curve {
+            colour: course.colour,
+            width: if index == 0 { 2.2 } else { 1.4 },
+            points: trace.time.iter().copied().zip(value(trace)).collect(),
+        };
+        shown().enumerate().map(curve).collect()
     };
-    let uncertainty = of(&|j| j.uncertainty.iter().map(|v| v.max(LEAST_UNCERTAINTY)).collect());
-    let speed = of(&|j| j.speed.clone());
-    let values = |all: &[Curve<'_>]| -> Vec<f64> {
-        all.iter().flat_map(|c| c.points.iter().map(|p| p.1)).filter(|v| v.is_finite()).collect()
+    let chart = |title, scale, levels, curves| Chart {
+        title,
+        scale,
+        time: (0.0, end),
+        ticks: 8,
+        uncertain: &[],
+        snapshots: &[],
+        levels,
+        curves,
     };
-    let least = values(&uncertainty).into_iter().fold(site.threshold, f64::min);
-    let most = values(&uncertainty).into_iter().fold(site.threshold, f64::max);
-    let slowest = values(&speed).into_iter().fold(0.0, f64::min);
-    let fastest = values(&speed).into_iter().fold(0.5, f64::max);
-    let trace = "Trace of the covariance of the estimated pose, m\u{b2} + rad\u{b2}";
-    let scale = Scale::logarithmic(least / 1.3, most * 1.5);
-    let levels = [(site.threshold, "Thr\u{2032}")];
-    let below = format!("translate(0 {})", px(size.1));
-    Group::new().add(curves(trace, scale, end, &uncertainty, &levels, size)).add(
-        curves("Speed, m/s", Scale::linear(slowest * 1.08, fastest * 1.12), end, &speed, &[], size)
-            .set("transform", below),
-    )
+    let uncertainty = of(|trace| trace.uncertainty.iter().map(|v| v.max(LEAST_UNCERTAINTY)).collect());
+    let speed = of(|trace| trace.speed.clone());
+    let (least, most) = range(&uncertainty, (site.threshold, site.threshold));
+    let (slowest, fastest) = range(&speed, (0.0, 0.5));
+    let uncertainty = chart(
+        "Trace of the covariance of the estimated pose, m\u{b2} + rad\u{b2}",
+        Scale::logarithmic(least / 1.3, most * 1.5),
+        vec![(site.threshold, "Thr\u{2032}".to_owned())],
+        uncertainty,
+    );
+    let speed = chart("Speed, m/s", Scale::linear(slowest * 1.08, fastest * 1.12), Vec::new(), speed);
+    Group::new().add(uncertainty.draw(size)).add(speed.draw(size).set("transform", translate(0.0, size.1)))
+}
+
+/// The least and the greatest of the given two values and of those of all curves.
+fn range(curves: &[Curve<'_>], (least, most): (f64, f64)) -> (f64, f64) {
+    let values = curves.iter().flat_map(|c| c.points.iter().map(|p| p.1)).filter(|v| v.is_finite());
+    values.fold((least, most), |(least, most), value| (least.min(value), most.max(value)))
 }
 
 fn legend(courses: &[Course<'_>], width: f64) -> Group {
@@ -180,12 +173,8 @@ fn legend(courses: &[Course<'_>], width: f64) -> Group {
     let mut group = Group::new();
     for (index, course) in courses.iter().enumerate() {
         let (x, y) = ((index / rows) as f64 * width / 2.0, (index % rows) as f64 * ENTRY + 10.0);
-        let bar = Line::new().set("x1", px(x)).set("x2", px(x + 30.0)).set("y1", px(y)).set("y2", px(y));
-        group = group.add(bar.set("stroke", course.colour).set("stroke-width", 2.8)).add(text(
-            (x + 38.0, y + 4.0),
-            "",
-            course.name,
-        ));
+        let bar = line((x, y), (x + 30.0, y), "").set("stroke", course.colour).set("stroke-width", 2.8);
+        group = group.add(bar).add(text((x + 38.0, y + 4.0), "", course.name));
     }
     let foot = "Strong: the run with the first seed, also in the plots. Faint: all runs. Purple: people.";
     group.add(text((0.0, rows as f64 * ENTRY + 14.0), "s", foot))

@@ -1,16 +1,13 @@
 //! The title: which run, how it ended, how well.
 
-use super::page::Panel;
+use super::page::{Panel, rectangle};
 use super::palette::{BELIEF, GOAL};
-use super::run::Run;
 use super::symbols::text;
-use super::viewport::px;
 use curionav_schemas::{Outcome, RunResult};
-use svg::node::element::{Group, Rectangle, TSpan};
+use svg::node::element::{Group, TSpan};
 
 /// Two lines and a row of figures, `width` pixels wide.
-pub(super) fn heading(run: &Run<'_>, width: f64) -> Panel {
-    let result = run.result;
+pub(super) fn heading(result: &RunResult, width: f64) -> Panel {
     let (verdict, colour) = verdict(result);
     let of = format!("planner {} \u{b7} seed {}", result.planner, result.seed);
     let ended = text((0.0, 45.0), "h2", "")
@@ -19,14 +16,7 @@ pub(super) fn heading(run: &Run<'_>, width: f64) -> Panel {
     let mut content = Group::new().add(text((0.0, 20.0), "h1", result.scenario.clone())).add(ended);
     let figures = figures(result);
     let each = width / figures.len() as f64;
-    content = content.add(
-        Rectangle::new()
-            .set("y", 58)
-            .set("width", px(width))
-            .set("height", 42)
-            .set("rx", 4)
-            .set("fill", "#f4f4f2"),
-    );
+    content = content.add(rectangle(width, 42.0, "#f4f4f2").set("y", 58).set("rx", 4));
     for (index, (name, value)) in figures.into_iter().enumerate() {
         let x = each * (index as f64 + 0.5);
         content = content
@@ -43,12 +33,14 @@ fn verdict(result: &RunResult) -> (String, &'static str) {
         Outcome::Timeout => "Out of time",
         Outcome::Lost => "Lost on the map",
     };
-    match result.measures.collisions {
-        0 if result.outcome == Outcome::Reached => (ended.to_owned(), GOAL),
-        0 => (ended.to_owned(), BELIEF),
-        1 => (format!("{ended}, 1 collision"), BELIEF),
-        many => (format!("{ended}, {many} collisions"), BELIEF),
-    }
+    let colour =
+        if result.outcome == Outcome::Reached && result.measures.collisions == 0 { GOAL } else { BELIEF };
+    let collisions = match result.measures.collisions {
+        0 => String::new(),
+        1 => ", 1 collision".to_owned(),
+        many => format!(", {many} collisions"),
+    };
+    (format!("{ended}{collisions}"), colour)
 }
 
 fn figures(result: &RunResult) -> [(&'static str, String); 11] {

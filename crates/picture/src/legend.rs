@@ -1,10 +1,10 @@
 //! What the lines, colours and symbols mean.
 
-use super::page::Panel;
+use super::page::{Panel, rectangle, translate};
 use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON, TRUTH, cost_colour};
 use super::symbols::{badge, line, person, star, text};
 use super::viewport::{Viewport, px};
-use svg::node::element::{Circle, Ellipse, Group, Line, Rectangle};
+use svg::node::element::{Circle, Ellipse, Group, Line};
 
 /// Width of a column and height of a row, px.
 const CELL: (f64, f64) = (280.0, 21.0);
@@ -19,10 +19,11 @@ pub(super) fn legend(width: f64) -> Panel {
     let mut content = Group::new();
     for (index, (symbol, words)) in entries.into_iter().enumerate() {
         let (x, y) = ((index / rows) as f64 * CELL.0, (index % rows) as f64 * CELL.1);
-        let entry = Group::new()
-            .set("transform", format!("translate({} {})", px(x), px(y)))
-            .add(symbol)
-            .add(text((SYMBOL + 8.0, 14.0), "", words));
+        let entry = Group::new().set("transform", translate(x, y)).add(symbol).add(text(
+            (SYMBOL + 8.0, 14.0),
+            "",
+            words,
+        ));
         content = content.add(entry);
     }
     Panel { content, width: columns as f64 * CELL.0, height: rows as f64 * CELL.1 }
@@ -33,7 +34,7 @@ fn entries() -> Vec<(Group, &'static str)> {
     let stroke = |colour: &str, width: f64| bar().set("stroke", colour).set("stroke-width", width);
     let circle = |radius: f64| Circle::new().set("cx", middle.0).set("cy", middle.1).set("r", radius);
     let ellipse = Ellipse::new().set("cx", middle.0).set("cy", middle.1).set("rx", 14).set("ry", 7);
-    // A viewport in which a pixel is a tenth of a metre, to show somebody who walks at 1 m/s.
+    // A viewport in which a pixel is a tenth of a metre, to show a person who walks at 1 m/s.
     let viewport = Viewport { min_x: 0.0, max_y: 2.0, width: 34.0, height: 20.0, scale: 10.0 };
     vec![
         (Group::new().add(stroke(TRUTH, 3.0)), "where the robot was"),
@@ -64,7 +65,7 @@ fn entries() -> Vec<(Group, &'static str)> {
             Group::new().add(circle(9.0).set("fill", CROWD).set("fill-opacity", 0.5).set("stroke", CROWD)),
             "crowd density, 1 \u{3c3}, by weight",
         ),
-        (costs(), "candidates, cheap to dear"),
+        (costs(), "candidates, cheap to expensive"),
         (Group::new().add(bar().set("class", "rejected")), "rejected candidates"),
         (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
         (badge(middle, 1), "planning cycle that is shown enlarged"),
@@ -79,13 +80,7 @@ fn costs() -> Group {
     const SHADES: u32 = 17;
     let width = SYMBOL / f64::from(SHADES);
     (0..SHADES).fold(Group::new().set("shape-rendering", "crispEdges"), |group, i| {
-        group.add(
-            Rectangle::new()
-                .set("x", px(width * f64::from(i)))
-                .set("y", 5)
-                .set("width", px(width))
-                .set("height", 10)
-                .set("fill", cost_colour(f64::from(i) / f64::from(SHADES - 1))),
-        )
+        let shade = rectangle(width, 10.0, &cost_colour(f64::from(i) / f64::from(SHADES - 1)));
+        group.add(shade.set("x", px(width * f64::from(i))).set("y", 5))
     })
 }

@@ -5,8 +5,8 @@
 //! Coordinates are in metres in the map frame, angles in radians.
 
 mod axes;
+mod chart;
 mod comparison;
-mod curves;
 mod heading;
 mod legend;
 mod map_layer;
@@ -25,5 +25,6 @@ mod viewport;
 
 pub use comparison::{Course, Site, comparison_svg};
 pub use palette::{planner_colour, style_sheet};
+pub use run::Run;
 pub use run_page::run_svg;
 pub use scene::{Person, SceneSketch, scene_svg};

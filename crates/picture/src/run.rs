@@ -1,16 +1,28 @@
 //! Everything about one run that its page shows.
 
-use super::trace_columns::TraceColumns;
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 
-/// The run; lengths in metres, in the map frame.
-pub(super) struct Run<'a> {
-    pub(super) result: &'a RunResult,
-    pub(super) reports: &'a [CycleReport],
-    pub(super) map: &'a OccupancyGrid,
-    pub(super) trace: TraceColumns,
-    pub(super) goal: (f64, f64),
-    pub(super) robot_radius: f64,
-    pub(super) goal_tolerance: f64,
-    pub(super) person_radius: f64,
+/// A person's radius when no report tells it, m.
+const PERSON_RADIUS_M: f64 = 0.3;
+
+/// A run to be drawn; lengths in metres, in the map frame.
+pub struct Run<'a> {
+    /// How it went. Without a trace its picture has no tracks.
+    pub result: &'a RunResult,
+    /// Every planning cycle, in order; may be empty.
+    pub reports: &'a [CycleReport],
+    /// Where it took place.
+    pub map: &'a OccupancyGrid,
+    /// Where the robot was to go.
+    pub goal: (f64, f64),
+    /// Radius of the robot's body.
+    pub robot_radius: f64,
+    /// Distance at which the goal counts as reached.
+    pub goal_tolerance: f64,
+}
+
+impl Run<'_> {
+    pub(super) fn person_radius(&self) -> f64 {
+        self.reports.first().map_or(PERSON_RADIUS_M, |report| report.scene.people.radius)
+    }
 }

@@ -1,10 +1,12 @@
 use super::*;
 use curionav_testing::golden;
+use curionav_schemas::{CycleReport, RunResult};
 use svg::node::element::tag::Type;
 use svg::parser::Event;
 
 fn picture(result: &RunResult, reports: &[CycleReport]) -> String {
-    run_svg(result, reports, &golden::occupancy_grid(), (8.0, 6.5), 0.3, 0.5)
+    let map = &golden::occupancy_grid();
+    run_svg(&Run { result, reports, map, goal: (8.0, 6.5), robot_radius: 0.3, goal_tolerance: 0.5 })
 }
 
 /// A run along the x axis with every column that is drawn.

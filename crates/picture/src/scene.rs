@@ -1,18 +1,16 @@
 //! A scenario before anything moves: where the robot starts, where it is to go, and what is in between.
 
-use super::axes::{axes, scale_bar};
+use super::axes::{AXIS, on_axes, scale_bar};
 use super::map_layer::{area, definition, known, map_layer};
-use super::page::{MAP_ID, RIM, printable};
-use super::palette::{INK, TRUTH, style_sheet};
-use super::symbols::{goal, path, person, robot, text};
-use super::viewport::{Viewport, px};
+use super::page::{MAP_ID, RIM, document, file, pane};
+use super::palette::{INK, TRUTH};
+use super::symbols::{goal, path, person, robot, text, tracks};
+use super::viewport::Viewport;
 use curionav_schemas::{OccupancyGrid, Pose};
-use svg::node::element::{Definitions, Group, Polyline, Rectangle, SVG, Style, Title};
+use svg::node::element::{Definitions, Group};
 
 /// Greatest size of the map, px.
 const SIZE: (f64, f64) = (900.0, 640.0);
-/// Room for the numbers left of and below the map, px.
-const AXIS: (f64, f64) = (34.0, 22.0);
 /// Room for the title above and the explanation below, px.
 const TITLE: f64 = 40.0;
 const WORDS: f64 = 60.0;
@@ -51,7 +49,7 @@ pub struct SceneSketch<'a> {
     pub goal_tolerance: f64,
     /// Points of the shortest path through which the robot's body fits; empty if there is none.
     pub shortest_path: Vec<(f64, f64)>,
-    /// Everyone who is there at the start.
+    /// The people who are there at the start.
     pub people: Vec<Person>,
     /// Radius of a person, m.
     pub person_radius: f64,
@@ -62,45 +60,34 @@ pub struct SceneSketch<'a> {
 /// The scenario's map with start, goal, shortest path, people at the start, the routes of those who walk, and the area
 /// where no landmark is within the laser's range.
 pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
-    let map = scene.map;
+    let SceneSketch { name, map, start, people, .. } = scene;
     let viewport = Viewport::fit(known(map), SIZE.0, SIZE.1);
-    let inside = SVG::new()
-        .set("width", px(viewport.width))
-        .set("height", px(viewport.height))
+    let at_start = people.iter().fold(Group::new(), |group, one| {
+        group.add(person(&viewport, one.at, one.velocity, scene.person_radius))
+    });
+    let shortest = path(&viewport, scene.shortest_path.iter().copied(), TRUTH, 1.6);
+    let inside = pane(viewport.width, viewport.height)
         .add(map_layer(map, BARE.0, &viewport))
         .add(map_layer(map, MAP_ID, &viewport))
-        .add(routes(scene, &viewport))
-        .add(shortest_path(scene, &viewport))
-        .add(people(scene, &viewport))
+        .add(tracks(&viewport, scene.routes.iter().cloned()))
+        .add(shortest.set("stroke-dasharray", "7 5"))
+        .add(at_start)
         .add(goal(&viewport, scene.goal, scene.goal_tolerance))
-        .add(start(scene, &viewport))
+        .add(robot(&viewport, (start.x, start.y), start.heading, scene.robot_radius, INK))
         .add(scale_bar(&viewport));
-    let (width, height) =
-        (viewport.width + AXIS.0 + 2.0 * RIM, viewport.height + AXIS.1 + 2.0 * RIM + TITLE + WORDS);
-    let plan = Group::new()
-        .set("transform", format!("translate({} {})", RIM + AXIS.0, RIM + TITLE))
-        .add(axes(&viewport, 70.0))
-        .add(inside);
+    let width = viewport.width + AXIS.0 + 2.0 * RIM;
+    let height = viewport.height + AXIS.1 + 2.0 * RIM + TITLE + WORDS;
+    let plan = on_axes(&viewport, inside, (RIM, RIM + TITLE));
     let below = RIM + TITLE + viewport.height + AXIS.1 + 18.0;
-    let count = scene.people.len();
-    let heading = format!(
-        "{} \u{b7} {count} {} \u{b7} laser {} m",
-        scene.name,
-        if count == 1 { "person" } else { "people" },
-        scene.laser_range
-    );
-    let document = SVG::new()
-        .set("width", px(width))
-        .set("height", px(height))
-        .set("viewBox", format!("0 0 {} {}", px(width), px(height)))
-        .add(Title::new(scene.name))
-        .add(Style::new(style_sheet()))
-        .add(Definitions::new().add(definition(map, MAP_ID)).add(area(&bare(scene), BARE.0, BARE.1)))
-        .add(Rectangle::new().set("width", px(width)).set("height", px(height)).set("fill", "#fff"))
-        .add(text((RIM, RIM + 20.0), "h1", heading))
-        .add(plan)
-        .add(lines(scene.description, (RIM + AXIS.0, below)));
-    format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", printable(&document.to_string()))
+    let noun = if people.len() == 1 { "person" } else { "people" };
+    let heading = format!("{name} \u{b7} {} {noun} \u{b7} laser {} m", people.len(), scene.laser_range);
+    let heading = text((RIM, RIM + 20.0), "h1", heading);
+    // A map that is unknown exactly in the bare cells.
+    let cells: Vec<i8> = scene.bare.iter().map(|is_bare| if *is_bare { -1 } else { 0 }).collect();
+    let bare = OccupancyGrid { cells: cells.into(), ..(*map).clone() };
+    let definitions = Definitions::new().add(definition(map, MAP_ID)).add(area(&bare, BARE.0, BARE.1));
+    let words = lines(scene.description, (RIM + AXIS.0, below));
+    file(&document(name, (width, height), definitions).add(heading).add(plan).add(words))
 }
 
 const LEGEND: [&str; 2] = [
@@ -112,31 +99,4 @@ const LEGEND: [&str; 2] = [
 fn lines(description: &str, (left, top): (f64, f64)) -> Group {
     let words = std::iter::once(description).chain(LEGEND).enumerate();
     words.fold(Group::new(), |group, (i, line)| group.add(text((left, top + 16.0 * i as f64), "s", line)))
-}
-
-fn routes(scene: &SceneSketch<'_>, viewport: &Viewport) -> Group {
-    scene.routes.iter().fold(Group::new(), |group, route| {
-        let points = viewport.points(route.iter().copied());
-        group.add(Polyline::new().set("class", "track").set("points", points))
-    })
-}
-
-fn people(scene: &SceneSketch<'_>, viewport: &Viewport) -> Group {
-    scene.people.iter().fold(Group::new(), |group, one| {
-        group.add(person(viewport, one.at, one.velocity, scene.person_radius))
-    })
-}
-
-fn start(scene: &SceneSketch<'_>, viewport: &Viewport) -> Group {
-    robot(viewport, (scene.start.x, scene.start.y), scene.start.heading, scene.robot_radius, INK)
-}
-
-fn shortest_path(scene: &SceneSketch<'_>, viewport: &Viewport) -> Polyline {
-    path(viewport, scene.shortest_path.iter().copied(), TRUTH, 1.6).set("stroke-dasharray", "7 5")
-}
-
-/// A map that is unknown, which [`area`] draws, exactly in the bare cells.
-fn bare(scene: &SceneSketch<'_>) -> OccupancyGrid {
-    let cells: Vec<i8> = scene.bare.iter().map(|is_bare| if *is_bare { -1 } else { 0 }).collect();
-    OccupancyGrid { cells: cells.into(), ..scene.map.clone() }
 }

@@ -2,14 +2,15 @@
 
 use super::axes::axes;
 use super::map_layer::map_layer;
-use super::page::{MAP_ID, Panel};
+use super::page::{MAP_ID, Panel, pane, rectangle, translate};
 use super::palette::{BELIEF, INK, TRUTH, cost_colour};
 use super::run::Run;
 use super::snapshots::Snapshot;
 use super::symbols::{badge, covariance_ellipse, crowds, goal, path, person, robot, text};
-use super::viewport::{Viewport, px};
+use super::trace_columns::TraceColumns;
+use super::viewport::Viewport;
 use curionav_schemas::{Action, CandidateSet, CycleReport, words};
-use svg::node::element::{Group, Polyline, Rectangle, SVG, TSpan};
+use svg::node::element::{Group, Polyline, TSpan};
 
 /// Half the side of the part of the map that is shown, m.
 const REACH_M: f64 = 6.0;
@@ -23,27 +24,25 @@ const AXIS: f64 = 26.0;
 const CHARACTER: f64 = 6.2;
 
 /// The cycle within `width` pixels.
-pub(super) fn snapshot(run: &Run<'_>, shown: &Snapshot<'_>, width: f64) -> Panel {
+pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>, width: f64) -> Panel {
     let report = shown.report;
     let side = width - AXIS;
     let belief = &report.scene.belief;
     let viewport = Viewport::around((belief.x, belief.y), REACH_M, side);
-    let inside = SVG::new()
-        .set("width", px(side))
-        .set("height", px(side))
-        .add(Rectangle::new().set("width", px(side)).set("height", px(side)).set("fill", "#fff"))
+    let inside = pane(side, side)
+        .add(rectangle(side, side, "#fff"))
         .add(map_layer(run.map, MAP_ID, &viewport))
         .add(crowds(&viewport, &report.crowds))
         .add(goal(&viewport, run.goal, run.goal_tolerance))
         .add(candidates(report, &viewport))
         .add(people(report, &viewport))
-        .add(robots(run, shown, &viewport));
+        .add(robots(run, trace, shown, &viewport));
     let title = format!("{:.1} s \u{b7} {}", report.scene.stamp, shown.label);
     let map = Group::new()
-        .set("transform", format!("translate({AXIS} {})", CAPTION.0))
+        .set("transform", translate(AXIS, CAPTION.0))
         .add(inside)
         .add(axes(&viewport, 50.0))
-        .add(caption(report, side).set("transform", format!("translate(0 {})", px(side + 30.0))));
+        .add(caption(report, side).set("transform", translate(0.0, side + 30.0)));
     let content = Group::new()
         .set("class", "snapshot")
         .add(badge((AXIS + 8.0, 11.0), shown.number))
@@ -56,34 +55,29 @@ pub(super) fn snapshot(run: &Run<'_>, shown: &Snapshot<'_>, width: f64) -> Panel
 fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     let start = (report.scene.belief.x, report.scene.belief.y);
     let way = |index: usize| std::iter::once(start).chain(states(&report.candidates, index));
-    let scale = CostScale::of(report);
+    let (low, high) = cost_range(report);
     let mut group = Group::new();
     for index in drawn(report) {
-        let points = viewport.points(way(index));
-        let line = Polyline::new().set("points", points);
+        let line = Polyline::new().set("points", viewport.points(way(index)));
         group = group.add(match open_cost(report, index) {
             None => line.set("class", "rejected"),
-            Some(cost) => line.set("class", "candidate").set("stroke", scale.colour(cost)),
+            Some(cost) => {
+                let share = if high > low { (cost - low) / (high - low) } else { 0.0 };
+                line.set("class", "candidate").set("stroke", cost_colour(share))
+            }
         });
     }
-    let decided = std::iter::once(start)
-        .chain(report.decision.x.iter().copied().zip(report.decision.y.iter().copied()));
-    match (report.chosen, report.decision.action) {
-        (_, Action::Stop) => group,
-        (Some(chosen), Action::Follow) => {
-            bold(group, viewport, &way(chosen as usize).collect::<Vec<_>>(), "none")
+    let decision = &report.decision;
+    let (way, dashes): (Vec<_>, _) = match (report.chosen, decision.action) {
+        (_, Action::Stop) => return group,
+        (Some(chosen), Action::Follow) => (way(chosen as usize).collect(), "none"),
+        _ => {
+            let decided = decision.x.iter().copied().zip(decision.y.iter().copied());
+            (std::iter::once(start).chain(decided).collect(), "7 4")
         }
-        (_, Action::Hold) | (None, Action::Follow) => {
-            bold(group, viewport, &decided.collect::<Vec<_>>(), "7 4")
-        }
-    }
-}
-
-fn bold(group: Group, viewport: &Viewport, way: &[(f64, f64)], dashes: &str) -> Group {
-    let over = path(viewport, way.iter().copied(), INK, 2.8)
-        .set("class", "line chosen")
-        .set("stroke-dasharray", dashes);
-    group.add(path(viewport, way.iter().copied(), "#fff", 5.0)).add(over)
+    };
+    let over = path(viewport, way.iter().copied(), INK, 2.8).set("class", "line chosen");
+    group.add(path(viewport, way, "#fff", 5.0)).add(over.set("stroke-dasharray", dashes))
 }
 
 /// Positions of a candidate's states.
@@ -113,38 +107,22 @@ fn drawn(report: &CycleReport) -> Vec<usize> {
     order.into_iter().rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect()
 }
 
-/// Least and greatest cost of the candidates that were not rejected.
-struct CostScale {
-    low: f64,
-    high: f64,
-}
-
-impl CostScale {
-    fn of(report: &CycleReport) -> Self {
-        let none = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
-        open_costs(report)
-            .fold(none, |scale, cost| Self { low: scale.low.min(cost), high: scale.high.max(cost) })
-    }
-
-    fn colour(&self, cost: f64) -> String {
-        let range = self.high - self.low;
-        cost_colour(if range > 0.0 { (cost - self.low) / range } else { 0.0 })
-    }
+/// Least and greatest cost of the candidates that were compared; without any the least is above the greatest.
+fn cost_range(report: &CycleReport) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    open_costs(report).fold(none, |(low, high), cost| (low.min(cost), high.max(cost)))
 }
 
 fn people(report: &CycleReport, viewport: &Viewport) -> Group {
     let people = &report.scene.people;
-    (0..people.id.len()).filter(|i| viewport.holds((people.x[*i], people.y[*i]), 2.0)).fold(
-        Group::new(),
-        |group, i| {
-            let velocity = (people.vx[i], people.vy[i]);
-            group.add(person(viewport, (people.x[i], people.y[i]), velocity, people.radius))
-        },
-    )
+    let places = (0..people.id.len()).map(|i| ((people.x[i], people.y[i]), (people.vx[i], people.vy[i])));
+    places
+        .filter(|(at, _)| viewport.holds(*at, 2.0))
+        .fold(Group::new(), |group, (at, velocity)| group.add(person(viewport, at, velocity, people.radius)))
 }
 
 /// Where the robot is and where it believes to be.
-fn robots(run: &Run<'_>, shown: &Snapshot<'_>, viewport: &Viewport) -> Group {
+fn robots(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>, viewport: &Viewport) -> Group {
     let belief = &shown.report.scene.belief;
     let at = (belief.x, belief.y);
     let covariance = match belief.covariance[..] {
@@ -152,7 +130,7 @@ fn robots(run: &Run<'_>, shown: &Snapshot<'_>, viewport: &Viewport) -> Group {
         _ => [0.0; 3],
     };
     let mut group = Group::new().add(covariance_ellipse(viewport, at, covariance));
-    if let (Some(truth), Some(heading)) = (run.trace.truth.get(shown.row), run.trace.heading.get(shown.row)) {
+    if let (Some(truth), Some(heading)) = (trace.truth.get(shown.row), trace.heading.get(shown.row)) {
         group = group.add(robot(viewport, *truth, *heading, run.robot_radius, TRUTH));
     }
     group.add(robot(viewport, at, belief.heading, run.robot_radius, BELIEF).set("stroke-dasharray", "4 2"))
@@ -177,9 +155,8 @@ fn caption(report: &CycleReport, width: f64) -> Group {
         group = group.add(text(row(index), "", line.as_str()));
     }
     if !decision.degraded.is_empty() {
-        let words =
-            wrapped(&format!("Degraded: {}", words::say_all("degradation", &decision.degraded)), columns, 1);
-        let line = text(row(lines.len()), "b", words.concat());
+        let words = format!("Degraded: {}", words::say_all("degradation", &decision.degraded));
+        let line = text(row(lines.len()), "b", wrapped(&words, columns, 1).concat());
         group = group.add(line.set("style", format!("fill:{BELIEF}")));
     }
     group
@@ -195,9 +172,9 @@ fn costs(report: &CycleReport) -> String {
         words += &format!(", {left_out} not drawn");
     }
     words.push(')');
-    let scale = CostScale::of(report);
-    if scale.low <= scale.high {
-        words += &format!(", cost {:.2}\u{2013}{:.2}", scale.low, scale.high);
+    let (low, high) = cost_range(report);
+    if low <= high {
+        words += &format!(", cost {low:.2}\u{2013}{high:.2}");
     }
     if let Some(margin) = report.margin {
         words += &format!(", margin {margin:.3}");

@@ -42,6 +42,13 @@ pub(super) fn path(
         .set("stroke-width", width)
 }
 
+/// Where people have walked or are going to walk, each a line through points of the map frame.
+pub(super) fn tracks(viewport: &Viewport, lines: impl IntoIterator<Item = Vec<(f64, f64)>>) -> Group {
+    lines.into_iter().fold(Group::new(), |group, line| {
+        group.add(Polyline::new().set("class", "track").set("points", viewport.points(line)))
+    })
+}
+
 /// A disc of `radius` metres, but never too small to see.
 pub(super) fn disc(viewport: &Viewport, at: (f64, f64), radius: f64) -> Circle {
     let (x, y) = viewport.at(at);
@@ -200,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn somebody_who_stands_has_no_arrow() {
+    fn a_person_who_stands_has_no_arrow() {
         let viewport = Viewport::around((0.0, 0.0), 5.0, 100.0);
         assert!(!person(&viewport, (0.0, 0.0), (0.0, 0.0), 0.3).to_string().contains("<path"));
         assert!(person(&viewport, (0.0, 0.0), (1.0, 0.0), 0.3).to_string().contains("<path"));

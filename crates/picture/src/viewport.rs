@@ -111,11 +111,15 @@ impl Bounds {
         }
     }
 
-    /// What it has in common with `other`; itself if that is nothing.
-    pub(super) fn within(self, other: Self) -> Self {
-        let min = (self.min.0.max(other.min.0), self.min.1.max(other.min.1));
-        let max = (self.max.0.min(other.max.0), self.max.1.min(other.max.1));
-        if min.0 < max.0 && min.1 < max.1 { Self { min, max } } else { self }
+    /// The part of it that `matters`; all of it while that is at most `times` the area.
+    pub(super) fn part(self, matters: Self, times: f64) -> Self {
+        let area = |bounds: Self| bounds.width() * bounds.height();
+        if area(self) <= times * area(matters) {
+            return self;
+        }
+        let min = (self.min.0.max(matters.min.0), self.min.1.max(matters.min.1));
+        let max = (self.max.0.min(matters.max.0), self.max.1.min(matters.max.1));
+        if min.0 < max.0 && min.1 < max.1 { Self { min, max } } else { matters }
     }
 
     /// Metres across, never 0.

@@ -51,22 +51,23 @@ pub(super) fn believed(belief: &wire::Belief, time: u64) -> PoseInFrame {
 
 /// Where the robot may be. The schema has no place for weights.
 pub(super) fn particles(particles: &wire::Particles, time: u64) -> PosesInFrame {
-    let states = particles.x.iter().zip(particles.y.iter()).zip(particles.heading.iter());
-    let on_ground = |x: f32, y: f32, heading: f32| pose(x.into(), y.into(), 0.0, heading.into());
-    PosesInFrame {
-        timestamp: timestamp(time),
-        frame_id: MAP_FRAME.into(),
-        poses: states.filter_map(|((x, y), heading)| on_ground(*x, *y, *heading)).collect(),
-    }
+    let wire::Particles { x, y, heading, .. } = particles;
+    let poses = x.iter().zip(y.iter()).zip(heading.iter());
+    poses_in_frame(poses.map(|((x, y), heading)| [*x, *y, *heading].map(f64::from)), time)
 }
 
 /// What is to be driven.
 pub(super) fn path(decision: &wire::Decision, time: u64) -> PosesInFrame {
-    let states = decision.x.iter().zip(decision.y.iter()).zip(decision.heading.iter());
+    let wire::Decision { x, y, heading, .. } = decision;
+    let poses = x.iter().zip(y.iter()).zip(heading.iter());
+    poses_in_frame(poses.map(|((x, y), heading)| [*x, *y, *heading]), time)
+}
+
+fn poses_in_frame(poses: impl Iterator<Item = [f64; 3]>, time: u64) -> PosesInFrame {
     PosesInFrame {
         timestamp: timestamp(time),
         frame_id: MAP_FRAME.into(),
-        poses: states.filter_map(|((x, y), heading)| pose(*x, *y, 0.0, *heading)).collect(),
+        poses: poses.filter_map(|[x, y, heading]| pose(x, y, 0.0, heading)).collect(),
     }
 }
 
@@ -110,27 +111,18 @@ pub(super) fn grid(map: &wire::OccupancyGrid, time: u64) -> Grid {
 
 /// A line for people.
 pub(super) fn line(robot: &str, level: log::Level, message: String, time: u64) -> Log {
-    Log {
-        timestamp: timestamp(time),
-        level: level as i32,
-        message,
-        name: robot.into(),
-        file: String::new(),
-        line: 0,
-    }
+    Log { timestamp: timestamp(time), level: level as i32, message, name: robot.into(), ..Log::default() }
 }
 
 /// What was decided, in words.
 pub(super) fn decided(robot: &str, decision: &wire::Decision, time: u64) -> Log {
     let healthy = decision.action == Action::Follow && decision.degraded.is_empty();
     let level = if healthy { log::Level::Info } else { log::Level::Warning };
-    let what = match (decision.action, decision.candidate) {
-        (Action::Follow, Some(id)) => format!("follow candidate {id}"),
-        (Action::Follow, None) => "follow".to_owned(),
-        (Action::Hold, _) => "hold".to_owned(),
-        (Action::Stop, _) => "stop".to_owned(),
-    };
-    let mut message = format!("{what}: {}", words::say("reason", &decision.reason));
+    let mut message = words::say("action", &decision.action);
+    if let (Action::Follow, Some(id)) = (decision.action, decision.candidate) {
+        message += &format!(" candidate {id}");
+    }
+    message += &format!(": {}", words::say("reason", &decision.reason));
     if !decision.degraded.is_empty() {
         message += &format!("; degraded: {}", words::say_all("degradation", &decision.degraded));
     }

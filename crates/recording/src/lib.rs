@@ -19,7 +19,5 @@ pub use read::{Item, Reader};
 pub use recorder::{Recorder, Scope, Tally};
 pub use recover::recover;
 
-/// Schema encoding of our messages.
-pub(crate) const SCHEMA_ENCODING: &str = "cddl";
 /// Message encoding of our messages.
 pub(crate) const MESSAGE_ENCODING: &str = "cbor";

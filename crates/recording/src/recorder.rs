@@ -11,10 +11,7 @@ use curionav_runtime::map_store;
 use curionav_runtime::probe::ask_everybody;
 use curionav_runtime::query::fetch_from_all;
 use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
-use curionav_schemas::{
-    Belief, CycleReport, Decision, MapId, Memory, Message, Mission, MissionState, OccupancyGrid, Odometry,
-    Particles, People, RunStatus, Scan, ServiceStatus, Twist, keys,
-};
+use curionav_schemas::{MapId, Message, Mission, MissionState, OccupancyGrid, ServiceStatus, keys};
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, JoinSet};
 use zenoh::pubsub::Subscriber;
@@ -29,7 +26,7 @@ const STREAMS: [&str; 10] =
     ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report", "memory"];
 /// Bytes that may wait to be written: beyond it a slow disk costs messages, not the deployment's memory.
 const QUEUE_BYTES: usize = 256 << 20;
-/// A large map over a slow link, and everybody's status.
+/// A large map over a slow link, and the status of every service.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 const STATUS_TIMEOUT: Duration = Duration::from_secs(1);
 /// How long what was asked for may still take when the recording ends.
@@ -46,6 +43,19 @@ pub struct Scope {
     pub world: Option<String>,
 }
 
+impl Scope {
+    fn of_robot(&self, stream: &str) -> Result<String, keys::KeyError> {
+        self.robot.as_ref().map_or_else(|| keys::every_robot(stream), |robot| keys::robot(robot, stream))
+    }
+
+    /// The keys of everything that is recorded.
+    fn keys(&self) -> Result<Vec<String>, keys::KeyError> {
+        let run =
+            self.world.as_ref().map_or_else(|| keys::every_world("run"), |world| keys::world(world, "run"));
+        STREAMS.iter().map(|stream| self.of_robot(stream)).chain([run]).collect()
+    }
+}
+
 /// What has become of the messages.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Tally {
@@ -59,7 +69,7 @@ pub struct Tally {
     pub refused: u64,
 }
 
-/// Something that has arrived.
+/// A message that has arrived.
 struct Arrival {
     key: String,
     encoding: String,
@@ -81,7 +91,7 @@ impl Queue {
             self.lost.fetch_add(1, Ordering::Relaxed);
             return;
         }
-        // Nobody listens any more once the recording has ended.
+        // Once the recording has ended, nothing receives any more.
         let _ = self.sender.send(Arrival { key: key.to_owned(), encoding, payload });
     }
 }
@@ -100,7 +110,7 @@ impl Recorder {
         let (sender, arrivals) = mpsc::unbounded_channel();
         let queue = Queue { sender, waiting: Arc::default(), lost: Arc::default() };
         let mut subscribers = Vec::new();
-        for key in wanted(scope)? {
+        for key in scope.keys()? {
             let queue = queue.clone();
             let subscriber = session
                 .declare_subscriber(key)
@@ -124,11 +134,7 @@ impl Recorder {
             errands: JoinSet::new(),
             tally: Tally::default(),
         };
-        let missions = match &scope.robot {
-            Some(robot) => keys::robot(robot, "mission")?,
-            None => keys::every_robot("mission")?,
-        };
-        writing.ask(missions);
+        writing.ask(scope.of_robot("mission")?);
         let (trigger, token) = shutdown();
         let task = tokio::spawn(writing.run(arrivals, token));
         Ok(Self { task, trigger, subscribers })
@@ -151,19 +157,6 @@ impl Recorder {
     }
 }
 
-fn wanted(scope: &Scope) -> anyhow::Result<Vec<String>> {
-    let of_robot = |stream: &&str| match &scope.robot {
-        Some(robot) => keys::robot(robot, stream),
-        None => keys::every_robot(stream),
-    };
-    let mut keys = STREAMS.iter().map(of_robot).collect::<Result<Vec<_>, _>>()?;
-    keys.push(match &scope.world {
-        Some(world) => keys::world(world, "run")?,
-        None => keys::every_world("run")?,
-    });
-    Ok(keys)
-}
-
 /// The task that writes.
 struct Writing {
     session: Session,
@@ -172,11 +165,11 @@ struct Writing {
     queue: Queue,
     /// By robot or world.
     timelines: BTreeMap<String, Timeline>,
-    /// The last word about each robot's mission.
+    /// The newest message about each robot's mission.
     missions: BTreeMap<String, Vec<u8>>,
     /// Maps that are here or asked for.
     maps: BTreeSet<MapId>,
-    /// Maps that nobody has served when they were asked for.
+    /// Maps that were not served when they were asked for.
     lacking: BTreeSet<MapId>,
     /// (robot, run) whose services have been asked for their versions.
     runs: BTreeSet<(String, u64)>,
@@ -191,18 +184,19 @@ impl Writing {
         mut arrivals: mpsc::UnboundedReceiver<Arrival>,
         mut end: Shutdown,
     ) -> anyhow::Result<Tally> {
+        let written = format!("cannot write {}", self.path.display());
         loop {
             tokio::select! {
                 biased;
                 () = end.requested() => break,
                 arrival = arrivals.recv() => match arrival {
-                    Some(arrival) => self.take(&arrival)?,
+                    Some(arrival) => self.take(&arrival).context(written.clone())?,
                     None => break,
                 },
                 Some(done) = self.errands.join_next(), if !self.errands.is_empty() => self.note(done.ok().flatten()),
                 () = tokio::time::sleep(IDLE) => {}
             }
-            self.file.flush_if_due().with_context(|| format!("cannot write {}", self.path.display()))?;
+            self.file.flush_if_due().context(written.clone())?;
         }
         let errands = async {
             while let Some(done) = self.errands.join_next().await {
@@ -212,84 +206,49 @@ impl Writing {
         // Without an answer the recording lacks a map or a version and says so when it is read.
         let _ = tokio::time::timeout(LAST_ANSWERS, errands).await;
         while let Ok(arrival) = arrivals.try_recv() {
-            self.take(&arrival)?;
+            self.take(&arrival).context(written.clone())?;
         }
         self.tally.lost = self.queue.lost.load(Ordering::Relaxed);
-        self.tally.written = self.file.messages();
+        self.tally.written = self.file.messages;
         self.file.finish().with_context(|| format!("cannot complete {}", self.path.display()))?;
         Ok(self.tally)
     }
 
-    fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
-        self.queue.waiting.fetch_sub(arrival.payload.len(), Ordering::Relaxed);
-        let (owner, stream) = names(&arrival.key);
-        let (owner, stream) = (owner.to_owned(), stream.to_owned());
-        match stream.as_str() {
-            "scan" => self.record::<Scan>(&owner, arrival).map(drop),
-            "odom" => self.record::<Odometry>(&owner, arrival).map(drop),
-            "people" => self.record::<People>(&owner, arrival).map(drop),
-            "belief" => self.record::<Belief>(&owner, arrival).map(drop),
-            "particles" => self.record::<Particles>(&owner, arrival).map(drop),
-            "decision" => self.record::<Decision>(&owner, arrival).map(drop),
-            "cmd" => self.record::<Twist>(&owner, arrival).map(drop),
-            "memory" => self.record::<Memory>(&owner, arrival).map(drop),
-            "run" => self.record::<RunStatus>(&owner, arrival).map(drop),
-            "map" => self.record::<OccupancyGrid>(&owner, arrival).map(drop),
-            "status" => self.record::<ServiceStatus>(&owner, arrival).map(drop),
-            "report" => {
-                let report = self.record::<CycleReport>(&owner, arrival)?;
-                self.tally.cycles += u64::from(report.is_some());
-                Ok(())
-            }
-            "mission" => {
-                let Some(mission) = self.understand::<Mission>(arrival) else { return Ok(()) };
-                self.timelines.entry(owner.clone()).or_default().follow(&mission);
-                let last = self.missions.insert(owner.clone(), arrival.payload.clone());
-                // The driver says it again every second: that changes no picture.
-                let is_drawn = last.is_none_or(|last| last != arrival.payload);
-                self.write(&owner, arrival, &mission, is_drawn)?;
-                self.look_into(&mission);
-                Ok(())
-            }
-            _ => Ok(()),
-        }
-    }
-
     /// Writes one message as it came, and its picture.
-    fn record<M: Visible>(&mut self, owner: &str, arrival: &Arrival) -> anyhow::Result<Option<M>> {
-        let message = self.understand::<M>(arrival);
-        message.as_ref().map_or(Ok(()), |message| self.write(owner, arrival, message, true))?;
-        Ok(message)
-    }
-
-    fn understand<M: Message>(&mut self, arrival: &Arrival) -> Option<M> {
-        M::decode(&arrival.payload, Some(&arrival.encoding))
-            .inspect_err(|error| {
+    fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
+        let Arrival { key, encoding, payload } = arrival;
+        self.queue.waiting.fetch_sub(payload.len(), Ordering::Relaxed);
+        let (owner, stream) = names(key);
+        let message = match Visible::decode(stream, payload, encoding) {
+            Ok(message) => message,
+            Err(error) => {
                 self.tally.refused += 1;
-                tracing::warn!(key = arrival.key, %error, "not recorded");
-            })
-            .ok()
-    }
-
-    fn write<M: Visible>(
-        &mut self,
-        owner: &str,
-        arrival: &Arrival,
-        message: &M,
-        is_drawn: bool,
-    ) -> anyhow::Result<()> {
+                tracing::warn!(key, %error, "not recorded");
+                return Ok(());
+            }
+        };
+        let mut is_drawn = true;
+        match &message {
+            Visible::Report(_) => self.tally.cycles += 1,
+            Visible::Mission(mission) => {
+                self.timelines.entry(owner.to_owned()).or_default().follow(mission);
+                // The driver says it again every second: that changes no picture.
+                let last = self.missions.insert(owner.to_owned(), payload.clone());
+                is_drawn = last.is_none_or(|last| last != *payload);
+                self.look_into(mission);
+            }
+            _ => {}
+        }
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
         let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
         let now = if message.stamp().is_none() && others > 0 { others } else { now };
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
-        let written = self.file.contract::<M>(&arrival.key, &arrival.payload, time);
-        written
-            .and_then(|()| if is_drawn { message.show(owner, time, &mut self.file) } else { Ok(()) })
-            .with_context(|| format!("cannot write {}", self.path.display()))
+        self.file.contract(key, encoding, payload, time)?;
+        if is_drawn { message.show(owner, time, &mut self.file) } else { Ok(()) }
     }
 
-    /// Gets the map of a mission and the versions of those who carry it out.
+    /// Gets the map of a mission and the versions of the services that carry it out.
     fn look_into(&mut self, mission: &Mission) {
         if self.maps.insert(mission.order.map) {
             let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.order.map);
@@ -302,7 +261,7 @@ impl Writing {
                 None
             });
         }
-        // By then everybody who has a part in it is there.
+        // By then every service that has a part in it is there.
         let prepared = mission.state != MissionState::Preparing;
         if prepared && self.runs.insert((mission.order.robot.clone(), mission.run)) {
             self.ask(keys::every_status());
@@ -314,17 +273,15 @@ impl Writing {
         let Some(map) = absent else { return };
         self.maps.remove(&map);
         if self.lacking.insert(map) {
-            tracing::warn!(%map, "the recording lacks a map: nobody serves it");
+            tracing::warn!(%map, "the recording lacks a map, which is not served");
         }
     }
 
-    /// Asks everybody who answers on `key`, and records the answers.
+    /// Asks all that answer on `key`, and records the answers.
     fn ask(&mut self, key: String) {
         let (session, queue) = (self.session.clone(), self.queue.clone());
         self.errands.spawn(async move {
-            let Ok((replies, _)) = ask_everybody(&session, &key, None, STATUS_TIMEOUT).await else {
-                return None;
-            };
+            let (replies, _) = ask_everybody(&session, &key, None, STATUS_TIMEOUT).await.unwrap_or_default();
             for reply in replies {
                 let Ok((payload, encoding)) = reply.answer else { continue };
                 match own_key(&reply.key, &payload) {
@@ -337,7 +294,7 @@ impl Writing {
     }
 }
 
-/// The key of an answer to a question that was put to everybody: it may come under the question's.
+/// The key of an answer to a question that was put to all: it may come under the question's.
 fn own_key(key: &str, payload: &[u8]) -> Option<String> {
     if !key.contains('*') {
         return Some(key.to_owned());
@@ -433,9 +390,9 @@ mod tests {
     }
 
     #[test]
-    fn every_wanted_key_is_known_by_its_stream() {
+    fn every_recorded_key_is_known_by_its_stream() {
         let scope = Scope { robot: Some("r1".into()), world: Some("hall".into()) };
-        let keys = wanted(&scope).unwrap();
+        let keys = scope.keys().unwrap();
         assert_eq!(keys.len(), STREAMS.len() + 1);
         for (key, stream) in keys.iter().zip(STREAMS) {
             assert_eq!(names(key), ("r1", stream));

@@ -1,12 +1,12 @@
 //! A killed recording made whole: the same messages with an index, for viewers that want one.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 
 use anyhow::Context;
+use mcap::MessageStream;
 use mcap::read::Options;
-use mcap::{Compression, MessageStream, WriteOptions};
+
+use super::writer::create;
 
 /// Copies what is left of `killed` into `whole`, which must not exist; how many messages that is. The killed one is
 /// read into memory.
@@ -14,11 +14,7 @@ pub fn recover(killed: &Path, whole: &Path) -> anyhow::Result<u64> {
     let bytes = std::fs::read(killed).with_context(|| format!("cannot read {}", killed.display()))?;
     let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into())
         .with_context(|| killed.display().to_string())?;
-    let file = File::create_new(whole).with_context(|| format!("cannot create {}", whole.display()))?;
-    let options = WriteOptions::new()
-        .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
-        .compression(Some(Compression::Lz4));
-    let mut writer = options.create(BufWriter::new(file))?;
+    let mut writer = create(whole)?;
     let mut messages = 0;
     for message in stream {
         // The first that cannot be read is where it was killed.

@@ -28,17 +28,16 @@ const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
 }
 
 /// One entity, which replaces that of the same name on its topic.
-fn entity(name: &str, time: u64) -> SceneEntity {
-    SceneEntity {
-        timestamp: timestamp(time),
-        frame_id: MAP_FRAME.into(),
-        id: name.into(),
-        ..SceneEntity::default()
-    }
+fn update(name: &str, time: u64, shapes: SceneEntity) -> SceneUpdate {
+    let (timestamp, frame_id, id) = (timestamp(time), MAP_FRAME.into(), name.into());
+    let entity = SceneEntity { timestamp, frame_id, id, ..shapes };
+    SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
 }
 
-fn update(entity: SceneEntity) -> SceneUpdate {
-    SceneUpdate { deletions: Vec::new(), entities: vec![entity] }
+/// A disc or an ellipse on the ground.
+fn flat(name: &str, time: u64, x: f64, y: f64, heading: f64, axes: [f64; 2], color: Color) -> SceneUpdate {
+    let cylinders = vec![cylinder(x, y, heading, [axes[0], axes[1], 0.01], color)];
+    update(name, time, SceneEntity { cylinders, ..SceneEntity::default() })
 }
 
 fn cylinder(x: f64, y: f64, heading: f64, size: [f64; 3], color: Color) -> CylinderPrimitive {
@@ -53,14 +52,14 @@ fn cylinder(x: f64, y: f64, heading: f64, size: [f64; 3], color: Color) -> Cylin
 
 /// People of a scene and where they go: an arrow is as long as one second's way.
 pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
-    let mut entity = entity("people", time);
+    let mut shapes = SceneEntity::default();
     let width = 2.0 * people.radius;
     for i in 0..people.id.len() {
         let (x, y, vx, vy) = (people.x[i], people.y[i], people.vx[i], people.vy[i]);
-        entity.cylinders.push(cylinder(x, y, 0.0, [width, width, PERSON_HEIGHT], color(0.9, 0.5, 0.1, 0.8)));
+        shapes.cylinders.push(cylinder(x, y, 0.0, [width, width, PERSON_HEIGHT], color(0.9, 0.5, 0.1, 0.8)));
         let speed = (vx * vx + vy * vy).sqrt();
         if speed > STANDING {
-            entity.arrows.push(ArrowPrimitive {
+            shapes.arrows.push(ArrowPrimitive {
                 pose: pose(x, y, CHOSEN_AT, atan2(vy, vx)),
                 shaft_length: speed,
                 shaft_diameter: 0.05,
@@ -70,7 +69,7 @@ pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
             });
         }
     }
-    update(entity)
+    update("people", time, shapes)
 }
 
 /// Where the robot is with 95 % probability, if its belief is right.
@@ -80,55 +79,41 @@ pub(super) fn ellipse(belief: &wire::Belief, time: u64) -> SceneUpdate {
     let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
     let root = (half * half + xy * xy).sqrt();
     let heading = 0.5 * atan2(2.0 * xy, xx - yy);
-    let diameter = |variance: f64| 2.0 * SIGMAS * variance.max(0.0).sqrt();
-    let size = [diameter(mean + root), diameter(mean - root), 0.01];
-    let mut entity = entity("belief", time);
-    entity.cylinders.push(cylinder(belief.x, belief.y, heading, size, color(0.2, 0.4, 0.9, 0.4)));
-    update(entity)
+    let axes = [mean + root, mean - root].map(|variance| 2.0 * SIGMAS * variance.max(0.0).sqrt());
+    flat("belief", time, belief.x, belief.y, heading, axes, color(0.2, 0.4, 0.9, 0.4))
 }
 
 /// Where to go, as wide as it suffices to come.
 pub(super) fn goal(mission: &wire::Mission, time: u64) -> SceneUpdate {
-    let width = 2.0 * mission.order.goal_tolerance;
-    let mut entity = entity("goal", time);
-    let green = color(0.1, 0.7, 0.2, 0.6);
-    entity.cylinders.push(cylinder(
-        mission.order.goal_x,
-        mission.order.goal_y,
-        0.0,
-        [width, width, 0.01],
-        green,
-    ));
-    update(entity)
+    let wire::MissionOrder { goal_x, goal_y, goal_tolerance, .. } = mission.order;
+    flat("goal", time, goal_x, goal_y, 0.0, [2.0 * goal_tolerance; 2], color(0.1, 0.7, 0.2, 0.6))
 }
 
 /// All candidates: green costs little, red much, grey was rejected or not scored, blue and wide was chosen.
 pub(super) fn candidates(report: &wire::CycleReport, time: u64) -> SceneUpdate {
-    let mut entity = entity("candidates", time);
     let steps = report.candidates.steps as usize;
     let count = report.candidates.count as usize;
     let open = |index: usize| report.total_of(index).filter(|_| report.rejection_of(index).is_none());
     let costs = || (0..count).filter_map(open);
     let least = costs().fold(f64::INFINITY, f64::min);
     let range = (costs().fold(f64::NEG_INFINITY, f64::max) - least).max(1e-9);
-    for index in 0..count {
-        let chosen = report.chosen == Some(index as u32);
+    let line = |index: usize| {
         let share = open(index).map(|cost| (cost - least) / range);
-        let (shade, height, width) = match (chosen, share) {
-            (true, _) => (color(0.1, 0.3, 1.0, 1.0), CHOSEN_AT, CHOSEN_WIDTH),
-            (_, Some(share)) => (color(share, 1.0 - share, 0.1, 0.7), CANDIDATES_AT, CANDIDATE_WIDTH),
-            _ => (color(0.5, 0.5, 0.5, 0.3), 0.0, CANDIDATE_WIDTH),
+        let (shade, z, thickness) = match share {
+            _ if report.chosen == Some(index as u32) => (color(0.1, 0.3, 1.0, 1.0), CHOSEN_AT, CHOSEN_WIDTH),
+            Some(share) => (color(share, 1.0 - share, 0.1, 0.7), CANDIDATES_AT, CANDIDATE_WIDTH),
+            None => (color(0.5, 0.5, 0.5, 0.3), 0.0, CANDIDATE_WIDTH),
         };
         let states = index * steps..(index + 1) * steps;
-        let points =
-            states.map(|k| Point3 { x: report.candidates.x[k], y: report.candidates.y[k], z: height });
-        entity.lines.push(LinePrimitive {
+        let points = states.map(|k| Point3 { x: report.candidates.x[k], y: report.candidates.y[k], z });
+        LinePrimitive {
             r#type: line_primitive::Type::LineStrip as i32,
-            thickness: width,
+            thickness,
             points: points.collect(),
             color: Some(shade),
             ..LinePrimitive::default()
-        });
-    }
-    update(entity)
+        }
+    };
+    let lines = (0..count).map(line).collect();
+    update("candidates", time, SceneEntity { lines, ..SceneEntity::default() })
 }

@@ -32,7 +32,7 @@ impl Timeline {
     pub(super) fn follow(&mut self, mission: &Mission) {
         self.late = match mission.order.clock {
             Clock::Realtime => RESTART * mission.order.time_scale.max(1.0),
-            // As fast as the machine allows: nobody can say how much robot time passes while a message is under way.
+            // As fast as the machine allows: any robot time may pass while a message is under way.
             Clock::Lockstep => f64::INFINITY,
         };
         let part = Some((mission.run, mission.has_run));

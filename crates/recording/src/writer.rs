@@ -7,56 +7,59 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use curionav_schemas::{CDDL, Message};
+use curionav_schemas::CDDL;
 use foxglove::Encode;
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 
-use super::{MESSAGE_ENCODING, SCHEMA_ENCODING};
+use super::MESSAGE_ENCODING;
 
 /// Bytes of messages in a chunk: readers load whole chunks.
 const CHUNK: u64 = 1 << 20;
 /// Longest a message waits for its chunk to be full.
 const FLUSH_PERIOD: Duration = Duration::from_secs(1);
 
-/// A channel of the file.
-struct Channel {
-    id: u16,
-    sequence: u32,
-}
-
 pub(super) struct RecordingWriter {
     file: Writer<BufWriter<File>>,
-    channels: HashMap<String, Channel>,
+    /// By topic: identifier, and number of the next message.
+    channels: HashMap<String, (u16, u32)>,
     flushed: Instant,
-    messages: u64,
+    /// Messages written so far.
+    pub(super) messages: u64,
+}
+
+/// A file where there is none yet, to be written in chunks.
+pub(super) fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
+    let file = File::create_new(path).with_context(|| format!("cannot create {}", path.display()))?;
+    let options = WriteOptions::new()
+        .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Lz4))
+        .chunk_size(Some(CHUNK));
+    Ok(options.create(BufWriter::new(file))?)
 }
 
 impl RecordingWriter {
     /// Starts a file where there is none yet.
     pub(super) fn create(path: &Path) -> anyhow::Result<Self> {
-        let file = File::create_new(path).with_context(|| format!("cannot create {}", path.display()))?;
-        let options = WriteOptions::new()
-            .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Lz4))
-            .chunk_size(Some(CHUNK));
-        let mut file = options.create(BufWriter::new(file))?;
+        let mut file = create(path)?;
         // From here on it is an MCAP file, whatever happens.
         file.flush()?;
         Ok(Self { file, channels: HashMap::new(), flushed: Instant::now(), messages: 0 })
     }
 
     /// A message of the contract, as it was sent. Times are nanoseconds.
-    pub(super) fn contract<M: Message>(
+    pub(super) fn contract(
         &mut self,
         topic: &str,
+        encoding: &str,
         bytes: &[u8],
         time: u64,
     ) -> anyhow::Result<()> {
         if !self.channels.contains_key(topic) {
-            // The first rule of a CDDL text is what it describes.
-            let rules = format!("curionav = {}\n{CDDL}", M::NAME);
-            self.open(topic, M::SCHEMA, SCHEMA_ENCODING, rules.as_bytes(), MESSAGE_ENCODING)?;
+            // Such as `application/cbor;curionav.scan.v1`. The first rule of a CDDL text is what it describes.
+            let (_, schema) = encoding.split_once(';').context("an encoding without a schema")?;
+            let rules = format!("curionav = {}\n{CDDL}", schema.split('.').nth(1).unwrap_or_default());
+            self.open(topic, schema, "cddl", rules.as_bytes(), MESSAGE_ENCODING)?;
         }
         self.write(topic, bytes, time)
     }
@@ -82,19 +85,14 @@ impl RecordingWriter {
     ) -> anyhow::Result<()> {
         let schema = self.file.add_schema(schema, schema_encoding, data)?;
         let id = self.file.add_channel(schema, topic, encoding, &BTreeMap::new())?;
-        self.channels.insert(topic.to_owned(), Channel { id, sequence: 0 });
+        self.channels.insert(topic.to_owned(), (id, 0));
         Ok(())
     }
 
     fn write(&mut self, topic: &str, bytes: &[u8], time: u64) -> anyhow::Result<()> {
-        let Some(channel) = self.channels.get_mut(topic) else { return Ok(()) };
-        let header = MessageHeader {
-            channel_id: channel.id,
-            sequence: channel.sequence,
-            log_time: time,
-            publish_time: time,
-        };
-        channel.sequence = channel.sequence.wrapping_add(1);
+        let Some((id, next)) = self.channels.get_mut(topic) else { return Ok(()) };
+        let header = MessageHeader { channel_id: *id, sequence: *next, log_time: time, publish_time: time };
+        *next = next.wrapping_add(1);
         self.messages += 1;
         self.file.write_to_known_channel(&header, bytes)?;
         Ok(())
@@ -107,11 +105,6 @@ impl RecordingWriter {
             self.file.flush()?;
         }
         Ok(())
-    }
-
-    /// Messages written so far.
-    pub(super) fn messages(&self) -> u64 {
-        self.messages
     }
 
     /// Completes the file with its index.

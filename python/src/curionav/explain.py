@@ -6,9 +6,10 @@ import math
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from .array import F64
-from .messages import CycleReport, Twist
+from .messages import CycleReport, TermReport
 from .words import say, say_all
 
 
@@ -17,7 +18,7 @@ class Candidate:
     """One row of the table: a candidate by its ``id``, with what each term adds to its cost.
 
     ``cost`` is ``None`` if an active term has not scored it, and so are the entries of ``terms`` and ``raw`` of a term
-    that has not. ``remark`` is ``chosen``, ``next``, or why it was rejected; empty if it was only dearer.
+    that has not. ``remark`` is ``chosen``, ``next``, or why it was rejected; empty if it was only more expensive.
     """
 
     id: int
@@ -103,31 +104,67 @@ class Explanation:
         )
 
     def _words(self) -> Iterator[str]:
-        report, decision = self.report, self.report.decision
-        did = decision.action if report.chosen is None else f"follow candidate {self._id(report.chosen)}"
-        why = say("reason", decision.reason)
-        yield f"Robot {report.robot}, cycle {report.seq} at {decision.stamp:.1f} s: {did} ({why})."
-        if report.driven is not None:
-            yield f"Before it, {driven(report.driven)}."
-        codes = Counter(why["code"] for why in report.rejected if why is not None)
-        left = report.candidates.count - codes.total()
-        rejected = "".join(f"; {count} {say('rejections', code)}" for code, count in codes.most_common())
-        yield f"Of {report.candidates.count} candidates {left} were left to compare{rejected}."
-        if report.runner_up is not None and report.margin is not None:
-            how = "dearer" if report.margin >= 0.0 else "cheaper"
-            yield f"Candidate {self._id(report.runner_up)} would have been next, {abs(report.margin):.4f} {how}."
-        for term, candidate in self.alone().items():
-            yield f"- {term} alone would have chosen candidate {candidate}."
+        yield from self._decided()
+        yield from self._costs()
+        for term in self.report.terms:
+            if term.active:
+                yield self._wish(term)
+        for term in self.report.terms:
+            if not term.active:
+                yield _line("idle", term=term.term, weight=term.weight, scale=term.scale)
         same = []
+        weights = {term.term: term.weight for term in self.report.terms}
         for case in self.what_if():
             if case.same:
                 same.append(f"{case.term} {case.change}")
-            else:
-                yield f"With the weight of {case.term} {case.change} it would have taken candidate {case.candidate}."
+                continue
+            other = {"weight": weights[case.term], "other": case.weight, "candidate": case.candidate}
+            yield _line("otherwise", term=case.term, change=case.change, **other)
         if same:
-            yield f"It would have taken the same with the weight of {', '.join(same)}."
-        degraded = say_all("degradation", decision.degraded)
-        yield f"Degraded: {degraded}." if degraded else "Nothing was degraded."
+            yield _line("same", changes=same)
+        degraded = say_all("degradation", self.report.decision.degraded)
+        yield _line("degraded", degraded=degraded) if degraded else _line("healthy")
+
+    def _decided(self) -> Iterator[str]:
+        """What was decided, of how many candidates, and what the driver made of the decisions before."""
+        report, decision, count = self.report, self.report.decision, self.report.candidates.count
+        chosen = "none" if report.chosen is None else self._id(report.chosen)
+        when = {"robot": report.robot, "cycle": report.seq, "stamp": decision.stamp}
+        yield _line(decision.action, candidate=chosen, reason=decision.reason, **when)
+        sure = "unsure" if decision.uncertain else "sure"
+        yield _line(sure, uncertainty=decision.uncertainty, people=len(report.scene.people.id))
+        codes = Counter(why["code"] for why in report.rejected if why is not None)
+        rejected = "".join(f"; {codes[code]} {say('rejections', code)}" for code in sorted(codes))
+        yield _line("compared", count=count, left=count - codes.total(), rejected=rejected)
+        if report.driven is not None and report.driven.reason != "tracking":
+            time = report.scene.stamp - report.driven.since
+            yield _line("driven", time=time, command_reason=report.driven.reason)
+
+    def _costs(self) -> Iterator[str]:
+        """What the chosen candidate costs, by how much it leads, and what each term makes of its cost."""
+        report = self.report
+        if report.chosen is None:
+            return
+        total = float(report.total[report.chosen])
+        if report.runner_up is None or report.margin is None:
+            yield _line("only", total=total)
+        else:
+            code = "next" if report.margin >= 0.0 else "passed_over"
+            yield _line(code, total=total, candidate=self._id(report.runner_up), margin=abs(report.margin))
+        shares = {term.term: float(term.cost[report.chosen]) for term in report.terms}
+        parts = [f"{term} {cost:.4f}" for term, cost in shares.items() if not math.isnan(cost)]
+        if parts:
+            yield _line("shares", shares=" + ".join(parts))
+
+    def _wish(self, term: TermReport) -> str:
+        """Which candidate a term alone would have chosen."""
+        count = self.report.candidates.count - len(term.scored)
+        facts = {"term": term.term, "weight": term.weight, "scale": term.scale, "evaluated": term.evaluated}
+        facts["missing"] = f", {count} not at all" if count else ""
+        if term.alone is None:
+            return _line("no_wish", **facts)
+        same = term.alone == self.report.chosen
+        return _line("wish", **facts, wish="the same" if same else f"candidate {self._id(term.alone)}")
 
     def _table(self) -> Iterator[str]:
         terms = [term.term for term in self.report.terms if len(term.scored)]
@@ -139,7 +176,6 @@ class Explanation:
             yield "  ".join([*(f"{cell:>10}" for cell in cells), row.remark]).rstrip()
 
 
-def driven(twist: Twist) -> str:
-    """What the driver does with the decisions, in words."""
-    reason = say("command_reason", twist.reason)
-    return f"the driver commanded {twist.v:.2f} m/s and {twist.omega:.2f} rad/s ({reason}, since {twist.since:.1f} s)"
+def _line(code: str, **parameters: Any) -> str:
+    """A sentence of the family ``explanation`` of the table of words, as the command line says it too."""
+    return say("explanation", {"code": code, **parameters})

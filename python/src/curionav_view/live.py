@@ -77,7 +77,7 @@ class Live:
         self._scene_logger: SceneLogger | None = None
         self._run: int | None = None
         # Whether the run that is drawn began before the viewer did, or there is none.
-        self._past = True
+        self._over_before = True
         self._joined = 0.0
         self._maps: dict[bytes, OccupancyGrid] = {}
         self._asked = 0.0
@@ -166,7 +166,7 @@ class Live:
     def _receive_message(self, message: Message) -> None:
         if isinstance(message, Mission):
             self._take(message)
-        elif self._scene_logger is not None and self._past and isinstance(message, RunStatus):
+        elif self._scene_logger is not None and self._over_before and isinstance(message, RunStatus):
             self._recall(self._scene_logger, message)
         elif self._scene_logger is not None:
             self._scene_logger.draw(message)
@@ -174,8 +174,8 @@ class Live:
     def _take(self, mission: Mission) -> None:
         over = mission.state in _OVER
         # A robot that is sent on after its run was over stays in the same run.
-        if mission.run != self._run or (self._past and not over):
-            self._run, self._past, self._over, self._asked = mission.run, over, None, 0.0
+        if mission.run != self._run or (self._over_before and not over):
+            self._run, self._over_before, self._over, self._asked = mission.run, over, None, 0.0
             begin = self._aside if over else self._begin
             self._scene_logger = begin(f"{mission.order.robot}, run {mission.run}") if begin is not None else None
         # A mission is sent again and again while it stays as it is.
@@ -191,8 +191,8 @@ class Live:
         self._scene_logger.draw(mission)
         self._fetch_map()
         if ended:
-            self._scene_logger.note(words.over(mission, None, self._past), always=self._past)
-        if ended and self._past:
+            self._scene_logger.note(words.over(mission, None, self._over_before), always=self._over_before)
+        if ended and self._over_before:
             self._ask_for_result(self._scene_logger)
 
     def _ask_for_result(self, scene_logger: SceneLogger) -> None:
@@ -208,7 +208,7 @@ class Live:
     def _recall(scene_logger: SceneLogger, status: RunStatus) -> None:
         scene_logger.recall(status)
         if scene_logger.mission is not None and status.result is not None:
-            scene_logger.note(words.over(scene_logger.mission, status.result, past=True), always=True)
+            scene_logger.note(words.over(scene_logger.mission, status.result, before=True), always=True)
 
     def _fetch_map(self) -> None:
         """Asks for the mission's map until it is there: it may come a little later than the mission."""

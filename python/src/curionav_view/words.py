@@ -6,7 +6,6 @@ from collections import Counter
 
 import numpy as np
 
-from curionav.explain import driven
 from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
 from curionav.words import say, say_all
 
@@ -26,7 +25,9 @@ def decision(report: CycleReport, mission: Mission | None, nearest: float | None
         *_costs(report),
     ]
     if report.driven is not None:
-        lines += ["", f"Before it, {driven(report.driven)}."]
+        twist = report.driven
+        reason = f"{say('command_reason', twist.reason)}, since {twist.since:.1f} s"
+        lines += ["", f"Before it, the driver commanded {twist.v:.2f} m/s and {twist.omega:.2f} rad/s ({reason})."]
     if made.degraded:
         lines += ["", "**Not as it should be:** " + say_all("degradation", made.degraded)]
     codes = Counter(why["code"] for why in report.rejected if why is not None)
@@ -50,7 +51,7 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
 
 
 def _costs(report: CycleReport) -> list[str]:
-    """The chosen candidate's cost, term by term, and how much dearer the next would have been."""
+    """The chosen candidate's cost, term by term, and how much more the next would have cost."""
     kept = sum(why is None for why in report.rejected)
     count = report.candidates.count
     if report.chosen is None:
@@ -131,8 +132,8 @@ def standing(mission: Mission) -> str:
     return mission.state + (f": {say('end', mission.end)}" if mission.end else "")
 
 
-def over(mission: Mission, result: RunResult | None, past: bool) -> str:
-    """That a mission is over and how it ended, as Markdown; ``past``: it was over before the viewer started."""
+def over(mission: Mission, result: RunResult | None, before: bool) -> str:
+    """That a mission is over and how it ended, as Markdown; ``before``: it was over before the viewer started."""
     lines = [f"### Nothing is running: the mission is {standing(mission)}", ""]
     if result is not None:
         measured = result.measures
@@ -145,12 +146,12 @@ def over(mission: Mission, result: RunResult | None, past: bool) -> str:
         if measured.md_m is not None:
             parts.insert(3, f"nearest person {measured.md_m:.2f} m")
         lines += [" · ".join(parts), ""]
-    if past and result is not None:
+    if before and result is not None:
         lines.append(
             "Drawn from its result: where the robot and the people were, tick by tick. What it saw, considered"
         )
         lines.append("and decided was said before this viewer listened; a recording would have it.")
-    elif past:
+    elif before:
         lines.append("What it saw, considered and decided was said before this viewer listened.")
     else:
         lines.append("Drag the time line back to see why it drove as it did.")

@@ -1,7 +1,11 @@
 //! What the doctor finds, and how it says so.
 
+use std::fmt::{Display, Formatter};
+
 use comfy_table::Table;
 use serde::Serialize;
+
+use crate::connect::ConnectOptions;
 
 /// What became of one link.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -18,7 +22,7 @@ pub(crate) enum Verdict {
 /// One link.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Finding {
-    /// Between whom, or of whom.
+    /// What it links, or what it belongs to.
     pub(crate) link: String,
     pub(crate) verdict: Verdict,
     /// What was seen.
@@ -29,38 +33,29 @@ pub(crate) struct Finding {
     /// Median of a handful of questions, ms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) round_trip_ms: Option<f64>,
-    /// That came back, or were heard.
+    /// Bytes that came back, or were heard.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) bytes: Option<u64>,
-    /// How far the other's clock is ahead, ms.
+    /// How far the clock at the other end is ahead, ms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) clock_offset_ms: Option<f64>,
 }
 
 impl Finding {
-    fn new(
-        link: impl Into<String>,
-        verdict: Verdict,
-        detail: impl Into<String>,
-        fix: Option<String>,
-    ) -> Self {
+    pub(crate) fn proven(link: impl Into<String>, detail: impl Into<String>) -> Self {
         Self {
             link: link.into(),
-            verdict,
+            verdict: Verdict::Proven,
             detail: detail.into(),
-            fix,
+            fix: None,
             round_trip_ms: None,
             bytes: None,
             clock_offset_ms: None,
         }
     }
 
-    pub(crate) fn proven(link: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self::new(link, Verdict::Proven, detail, None)
-    }
-
     pub(crate) fn note(link: impl Into<String>, detail: impl Into<String>, fix: impl Into<String>) -> Self {
-        Self::new(link, Verdict::Note, detail, Some(fix.into()))
+        Self { verdict: Verdict::Note, fix: Some(fix.into()), ..Self::proven(link, detail) }
     }
 
     pub(crate) fn missing(
@@ -68,7 +63,7 @@ impl Finding {
         detail: impl Into<String>,
         fix: impl Into<String>,
     ) -> Self {
-        Self::new(link, Verdict::Missing, detail, Some(fix.into()))
+        Self { verdict: Verdict::Missing, ..Self::note(link, detail, fix) }
     }
 }
 
@@ -84,7 +79,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn new(endpoint: &str, namespace: Option<&str>, findings: Vec<Finding>) -> Self {
+    pub(crate) fn new(at: &ConnectOptions, findings: Vec<Finding>) -> Self {
         let links = |verdict| findings.iter().filter(move |f| f.verdict == verdict);
         let missing: Vec<&str> = links(Verdict::Missing).map(|f| f.link.as_str()).collect();
         let conclusion = match missing.len() {
@@ -93,20 +88,15 @@ impl Report {
             n => format!("{n} things are missing: {}", missing.join("; ")),
         };
         let ok = missing.is_empty();
-        Self {
-            ok,
-            endpoint: endpoint.to_owned(),
-            namespace: namespace.map(str::to_owned),
-            findings,
-            conclusion,
-        }
+        Self { ok, endpoint: at.connect.clone(), namespace: at.namespace.clone(), findings, conclusion }
     }
+}
 
-    /// For a person: a table, what to do, and the conclusion on the last line.
-    pub(crate) fn words(&self) -> String {
+/// A table, what to do, and the conclusion on the last line.
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         let mut table = Table::new();
         table.load_style(comfy_table::presets::NOTHING);
-        let mut fixes = String::new();
         for finding in &self.findings {
             let verdict = match finding.verdict {
                 Verdict::Proven => "ok",
@@ -114,12 +104,15 @@ impl Report {
                 Verdict::Missing => "MISSING",
             };
             table.add_row([verdict, &finding.link, &finding.detail]);
-            if let Some(fix) = &finding.fix {
-                fixes += &format!("  {}: {fix}\n", finding.link);
-            }
         }
-        let fixes = if fixes.is_empty() { fixes } else { format!("\nwhat to do:\n{fixes}") };
-        format!("{table}\n{fixes}\n{}", self.conclusion)
+        writeln!(f, "{table}")?;
+        let mut fixes = self.findings.iter().filter_map(|found| Some((&found.link, found.fix.as_ref()?)));
+        let first = fixes.next();
+        if first.is_some() {
+            writeln!(f, "\nwhat to do:")?;
+        }
+        first.into_iter().chain(fixes).try_for_each(|(link, fix)| writeln!(f, "  {link}: {fix}"))?;
+        write!(f, "\n{}", self.conclusion)
     }
 }
 
@@ -129,17 +122,18 @@ mod tests {
 
     #[test]
     fn the_last_line_is_the_conclusion_and_every_fix_is_said() {
+        let at = ConnectOptions { connect: "tcp/localhost:7447".into(), namespace: None };
         let findings = vec![
             Finding::proven("router", "there"),
             Finding::note("mission of r1", "none yet", "set one"),
-            Finding::missing("cpc", "nobody", "start it: curionav cpc"),
+            Finding::missing("cpc", "is not there", "start it: curionav cpc"),
         ];
-        let report = Report::new("tcp/localhost:7447", None, findings.clone());
-        let words = report.words();
+        let report = Report::new(&at, findings.clone());
+        let words = report.to_string();
         assert_eq!(words.lines().last(), Some("1 thing is missing: cpc"));
         assert!(words.contains("cpc: start it: curionav cpc") && words.contains("mission of r1: set one"));
         assert!(!report.ok);
-        let report = Report::new("tcp/localhost:7447", None, findings[..2].to_vec());
-        assert!(report.ok && report.words().ends_with("all well; links proven: 1"));
+        let report = Report::new(&at, findings[..2].to_vec());
+        assert!(report.ok && report.to_string().ends_with("all well; links proven: 1"));
     }
 }

@@ -8,7 +8,7 @@ use curionav_pool::generator;
 use curionav_runtime::latency::Latency;
 use curionav_runtime::probe::{RawReply, ask_everybody};
 use curionav_schemas::{
-    EvaluateRequest, GenerateReply, GenerateRequest, Message, Reject, Scores, ServiceStatus, keys,
+    EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, ServiceStatus, keys,
 };
 use zenoh::Session;
 
@@ -19,17 +19,15 @@ use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
 const WARM_UP_TIMEOUT: Duration = Duration::from_secs(10);
-/// Example questions of the contract, for a replica of a robot without a mission.
-const GENERATE_EXAMPLE: &[u8] = include_bytes!("../../../../schemas/golden/generate_request.cbor");
-const EVALUATE_EXAMPLE: &[u8] = include_bytes!("../../../../schemas/golden/evaluate_request.cbor");
 /// Questions a round trip is the median of.
 const QUESTIONS: usize = 7;
-/// Below this share of a round trip a clock's offset says nothing.
+/// A smaller offset of a clock, or one below a round trip, is not worth saying.
 const OFFSET_WORTH_SAYING_MS: f64 = 100.0;
 
 /// One service that has a liveliness token, and what it says.
+#[derive(Default)]
 pub(super) struct Instance {
-    role: String,
+    pub(super) role: String,
     name: String,
     status: Option<ServiceStatus>,
     /// Processes that answer under this name.
@@ -42,46 +40,30 @@ pub(super) struct Instance {
 impl Instance {
     pub(super) async fn ask(session: &Session, role: &str, name: &str) -> anyhow::Result<Self> {
         let key = keys::status(role, name)?;
-        let (mut times, mut offsets) = (Latency::default(), Vec::new());
-        let mut instance = Self {
-            role: role.to_owned(),
-            name: name.to_owned(),
-            status: None,
-            answering: 0,
-            bytes: 0,
-            round_trip_ms: 0.0,
-            clock_offset_ms: None,
-        };
+        let (mut times, mut fastest) = (Latency::default(), Duration::MAX);
+        let mut instance = Self { role: role.to_owned(), name: name.to_owned(), ..Self::default() };
         for _ in 0..QUESTIONS {
-            let asked = now_s();
+            let asked = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs_f64();
             let (replies, took) = ask_everybody(session, &key, None, TIMEOUT).await?;
             let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
             let Some(status) = statuses.first() else { break };
             instance.answering = instance.answering.max(statuses.len());
             instance.bytes += replies.iter().map(RawReply::bytes).sum::<usize>();
             times.record(took);
-            offsets.push((took, (status.time_s - asked - took.as_secs_f64() / 2.0) * 1e3));
+            // The fastest answer says most exactly what time it was.
+            if took < fastest {
+                fastest = took;
+                instance.clock_offset_ms = Some((status.time_s - asked - took.as_secs_f64() / 2.0) * 1e3);
+            }
             instance.status = Some(status.clone());
         }
         instance.round_trip_ms = times.percentile_ms(0.5);
-        // The fastest answer says most exactly what time it was.
-        instance.clock_offset_ms =
-            offsets.into_iter().min_by_key(|(took, _)| *took).map(|(_, offset)| offset);
         Ok(instance)
     }
 
     /// That it is there. One that does not answer is found to be missing by itself.
     pub(super) fn alive(&self) -> Alive<'_> {
         Alive { role: &self.role, instance: &self.name, status: self.status.as_ref() }
-    }
-
-    /// What it does.
-    pub(super) fn role(&self) -> &str {
-        &self.role
-    }
-
-    fn link(&self) -> String {
-        format!("{} {}", self.role, self.name)
     }
 
     /// What there is to say about it. `context` is of a mission that asks its role for work, if there is one.
@@ -91,7 +73,7 @@ impl Instance {
         at: &ConnectOptions,
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Vec<Finding>> {
-        let link = self.link();
+        let link = format!("{} {}", self.role, self.name);
         let is_pool = !ROBOT_ROLES.contains(&self.role.as_str()) && self.role != "simulator";
         let work = if is_pool { Some(self.work(session, context).await?) } else { None };
         let Some(status) = &self.status else {
@@ -104,64 +86,41 @@ impl Instance {
                 ),
             }]);
         };
-        let mut findings = Vec::new();
         let seen = format!("{:.1} kB of status in {:.2} ms", self.bytes as f64 / 1e3, self.round_trip_ms);
-        let mut finding = match &work {
+        let finding = match &work {
             Some(Err(failure)) => Finding::missing(
-                link.clone(),
+                &link,
                 format!("{seen}, but its work is not done: {failure}"),
                 "look at its log; restart it if it hangs",
             ),
-            Some(Ok(work)) => Finding::proven(link.clone(), format!("{seen}; {work}{}", self.clock())),
-            None => Finding::proven(link.clone(), format!("{seen}{}", self.clock())),
+            Some(Ok(work)) => Finding::proven(&link, format!("{seen}; {work}{}", self.clock())),
+            None => Finding::proven(&link, format!("{seen}{}", self.clock())),
         };
-        finding.round_trip_ms = Some(self.round_trip_ms);
-        finding.bytes = Some(self.bytes as u64);
-        finding.clock_offset_ms = self.clock_offset_ms;
-        findings.push(finding);
-        findings.extend(self.oddities(status, at));
+        let mut findings = vec![Finding {
+            round_trip_ms: Some(self.round_trip_ms),
+            bytes: Some(self.bytes as u64),
+            clock_offset_ms: self.clock_offset_ms,
+            ..finding
+        }];
+        findings.extend(self.oddities(&link, status, at));
         if matches!(self.role.as_str(), "arbiter" | "driver") {
-            findings.push(self.control_session(status));
+            findings.push(control_session(&link, status));
         }
         Ok(findings)
     }
 
+    /// What there is to say about its clock.
     fn clock(&self) -> String {
-        match self.clock_offset_ms {
-            Some(offset) if offset.abs() >= OFFSET_WORTH_SAYING_MS.max(self.round_trip_ms) => {
-                format!(
-                    "; its clock is {:.1} s {}",
-                    offset.abs() / 1e3,
-                    if offset > 0.0 { "ahead" } else { "behind" }
-                )
-            }
-            _ => String::new(),
-        }
+        let worth_saying = OFFSET_WORTH_SAYING_MS.max(self.round_trip_ms);
+        let offset = self.clock_offset_ms.filter(|offset| offset.abs() >= worth_saying);
+        offset.map_or(String::new(), |offset| {
+            let side = if offset > 0.0 { "ahead" } else { "behind" };
+            format!("; its clock is {:.1} s {side}", offset.abs() / 1e3)
+        })
     }
 
-    /// Whether decisions and commands have a link of their own.
-    fn control_session(&self, status: &ServiceStatus) -> Finding {
-        let link = format!("{}: control session", self.link());
-        let is_control =
-            |name: &str| name.starts_with("curionav_router_links{") && name.contains("session=\"control\"");
-        match status.metrics.iter().find(|(name, _)| is_control(name)).map(|(_, routers)| *routers) {
-            Some(routers) if routers > 0.0 => Finding::proven(link, "two sessions, both with a router"),
-            Some(_) => Finding::missing(
-                link,
-                "the session for decisions and commands has no router",
-                "wait a second for it to come back, then restart the service",
-            ),
-            None => Finding::missing(
-                link,
-                "decisions and commands share a session with everything else",
-                "restart the service while its router is reachable",
-            ),
-        }
-    }
-
-    fn oddities(&self, status: &ServiceStatus, at: &ConnectOptions) -> Vec<Finding> {
+    fn oddities(&self, link: &str, status: &ServiceStatus, at: &ConnectOptions) -> Vec<Finding> {
         let mut findings = Vec::new();
-        let link = self.link();
         if self.answering > 1 {
             findings.push(Finding::missing(
                 format!("{link}: name"),
@@ -178,77 +137,77 @@ impl Instance {
             ));
         }
         if status.load > 2.0 {
+            let another = Need { role: self.role.clone(), robot: None };
+            let another = another.fix(at, &BTreeSet::from([self.name.clone()]));
             findings.push(Finding::note(
                 format!("{link}: load"),
                 format!("{:.1} questions for each it can compute at once", status.load),
-                format!("start another on a machine with free cores: {}", self.another(at)),
+                format!("start another on a machine with free cores: {another}"),
             ));
         }
         findings
     }
 
-    fn another(&self, at: &ConnectOptions) -> String {
-        let taken = BTreeSet::from([self.name.clone()]);
-        Need { role: self.role.clone(), robot: None }.fix(at, &taken)
-    }
-
-    /// Asks for work as the arbiter does: for nothing, which prepares a replica for the mission; without a
-    /// mission for what it must refuse, its time being over.
+    /// Asks for work as the arbiter does, but without candidates, which prepares a replica for the mission. Without a
+    /// mission the question has no content: that it is refused shows that work arrives.
     async fn work(
         &self,
         session: &Session,
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Result<String, String>> {
-        let robot = context.map_or("doctor", |context| &context.mission.order.robot);
-        let key = keys::question(&self.role, &self.name, robot)?;
-        if self.role == generator::ROLE {
-            let request = match context {
-                Some(context) => GenerateRequest { budget_ms: budget_ms(), ..context.warm_up_generator()? },
-                None => {
-                    let example = GenerateRequest::decode(GENERATE_EXAMPLE, None)?;
-                    GenerateRequest { budget_ms: 0, iterations: 1, ..example }
-                }
-            };
-            return asked::<_, GenerateReply>(session, &key, &request, context.is_some()).await;
-        }
-        let request = match context {
-            Some(context) => EvaluateRequest { budget_ms: budget_ms(), ..context.warm_up(&self.role) },
-            None => EvaluateRequest { budget_ms: 0, ..EvaluateRequest::decode(EVALUATE_EXAMPLE, None)? },
+        let key = keys::question(
+            &self.role,
+            &self.name,
+            context.map_or("doctor", |context| &context.mission.order.robot),
+        )?;
+        let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
+        let is_generator = self.role == generator::ROLE;
+        let question = match context {
+            None => Vec::new(),
+            Some(context) if is_generator => {
+                GenerateRequest { budget_ms, ..context.warm_up_generator()? }.encode()
+            }
+            Some(context) => EvaluateRequest { budget_ms, ..context.warm_up(&self.role) }.encode(),
         };
-        asked::<_, Scores>(session, &key, &request, context.is_some()).await
+        let encoding = if is_generator { GenerateRequest::ENCODING } else { EvaluateRequest::ENCODING };
+        let sent = question.len() as f64 / 1e3;
+        let (replies, took) =
+            ask_everybody(session, &key, Some((question, encoding)), WARM_UP_TIMEOUT).await?;
+        let Some(reply) = replies.first() else { return Ok(Err("no answer where work is asked for".into())) };
+        let took_ms = took.as_secs_f64() * 1e3;
+        let fault = match is_generator {
+            true => reply.decode::<GenerateReply>().map(Result::err),
+            false => reply.decode::<Scores>().map(Result::err),
+        };
+        Ok(match (fault, &reply.answer) {
+            (Some(None), _) => {
+                Ok(format!("{sent:.1} kB of work asked, answered in {took_ms:.2} ms: ready for the mission"))
+            }
+            (Some(Some(fault)), _) => Err(format!("an answer that is none: {fault}")),
+            (None, Err(Some(reject))) if context.is_some() => Err(format!("refused: {reject}")),
+            (None, _) => {
+                Ok(format!("asked for work, answered in {took_ms:.2} ms (there is no mission to do it for)"))
+            }
+        })
     }
 }
 
-fn budget_ms() -> u32 {
-    WARM_UP_TIMEOUT.as_millis() as u32
-}
-
-/// Asks and judges: with a mission the answer must be one; without, a refusal shows as well that work arrives.
-async fn asked<Q: Message, A: Message>(
-    session: &Session,
-    key: &str,
-    question: &Q,
-    for_mission: bool,
-) -> anyhow::Result<Result<String, String>> {
-    let question = question.encode();
-    let sent = question.len();
-    let (replies, took) = ask_everybody(session, key, Some((question, Q::ENCODING)), WARM_UP_TIMEOUT).await?;
-    let took_ms = took.as_secs_f64() * 1e3;
-    let Some(reply) = replies.first() else { return Ok(Err("no answer where work is asked for".into())) };
-    let crossed = format!("{:.1} kB of work asked, answered in {took_ms:.2} ms", sent as f64 / 1e3);
-    Ok(match (reply.decode::<A>(), &reply.answer) {
-        (Some(Ok(_)), _) if for_mission => Ok(format!("{crossed}: ready for the mission")),
-        (Some(Ok(_)), _) => Ok(crossed),
-        (Some(Err(error)), _) => Err(format!("an answer that is none: {error}")),
-        (None, Err(Some(reject))) if for_mission => Err(refusal(reject)),
-        (None, _) => Ok(format!("{crossed} (there is no mission to do it for)")),
-    })
-}
-
-fn refusal(reject: &Reject) -> String {
-    format!("refused: {reject}")
-}
-
-fn now_s() -> f64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |t| t.as_secs_f64())
+/// Whether decisions and commands have a link of their own.
+fn control_session(link: &str, status: &ServiceStatus) -> Finding {
+    let link = format!("{link}: control session");
+    let is_control =
+        |name: &str| name.starts_with("curionav_router_links{") && name.contains("session=\"control\"");
+    match status.metrics.iter().find(|(name, _)| is_control(name)).map(|(_, routers)| *routers) {
+        Some(routers) if routers > 0.0 => Finding::proven(link, "two sessions, both with a router"),
+        Some(_) => Finding::missing(
+            link,
+            "the session for decisions and commands has no router",
+            "wait a second for it to come back, then restart the service",
+        ),
+        None => Finding::missing(
+            link,
+            "decisions and commands share a session with everything else",
+            "restart the service while its router is reachable",
+        ),
+    }
 }

@@ -11,17 +11,18 @@ use std::time::Duration;
 use clap::Args;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::membership::members;
+use curionav_runtime::print::print;
 use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
 use crate::connect::ConnectOptions;
-use crate::required_roles::{self, Alive, Need, POOL_ROLES};
+use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
 use instances::Instance;
 
-/// How long a router is looked for, seconds: whoever asks is waiting.
+/// How long a router is looked for, seconds: a person is waiting.
 const CONNECT_TIMEOUT_S: f64 = 3.0;
 
 /// Ask over every link a deployment needs; say what is missing and how to mend it.
@@ -34,7 +35,7 @@ const CONNECT_TIMEOUT_S: f64 = 3.0;
 pub(crate) struct DoctorOptions {
     #[command(flatten)]
     at: ConnectOptions,
-    /// Robot to look after. Default: every robot that somebody works for.
+    /// Robot to look after. Default: every robot that a service works for.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
     /// Seconds to listen to each robot's streams.
@@ -53,10 +54,8 @@ fn parse_listen(text: &str) -> Result<f64, String> {
 }
 
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
-    let robot = options.robot.as_deref();
-    robot
-        .map_or(Ok(()), keys::check_id)
-        .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
+    let robot = options.robot.as_deref().map_or(Ok(()), keys::check_id);
+    robot.map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
     let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config() };
     let session = match session::client(&config).await {
         Ok(session) => session,
@@ -65,27 +64,26 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
                 "start it there: curionav router --listen tcp/0.0.0.0:7447; or name another with --connect instead of {}",
                 options.at.connect
             );
-            say(&options, vec![Finding::missing("router", error.to_string(), fix)]);
+            say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
         Err(error) => return Err(Exit::bad_input(error.into())),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);
-    let report = say(&options, findings.map_err(Exit::network)?);
+    let report = say(&options, findings.map_err(Exit::network)?)?;
     Ok(if report.ok { SUCCESS } else { FAILED })
 }
 
 /// Prints the report and gives it back.
-fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Report {
-    let report = Report::new(&options.at.connect, options.at.namespace.as_deref(), findings);
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
+fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Result<Report, Exit> {
+    let report = Report::new(&options.at, findings);
     if options.json {
-        println!("{}", serde_json::json!(report));
+        print(serde_json::json!(report))?
     } else {
-        println!("{}", report.words());
+        print(&report)?
     }
-    report
+    Ok(report)
 }
 
 async fn examine(
@@ -93,7 +91,7 @@ async fn examine(
     config: &ServiceConfig,
     session: &Session,
 ) -> anyhow::Result<Vec<Finding>> {
-    let mut findings = router::examine(config, session).await?;
+    let mut findings = vec![router::examine(config, session).await?];
     let mut instances = Vec::new();
     for (role, names) in &members(session).await? {
         for name in names {
@@ -110,18 +108,14 @@ async fn examine(
         missions.push(robot::Mission::ask(session, robot).await?);
     }
     let asked_of_pools: BTreeSet<String> = missions.iter().flat_map(robot::Mission::pool_roles).collect();
-    let pools = if asked_of_pools.is_empty() {
-        POOL_ROLES.map(str::to_owned).into_iter().collect()
-    } else {
-        asked_of_pools
-    };
+    let pools = if asked_of_pools.is_empty() { default_pools() } else { asked_of_pools };
     for instance in &instances {
-        // Robots may have different planners: of a mission that has no use for it, nobody can be asked.
-        let context = missions.iter().find_map(|mission| mission.asking(instance.role()));
+        // Robots may have different planners: a mission that has no use for a role has no work for it.
+        let context = missions.iter().find_map(|mission| mission.asking(&instance.role));
         findings.extend(instance.examine(session, &options.at, context).await?);
     }
-    let missing = required_roles::missing(Need::of(&robots, &pools), &alive, &options.at).into_iter();
-    findings.extend(missing.map(|(what, fix)| Finding::missing(what, "nobody is alive", fix)));
+    let missing = required_roles::missing(&robots, &pools, &alive, &options.at).into_iter();
+    findings.extend(missing.map(|Missing { what, fix }| Finding::missing(what, "none is alive", fix)));
     for mission in &missions {
         findings.extend(mission.findings(&options.at));
     }

@@ -10,6 +10,7 @@ use curionav_runtime::map_store;
 use curionav_runtime::probe::{Heard, Listener, ask_everybody};
 use curionav_runtime::query::{AskError, fetch_from_all};
 use curionav_runtime::robot_service::is_over;
+use curionav_runtime::topic::TopicError;
 use curionav_schemas::{
     self as wire, Belief, Decision, MapId, Message, MissionState, Odometry, People, Scan, keys,
 };
@@ -17,6 +18,7 @@ use zenoh::Session;
 
 use super::finding::Finding;
 use crate::connect::ConnectOptions;
+use crate::mission::standing;
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// A large map over a slow link.
@@ -25,7 +27,7 @@ const MAP_TIMEOUT: Duration = Duration::from_secs(20);
 /// What a robot is to do, and whether it can be planned.
 pub(super) struct Mission {
     robot: String,
-    /// Whether anybody answers on its key: that is the driver.
+    /// Whether its key is answered: that is the driver.
     driver: bool,
     mission: Option<wire::Mission>,
     map: Option<Result<ServedMap, String>>,
@@ -45,15 +47,15 @@ impl Mission {
         let mut found =
             Self { robot: robot.to_owned(), driver: !replies.is_empty(), mission, map: None, context: None };
         let Some(mission) = found.mission.clone() else { return Ok(found) };
-        match fetch_map(session, mission.order.map).await {
+        found.map = Some(match fetch_map(session, mission.order.map).await {
             Ok((served, map)) => {
-                found.map = Some(Ok(served));
                 let fields = Fields::of_maps([map]);
                 let preparing = move || PlanContext::new(mission, &fields, false).map_err(|e| e.to_string());
                 found.context = Some(tokio::task::spawn_blocking(preparing).await?);
+                Ok(served)
             }
-            Err(reason) => found.map = Some(Err(reason)),
-        }
+            Err(reason) => Err(reason),
+        });
         Ok(found)
     }
 
@@ -85,33 +87,24 @@ impl Mission {
                 at.connect, self.robot
             );
             let has_none = Finding::note(link, "none yet: the robot stands", fix);
-            return if self.driver { vec![has_none] } else { Vec::new() };
+            return self.driver.then_some(has_none).into_iter().collect();
         };
+        // A mission that is over needs no map any more, and it need not be served.
+        let fault: fn(String, String, String) -> Finding =
+            if is_over(mission) { Finding::note } else { Finding::missing };
         let mut findings = vec![state_of(link, mission)];
-        // What is over needs no map any more, and nobody has to serve it.
-        let fault = |link: String, detail: String, fix: String| match is_over(mission) {
-            true => Finding::note(link, detail, fix),
-            false => Finding::missing(link, detail, fix),
-        };
         let link = format!("map of {}", self.robot);
         match &self.map {
-            Some(Ok(map)) => {
-                let mut finding = Finding::proven(
-                    link,
-                    format!(
-                        "{:.0} kB in {:.1} ms, hash as in the mission",
-                        map.bytes as f64 / 1e3,
-                        map.took_ms
-                    ),
-                );
-                (finding.bytes, finding.round_trip_ms) = (Some(map.bytes as u64), Some(map.took_ms));
-                findings.push(finding);
+            Some(Ok(ServedMap { bytes, took_ms })) => {
+                let detail = format!("{:.0} kB in {took_ms:.1} ms, hash as in the mission", *bytes as f64 / 1e3);
+                let (bytes, round_trip_ms) = (Some(*bytes as u64), Some(*took_ms));
+                findings.push(Finding { bytes, round_trip_ms, ..Finding::proven(link, detail) });
             }
             Some(Err(reason)) => findings.push(fault(
                 link,
                 reason.clone(),
                 format!(
-                    "serve it on {}: who set the mission has to; a simulator serves that of its last run",
+                    "serve it on {}: the program that set the mission has to; a simulator serves that of its last run",
                     keys::map(&mission.order.map)
                 ),
             )),
@@ -129,26 +122,20 @@ impl Mission {
 }
 
 fn state_of(link: String, mission: &wire::Mission) -> Finding {
-    let is = format!(
-        "revision {}, {}, goal ({:.2}, {:.2})",
-        mission.revision,
-        mission.state.name(),
-        mission.order.goal_x,
-        mission.order.goal_y
-    );
-    let waited_for: Vec<&str> =
-        mission.order.require.iter().filter(|r| !mission.ready.contains(r)).map(String::as_str).collect();
+    let is = standing(mission);
     if let Some(end) = &mission.end {
         return Finding::proven(link, format!("{is} ({})", wire::words::say("end", end)));
     }
-    match mission.state {
-        MissionState::Preparing if !waited_for.is_empty() => Finding::missing(
-            link,
-            format!("{is}; not ready: {}", waited_for.join(", ")),
-            "wait a few seconds; then look at the logs of the roles that are not ready",
-        ),
-        _ => Finding::proven(link, is),
+    let required = mission.order.require.iter();
+    let waited_for: Vec<&str> = required.filter(|r| !mission.ready.contains(r)).map(String::as_str).collect();
+    if mission.state != MissionState::Preparing || waited_for.is_empty() {
+        return Finding::proven(link, is);
     }
+    Finding::missing(
+        link,
+        format!("{is}; not ready: {}", waited_for.join(", ")),
+        "wait a few seconds; then look at the logs of the roles that are not ready",
+    )
 }
 
 async fn fetch_map(session: &Session, id: MapId) -> Result<(ServedMap, StaticMap), String> {
@@ -159,19 +146,25 @@ async fn fetch_map(session: &Session, id: MapId) -> Result<(ServedMap, StaticMap
     };
     match fetch_from_all(session, &keys::map(&id), MAP_TIMEOUT, read).await {
         Ok((served, grid)) => Ok((served, StaticMap::new(grid))),
-        Err(AskError::NoReply) => Err(format!("nobody serves map {id}")),
+        Err(AskError::NoReply) => Err(format!("map {id} is not served")),
         Err(error) => Err(error.to_string()),
     }
 }
 
-/// A stream: its name, who publishes it.
-const STREAMS: [(&str, &str); 6] = [
-    ("scan", "the base (or the simulator) has to publish it; is its scanner on?"),
-    ("odom", "the base (or the simulator) has to publish it"),
-    ("people", "whoever tracks people (or the simulator) has to publish it, also when there are none"),
-    ("belief", "the localizer answers odometry with it: look at its log"),
-    ("decision", "the arbiter answers beliefs with it: look at its log"),
-    ("cmd", "the driver answers odometry with it: look at its log"),
+type Listen = fn(&Session, &str) -> Result<Listener, TopicError>;
+
+/// A stream: its name, how it is listened to, and what publishes it.
+const STREAMS: [(&str, Listen, &str); 6] = [
+    ("scan", Listener::new::<Scan>, "the base (or the simulator) has to publish it; is its scanner on?"),
+    ("odom", Listener::new::<Odometry>, "the base (or the simulator) has to publish it"),
+    (
+        "people",
+        Listener::new::<People>,
+        "the tracker of people (or the simulator) has to publish it, also when there are none",
+    ),
+    ("belief", Listener::new::<Belief>, "the localizer answers odometry with it: look at its log"),
+    ("decision", Listener::new::<Decision>, "the arbiter answers beliefs with it: look at its log"),
+    ("cmd", Listener::new::<wire::Twist>, "the driver answers odometry with it: look at its log"),
 ];
 
 /// Listens to every stream of every robot at the same time.
@@ -182,24 +175,16 @@ pub(super) async fn streams(
 ) -> anyhow::Result<Vec<Finding>> {
     let mut listeners = Vec::new();
     for mission in missions {
-        for (stream, fix) in STREAMS {
-            let key = keys::robot(&mission.robot, stream)?;
-            let listener = match stream {
-                "scan" => Listener::new::<Scan>(session, &key),
-                "odom" => Listener::new::<Odometry>(session, &key),
-                "people" => Listener::new::<People>(session, &key),
-                "belief" => Listener::new::<Belief>(session, &key),
-                "decision" => Listener::new::<Decision>(session, &key),
-                _ => Listener::new::<wire::Twist>(session, &key),
-            }?;
-            listeners.push((mission, stream, fix, listener));
+        for (stream, listen, fix) in STREAMS {
+            let listener = listen(session, &keys::robot(&mission.robot, stream)?)?;
+            listeners.push((&mission.robot, stream, fix, listener));
         }
     }
     tokio::time::sleep(time).await;
     let mut findings = Vec::new();
     for mission in missions {
         let mut silent = Vec::new();
-        for (_, stream, fix, listener) in listeners.iter().filter(|l| l.0.robot == mission.robot) {
+        for (_, stream, fix, listener) in listeners.iter().filter(|l| *l.0 == mission.robot) {
             let heard = listener.heard();
             if heard.messages == 0 && !mission.is_running() {
                 silent.push(*stream);
@@ -220,21 +205,18 @@ pub(super) async fn streams(
 
 fn stream_of(robot: &str, stream: &str, fix: &str, heard: &Heard, time: Duration) -> Finding {
     let link = format!("{stream} of {robot}");
-    let mut finding = if heard.messages == 0 {
+    let Heard { messages, bytes, malformed, .. } = *heard;
+    let finding = if messages == 0 {
         Finding::missing(link, format!("silent for {:.1} s", time.as_secs_f64()), fix)
-    } else if heard.malformed > 0 {
+    } else if malformed > 0 {
         Finding::missing(
             link,
-            format!("{} of {} messages cannot be understood", heard.malformed, heard.messages),
+            format!("{malformed} of {messages} messages cannot be understood"),
             "its publisher speaks another contract: compare versions, and bytes with schemas/golden",
         )
     } else {
         let rate = heard.rate_hz().map_or(String::new(), |hz| format!(", {hz:.1} Hz"));
-        Finding::proven(
-            link,
-            format!("{} messages{rate}, {:.1} kB", heard.messages, heard.bytes as f64 / 1e3),
-        )
+        Finding::proven(link, format!("{messages} messages{rate}, {:.1} kB", bytes as f64 / 1e3))
     };
-    finding.bytes = Some(heard.bytes);
-    finding
+    Finding { bytes: Some(bytes), ..finding }
 }

@@ -1,5 +1,6 @@
 //! The router: there, of which version, and how long a question takes across it.
 
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
@@ -21,32 +22,24 @@ const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
 
 /// Asks across the router from one session to another, and asks the router itself.
-pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow::Result<Vec<Finding>> {
-    let routers = session.info().routers_zid().await.count();
-    let endpoint = config.connect.join(", ");
-    let mut finding = match round_trips(config, session).await? {
-        Some([small, large]) => {
-            let mut finding = Finding::proven(
-                "router",
-                format!(
-                    "{}; bare round trip between two sessions {small:.2} ms ({} B), {large:.2} ms ({} kB)",
-                    version(config).await?,
-                    SIZES[0],
-                    SIZES[1] / 1000
-                ),
-            );
-            finding.round_trip_ms = Some(small);
-            finding.bytes = Some(SIZES.iter().map(|size| (size * QUESTIONS) as u64).sum());
-            finding
-        }
-        None => Finding::missing(
-            "router",
+pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow::Result<Finding> {
+    let link = format!("router {}", config.connect.join(", "));
+    let Some([small, large]) = round_trips(config, session).await? else {
+        let routers = session.info().routers_zid().await.count();
+        return Ok(Finding::missing(
+            link,
             format!("{routers} connected, but no question comes through between two sessions"),
             "look at the router's log, and at its access_control: queries and replies must pass",
-        ),
+        ));
     };
-    finding.link = format!("router {endpoint}");
-    Ok(vec![finding])
+    let detail = format!(
+        "{}; bare round trip between two sessions {small:.2} ms ({} B), {large:.2} ms ({} kB)",
+        version(config).await?,
+        SIZES[0],
+        SIZES[1] / 1000
+    );
+    let bytes = Some(SIZES.iter().map(|size| (size * QUESTIONS) as u64).sum());
+    Ok(Finding { round_trip_ms: Some(small), bytes, ..Finding::proven(link, detail) })
 }
 
 /// Median round trip of each size, ms, from `session` to another of our own.
@@ -54,13 +47,13 @@ async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Resul
     let other = session::client(config).await?;
     let name = other.zid().to_string();
     let echoing = echo::serve(&other, &name)?;
-    let mut medians = [0.0; 2];
-    let mut outcome = Some(());
-    for (size, median) in SIZES.into_iter().zip(&mut medians) {
-        let mut times = Latency::default();
-        let (mut answered, mut attempts) = (0, 0);
-        while answered < QUESTIONS && attempts < ATTEMPTS + QUESTIONS {
-            attempts += 1;
+    let mut medians = Vec::new();
+    for size in SIZES {
+        let (mut times, mut answered) = (Latency::default(), 0);
+        for _ in 0..ATTEMPTS + QUESTIONS {
+            if answered == QUESTIONS {
+                break;
+            }
             match echo::round_trip(session, &name, (size, size), TIMEOUT).await {
                 Ok(took) => {
                     times.record(took);
@@ -70,14 +63,13 @@ async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Resul
             }
         }
         if answered < QUESTIONS {
-            outcome = None;
             break;
         }
-        *median = times.percentile_ms(0.5);
+        medians.push(times.percentile_ms(0.5));
     }
     drop(echoing);
     session::close(&other);
-    Ok(outcome.map(|()| medians))
+    Ok(medians.try_into().ok())
 }
 
 /// What the routers say of themselves. They know no namespace, so they are asked without.
@@ -87,14 +79,11 @@ async fn version(config: &ServiceConfig) -> anyhow::Result<String> {
     let (replies, _) = ask_everybody(&plain, &key, None, TIMEOUT).await?;
     session::close(&plain);
     let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
+    let versions: BTreeSet<&str> = statuses.iter().map(|s| s.version.as_str()).collect();
+    let versions = versions.into_iter().collect::<Vec<_>>().join(" and ");
     Ok(match statuses.as_slice() {
         [] => "a Zenoh router that does not say its version".into(),
-        [one] => format!("curionav {}, up {:.0} s", one.version, one.uptime_s),
-        several => {
-            let versions: std::collections::BTreeSet<&str> =
-                several.iter().map(|s| s.version.as_str()).collect();
-            let versions: Vec<&str> = versions.into_iter().collect();
-            format!("{} routers linked, curionav {}", several.len(), versions.join(" and "))
-        }
+        [one] => format!("curionav {versions}, up {:.0} s", one.uptime_s),
+        several => format!("{} routers linked, curionav {versions}", several.len()),
     })
 }

@@ -7,7 +7,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use anyhow::anyhow;
 use clap::Args;
+use curionav_runtime::print::print;
 use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, keys};
@@ -49,15 +51,11 @@ pub(crate) struct ExplainOptions {
 }
 
 pub(crate) async fn run(options: ExplainOptions) -> Result<u8, Exit> {
-    let report = match (&options.recording, &options.robot) {
-        (Some(recording), robot) => recorded(recording, robot.as_deref(), options.cycle)?,
-        (None, Some(robot)) => live(robot, &options).await?,
-        (None, None) => return Err(Exit::bad_input(anyhow::anyhow!("name a recording or a robot"))),
+    let report = match &options.recording {
+        Some(recording) => recorded(recording, options.robot.as_deref(), options.cycle)?,
+        None => live(&options).await?,
     };
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
-    {
-        println!("{}\n{}", words::words(&report), table::table(&report, options.top));
-    }
+    print(format_args!("{}\n{}", words::words(&report), table::table(&report, options.top)))?;
     Ok(SUCCESS)
 }
 
@@ -78,26 +76,24 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
             found = Some(*report);
         }
     }
+    let path = path.display();
     if robots.len() > 1 {
-        let robots: Vec<String> = robots.into_iter().collect();
-        let which =
-            format!("{} holds several robots, name one with --robot: {}", path.display(), robots.join(", "));
-        return Err(Exit::bad_input(anyhow::anyhow!(which)));
+        let robots = Vec::from_iter(robots).join(", ");
+        let which = anyhow!("{path} holds several robots, name one with --robot: {robots}");
+        return Err(Exit::bad_input(which));
     }
     found.ok_or_else(|| {
         let whose = robot.map_or(String::new(), |robot| format!(" of robot {robot}"));
-        let there = match last {
-            0 => "none".to_owned(),
-            _ => format!("cycles {first} to {last}"),
-        };
-        Exit::failed(anyhow::anyhow!("{}: no such cycle{whose}; there are {there}", path.display()))
+        let there = if last == 0 { "none".to_owned() } else { format!("cycles {first} to {last}") };
+        Exit::failed(anyhow!("{path}: no such cycle{whose}; there are {there}"))
     })
 }
 
 /// The next report of a robot, or the one of the cycle asked for.
-async fn live(robot: &str, options: &ExplainOptions) -> Result<CycleReport, Exit> {
+async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
+    let robot = options.robot.as_deref().unwrap_or_default();
     let key = keys::robot(robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
-    let session = session::client(&options.at.config()).await.map_err(|e| Exit::network(e.into()))?;
+    let session = options.at.session().await?;
     let found = listen(&session, &key, robot, options.cycle).await;
     session::close(&session);
     found
@@ -111,25 +107,20 @@ async fn listen(
 ) -> Result<CycleReport, Exit> {
     let reports = Inbox::<CycleReport>::new(session, key).map_err(|e| Exit::network(e.into()))?;
     loop {
-        let report = match tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await {
-            Ok(Some(report)) => report,
-            _ => {
-                return Err(Exit::network(anyhow::anyhow!(
-                    "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav \
-                     status`",
-                    REPORT_TIMEOUT.as_secs()
-                )));
-            }
+        let Ok(Some(report)) = tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await else {
+            return Err(Exit::network(anyhow!(
+                "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav status`",
+                REPORT_TIMEOUT.as_secs()
+            )));
         };
-        match cycle {
-            Some(cycle) if report.seq < cycle => {}
-            Some(cycle) if report.seq > cycle => {
-                return Err(Exit::failed(anyhow::anyhow!(
-                    "robot {robot} is at cycle {} already; record it to look back (`curionav record`)",
-                    report.seq
-                )));
-            }
-            _ => return Ok(report),
+        if cycle.is_some_and(|cycle| cycle < report.seq) {
+            return Err(Exit::failed(anyhow!(
+                "robot {robot} is at cycle {} already; record it to look back (`curionav record`)",
+                report.seq
+            )));
+        }
+        if cycle.is_none_or(|cycle| cycle == report.seq) {
+            return Ok(report);
         }
     }
 }

@@ -1,24 +1,34 @@
-//! A cycle in words.
+//! A cycle in words: each line is a sentence of the family `explanation` of the table of words.
 
 use std::collections::BTreeMap;
 
 use curionav_schemas::words::{say, say_all};
-use curionav_schemas::{Action, CommandReason, CycleReport, Evaluated, TermReport};
+use curionav_schemas::{CommandReason, CycleReport, TermReport};
+use serde_json::{Value, json};
 
 /// What happened and why, one line per thought.
 pub(super) fn words(report: &CycleReport) -> String {
-    let mut lines = vec![headline(report), certainty(report), field(report)];
-    lines.extend(driven(report));
-    lines.extend(margin(report));
-    lines.extend(shares(report));
-    lines.extend(report.terms.iter().filter(|term| term.active).map(|term| wishes(report, term)));
-    lines.extend(report.terms.iter().filter(|term| !term.active).map(idle));
-    lines.extend(what_if(report));
+    let mut lines = decided(report);
+    lines.extend(costs(report));
+    let (active, idle): (Vec<&TermReport>, _) = report.terms.iter().partition(|term| term.active);
+    lines.extend(active.iter().map(|term| wish(report, term)));
+    lines.extend(
+        idle.iter().map(|term| {
+            line("idle", json!({ "term": term.term, "weight": term.weight, "scale": term.scale }))
+        }),
+    );
+    lines.extend(what_if(report, &active));
     lines.push(match report.decision.degraded.as_slice() {
-        [] => "Nothing was degraded.".to_owned(),
-        degraded => format!("Degraded: {}.", say_all("degradation", degraded)),
+        [] => line("healthy", json!({})),
+        degraded => line("degraded", json!({ "degraded": say_all("degradation", degraded) })),
     });
     lines.join("\n")
+}
+
+/// The sentence `code` with its parameters.
+fn line(code: &str, mut parameters: Value) -> String {
+    parameters["code"] = code.into();
+    say("explanation", &parameters)
 }
 
 /// A candidate as people and the table call it: by its identifier.
@@ -26,129 +36,104 @@ pub(super) fn name(report: &CycleReport, index: u32) -> String {
     report.candidates.id.get(index as usize).map_or("none".to_owned(), u32::to_string)
 }
 
-fn headline(report: &CycleReport) -> String {
-    let decision = &report.decision;
-    let action = match (decision.action, report.chosen) {
-        (Action::Follow, Some(chosen)) => format!("follow candidate {}", name(report, chosen)),
-        (Action::Follow, None) => "follow".to_owned(),
-        (Action::Hold, _) => "go on along the previous trajectory".to_owned(),
-        (Action::Stop, _) => "stop".to_owned(),
-    };
-    format!(
-        "Robot {}, cycle {} at {:.1} s: {action} ({}).",
-        report.robot,
-        report.seq,
-        decision.stamp,
-        say("reason", &decision.reason)
-    )
-}
-
-fn certainty(report: &CycleReport) -> String {
-    let decision = &report.decision;
-    let sure = if decision.uncertain { "is not sure" } else { "is sure" };
-    format!(
-        "It {sure} enough of where it is (uncertainty {:.3}); {} people are near.",
-        decision.uncertainty,
-        report.scene.people.id.len()
-    )
-}
-
-/// How many candidates there were and what became of them: rejections are counted by their code.
-fn field(report: &CycleReport) -> String {
-    let mut counts: BTreeMap<&'static str, usize> = BTreeMap::new();
-    for rejected in &report.rejected {
-        *counts.entry((&rejected.why).into()).or_default() += 1;
+/// What was decided, of how many candidates, and what the driver made of the decisions before.
+fn decided(report: &CycleReport) -> Vec<String> {
+    let CycleReport { robot, seq, decision, scene, rejected, .. } = report;
+    let count = report.candidates.count as usize;
+    let candidate = report.chosen.map(|chosen| name(report, chosen));
+    let mut codes: BTreeMap<&'static str, usize> = BTreeMap::new();
+    for rejected in rejected {
+        *codes.entry((&rejected.why).into()).or_default() += 1;
     }
-    let left = report.candidates.count as usize - report.rejected.len();
-    let rejected: String =
-        counts.iter().map(|(code, count)| format!("; {count} {}", say("rejections", code))).collect();
-    format!("Of {} candidates {left} were left to compare{rejected}.", report.candidates.count)
+    let rejections: String =
+        codes.iter().map(|(code, count)| format!("; {count} {}", say("rejections", code))).collect();
+    let mut lines = vec![
+        line(
+            &say("action", &decision.action),
+            json!({ "robot": robot, "cycle": seq, "stamp": decision.stamp, "candidate": candidate,
+                "reason": decision.reason }),
+        ),
+        line(
+            if decision.uncertain { "unsure" } else { "sure" },
+            json!({ "uncertainty": decision.uncertainty, "people": scene.people.id.len() }),
+        ),
+        line("compared", json!({ "count": count, "left": count - rejected.len(), "rejected": rejections })),
+    ];
+    // That it has just followed them need not be said.
+    if let Some(driven) = report.driven.as_ref().filter(|driven| driven.reason != CommandReason::Tracking) {
+        let time = scene.stamp - driven.since;
+        lines.push(line("driven", json!({ "time": time, "command_reason": driven.reason })));
+    }
+    lines
 }
 
-/// What became of the decisions before, unless the driver has just followed them.
-fn driven(report: &CycleReport) -> Option<String> {
-    let driven = report.driven.as_ref().filter(|driven| driven.reason != CommandReason::Tracking)?;
-    let since = report.scene.stamp - driven.since;
-    Some(format!("For {since:.1} s the driver has done this: {}.", say("command_reason", &driven.reason)))
-}
-
-fn margin(report: &CycleReport) -> Option<String> {
-    let chosen = report.chosen?;
-    let total = report.total_of(chosen as usize)?;
-    Some(match (report.runner_up, report.margin) {
-        (Some(second), Some(margin)) => {
-            let why = if margin < 0.0 { ": it costs less, but it is slow or a change of course" } else { "" };
-            format!(
-                "It costs {total:.4}. Candidate {} would have been next, {:.4} {}{why}.",
-                name(report, second),
-                margin.abs(),
-                if margin < 0.0 { "cheaper" } else { "more expensive" }
-            )
-        }
-        _ => format!("It costs {total:.4}. No other candidate could have been followed."),
-    })
-}
-
-/// What each term makes of the chosen one's cost.
-fn shares(report: &CycleReport) -> Option<String> {
-    let chosen = report.chosen? as usize;
-    let parts: Vec<String> = (report.terms.iter())
-        .filter_map(|term| Some(format!("{} {:.4}", term.term, term.cost_of(chosen)?)))
-        .collect();
-    (!parts.is_empty()).then(|| format!("Its cost is {}.", parts.join(" + ")))
+/// What the chosen candidate costs, by how much it leads, and what each term makes of its cost.
+fn costs(report: &CycleReport) -> Vec<String> {
+    let Some(chosen) = report.chosen else { return Vec::new() };
+    let mut lines = Vec::new();
+    if let Some(total) = report.total_of(chosen as usize) {
+        let (code, next, margin) = match (report.runner_up, report.margin) {
+            (Some(next), Some(margin)) if margin < 0.0 => ("passed_over", Some(next), -margin),
+            (Some(next), Some(margin)) => ("next", Some(next), margin),
+            _ => ("only", None, 0.0),
+        };
+        let candidate = next.map(|next| name(report, next));
+        lines.push(line(code, json!({ "total": total, "candidate": candidate, "margin": margin })));
+    }
+    let share = |term: &TermReport| Some(format!("{} {:.4}", term.term, term.cost_of(chosen as usize)?));
+    let shares: Vec<String> = report.terms.iter().filter_map(share).collect();
+    if !shares.is_empty() {
+        lines.push(line("shares", json!({ "shares": shares.join(" + ") })));
+    }
+    lines
 }
 
 /// Which candidate a term alone would have chosen.
-fn wishes(report: &CycleReport, term: &TermReport) -> String {
-    let by = match term.evaluated {
-        Evaluated::Pool => "by its pool",
-        Evaluated::Local => "in the arbiter",
-        Evaluated::None => "by nothing",
-    };
+fn wish(report: &CycleReport, term: &TermReport) -> String {
     let missing = match report.candidates.count as usize - term.scored.len() {
         0 => String::new(),
         count => format!(", {count} not at all"),
     };
-    let wish = match term.alone {
-        Some(alone) if report.chosen == Some(alone) => "alone would have chosen the same".to_owned(),
-        Some(alone) => format!("alone would have chosen candidate {}", name(report, alone)),
-        None => "has no say".to_owned(),
-    };
-    format!("- {} (weight {}, scale {}; scored {by}{missing}) {wish}.", term.term, term.weight, term.scale)
-}
-
-fn idle(term: &TermReport) -> String {
-    format!(
-        "- {} (weight {}, scale {}) did not count: its condition did not hold.",
-        term.term, term.weight, term.scale
+    let wish = term.alone.map(|alone| match report.chosen {
+        Some(chosen) if chosen == alone => "the same".to_owned(),
+        _ => format!("candidate {}", name(report, alone)),
+    });
+    let code = if wish.is_some() { "wish" } else { "no_wish" };
+    let TermReport { term, weight, scale, evaluated, .. } = term;
+    line(
+        code,
+        json!({ "term": term, "weight": weight, "scale": scale, "evaluated": evaluated, "missing": missing,
+            "wish": wish }),
     )
 }
 
 /// What other weights would have led to.
-fn what_if(report: &CycleReport) -> Vec<String> {
+fn what_if(report: &CycleReport, active: &[&TermReport]) -> Vec<String> {
     let Some(chosen) = report.chosen else { return Vec::new() };
-    let active: Vec<&TermReport> = report.terms.iter().filter(|term| term.active).collect();
     let mut lines = Vec::new();
     let mut same = Vec::new();
-    for term in active {
-        let TermReport { term: name_of, weight, .. } = term;
-        for (how, other, taken) in [
-            ("doubled", weight * 2.0, term.doubled),
-            ("halved", weight / 2.0, term.halved),
-            ("set to zero", 0.0, term.without),
+    for TermReport { term, weight, doubled, halved, without, .. } in active {
+        for (change, other, taken) in [
+            ("doubled", weight * 2.0, doubled),
+            ("halved", weight / 2.0, halved),
+            ("set to zero", 0.0, without),
         ] {
             match taken {
-                Some(taken) if taken != chosen => lines.push(format!(
-                    "With the weight of {name_of} {how} ({weight} to {other}) it would have taken candidate {}.",
-                    name(report, taken)
-                )),
-                Some(_) => same.push(format!("{name_of} {how}")),
+                Some(taken) if *taken != chosen => {
+                    let candidate = name(report, *taken);
+                    lines.push(line(
+                        "otherwise",
+                        json!({ "term": term, "change": change, "weight": weight, "other": other,
+                            "candidate": candidate }),
+                    ));
+                }
+                Some(_) => same.push(format!("{term} {change}")),
                 None => {}
             }
         }
     }
     if !same.is_empty() {
-        lines.push(format!("It would have taken the same with the weight of {}.", same.join(", ")));
+        lines.push(line("same", json!({ "changes": same })));
     }
     lines
 }

@@ -4,38 +4,27 @@ mod csv;
 mod summary;
 mod table;
 
-pub(crate) use summary::{json, summary_with_social};
+pub(crate) use summary::json;
 pub(crate) use table::table;
 
 use anyhow::Context;
+use curionav_picture::{Run, run_svg};
 use curionav_runtime::exit;
-use curionav_schemas::{CycleReport, OccupancyGrid, Outcome, RunResult};
+use curionav_schemas::{Outcome, RunResult};
 use std::fs;
 use std::path::Path;
 
 /// Writes `metrics.json`, `trajectory.csv`, `cycles.csv` and `run.svg` into `dir`, which is created if need be.
 ///
-/// `goal`, `robot_radius` and `goal_tolerance` are metres, in the map frame.
-///
 /// # Errors
 /// When the directory or a file cannot be written; the error names it.
-pub(crate) fn write(
-    dir: &Path,
-    result: &RunResult,
-    reports: &[CycleReport],
-    map: &OccupancyGrid,
-    goal: (f64, f64),
-    robot_radius: f64,
-    goal_tolerance: f64,
-) -> anyhow::Result<()> {
+pub(crate) fn write(dir: &Path, run: &Run<'_>) -> anyhow::Result<()> {
     fs::create_dir_all(dir).with_context(|| format!("cannot create the directory {}", dir.display()))?;
-    let metrics = serde_json::to_string_pretty(&summary_with_social(result))
-        .with_context(|| format!("cannot write {} as JSON", dir.join("metrics.json").display()))?;
     let files = [
-        ("metrics.json", metrics + "\n"),
-        ("trajectory.csv", csv::trajectory(result)),
-        ("cycles.csv", csv::cycles(reports)),
-        ("run.svg", curionav_picture::run_svg(result, reports, map, goal, robot_radius, goal_tolerance)),
+        ("metrics.json", summary::for_file(run.result)? + "\n"),
+        ("trajectory.csv", csv::trajectory(run.result)),
+        ("cycles.csv", csv::cycles(run.reports)),
+        ("run.svg", run_svg(run)),
     ];
     for (name, content) in files {
         let path = dir.join(name);
@@ -55,6 +44,13 @@ mod tests {
     use super::*;
     use curionav_testing::golden;
 
+    fn written(dir: &Path) -> anyhow::Result<()> {
+        let (result, reports) = (&golden::run_result(), &[golden::cycle_report()]);
+        let map = &golden::occupancy_grid();
+        let run = Run { result, reports, map, goal: (8.0, 6.5), robot_radius: 0.3, goal_tolerance: 0.3 };
+        write(dir, &run)
+    }
+
     #[test]
     fn only_a_goal_reached_without_collision_succeeds() {
         let reached = golden::run_result();
@@ -72,9 +68,7 @@ mod tests {
         let dir = std::env::temp_dir().join(format!("curionav-output-{}", std::process::id()));
         let nested = dir.join("a/b");
         for _ in 0..2 {
-            let reports = [golden::cycle_report()];
-            let map = golden::occupancy_grid();
-            write(&nested, &golden::run_result(), &reports, &map, (8.0, 6.5), 0.3, 0.3).unwrap();
+            written(&nested).unwrap();
         }
         let mut names: Vec<_> =
             fs::read_dir(&nested).unwrap().map(|entry| entry.unwrap().file_name()).collect();
@@ -93,9 +87,8 @@ mod tests {
     fn an_error_names_the_file() {
         let blocked = std::env::temp_dir().join(format!("curionav-blocked-{}", std::process::id()));
         fs::write(&blocked, "a file where a directory should be").unwrap();
-        let error =
-            write(&blocked, &golden::run_result(), &[], &golden::occupancy_grid(), (0.0, 0.0), 0.3, 0.3);
+        let written = written(&blocked);
         fs::remove_file(&blocked).unwrap();
-        assert!(format!("{:#}", error.unwrap_err()).contains("curionav-blocked"));
+        assert!(format!("{:#}", written.unwrap_err()).contains("curionav-blocked"));
     }
 }

@@ -6,12 +6,13 @@ use std::collections::BTreeMap;
 
 /// A run without its trace; the keys and their order are stable.
 #[derive(Debug, Serialize)]
-pub(crate) struct Summary<'a> {
+struct Summary<'a> {
     scenario: &'a str,
     planner: &'a str,
     seed: u64,
     outcome: Outcome,
-    metrics: MeasuresObject,
+    #[serde(with = "EveryMeasure")]
+    metrics: Measures,
     cycles: &'a Cycles,
     real_time_factor: f64,
     decisions_sha256: &'a str,
@@ -21,8 +22,9 @@ pub(crate) struct Summary<'a> {
 }
 
 /// [`Measures`] with every key present: `md_m` is null rather than left out.
-#[derive(Debug, Serialize)]
-struct MeasuresObject {
+#[derive(Serialize)]
+#[serde(remote = "Measures")]
+struct EveryMeasure {
     rmse_m: f64,
     tcm: f64,
     nm: u32,
@@ -36,14 +38,13 @@ struct MeasuresObject {
     clearance_min_m: f64,
 }
 
-/// The summary of `result`; serialised, its keys keep their order.
-pub(crate) fn summary(result: &RunResult) -> Summary<'_> {
+fn summary(result: &RunResult) -> Summary<'_> {
     Summary {
         scenario: &result.scenario,
         planner: &result.planner,
         seed: result.seed,
         outcome: result.outcome,
-        metrics: measures(&result.measures),
+        metrics: result.measures.clone(),
         cycles: &result.cycles,
         real_time_factor: result.real_time_factor,
         decisions_sha256: &result.decisions_sha256,
@@ -51,30 +52,14 @@ pub(crate) fn summary(result: &RunResult) -> Summary<'_> {
     }
 }
 
-/// [`summary`] with the measures of social navigation, for `metrics.json`.
-pub(crate) fn summary_with_social(result: &RunResult) -> Summary<'_> {
-    Summary { social: Some(&result.social), ..summary(result) }
-}
-
-/// [`summary`] as one line, its keys in the documented order.
+/// The summary of `result` as one line, its keys in the documented order.
 pub(crate) fn json(result: &RunResult) -> serde_json::Result<String> {
     serde_json::to_string(&summary(result))
 }
 
-fn measures(m: &Measures) -> MeasuresObject {
-    MeasuresObject {
-        rmse_m: m.rmse_m,
-        tcm: m.tcm,
-        nm: m.nm,
-        td: m.td,
-        md_m: m.md_m,
-        nt: m.nt,
-        vel_mps: m.vel_mps,
-        length_m: m.length_m,
-        time_s: m.time_s,
-        collisions: m.collisions,
-        clearance_min_m: m.clearance_min_m,
-    }
+/// The text of `metrics.json`: the summary with the measures of social navigation.
+pub(super) fn for_file(result: &RunResult) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(&Summary { social: Some(&result.social), ..summary(result) })
 }
 
 #[cfg(test)]
@@ -99,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_distance_to_nobody_is_null_and_not_missing() {
+    fn the_distance_to_people_is_null_and_not_missing_if_there_are_none() {
         let mut result = golden::run_result();
         result.measures.md_m = None;
         assert!(json(&result).unwrap().contains("\"md_m\":null"));

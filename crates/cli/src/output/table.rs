@@ -61,7 +61,7 @@ fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
         row("TCM", per_cent(m.tcm), "of the time until localisation converged"),
         row("NM", m.nm.to_string(), "times localisation was lost again"),
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
-        row("MD", m.md_m.map_or_else(|| "nobody".into(), metres), "least distance to a person's centre"),
+        row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
         row("NT", m.nt.to_string(), "times closer than comfortable"),
         row("cycles", c.count.to_string(), &format!("decisions taken, {} of them degraded", c.degraded)),
         row(
@@ -96,11 +96,11 @@ mod tests {
     }
 
     #[test]
-    fn a_run_among_nobody_says_so() {
+    fn a_run_without_people_says_so() {
         let mut result = golden::run_result();
         result.measures.md_m = None;
         result.measures.collisions = 2;
         let text = table(&result);
-        assert!(text.contains("nobody") && text.contains("with 2 collisions"), "{text}");
+        assert!(text.contains("no people") && text.contains("with 2 collisions"), "{text}");
     }
 }

@@ -14,7 +14,7 @@ use curionav_schemas::ServiceStatus;
 use serde::Serialize;
 
 use crate::{Item, Reader};
-use offline::{Offline, Replayed};
+use offline::Offline;
 use waiting::Waiting;
 
 /// Of this program, which must be that of the recording.
@@ -76,16 +76,16 @@ pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) ->
                 summary.degraded += u64::from(!report.decision.degraded.is_empty());
                 let replayed = match waiting.take(&report.robot, report.epoch, report.seq) {
                     Some(memory) => offline.plan(memory, &report).await?,
-                    None => Replayed::Skipped("what it was planned from is not in the recording".into()),
+                    None => Err("what it was planned from is not in the recording"),
                 };
                 match replayed {
-                    Replayed::Planned(decision) => {
+                    Ok(decision) => {
                         summary.replayed += 1;
                         let difference = Difference::between(&report.robot, &report.decision, &decision);
                         summary.differing += u64::from(difference.is_some());
                         summary.differences.extend(difference);
                     }
-                    Replayed::Skipped(why) => *summary.skipped.entry(why).or_default() += 1,
+                    Err(why) => *summary.skipped.entry(why.to_owned()).or_default() += 1,
                 }
             }
         }

@@ -20,18 +20,11 @@ use curionav_schemas::{
     OccupancyGrid, Scores, Tree,
 };
 
-/// The instance that answers for metrics which this program cannot compute.
+/// The instance that answers for terms which this program cannot compute.
 const RECORDING: &str = "recording";
 
 /// (robot, run, revision): which mission.
 type MissionId = (String, u64, u64);
-
-/// What came of a cycle.
-pub(super) enum Replayed {
-    Planned(Box<Decision>),
-    /// It cannot be planned again, for this reason.
-    Skipped(String),
-}
 
 /// Plans recorded cycles, one after the other.
 pub(super) struct Offline {
@@ -74,31 +67,32 @@ impl Offline {
         convert::from_value::<Profile>("profile", &mission.order.profile).ok().map(|profile| profile.name)
     }
 
-    /// Plans the cycle of `report` again, which began with `memory`.
+    /// Plans the cycle of `report` again, which began with `memory`; or says why it cannot be planned again.
     pub(super) async fn plan(
         &mut self,
         mut memory: Memory,
         report: &CycleReport,
-    ) -> anyhow::Result<Replayed> {
+    ) -> anyhow::Result<Result<Decision, &'static str>> {
         let id = (memory.robot.clone(), memory.run, memory.revision);
         let Some(mission) = self.missions.get(&id) else {
-            return Ok(Replayed::Skipped("its mission is not in the recording".into()));
+            return Ok(Err("its mission is not in the recording"));
         };
         let recorded: Profile = convert::from_value("profile", &mission.order.profile)?;
-        if !self.contexts.contains_key(&id) {
-            let Some(fields) = self.fields.get(&mission.order.map) else {
-                return Ok(Replayed::Skipped("its map is not in the recording".into()));
-            };
-            let mut mission = mission.clone();
-            if let Some(planner) = &self.planner {
-                mission.order.profile = convert::to_value(planner)?;
+        let context = match self.contexts.get(&id) {
+            Some(context) => Arc::clone(context),
+            None => {
+                let Some(fields) = self.fields.get(&mission.order.map) else {
+                    return Ok(Err("its map is not in the recording"));
+                };
+                let mut mission = mission.clone();
+                if let Some(planner) = &self.planner {
+                    mission.order.profile = convert::to_value(planner)?;
+                }
+                let context = PlanContext::new(mission, fields, true);
+                let context = Arc::new(context.context("this mission cannot be planned")?);
+                self.contexts.insert(id.clone(), Arc::clone(&context));
+                context
             }
-            let context =
-                PlanContext::new(mission, fields, true).context("this mission cannot be planned")?;
-            self.contexts.insert(id.clone(), Arc::new(context));
-        }
-        let Some(context) = self.contexts.get(&id).cloned() else {
-            return Ok(Replayed::Skipped("its mission cannot be prepared".into()));
         };
         let foreign = context.profile.generator != recorded.generator;
         if foreign {
@@ -112,7 +106,7 @@ impl Offline {
         if foreign {
             self.own_trees.insert(id, carried.to_wire(&context.mission).trees);
         }
-        Ok(Replayed::Planned(Box::new(decision)))
+        Ok(Ok(decision))
     }
 
     /// Lets the recording stand in for terms that are not built in: it knows their costs as long as the candidates are

@@ -1,1 +1,0 @@
-//! The command line: run scenarios, start and supervise deployments, talk to robots.
