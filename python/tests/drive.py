@@ -275,7 +275,7 @@ def status(ticks: int) -> RunStatus:
     # The last of the five leaves after the first tick.
     present = np.ones((ticks, 5), np.uint8)
     present[1:, 4] = 0
-    people = PeopleTrace(
+    tracks = PeopleTrace(
         rows=ticks, id=walkers[0].id, xy=np.stack([np.stack([w.x, w.y], axis=1) for w in walkers]), present=present
     )
     result = RunResult(
@@ -290,7 +290,7 @@ def status(ticks: int) -> RunStatus:
         cycles=Cycles(count=ticks, degraded=1, p50_ms=9.0, p99_ms=9.0, max_ms=9.0),
         real_time_factor=1.0,
         decisions_sha256="0" * 64,
-        trace=Trace(rows=ticks, columns=columns, values=np.array(rows), people=people),
+        trace=Trace(rows=ticks, columns=columns, values=np.array(rows), people=tracks),
     )  # fmt: skip
     return RunStatus(
         run=1, world=WORLD, state="finished", tick=ticks, time_s=ticks * 0.1, distance_to_goal=0.2, result=result

@@ -160,7 +160,7 @@ def test_one_that_is_late_in_real_time_is_handled_as_any_failing_replica(
     late = [d for d in decisions if 1.0 <= d.stamp < 2.0]
     assert late
     assert any(NOT_EVALUATED in d.degraded for d in late)
-    # The function takes 300 ms, a cycle's evaluation at most 40: the arbiter does not wait for it, not even on a busy machine.
+    # The function takes 300 ms, a cycle's evaluation at most 40: no cycle waits for it, even on a busy machine.
     assert min(d.elapsed_us for d in late if d.degraded) < 250_000
     assert any(d.arrived for d in decisions)
 

@@ -83,17 +83,15 @@ pub(super) fn axes(viewport: &Viewport, apart: f64) -> Group {
     let step = step(apart / scale, 1);
     for x in multiples(step, min_x, min_x + width / scale) {
         let at = viewport.at((x, max_y)).0;
-        group = group
-            .add(line((at, 0.0), (at, height), "grid"))
-            .add(line((at, height), (at, height + 4.0), "tick"))
-            .add(text((at, height + 15.0), "s", label(x)).set("text-anchor", "middle"));
+        let number = text((at, height + 15.0), "s", label(x)).set("text-anchor", "middle");
+        let tick = line((at, height), (at, height + 4.0), "tick");
+        group = group.add(line((at, 0.0), (at, height), "grid")).add(tick).add(number);
     }
     for y in multiples(step, max_y - height / scale, max_y) {
         let at = viewport.at((min_x, y)).1;
-        group = group
-            .add(line((0.0, at), (width, at), "grid"))
-            .add(line((-4.0, at), (0.0, at), "tick"))
-            .add(text((-6.0, at + 3.5), "s", label(y)).set("text-anchor", "end"));
+        let number = text((-6.0, at + 3.5), "s", label(y)).set("text-anchor", "end");
+        let tick = line((-4.0, at), (0.0, at), "tick");
+        group = group.add(line((0.0, at), (width, at), "grid")).add(tick).add(number);
     }
     group.add(frame(width, height))
 }
@@ -119,15 +117,13 @@ pub(super) fn scale_bar(viewport: &Viewport) -> Group {
     let bar = |from: (f64, f64), to: (f64, f64)| {
         line(from, to, "line").set("stroke", "#1a1a1a").set("stroke-width", 1.6)
     };
+    let number = text((left + length / 2.0, bottom - 6.0), "b", format!("{} m", label(metres)));
     Group::new()
         .add(board.set("rx", 3).set("fill-opacity", 0.85))
         .add(bar((left, bottom), (left + length, bottom)))
         .add(bar((left, bottom - 4.0), (left, bottom + 3.0)))
         .add(bar((left + length, bottom - 4.0), (left + length, bottom + 3.0)))
-        .add(
-            text((left + length / 2.0, bottom - 6.0), "b", format!("{} m", label(metres)))
-                .set("text-anchor", "middle"),
-        )
+        .add(number.set("text-anchor", "middle"))
 }
 
 #[cfg(test)]

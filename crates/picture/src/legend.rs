@@ -32,42 +32,31 @@ pub(super) fn legend(width: f64) -> Panel {
 fn entries() -> Vec<(Group, &'static str)> {
     let middle = (SYMBOL / 2.0, 10.0);
     let stroke = |colour: &str, width: f64| bar().set("stroke", colour).set("stroke-width", width);
-    let circle = |radius: f64| Circle::new().set("cx", middle.0).set("cy", middle.1).set("r", radius);
+    let circle = |radius: f64, colour: &str| {
+        Circle::new().set("cx", middle.0).set("cy", middle.1).set("r", radius).set("fill", colour)
+    };
     let ellipse = Ellipse::new().set("cx", middle.0).set("cy", middle.1).set("rx", 14).set("ry", 7);
+    let ellipse = ellipse.set("fill", BELIEF).set("fill-opacity", 0.1).set("stroke", BELIEF);
+    let goal = circle(9.5, GOAL).set("fill-opacity", 0.15).set("stroke", GOAL).set("stroke-dasharray", "4 2");
+    let crowd = circle(9.0, CROWD).set("fill-opacity", 0.5).set("stroke", CROWD);
     // A viewport in which a pixel is a tenth of a metre, to show a person who walks at 1 m/s.
     let viewport = Viewport { min_x: 0.0, max_y: 2.0, width: 34.0, height: 20.0, scale: 10.0 };
+    let symbol = Group::new;
     vec![
-        (Group::new().add(stroke(TRUTH, 3.0)), "where the robot was"),
-        (Group::new().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed to be"),
-        (
-            Group::new().add(ellipse.set("fill", BELIEF).set("fill-opacity", 0.1).set("stroke", BELIEF)),
-            "uncertainty of the belief, 2 \u{3c3}",
-        ),
-        (Group::new().add(circle(6.0).set("fill", INK)), "start"),
-        (
-            Group::new()
-                .add(
-                    circle(9.5)
-                        .set("fill", GOAL)
-                        .set("fill-opacity", 0.15)
-                        .set("stroke", GOAL)
-                        .set("stroke-dasharray", "4 2"),
-                )
-                .add(star(middle)),
-            "goal, and where it counts as reached",
-        ),
+        (symbol().add(stroke(TRUTH, 3.0)), "where the robot was"),
+        (symbol().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed to be"),
+        (symbol().add(ellipse), "uncertainty of the belief, 2 \u{3c3}"),
+        (symbol().add(circle(6.0, INK)), "start"),
+        (symbol().add(goal).add(star(middle)), "goal, and where it counts as reached"),
         (person(&viewport, (0.9, 1.0), (1.0, 0.0), 0.3), "person, and 0.8 s of their way"),
         (
-            Group::new().add(stroke(PERSON, 1.1).set("stroke-opacity", 0.35)),
+            symbol().add(stroke(PERSON, 1.1).set("stroke-opacity", 0.35)),
             "ways of the people (discs: at the end)",
         ),
-        (
-            Group::new().add(circle(9.0).set("fill", CROWD).set("fill-opacity", 0.5).set("stroke", CROWD)),
-            "crowd density, 1 \u{3c3}, by weight",
-        ),
+        (symbol().add(crowd), "crowd density, 1 \u{3c3}, by weight"),
         (costs(), "candidates, cheap to expensive"),
-        (Group::new().add(bar().set("class", "rejected")), "rejected candidates"),
-        (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
+        (symbol().add(bar().set("class", "rejected")), "rejected candidates"),
+        (symbol().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
         (badge(middle, 1), "planning cycle that is shown enlarged"),
     ]
 }

@@ -60,25 +60,20 @@ pub(super) fn map_layer(map: &OccupancyGrid, id: &str, viewport: &Viewport) -> U
 
 /// The bounds of the cells that are known; of all cells if none is.
 pub(super) fn known(map: &OccupancyGrid) -> Bounds {
-    let width = map.width as usize;
-    let mut cells: Option<[usize; 4]> = None;
-    for (row, line) in map.cells.chunks(width.max(1)).enumerate() {
-        let is_known = |cell: &i8| *cell >= 0;
-        let (Some(first), Some(last)) = (line.iter().position(is_known), line.iter().rposition(is_known))
-        else {
-            continue;
-        };
-        let [left, right, bottom, _] = cells.unwrap_or([first, last, row, row]);
-        cells = Some([left.min(first), right.max(last), bottom, row]);
-    }
+    let (width, height) = (map.width as usize, map.height as usize);
+    let known = map.cells.iter().enumerate().filter(|(_, cell)| **cell >= 0);
+    let none = [width, 0, height, 0];
+    let [left, right, bottom, top] = known.fold(none, |[left, right, bottom, top], (index, _)| {
+        let (column, row) = (index % width, index / width);
+        [left.min(column), right.max(column + 1), bottom.min(row), top.max(row + 1)]
+    });
     let [left, right, bottom, top] =
-        cells.unwrap_or([0, width.saturating_sub(1), 0, (map.height as usize).saturating_sub(1)]);
+        if right == 0 { [0, width, 0, height] } else { [left, right, bottom, top] };
     let (sin, cos) = sin_cos(map.origin.heading);
     let corner = |column: usize, row: usize| {
         let (u, v) = (map.resolution * column as f64, map.resolution * row as f64);
         (map.origin.x + cos * u - sin * v, map.origin.y + sin * u + cos * v)
     };
-    let (right, top) = (right + 1, top + 1);
     Bounds::of([corner(left, bottom), corner(right, bottom), corner(left, top), corner(right, top)])
 }
 
@@ -105,12 +100,7 @@ fn merged(cells: &[i8], columns: usize, belongs: impl Fn(i8) -> bool) -> Vec<Blo
         for (left, right) in runs(line, &belongs) {
             next.insert((left, right), open.remove(&(left, right)).unwrap_or(row));
         }
-        done.extend(open.iter().map(|((left, right), bottom)| Block {
-            left: *left,
-            right: *right,
-            bottom: *bottom,
-            top: row,
-        }));
+        done.extend(open.iter().map(|(&(left, right), &bottom)| Block { left, right, bottom, top: row }));
         open = next;
     }
     done

@@ -20,12 +20,8 @@ pub(super) fn text(at: (f64, f64), class: &str, content: impl Into<String>) -> T
 
 /// A straight line in pixels.
 pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> Line {
-    Line::new()
-        .set("class", class)
-        .set("x1", px(from.0))
-        .set("y1", px(from.1))
-        .set("x2", px(to.0))
-        .set("y2", px(to.1))
+    let line = Line::new().set("class", class).set("x1", px(from.0)).set("y1", px(from.1));
+    line.set("x2", px(to.0)).set("y2", px(to.1))
 }
 
 /// A path through points of the map frame.
@@ -35,11 +31,8 @@ pub(super) fn path(
     colour: &str,
     width: f64,
 ) -> Polyline {
-    Polyline::new()
-        .set("class", "line")
-        .set("points", viewport.points(points))
-        .set("stroke", colour)
-        .set("stroke-width", width)
+    let line = Polyline::new().set("class", "line").set("points", viewport.points(points));
+    line.set("stroke", colour).set("stroke-width", width)
 }
 
 /// Where people have walked or are going to walk, each a line through points of the map frame.
@@ -55,13 +48,14 @@ pub(super) fn disc(viewport: &Viewport, at: (f64, f64), radius: f64) -> Circle {
     Circle::new().set("cx", px(x)).set("cy", px(y)).set("r", px((viewport.scale * radius).max(2.0)))
 }
 
+fn tinted(disc: Circle, (fill, opacity): (&str, f64), (stroke, width): (&str, f64)) -> Circle {
+    let filled = disc.set("fill", fill).set("fill-opacity", opacity);
+    filled.set("stroke", stroke).set("stroke-width", width)
+}
+
 /// A person with an arrow that reaches as far as they walk in [`ARROW_S`].
 pub(super) fn person(viewport: &Viewport, at: (f64, f64), velocity: (f64, f64), radius: f64) -> Group {
-    let body = disc(viewport, at, radius)
-        .set("fill", PERSON)
-        .set("fill-opacity", 0.55)
-        .set("stroke", PERSON)
-        .set("stroke-width", 0.8);
+    let body = tinted(disc(viewport, at, radius), (PERSON, 0.55), (PERSON, 0.8));
     let group = Group::new().set("class", "person").add(body);
     let speed = hypot(velocity.0, velocity.1);
     if speed < STANDING {
@@ -77,35 +71,24 @@ fn arrow(from: (f64, f64), tip: (f64, f64), colour: &str) -> Path {
     const HEAD: f64 = 4.0;
     let length = hypot(tip.0 - from.0, tip.1 - from.1).max(1e-9);
     let along = ((tip.0 - from.0) / length, (tip.1 - from.1) / length);
+    let pair = |x: f64, y: f64| format!("{} {}", px(x), px(y));
     let barb = |side: f64| {
-        let (x, y) = (
-            tip.0 - HEAD * along.0 - side * HEAD * 0.6 * along.1,
-            tip.1 - HEAD * along.1 + side * HEAD * 0.6 * along.0,
-        );
-        format!("{} {}", px(x), px(y))
+        let across = side * HEAD * 0.6;
+        pair(tip.0 - HEAD * along.0 - across * along.1, tip.1 - HEAD * along.1 + across * along.0)
     };
-    let end = format!("{} {}", px(tip.0), px(tip.1));
-    let shaft = format!("M{} {}L{end}", px(from.0), px(from.1));
-    Path::new()
-        .set("d", format!("{shaft}M{}L{end}L{}", barb(1.0), barb(-1.0)))
-        .set("fill", "none")
-        .set("stroke", colour)
-        .set("stroke-width", 1.3)
+    let end = pair(tip.0, tip.1);
+    let strokes = format!("M{}L{end}M{}L{end}L{}", pair(from.0, from.1), barb(1.0), barb(-1.0));
+    Path::new().set("d", strokes).set("fill", "none").set("stroke", colour).set("stroke-width", 1.3)
 }
 
 /// The crowds, each as its circle of one standard deviation, the fainter the less it weighs.
 pub(super) fn crowds(viewport: &Viewport, crowds: &[Crowd]) -> Group {
     let most = crowds.iter().map(|crowd| crowd.weight).fold(f64::MIN_POSITIVE, f64::max);
     crowds.iter().fold(Group::new(), |group, crowd| {
-        let opacity = CROWD_OPACITY * crowd.weight / most;
-        group.add(
-            disc(viewport, (crowd.x, crowd.y), crowd.sigma.sqrt())
-                .set("class", "crowd")
-                .set("fill", CROWD)
-                .set("fill-opacity", (opacity * 100.0).round() / 100.0)
-                .set("stroke", CROWD)
-                .set("stroke-width", if crowd.members > 1 { 1.2 } else { 0.6 }),
-        )
+        let opacity = (CROWD_OPACITY * crowd.weight / most * 100.0).round() / 100.0;
+        let width = if crowd.members > 1 { 1.2 } else { 0.6 };
+        let circle = disc(viewport, (crowd.x, crowd.y), crowd.sigma.sqrt()).set("class", "crowd");
+        group.add(tinted(circle, (CROWD, opacity), (CROWD, width)))
     })
 }
 
@@ -116,43 +99,26 @@ pub(super) fn covariance_ellipse(viewport: &Viewport, at: (f64, f64), [xx, xy, y
     let (mean, half) = ((xx + yy) / 2.0, hypot((xx - yy) / 2.0, xy));
     let radius = |variance: f64| px(2.0 * viewport.scale * variance.max(0.0).sqrt());
     let angle = 0.5 * atan2(2.0 * xy, xx - yy);
-    Ellipse::new()
-        .set("cx", px(x))
-        .set("cy", px(y))
-        .set("rx", radius(mean + half))
-        .set("ry", radius(mean - half))
-        .set("transform", format!("rotate({:.1} {} {})", -angle.to_degrees() + 0.0, px(x), px(y)))
-        .set("fill", BELIEF)
-        .set("fill-opacity", 0.1)
-        .set("stroke", BELIEF)
-        .set("stroke-width", 0.8)
+    let turn = format!("rotate({:.1} {} {})", -angle.to_degrees() + 0.0, px(x), px(y));
+    let (major, minor) = (radius(mean + half), radius(mean - half));
+    let ellipse = Ellipse::new().set("cx", px(x)).set("cy", px(y)).set("rx", major).set("ry", minor);
+    let filled = ellipse.set("transform", turn).set("fill", BELIEF).set("fill-opacity", 0.1);
+    filled.set("stroke", BELIEF).set("stroke-width", 0.8)
 }
 
 /// The robot: its outline and where it heads.
 pub(super) fn robot(viewport: &Viewport, at: (f64, f64), heading: f64, radius: f64, colour: &str) -> Group {
     let (sin, cos) = sin_cos(heading);
     let nose = (at.0 + radius * cos, at.1 + radius * sin);
-    let (from, to) = (viewport.at(at), viewport.at(nose));
-    Group::new()
-        .add(
-            disc(viewport, at, radius)
-                .set("fill", "#fff")
-                .set("fill-opacity", 0.75)
-                .set("stroke", colour)
-                .set("stroke-width", 1.6),
-        )
-        .add(line(from, to, "line").set("stroke", colour).set("stroke-width", 1.6))
+    let body = tinted(disc(viewport, at, radius), ("#fff", 0.75), (colour, 1.6));
+    let heads = line(viewport.at(at), viewport.at(nose), "line").set("stroke", colour);
+    Group::new().add(body).add(heads.set("stroke-width", 1.6))
 }
 
 /// The goal as a star in the circle in which it counts as reached.
 pub(super) fn goal(viewport: &Viewport, at: (f64, f64), tolerance: f64) -> Group {
-    let circle = disc(viewport, at, tolerance)
-        .set("fill", GOAL)
-        .set("fill-opacity", 0.15)
-        .set("stroke", GOAL)
-        .set("stroke-width", 1.2)
-        .set("stroke-dasharray", "4 2");
-    Group::new().add(circle).add(star(viewport.at(at)))
+    let circle = tinted(disc(viewport, at, tolerance), (GOAL, 0.15), (GOAL, 1.2));
+    Group::new().add(circle.set("stroke-dasharray", "4 2")).add(star(viewport.at(at)))
 }
 
 /// A star of a fixed size, in pixels.
@@ -166,30 +132,17 @@ pub(super) fn star((x, y): (f64, f64)) -> Polygon {
             format!("{},{}", px(x + radius * cos), px(y + radius * sin))
         })
         .collect();
-    Polygon::new()
-        .set("points", corners.join(" "))
-        .set("fill", GOAL)
-        .set("stroke", "#fff")
-        .set("stroke-width", 0.8)
+    let star = Polygon::new().set("points", corners.join(" ")).set("fill", GOAL);
+    star.set("stroke", "#fff").set("stroke-width", 0.8)
 }
 
 /// The number of a snapshot in a small disc, in pixels.
 pub(super) fn badge((x, y): (f64, f64), number: usize) -> Group {
+    let disc = Circle::new().set("cx", px(x)).set("cy", px(y)).set("r", 7.5).set("fill", INK);
+    let number = text((x, y + 3.6), "b", number.to_string()).set("text-anchor", "middle");
     Group::new()
-        .add(
-            Circle::new()
-                .set("cx", px(x))
-                .set("cy", px(y))
-                .set("r", 7.5)
-                .set("fill", INK)
-                .set("stroke", "#fff")
-                .set("stroke-width", 1),
-        )
-        .add(
-            text((x, y + 3.6), "b", number.to_string())
-                .set("text-anchor", "middle")
-                .set("style", "fill:#fff;font-size:10px"),
-        )
+        .add(disc.set("stroke", "#fff").set("stroke-width", 1))
+        .add(number.set("style", "fill:#fff;font-size:10px"))
 }
 
 #[cfg(test)]

@@ -105,8 +105,8 @@ def _whole(ids: ArrayLike) -> U32:
 class Crowd:
     """The people of a simulated world, played from here; made by `Deployment.crowd`. A context manager that ends it.
 
-    Iterating over it gives one `CrowdStep` per tick, for as long as runs of the world go on. Answer each with `publish`.
-    In real time only the newest is given.
+    Iterating over it gives one `CrowdStep` per tick, for as long as runs of the world go on. Answer each with
+    `publish`. In real time only the newest is given.
     """
 
     def __init__(self, session: zenoh.Session, world: str) -> None:
