@@ -1,4 +1,4 @@
-//! `curionav bench`: planners compared over many runs.
+//! `curionav bench`: planners compared over many runs; and `curionav worker`, a process that it hands runs to.
 
 use std::path::PathBuf;
 
@@ -8,8 +8,9 @@ use curionav_runtime::exit::Exit;
 
 /// Run planners over scenarios many times and compare them with each other and with the paper.
 ///
-/// Every planner runs in every scenario with every seed, in lockstep, on several processes. A finished run is kept in DIR/journal.jsonl at once: after an interruption the same command goes on where
-/// it was. A run counts as finished while its scenario, map, planner and this program are what they were.
+/// Every planner runs in every scenario with every seed, in lockstep, on several processes. A finished run is kept in
+/// DIR/journal.jsonl at once: after an interruption the same command goes on where it was. A run counts as finished
+/// while its scenario, map, planner and this program are what they were.
 /// results.csv is the same, byte for byte, whatever --jobs; what depends on the clock is in timings.csv.
 ///
 /// Exit status: 0 every run took place, however it ended; 1 a run could not take place, or interrupted;
@@ -42,4 +43,16 @@ pub(crate) struct BenchOptions {
 pub(crate) async fn run(options: BenchOptions) -> Result<u8, Exit> {
     let BenchOptions { planners, scenarios, repeats, first_seed, jobs, out, any_build } = options;
     bench::bench(bench::Options { planners, scenarios, repeats, first_seed, jobs, out, any_build }).await
+}
+
+/// Take runs from standard input and answer each with a row (started by `bench` and `tune`).
+#[derive(Debug, Args)]
+pub(crate) struct WorkerOptions {
+    /// Digest of the program, as it shall be in every row.
+    #[arg(long)]
+    program: String,
+}
+
+pub(crate) async fn worker(options: WorkerOptions) -> Result<u8, Exit> {
+    bench::worker(&options.program).await
 }

@@ -18,7 +18,6 @@ mod service;
 mod status;
 mod tune;
 mod up;
-mod worker;
 
 use clap::{Parser, Subcommand};
 use curionav_runtime::exit::Exit;
@@ -45,7 +44,7 @@ enum Command {
     Bench(bench::BenchOptions),
     Tune(tune::TuneOptions),
     #[command(hide = true)]
-    Worker(worker::WorkerOptions),
+    Worker(bench::WorkerOptions),
     Up(up::UpOptions),
     Router(router::RouterOptions),
     #[command(flatten)]
@@ -99,7 +98,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Run(options) => run::run(options).await,
         Command::Bench(options) => bench::run(options).await,
         Command::Tune(options) => tune::run(options).await,
-        Command::Worker(options) => worker::run(options).await,
+        Command::Worker(options) => bench::worker(options).await,
         Command::Up(options) => up::run(options, &log).await,
         Command::Router(options) => router::run(options).await,
         Command::Service(command) => service::run(command).await,

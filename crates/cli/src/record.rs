@@ -3,10 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
-use zenoh::Session;
 
 use crate::connect::ConnectOptions;
 use curionav_recording::{Recorder, Scope, Tally, recover};
@@ -68,12 +66,6 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         return Err(Exit::failed(anyhow::anyhow!(robots)));
     }
     Ok(SUCCESS)
-}
-
-/// Starts to record one run.
-pub(crate) fn of_run(session: &Session, path: &Path, config: &ServiceConfig) -> Result<Recorder, Exit> {
-    let scope = Scope { robot: Some(config.robot.clone()), world: Some(config.world.clone()) };
-    Recorder::start(session, path, &scope).map_err(Exit::bad_input)
 }
 
 /// One line about a finished recording.

@@ -61,7 +61,6 @@ pub(crate) async fn run(options: ReplayOptions) -> Result<u8, Exit> {
     Ok(if summary.differing == 0 { SUCCESS } else { FAILED })
 }
 
-/// The summary for people.
 fn words(summary: &Summary) -> String {
     let Summary { replayed, differing, degraded, planner, recorded_planner, differences, .. } = summary;
     let mut lines = vec![format!(

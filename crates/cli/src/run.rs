@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use curionav_picture::Run;
+use curionav_recording::{Recorder, Scope};
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::print::print;
 use curionav_runtime::query::{Urgency, ask};
@@ -42,7 +43,7 @@ pub(crate) struct RunOptions {
     /// max (lockstep: as fast as the machine allows, bit for bit repeatable), realtime, or simulated
     /// seconds per second.
     #[arg(long, value_name = "max|realtime|X", default_value = "max", value_parser = parse_speed)]
-    speed: Speed,
+    speed: (Clock, f64),
     /// Write metrics.json, trajectory.csv, cycles.csv and run.svg into this directory.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -66,31 +67,18 @@ pub(crate) struct RunOptions {
     robot: String,
 }
 
-/// How fast simulated time passes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Speed {
-    /// Lockstep.
-    Max,
-    /// Simulated seconds per second of the wall clock.
-    Factor(f64),
-}
-
-fn parse_speed(text: &str) -> Result<Speed, String> {
-    match text {
-        "max" => Ok(Speed::Max),
-        "realtime" => Ok(Speed::Factor(1.0)),
-        _ => match text.parse::<f64>() {
-            Ok(factor) if factor > 0.0 && factor <= 100.0 => Ok(Speed::Factor(factor)),
-            _ => Err("must be max, realtime, or a factor above 0 and up to 100".into()),
-        },
+/// The clock, and simulated seconds per second of the wall clock.
+fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
+    match (text, text.parse::<f64>()) {
+        ("max", _) => Ok((Clock::Lockstep, 1.0)),
+        ("realtime", _) => Ok((Clock::Realtime, 1.0)),
+        (_, Ok(factor)) if factor > 0.0 && factor <= 100.0 => Ok((Clock::Realtime, factor)),
+        _ => Err("must be max, realtime, or a factor above 0 and up to 100".into()),
     }
 }
 
 pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
-    let (clock, time_scale) = match options.speed {
-        Speed::Max => (Clock::Lockstep, 1.0),
-        Speed::Factor(factor) => (Clock::Realtime, factor),
-    };
+    let (clock, time_scale) = options.speed;
     let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed) };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let config = ServiceConfig {
@@ -157,7 +145,8 @@ async fn recorded(
     let Some(path) = &options.record else {
         return Ok((follow_or_cancel(session, config, package, options).await?, Ok(())));
     };
-    let recorder = record::of_run(session, path, config)?;
+    let scope = Scope { robot: Some(config.robot.clone()), world: Some(config.world.clone()) };
+    let recorder = Recorder::start(session, path, &scope).map_err(Exit::bad_input)?;
     let finished = follow_or_cancel(session, config, package, options).await;
     // What has been decided may still be on its way, last in line.
     if options.connect.is_some() {

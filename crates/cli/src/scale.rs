@@ -1,5 +1,6 @@
 //! `curionav scale`: what more replicas bring.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -94,60 +95,61 @@ pub(crate) struct ScaleOptions {
 }
 
 fn parse_quota(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(cores) if (0.01..=64.0).contains(&cores) => Ok(cores),
-        _ => Err("must be processors, from 0.01 to 64".into()),
-    }
+    parse_within(text, 0.01..=64.0, "must be processors, from 0.01 to 64")
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.5..=3600.0).contains(&seconds) => Ok(seconds),
-        _ => Err("must be seconds, from 0.5 to 3600".into()),
-    }
+    parse_within(text, 0.5..=3600.0, "must be seconds, from 0.5 to 3600")
 }
 
-pub(crate) async fn run(o: ScaleOptions, log: &str) -> Result<u8, Exit> {
-    check(&o)?;
-    let service = o.service.map(|service| match service {
+/// A number in a range; `expected` says which.
+pub(crate) fn parse_within(text: &str, range: RangeInclusive<f64>, expected: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|number| range.contains(number)).ok_or_else(|| expected.to_owned())
+}
+
+pub(crate) async fn run(options: ScaleOptions, log: &str) -> Result<u8, Exit> {
+    check(&options)?;
+    let ScaleOptions { service, replicas, cpu_quota, batch, people, seconds, in_flight, .. } = options;
+    let ScaleOptions { scenario, planner, break_even, robots, overhead, json, .. } = options;
+    let service = service.map(|service| match service {
         Service::Cpc => Pooled::Cpc,
         Service::Cnc => Pooled::Cnc,
         Service::Generator => Pooled::Generator,
     });
     let options = scale::Options {
         service,
-        replicas: o.replicas,
-        cpu_quota: o.cpu_quota,
-        batch: o.batch,
-        people: o.people,
-        seconds: o.seconds,
-        in_flight: o.in_flight,
-        scenario: o.scenario,
-        planner: o.planner,
-        break_even: o.break_even,
-        robots: o.robots,
-        overhead: o.overhead,
-        json: o.json,
+        replicas,
+        cpu_quota,
+        batch,
+        people,
+        seconds,
+        in_flight,
+        scenario,
+        planner,
+        break_even,
+        robots,
+        overhead,
+        json,
     };
     scale::scale(options, log).await
 }
 
 /// What the arguments say one by one makes sense together.
 fn check(options: &ScaleOptions) -> Result<(), Exit> {
-    let bad = |problem: &str| Err(Exit::bad_input(anyhow!("{problem}")));
-    if !options.break_even && options.batch.len() > 1 {
-        return bad("--batch: several batches are only compared with --break-even");
-    }
-    if !options.break_even && options.people.len() > 1 {
-        return bad("--people: several crowds are only compared with --break-even");
-    }
-    if options.service == Some(Service::Generator) {
-        if options.break_even {
-            return bad("--break-even: is for evaluators; a generator's work is not cut into shards");
-        }
-        if !options.batch.is_empty() || !options.people.is_empty() {
-            return bad("--batch, --people: are for evaluators; a generator is asked what the scenario asks");
-        }
-    }
-    Ok(())
+    let ScaleOptions { service, batch, people, break_even, .. } = options;
+    let is_generator = *service == Some(Service::Generator);
+    let faults = [
+        (!break_even && batch.len() > 1, "--batch: several batches are only compared with --break-even"),
+        (!break_even && people.len() > 1, "--people: several crowds are only compared with --break-even"),
+        (
+            is_generator && *break_even,
+            "--break-even: is for evaluators; a generator's work is not cut into shards",
+        ),
+        (
+            is_generator && !(batch.is_empty() && people.is_empty()),
+            "--batch, --people: are for evaluators; a generator is asked what the scenario asks",
+        ),
+    ];
+    let fault = faults.into_iter().find(|(is_one, _)| *is_one);
+    fault.map_or(Ok(()), |(_, fault)| Err(Exit::bad_input(anyhow!("{fault}"))))
 }

@@ -54,17 +54,10 @@ pub(crate) struct TuneOptions {
     out: PathBuf,
 }
 
-pub(crate) async fn run(o: TuneOptions) -> Result<u8, Exit> {
-    let options = tune::Options {
-        space: o.space,
-        scenarios: o.scenarios,
-        settings: o.settings,
-        repeats: o.repeats,
-        rounds: o.rounds,
-        first_seed: o.first_seed,
-        search_seed: o.search_seed,
-        jobs: o.jobs,
-        out: o.out,
-    };
+pub(crate) async fn run(options: TuneOptions) -> Result<u8, Exit> {
+    let TuneOptions { space, scenarios, settings, repeats, rounds, first_seed, search_seed, jobs, out } =
+        options;
+    let options =
+        tune::Options { space, scenarios, settings, repeats, rounds, first_seed, search_seed, jobs, out };
     tune::tune(options).await
 }

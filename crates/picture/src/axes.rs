@@ -14,7 +14,6 @@ pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     multiples(step(high - low, most), low, high)
 }
 
-/// Multiples of `step` from `low` to `high`.
 fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
     let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
     let count = (last - first).clamp(-1.0, 100.0) + 1.0;
@@ -62,7 +61,6 @@ impl Scale {
         }
     }
 
-    /// A few round values.
     pub(super) fn ticks(&self) -> Vec<f64> {
         if !self.is_logarithmic {
             return ticks(self.low, self.high, 5);
@@ -102,7 +100,6 @@ pub(super) fn on_axes(viewport: &Viewport, inside: SVG, origin: (f64, f64)) -> G
     Group::new().set("transform", at).add(axes(viewport, 70.0)).add(inside)
 }
 
-/// The outline of a panel.
 pub(super) fn frame(width: f64, height: f64) -> Rectangle {
     Rectangle::new().set("class", "frame").set("width", px(width)).set("height", px(height))
 }

@@ -13,7 +13,6 @@ const LEFT: f64 = 34.0;
 const TOP: f64 = 22.0;
 const BOTTOM: f64 = 24.0;
 
-/// One run's curve.
 pub(super) struct Curve<'a> {
     pub(super) colour: &'a str,
     pub(super) width: f64,
@@ -21,7 +20,6 @@ pub(super) struct Curve<'a> {
     pub(super) points: Vec<(f64, f64)>,
 }
 
-/// Curves over time.
 pub(super) struct Chart<'a> {
     pub(super) title: &'a str,
     pub(super) scale: Scale,

@@ -131,12 +131,12 @@ fn over_time(
     let shown = || courses.iter().zip(traces).filter_map(|(c, trace)| Some((c, trace.as_ref()?)));
     let end = shown().filter_map(|(_, trace)| trace.time.last()).copied().fold(1.0, f64::max);
     let of = |value: fn(&TraceColumns) -> Vec<f64>| -> Vec<Curve<'_>> {
-        let curve = |(index, (course, trace)): (usize, (&Course<'_>, &TraceColumns))| Curve {
-            colour: course.colour,
+        let curve = |index, colour, trace: &TraceColumns| Curve {
+            colour,
             width: if index == 0 { 2.2 } else { 1.4 },
             points: trace.time.iter().copied().zip(value(trace)).collect(),
         };
-        shown().enumerate().map(curve).collect()
+        shown().enumerate().map(|(index, (course, trace))| curve(index, course.colour, trace)).collect()
     };
     let chart = |title, scale, levels, curves| Chart {
         title,

@@ -8,7 +8,6 @@ use svg::node::element::{Circle, Ellipse, Group, Line};
 
 /// Width of a column and height of a row, px.
 const CELL: (f64, f64) = (280.0, 21.0);
-/// Width of the symbols, px.
 const SYMBOL: f64 = 34.0;
 
 /// The legend in as many columns as fit into `width` pixels.

@@ -27,7 +27,6 @@ pub(super) fn document(title: &str, (width, height): (f64, f64), definitions: De
         .add(rectangle(width, height, "#fff"))
 }
 
-/// The text of the file.
 pub(super) fn file(document: &SVG) -> String {
     format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}\n", printable(&document.to_string()))
 }
@@ -58,7 +57,6 @@ pub(super) struct Panel {
     pub(super) height: f64,
 }
 
-/// Panels below each other.
 pub(super) struct Column {
     pub(super) parts: Vec<Group>,
     pub(super) bottom: f64,
@@ -76,7 +74,6 @@ impl Column {
         self.bottom += height + GAP;
     }
 
-    /// Panels beside each other.
     pub(super) fn add_row(&mut self, mut left: f64, gap: f64, panels: Vec<Panel>) {
         let height = panels.iter().map(|panel| panel.height).fold(0.0, f64::max);
         for panel in panels {

@@ -6,9 +6,7 @@
 pub(super) const TRUTH: &str = "#0072B2";
 /// Where it believed to be.
 pub(super) const BELIEF: &str = "#D55E00";
-/// The goal.
 pub(super) const GOAL: &str = "#009E73";
-/// People.
 pub(super) const PERSON: &str = "#A6457F";
 /// What the crowd density model makes of them.
 pub(super) const CROWD: &str = "#E69F00";
@@ -31,7 +29,7 @@ const VIRIDIS: [[f64; 3]; 8] = [
     [181.0, 222.0, 43.0],
 ];
 
-/// The colour of `share`, from 0 (dark: cheap) to 1 (bright: dear).
+/// The colour of `share`, from 0 (dark: cheap) to 1 (bright: expensive).
 pub(super) fn cost_colour(share: f64) -> String {
     let place = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let below = (place as usize).min(VIRIDIS.len() - 2);

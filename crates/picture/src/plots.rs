@@ -5,7 +5,7 @@ use super::chart::{Chart, Curve};
 use super::page::{Panel, translate};
 use super::palette::{BELIEF, PERSON, TRUTH};
 use super::run::Run;
-use super::snapshots::Snapshot;
+use super::snapshots::{Snapshot, turn};
 use super::trace_columns::TraceColumns;
 use curionav_schemas::CycleReport;
 use svg::node::element::Group;
@@ -84,10 +84,9 @@ pub(super) fn plots(run: &Run<'_>, trace: &TraceColumns, snapshots: &[Snapshot<'
 /// Where localisation was seen to settle and to be lost: each lies between the uncertainties of two cycles.
 fn thresholds(reports: &[CycleReport]) -> Vec<(f64, String)> {
     let level = |settles: bool| {
-        let turns =
-            |pair: &&[CycleReport]| pair[0].scene.uncertain == settles && pair[1].scene.uncertain != settles;
-        let pair = reports.windows(2).find(turns)?;
-        let [before, after] = [0, 1].map(|i| pair[i].decision.uncertainty.max(LEAST_UNCERTAINTY));
+        let after = turn(reports, settles)?;
+        let [before, after] =
+            [after - 1, after].map(|i| reports[i].decision.uncertainty.max(LEAST_UNCERTAINTY));
         Some((before * after).sqrt())
     };
     let named =

@@ -7,7 +7,6 @@ use super::trace_columns::TraceColumns;
 use super::{heading, legend, map_layer, overview, plots, snapshot};
 use svg::node::element::{Definitions, SVG};
 
-/// Snapshots beside each other.
 const COLUMNS: usize = 3;
 
 /// The picture of a run: its parts below each other.

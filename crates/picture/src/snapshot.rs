@@ -80,7 +80,6 @@ fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     group.add(path(viewport, way, "#fff", 5.0)).add(over.set("stroke-dasharray", dashes))
 }
 
-/// Positions of a candidate's states.
 fn states(candidates: &CandidateSet, index: usize) -> impl Iterator<Item = (f64, f64)> {
     let steps = candidates.steps as usize;
     let range = index * steps..(index + 1) * steps;
@@ -121,7 +120,6 @@ fn people(report: &CycleReport, viewport: &Viewport) -> Group {
         .fold(Group::new(), |group, (at, velocity)| group.add(person(viewport, at, velocity, people.radius)))
 }
 
-/// Where the robot is and where it believes to be.
 fn robots(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>, viewport: &Viewport) -> Group {
     let belief = &shown.report.scene.belief;
     let at = (belief.x, belief.y);

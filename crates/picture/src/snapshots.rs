@@ -8,14 +8,10 @@ const MOST: usize = 6;
 /// A person farther away than this does not count as near, m.
 const NEAR_M: f64 = 20.0;
 
-/// A planning cycle to look at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Snapshot<'a> {
-    /// From 1, in the order of time.
     pub(super) number: usize,
-    /// Why it is shown.
     pub(super) label: &'static str,
-    /// All about it.
     pub(super) report: &'a CycleReport,
     /// Row of the trace.
     pub(super) row: usize,
@@ -56,7 +52,7 @@ pub(super) fn snapshots<'a>(reports: &'a [CycleReport], trace: &TraceColumns) ->
 }
 
 /// The first cycle at which localisation stops (`settles`) or starts to count as uncertain.
-fn turn(reports: &[CycleReport], settles: bool) -> Option<usize> {
+pub(super) fn turn(reports: &[CycleReport], settles: bool) -> Option<usize> {
     let turns =
         |pair: &[CycleReport]| pair[0].scene.uncertain == settles && pair[1].scene.uncertain != settles;
     reports.windows(2).position(turns).map(|index| index + 1)

@@ -18,13 +18,11 @@ pub(super) fn text(at: (f64, f64), class: &str, content: impl Into<String>) -> T
     Text::new(content).set("class", class).set("x", px(at.0)).set("y", px(at.1))
 }
 
-/// A straight line in pixels.
 pub(super) fn line(from: (f64, f64), to: (f64, f64), class: &str) -> Line {
     let line = Line::new().set("class", class).set("x1", px(from.0)).set("y1", px(from.1));
     line.set("x2", px(to.0)).set("y2", px(to.1))
 }
 
-/// A path through points of the map frame.
 pub(super) fn path(
     viewport: &Viewport,
     points: impl IntoIterator<Item = (f64, f64)>,
@@ -66,7 +64,6 @@ pub(super) fn person(viewport: &Viewport, at: (f64, f64), velocity: (f64, f64), 
     group.add(arrow(viewport.at(at), tip, PERSON))
 }
 
-/// An arrow in pixels.
 fn arrow(from: (f64, f64), tip: (f64, f64), colour: &str) -> Path {
     const HEAD: f64 = 4.0;
     let length = hypot(tip.0 - from.0, tip.1 - from.1).max(1e-9);

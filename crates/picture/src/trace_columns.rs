@@ -24,11 +24,9 @@ pub(super) struct TraceColumns {
     pub(super) person_distance: Vec<f64>,
     /// Distance between truth and belief, m.
     pub(super) error: Vec<f64>,
-    /// The people.
     pub(super) people: Vec<Track>,
 }
 
-/// One person's way.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track {
     /// `[row]` where, m; none while absent.

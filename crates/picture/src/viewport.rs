@@ -7,9 +7,7 @@ pub(super) struct Viewport {
     pub(super) min_x: f64,
     /// Top edge, map frame, m.
     pub(super) max_y: f64,
-    /// Pixels across.
     pub(super) width: f64,
-    /// Pixels down.
     pub(super) height: f64,
     /// Pixels per metre.
     pub(super) scale: f64,
@@ -35,7 +33,6 @@ impl Viewport {
         Self::fit(bounds, side, side)
     }
 
-    /// A point of the map frame in pixels.
     pub(super) fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         (self.scale * (x - self.min_x), self.scale * (self.max_y - y))
     }
@@ -82,9 +79,7 @@ pub(super) fn px(length: f64) -> f64 {
 /// The least upright rectangle around some points, map frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Bounds {
-    /// Lower left.
     pub(super) min: (f64, f64),
-    /// Upper right.
     pub(super) max: (f64, f64),
 }
 

@@ -13,7 +13,6 @@ pub(super) const MAP_FRAME: &str = "map";
 /// What stands for an unknown cell of a grid, where 0 is free and 100 occupied.
 const UNKNOWN: u8 = 255;
 
-/// Of nanoseconds since 1970.
 pub(super) fn timestamp(time: u64) -> Option<Timestamp> {
     const SECOND: u64 = 1_000_000_000;
     Some(Timestamp::new(u32::try_from(time / SECOND).unwrap_or(u32::MAX), (time % SECOND) as u32))
@@ -29,7 +28,6 @@ pub(super) fn pose(x: f64, y: f64, z: f64, heading: f64) -> Option<Pose> {
     Some(Pose { position: Some(Vector3 { x, y, z }), orientation: rotation(heading) })
 }
 
-/// Where the robot's frame stands.
 pub(super) fn transform(robot: &str, belief: &wire::Belief, time: u64) -> FrameTransform {
     FrameTransform {
         timestamp: timestamp(time),
@@ -56,7 +54,6 @@ pub(super) fn particles(particles: &wire::Particles, time: u64) -> PosesInFrame 
     poses_in_frame(poses.map(|((x, y), heading)| [*x, *y, *heading].map(f64::from)), time)
 }
 
-/// What is to be driven.
 pub(super) fn path(decision: &wire::Decision, time: u64) -> PosesInFrame {
     let wire::Decision { x, y, heading, .. } = decision;
     let poses = x.iter().zip(y.iter()).zip(heading.iter());
@@ -88,7 +85,6 @@ pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
     }
 }
 
-/// The map.
 pub(super) fn grid(map: &wire::OccupancyGrid, time: u64) -> Grid {
     let cells: Vec<u8> = map.cells.iter().map(|cell| u8::try_from(*cell).unwrap_or(UNKNOWN)).collect();
     let wire::Pose { x, y, heading } = map.origin;
@@ -109,12 +105,10 @@ pub(super) fn grid(map: &wire::OccupancyGrid, time: u64) -> Grid {
     }
 }
 
-/// A line for people.
 pub(super) fn line(robot: &str, level: log::Level, message: String, time: u64) -> Log {
     Log { timestamp: timestamp(time), level: level as i32, message, name: robot.into(), ..Log::default() }
 }
 
-/// What was decided, in words.
 pub(super) fn decided(robot: &str, decision: &wire::Decision, time: u64) -> Log {
     let healthy = decision.action == Action::Follow && decision.degraded.is_empty();
     let level = if healthy { log::Level::Info } else { log::Level::Warning };

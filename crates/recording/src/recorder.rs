@@ -69,7 +69,6 @@ pub struct Tally {
     pub refused: u64,
 }
 
-/// A message that has arrived.
 struct Arrival {
     key: String,
     encoding: String,
@@ -157,7 +156,6 @@ impl Recorder {
     }
 }
 
-/// The task that writes.
 struct Writing {
     session: Session,
     path: PathBuf,

@@ -24,7 +24,6 @@ pub(super) struct RecordingWriter {
     /// By topic: identifier, and number of the next message.
     channels: HashMap<String, (u16, u32)>,
     flushed: Instant,
-    /// Messages written so far.
     pub(super) messages: u64,
 }
 

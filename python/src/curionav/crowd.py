@@ -11,7 +11,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from . import keys
 from .array import F64, U32
+from .closable import Closable
 from .errors import DecodeError, EncodeError
 from .messages import Odometry, People
 from .session import Mailbox, News, close_at_exit, publish, subscribe
@@ -102,7 +102,7 @@ def _whole(ids: ArrayLike) -> U32:
     return result
 
 
-class Crowd:
+class Crowd(Closable):
     """The people of a simulated world, played from here; made by `Deployment.crowd`. A context manager that ends it.
 
     Iterating over it gives one `CrowdStep` per tick, for as long as runs of the world go on. Answer each with
@@ -175,14 +175,6 @@ class Crowd:
             if not self._session.is_closed():
                 subscriber.undeclare()
         self._news.tell()
-
-    def __enter__(self) -> Crowd:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _step(item: tuple[bytes, str]) -> CrowdStep | None:

@@ -6,12 +6,12 @@ import os
 import weakref
 from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import Any, TypeVar
 
 import zenoh
 
 from . import keys
+from .closable import Closable
 from .crowd import Crowd, CrowdFunction
 from .errors import CurionavError, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
@@ -92,7 +92,7 @@ def _injection(
     return InjectRequest(scenario=tables, files=files, profile=profile, seed=seed, clock=clock, time_scale=time_scale)
 
 
-class Deployment:
+class Deployment(Closable):
     """A connection to a deployment, made by `connect`; a context manager that closes it."""
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -231,14 +231,6 @@ class Deployment:
             owned.close()
         if not self._session.is_closed():
             self._session.close()
-
-    def __enter__(self) -> Deployment:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def _open(self) -> zenoh.Session:
         if self._session.is_closed():

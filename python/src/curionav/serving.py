@@ -14,13 +14,13 @@ import time
 import uuid
 from collections import Counter, deque
 from importlib import metadata
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 import zenoh
 
 from . import keys
+from .closable import Closable
 from .errors import CurionavError, DecodeError, EvaluatorError
 from .evaluation import Evaluator
 from .fair_queue import FairQueue
@@ -43,7 +43,7 @@ class _LateError(EvaluatorError):
     """The function took longer than the budget."""
 
 
-class EvaluatorServer:
+class EvaluatorServer(Closable):
     """A replica of an evaluator; made by `Deployment.serve`. A context manager that ends it.
 
     Attributes:
@@ -243,14 +243,6 @@ class EvaluatorServer:
                 if thread.is_alive():
                     _log.warning("%s: the function has not returned; it is left behind", self.instance)
         self._closed.set()
-
-    def __enter__(self) -> EvaluatorServer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def _need(robot: str, request: EvaluateRequest) -> tuple[object, ...]:

@@ -13,12 +13,12 @@ import time
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from types import TracebackType
 from typing import IO
 from urllib.parse import quote
 
 import rerun as rr
 
+from curionav.closable import Closable
 from curionav.errors import CurionavError
 
 APPLICATION = "curionav"
@@ -49,7 +49,7 @@ class Wanted:
     memory: str = "1GiB"
 
 
-class Output:
+class Output(Closable):
     """Opens recordings, one for each run, all in the same viewer; a context manager that ends what it has started."""
 
     def __init__(self, wanted: Wanted) -> None:
@@ -183,14 +183,6 @@ class Output:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 viewer.wait(_STOP_TIMEOUT)
                 break
-
-    def __enter__(self) -> Output:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def has_display() -> bool:

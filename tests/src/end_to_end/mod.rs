@@ -3,6 +3,7 @@
 mod admission;
 mod bad_input;
 mod bench;
+mod closed_output;
 mod deployment;
 mod doctor;
 mod metrics;

@@ -19,7 +19,6 @@ pub(crate) enum Verdict {
     Missing,
 }
 
-/// One link.
 #[derive(Debug, Clone, Serialize)]
 pub(crate) struct Finding {
     /// What it links, or what it belongs to.
@@ -67,7 +66,6 @@ impl Finding {
     }
 }
 
-/// Everything found.
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
     /// Whether nothing is missing.

@@ -18,6 +18,7 @@ use zenoh::Session;
 
 use crate::connect::ConnectOptions;
 use crate::required_roles::{self, Alive, Missing, default_pools};
+use crate::scale::parse_within;
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
 use instances::Instance;
@@ -47,10 +48,7 @@ pub(crate) struct DoctorOptions {
 }
 
 fn parse_listen(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.1..=60.0).contains(&seconds) => Ok(seconds),
-        _ => Err("must be 0.1 to 60 seconds".into()),
-    }
+    parse_within(text, 0.1..=60.0, "must be 0.1 to 60 seconds")
 }
 
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {

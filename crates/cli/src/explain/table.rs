@@ -53,7 +53,6 @@ fn row(report: &CycleReport, scored: &[&TermReport], index: usize) -> Vec<String
     row
 }
 
-/// Chosen, next, or why not.
 fn remark(report: &CycleReport, index: usize) -> String {
     match Some(index as u32) {
         at if at == report.chosen => "chosen".to_owned(),

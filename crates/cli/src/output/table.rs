@@ -25,7 +25,6 @@ pub(crate) fn table(result: &RunResult) -> String {
     format!("{}\n{}", headline(result), table.trim_fmt())
 }
 
-/// One line: how it ended, of what.
 fn headline(result: &RunResult) -> String {
     let RunResult { scenario, planner, seed, measures, .. } = result;
     let bumps = match measures.collisions {

@@ -26,7 +26,6 @@ const RECORDING: &str = "recording";
 /// (robot, run, revision): which mission.
 type MissionId = (String, u64, u64);
 
-/// Plans recorded cycles, one after the other.
 pub(super) struct Offline {
     planner: Option<Profile>,
     missions: BTreeMap<MissionId, Mission>,
