@@ -1,4 +1,4 @@
-//! `curionav run`: a scenario from file to metrics.
+//! `curionav run`: a scenario from file to measures.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -28,7 +28,7 @@ const CANCEL_RETRY: Duration = Duration::from_millis(100);
 /// Reports have the lowest priority: they may arrive this long after the end of the run.
 const LAST_REPORTS: Duration = Duration::from_millis(500);
 
-/// Run a scenario and show its metrics.
+/// Run a scenario and show its measures.
 #[derive(Debug, Args)]
 pub(crate) struct RunOptions {
     /// Scenario file.

@@ -226,7 +226,7 @@ def candidates(report: CycleReport) -> rr.LineStrips3D:
     cost = report.total[order]
     share = np.zeros(len(order))
     if len(order):
-        # One very dear candidate would make all others look alike.
+        # One very expensive candidate would make all others look alike.
         low, high = float(cost.min()), float(np.quantile(cost, 0.9))
         share = (cost - low) / max(high - low, 1e-9)
     strips = _flat(report.candidates.x[order], report.candidates.y[order], HEIGHT_CANDIDATES)

@@ -30,13 +30,9 @@ pub(super) struct Mission {
     /// Whether its key is answered: that is the driver.
     driver: bool,
     mission: Option<wire::Mission>,
-    map: Option<Result<ServedMap, String>>,
+    /// Bytes of its map, and how long they took, ms.
+    map: Option<Result<(usize, f64), String>>,
     context: Option<Result<PlanContext, String>>,
-}
-
-struct ServedMap {
-    bytes: usize,
-    took_ms: f64,
 }
 
 impl Mission {
@@ -95,7 +91,7 @@ impl Mission {
         let mut findings = vec![state_of(link, mission)];
         let link = format!("map of {}", self.robot);
         match &self.map {
-            Some(Ok(ServedMap { bytes, took_ms })) => {
+            Some(Ok((bytes, took_ms))) => {
                 let detail = format!("{:.0} kB in {took_ms:.1} ms, hash as in the mission", *bytes as f64 / 1e3);
                 let (bytes, round_trip_ms) = (Some(*bytes as u64), Some(*took_ms));
                 findings.push(Finding { bytes, round_trip_ms, ..Finding::proven(link, detail) });
@@ -138,11 +134,11 @@ fn state_of(link: String, mission: &wire::Mission) -> Finding {
     )
 }
 
-async fn fetch_map(session: &Session, id: MapId) -> Result<(ServedMap, StaticMap), String> {
+async fn fetch_map(session: &Session, id: MapId) -> Result<((usize, f64), StaticMap), String> {
     let started = Instant::now();
     let read = |served: wire::OccupancyGrid| {
         let took_ms = started.elapsed().as_secs_f64() * 1e3;
-        Ok((ServedMap { bytes: served.encoded_len(), took_ms }, map_store::accept(id, served)?))
+        Ok(((served.encoded_len(), took_ms), map_store::accept(id, served)?))
     };
     match fetch_from_all(session, &keys::map(&id), MAP_TIMEOUT, read).await {
         Ok((served, grid)) => Ok((served, StaticMap::new(grid))),

@@ -20,10 +20,8 @@ pub(super) fn table(report: &CycleReport, top: usize) -> Table {
     for index in order(report, top) {
         table.add_row(row(report, &scored, index));
     }
-    for column in 0..2 + 2 * scored.len() {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
+    for column in table.column_iter_mut().take(2 + 2 * scored.len()) {
+        column.set_cell_alignment(CellAlignment::Right);
     }
     table
 }

@@ -32,15 +32,12 @@ fn headline(result: &RunResult) -> String {
         1 => "with 1 collision".to_owned(),
         many => format!("with {many} collisions"),
     };
-    format!("{} {bumps}: {scenario}, planner {planner}, seed {seed}", outcome(result.outcome))
-}
-
-fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
+    let outcome = match result.outcome {
         Outcome::Reached => "REACHED the goal",
         Outcome::Timeout => "TIMEOUT before the goal",
         Outcome::Lost => "LOST on the map",
-    }
+    };
+    format!("{outcome} {bumps}: {scenario}, planner {planner}, seed {seed}")
 }
 
 fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
