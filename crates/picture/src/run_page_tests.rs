@@ -1,4 +1,5 @@
 use super::*;
+use curionav_schemas::{CycleReport, RunResult};
 use curionav_testing::golden;
 use curionav_schemas::{CycleReport, RunResult};
 use svg::node::element::tag::Type;
