@@ -21,13 +21,13 @@ mod up;
 mod within;
 
 use clap::{Parser, Subcommand};
+use curionav_runtime::exit::Exit;
+use curionav_runtime::process::ServiceOptions;
+use curionav_runtime::zenoh_threads::{self, Links};
 #[cfg(not(feature = "lab"))]
 use left_out::lab;
 #[cfg(not(feature = "recording"))]
 use left_out::recording;
-use curionav_runtime::exit::Exit;
-use curionav_runtime::process::ServiceOptions;
-use curionav_runtime::zenoh_threads::{self, Links};
 
 /// Cross crowds without getting lost and without bothering people.
 ///

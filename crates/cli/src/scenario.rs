@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Subcommand;
+use curionav_deployment::scenario_reference::scenario_reference;
 #[cfg(feature = "lab")]
 use curionav_lab::paper;
-use curionav_deployment::scenario_reference::scenario_reference;
 use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::GeodesicField;

@@ -1,7 +1,7 @@
 use super::*;
 use curionav_schemas::{CycleReport, RunResult};
-use curionav_testing::golden;
 use curionav_schemas::{CycleReport, RunResult};
+use curionav_testing::golden;
 use svg::node::element::tag::Type;
 use svg::parser::Event;
 

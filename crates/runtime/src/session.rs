@@ -104,7 +104,9 @@ fn check_protocols(config: &Config) -> Result<(), SessionError> {
             if !LINKS.iter().any(|link| endpoint.split('/').next() == Some(link)) {
                 let links = LINKS.join(", ");
                 let mend = "for tls, build it with `--features tls`";
-                return Err(SessionError::Other(format!("{endpoint}: this program has links over {links}; {mend}")));
+                return Err(SessionError::Other(format!(
+                    "{endpoint}: this program has links over {links}; {mend}"
+                )));
             }
         }
     }

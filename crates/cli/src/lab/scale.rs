@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
+use crate::within::parse_within;
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use crate::within::parse_within;
-use curionav_lab::scale;
 use curionav_deployment::service_kind::Kind;
+use curionav_lab::scale;
 use curionav_runtime::exit::Exit;
 use curionav_schemas::limits::{MAX_CANDIDATES, MAX_PEOPLE};
 

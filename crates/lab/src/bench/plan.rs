@@ -9,8 +9,8 @@ use curionav_schemas::{Clock, Message, OccupancyGrid, words};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use curionav_deployment::package::{self, Choice, Package};
 use crate::paper::PUBLISHED;
+use curionav_deployment::package::{self, Choice, Package};
 
 /// One run, as a worker is asked for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

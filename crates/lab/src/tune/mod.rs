@@ -15,9 +15,9 @@ use crate::bench::measure::Measure;
 use crate::bench::plan::{self, Plan};
 use crate::bench::row::Row;
 use crate::bench::statistics::mean;
-use curionav_deployment::csv_row::csv_row;
 use crate::out_folder::{folder, write};
 use crate::plural::count;
+use curionav_deployment::csv_row::csv_row;
 use search::Trial;
 use space::{Setting, Space};
 

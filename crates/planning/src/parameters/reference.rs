@@ -29,7 +29,8 @@ fn table(text: &mut String, path: &str, fields: &[Field], defaults: Option<&toml
             _ => continue,
         };
         let default = default(field).map_or(String::new(), |value| format!("; by default `{value}`"));
-        *text += &format!("- `{path}{}`: {holds}{default}.\n  {}\n", field.name, meaning(field.meaning, "  "));
+        *text +=
+            &format!("- `{path}{}`: {holds}{default}.\n  {}\n", field.name, meaning(field.meaning, "  "));
         if let Kind::Numbers(ranges, _) = field.kind {
             let mut whys: Vec<&str> = ranges.iter().map(|range| range.why).collect();
             whys.dedup();
