@@ -1,6 +1,5 @@
 use super::*;
 use curionav_schemas::{CycleReport, RunResult};
-use curionav_schemas::{CycleReport, RunResult};
 use curionav_testing::golden;
 use svg::node::element::tag::Type;
 use svg::parser::Event;
