@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
+use zenoh::Session;
 
 use crate::connect::ConnectOptions;
 use curionav_recording::{Recorder, Scope, Tally, recover};
