@@ -3,11 +3,10 @@
 use curionav_planning::occupancy::{MapYaml, encode_pgm};
 
 use super::scene::PaperScene;
-use super::scene_error::SceneError;
 use super::{SEED, environments, quickstart, zara01};
 
 /// Everything the generator writes below `scenarios/`: (path, content), in a fixed order.
-pub fn committed() -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+pub fn committed() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let mut all = Vec::new();
     for scene in environments(SEED)? {
         all.extend(files(&scene)?.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)));
@@ -19,7 +18,7 @@ pub fn committed() -> Result<Vec<(String, Vec<u8>)>, SceneError> {
 }
 
 /// Paths relative to the scenario's folder, and contents. The same scene gives the same bytes.
-pub fn files(scene: &PaperScene) -> Result<Vec<(String, Vec<u8>)>, SceneError> {
+fn files(scene: &PaperScene) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
     let name = &scene.scenario.name;
     let header =
         "# Written by `curionav scenario generate`; edit the drawing in crates/lab/src/paper instead.\n";

@@ -1,9 +1,8 @@
 //! A floor plan drawn with polygons, and its grid with exact cell counts.
 
+use anyhow::{Context, ensure};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{DistanceField, OccupancyGrid};
-
-use super::scene_error::SceneError;
 
 /// Unknown cells around the drawing, metres: room for the walls.
 const MARGIN_M: f64 = 1.2;
@@ -12,12 +11,12 @@ const OCCUPIED: i8 = 100;
 const UNKNOWN: i8 = -1;
 
 /// Corners of a simple polygon, metres, either orientation.
-pub type Polygon = Vec<Point2>;
+pub(super) type Polygon = Vec<Point2>;
 
 /// A floor plan: what is floor, what is solid, and where its edge is wall or open.
 ///
 /// Open edges border on unknown space: the robot may not cross them and the laser sees nothing there,
-/// like a glass front or a part of a hall nobody has mapped.
+/// like a glass front or a part of a hall that is not mapped.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Layout {
     /// The floor.
@@ -40,7 +39,7 @@ pub(super) struct Counts {
 impl Layout {
     /// The grid of this plan. With `counts`, the open west edge recedes and the walls get thicker until
     /// both counts are exact; without, walls are two cells thick.
-    pub(super) fn grid(&self, cell: f64, counts: Option<Counts>) -> Result<OccupancyGrid, SceneError> {
+    pub(super) fn grid(&self, cell: f64, counts: Option<Counts>) -> anyhow::Result<OccupancyGrid> {
         let (least, most) = bounds(&self.outline);
         let cells_along = |length: f64| (length / cell).ceil() as usize;
         let width = cells_along(most.x - least.x + 2.0 * MARGIN_M);
@@ -60,9 +59,7 @@ impl Layout {
             Some(counts) => counts.occupied.checked_sub(canvas.count(OCCUPIED)).unwrap_or(usize::MAX),
             None => walls.iter().take_while(|(distance, _)| *distance <= 2.0 * cell as f32).count(),
         };
-        if wanted > walls.len() {
-            return Err(SceneError::Counts { what: "wall", wanted, found: walls.len() });
-        }
+        ensure!(wanted <= walls.len(), "{wanted} wall cells are wanted, and there are {}", walls.len());
         for &(_, index) in &walls[..wanted] {
             canvas.cells[index] = OCCUPIED;
         }
@@ -94,10 +91,11 @@ impl Canvas {
     }
 
     /// Makes the westmost free cells unknown, column by column, until `wanted` are left.
-    fn recede_from_west(&mut self, wanted: usize) -> Result<(), SceneError> {
+    fn recede_from_west(&mut self, wanted: usize) -> anyhow::Result<()> {
         let found = self.count(FREE);
-        let mut surplus =
-            found.checked_sub(wanted).ok_or(SceneError::Counts { what: "free", wanted, found })?;
+        let mut surplus = found
+            .checked_sub(wanted)
+            .with_context(|| format!("{wanted} free cells are wanted, and there are {found}"))?;
         for column in 0..self.grid.width() {
             for row in 0..self.grid.height() {
                 let index = self.grid.index(column, row);
@@ -111,7 +109,7 @@ impl Canvas {
     }
 
     /// Cells that may become wall, nearest to the floor first: (distance, index).
-    fn wall_cells(&self, masonry: &[Polygon]) -> Result<Vec<(f32, usize)>, SceneError> {
+    fn wall_cells(&self, masonry: &[Polygon]) -> anyhow::Result<Vec<(f32, usize)>> {
         let floor = self.cells.iter().map(|&c| if c == UNKNOWN { FREE } else { OCCUPIED }).collect();
         let (width, height) = (self.grid.width(), self.grid.height());
         let floor = OccupancyGrid::new(width, height, self.grid.resolution(), self.grid.origin(), floor)?;
@@ -147,21 +145,15 @@ pub(super) fn bounds(polygon: &[Point2]) -> (Point2, Point2) {
     )
 }
 
-/// Corners of an axis-parallel rectangle, metres.
-pub(super) fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Polygon {
-    [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Point2::new(x, y)).to_vec()
-}
-
-/// Polygon from pairs.
-pub(super) fn polygon(corners: &[(f64, f64)]) -> Polygon {
-    corners.iter().map(|&(x, y)| Point2::new(x, y)).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use curionav_planning::occupancy::Cell;
 
     use super::*;
+
+    fn rectangle(x0: f64, y0: f64, x1: f64, y1: f64) -> Polygon {
+        [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Point2::new(x, y)).to_vec()
+    }
 
     fn room() -> Layout {
         Layout {

@@ -1,44 +1,41 @@
 //! Patrols: straight ways that people of a crowd walk back and forth (methods 2.3, A31).
 
+use anyhow::Context;
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{Cell, StaticMap};
 use curionav_planning::random::{Rng, uniform};
 
 use super::layout::{bounds, contains};
-use super::scene_error::SceneError;
 use curionav_crowdsim::scenario::{WalkMode, Walker};
+use serde::Deserialize;
 
-/// What patrols of the crowds have in common.
-#[derive(Debug, Clone, Copy)]
+/// What differs between the patrols of scenes.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(super) struct PatrolParams {
     /// Least and greatest length, metres.
-    pub length: (f64, f64),
-    /// Least and greatest speed, m/s.
-    pub speed: (f64, f64),
-    /// Least distance to walls and to unknown space, metres.
-    pub clearance: f64,
+    length: (f64, f64),
     /// Least distance to the ways that are to stay free of people, metres.
-    pub away: f64,
-    /// Least distance between two people at the beginning, metres.
-    pub apart: f64,
-    /// Share of people who rest at the ends of their patrol, and for how long at most, seconds.
-    pub pause: (f64, f64),
+    away: f64,
 }
 
 impl Default for PatrolParams {
     fn default() -> Self {
-        Self {
-            length: (4.0, 10.0),
-            speed: (0.3, 1.0),
-            clearance: 0.35,
-            away: 2.6,
-            apart: 0.8,
-            pause: (0.33, 6.0),
-        }
+        Self { length: (4.0, 10.0), away: 2.6 }
     }
 }
 
+/// Least and greatest speed, m/s.
+const SPEED: (f64, f64) = (0.3, 1.0);
+/// Least distance to walls and to unknown space, metres.
+const CLEARANCE_M: f64 = 0.35;
+/// Least distance between two people at the beginning, metres.
+const APART_M: f64 = 0.8;
+/// Share of people who rest at the ends of their patrol.
+const RESTING: f64 = 0.33;
+/// How long they rest, seconds.
+const PAUSE_S: (f64, f64) = (0.5, 6.0);
 /// Most draws for one walker: a crowd zone takes one draw in about twenty.
 const MAX_DRAWS: usize = 20_000;
 
@@ -50,9 +47,9 @@ pub(super) fn draw(
     zone: &[Point2],
     kept_free: &[Point2],
     map: &StaticMap,
-    params: PatrolParams,
+    params: &PatrolParams,
     rng: &mut Rng,
-) -> Result<(), SceneError> {
+) -> anyhow::Result<()> {
     let (least, most) = bounds(zone);
     let between = |rng: &mut Rng, (a, b): (f64, f64)| a + (b - a) * uniform(rng);
     for _ in 0..count {
@@ -66,27 +63,30 @@ pub(super) fn draw(
             };
             let route = vec![end(-1.0), end(1.0)];
             let length = route[0].distance(route[1]);
-            let rests = uniform(rng) < params.pause.0;
+            let rests = uniform(rng) < RESTING;
             let walker = Walker {
-                speed: rounded(between(rng, params.speed)),
+                speed: rounded(between(rng, SPEED)),
                 mode: WalkMode::BackAndForth,
                 start_offset: rounded(between(rng, (0.0, 1.99 * length))),
-                pause_s: if rests { rounded(between(rng, (0.5, params.pause.1))) } else { 0.0 },
+                pause_s: if rests { rounded(between(rng, PAUSE_S)) } else { 0.0 },
                 route,
             };
             let fits = points(&walker.route, 0.05).iter().all(|&p| {
                 contains(zone, p)
                     && map.grid.at(p) == Cell::Free
-                    && map.to_obstacle.at(&map.grid, p) >= params.clearance
+                    && map.to_obstacle.at(&map.grid, p) >= CLEARANCE_M
                     && kept_free.iter().all(|k| k.distance(p) >= params.away)
             });
             let begin = at_start(&walker);
-            if fits && walkers.iter().all(|w| at_start(w).distance(begin) >= params.apart) {
+            if fits && walkers.iter().all(|w| at_start(w).distance(begin) >= APART_M) {
                 found = Some(walker);
                 break;
             }
         }
-        walkers.push(found.ok_or(SceneError::NoRoom { placed: walkers.len() })?);
+        let placed = walkers.len();
+        walkers.push(found.with_context(|| {
+            format!("no room for another patrol after {placed} people; enlarge the crowd zones")
+        })?);
     }
     Ok(())
 }

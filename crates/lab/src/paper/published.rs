@@ -2,78 +2,59 @@
 
 /// Side of a map cell, metres: Table II's areas are those of the pictures in cm2 at 72 dpi, and its cell
 /// counts and laser rates give round ranges only at this resolution (methods 2.1).
-pub const CELL_M: f64 = 0.054;
+pub(super) const CELL_M: f64 = 0.054;
 
 /// One column of Table II, with the shortest length Table V reports for it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Published {
-    /// Environment, 1 to 4.
-    pub environment: u8,
-    /// Scenario within the environment: `s1`, `s2`, `s3`, or `sx` for Env3's S*.
-    pub scenario: &'static str,
-    /// Number of people.
-    pub people: usize,
+#[derive(Debug)]
+pub(crate) struct Published {
+    /// Environment and scenario, as in `env1-s1`; `env3-sx` is Env3's S*.
+    pub(crate) name: &'static str,
+    pub(super) people: usize,
     /// Laser observation rate: area of the half disc the laser sees over area of the map.
-    pub laser_rate: f64,
-    /// Landmark cells: occupied.
-    pub landmark_cells: usize,
-    /// Known cells: free and occupied (D17).
-    pub known_cells: usize,
+    pub(super) laser_rate: f64,
+    /// Occupied cells.
+    pub(super) landmark_cells: usize,
+    /// Free and occupied cells (D17).
+    pub(super) known_cells: usize,
     /// Least mean length over all planners, metres (Table V).
-    pub shortest_m: f64,
+    pub(crate) shortest_m: f64,
     /// People walk by HRVO instead of scripts (S* only).
-    pub hrvo: bool,
+    pub(super) hrvo: bool,
 }
 
 impl Published {
     /// Laser range that gives the published observation rate, metres (methods 2.2).
-    pub fn laser_range(&self) -> f64 {
+    pub(super) fn laser_range(&self) -> f64 {
         let cells = self.known_cells as f64;
         (2.0 * self.laser_rate * cells / std::f64::consts::PI).sqrt() * CELL_M
-    }
-
-    /// The column of one scenario.
-    pub fn find(environment: u8, scenario: &str) -> Option<&'static Self> {
-        PUBLISHED.iter().find(|p| p.environment == environment && p.scenario == scenario)
     }
 }
 
 /// All thirteen scenarios. Env2 S3 is printed with 218737 cells; that slip is mended.
-pub const PUBLISHED: [Published; 13] = [
-    column(1, "s1", 25, 0.0435, 28_946, 303_983, 35.38),
-    column(1, "s2", 31, 0.0452, 31_397, 292_351, 35.23),
-    column(1, "s3", 37, 0.0452, 31_397, 292_351, 34.52),
-    column(2, "s1", 28, 0.0887, 16_274, 218_736, 27.97),
-    column(2, "s2", 34, 0.0394, 16_274, 218_736, 27.61),
-    column(2, "s3", 40, 0.0394, 20_254, 218_736, 27.30),
-    column(3, "s1", 25, 0.0743, 17_970, 348_668, 36.10),
-    Published { hrvo: true, ..column(3, "sx", 25, 0.0743, 17_970, 348_668, 39.59) },
-    column(3, "s2", 30, 0.0379, 17_970, 348_668, 37.93),
-    column(3, "s3", 40, 0.0379, 19_401, 348_668, 38.11),
-    column(4, "s1", 27, 0.0767, 26_121, 337_606, 40.13),
-    column(4, "s2", 27, 0.0391, 30_645, 337_606, 40.93),
-    column(4, "s3", 40, 0.0391, 26_121, 337_606, 40.18),
+pub(crate) static PUBLISHED: [Published; 13] = [
+    column("env1-s1", 25, 0.0435, (28_946, 303_983), 35.38),
+    column("env1-s2", 31, 0.0452, (31_397, 292_351), 35.23),
+    column("env1-s3", 37, 0.0452, (31_397, 292_351), 34.52),
+    column("env2-s1", 28, 0.0887, (16_274, 218_736), 27.97),
+    column("env2-s2", 34, 0.0394, (16_274, 218_736), 27.61),
+    column("env2-s3", 40, 0.0394, (20_254, 218_736), 27.30),
+    column("env3-s1", 25, 0.0743, (17_970, 348_668), 36.10),
+    Published { hrvo: true, ..column("env3-sx", 25, 0.0743, (17_970, 348_668), 39.59) },
+    column("env3-s2", 30, 0.0379, (17_970, 348_668), 37.93),
+    column("env3-s3", 40, 0.0379, (19_401, 348_668), 38.11),
+    column("env4-s1", 27, 0.0767, (26_121, 337_606), 40.13),
+    column("env4-s2", 27, 0.0391, (30_645, 337_606), 40.93),
+    column("env4-s3", 40, 0.0391, (26_121, 337_606), 40.18),
 ];
 
 const fn column(
-    environment: u8,
-    scenario: &'static str,
+    name: &'static str,
     people: usize,
     laser_rate: f64,
-    landmark_cells: usize,
-    known_cells: usize,
+    (landmark_cells, known_cells): (usize, usize),
     shortest_m: f64,
 ) -> Published {
-    Published {
-        environment,
-        scenario,
-        people,
-        laser_rate,
-        landmark_cells,
-        known_cells,
-        shortest_m,
-        hrvo: false,
-    }
+    Published { name, people, laser_rate, landmark_cells, known_cells, shortest_m, hrvo: false }
 }
 
 #[cfg(test)]
@@ -85,17 +66,18 @@ mod tests {
         let nominal = [5.0, 5.0, 5.0, 6.0, 4.0, 4.0, 7.0, 7.0, 5.0, 5.0, 7.0, 5.0, 5.0];
         for (p, metres) in PUBLISHED.iter().zip(nominal) {
             let range = p.laser_range();
-            assert!((range / metres - 1.0).abs() < 0.0105, "env{}-{}: {range}", p.environment, p.scenario);
+            assert!((range / metres - 1.0).abs() < 0.0105, "{}: {range}", p.name);
         }
         // sqrt(2 * 0.0391 * 337606 / pi) = 91.67 cells
-        assert!((Published::find(4, "s2").unwrap().laser_range() - 4.950).abs() < 1e-3);
+        let env4_s2 = &PUBLISHED[11];
+        assert!((env4_s2.laser_range() - 4.950).abs() < 1e-3, "{}", env4_s2.name);
     }
 
     #[test]
     fn landmark_share_is_between_five_and_eleven_percent() {
         for p in &PUBLISHED {
             let share = p.landmark_cells as f64 / p.known_cells as f64;
-            assert!((0.05..0.11).contains(&share), "env{}-{}: {share}", p.environment, p.scenario);
+            assert!((0.05..0.11).contains(&share), "{}: {share}", p.name);
         }
     }
 }

@@ -1,15 +1,22 @@
 //! A finished scene, and what it was meant to be.
 
 use curionav_crowdsim::Scenario;
+use curionav_crowdsim::scenario::{Clock, MapFile, RobotSetup};
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::StaticMap;
+use curionav_planning::motion::RobotModel;
+use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+use curionav_planning::random::rng;
+use curionav_planning::sensor::LaserModel;
+use serde::Deserialize;
 
-use super::layout::Polygon;
+use super::drawing::Plan;
+use super::patrol::{draw, points, rounded};
 use super::published::Published;
 
 /// What kind of way a route is (D16).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RouteKind {
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum RouteKind {
     /// Free of people, for the greater part out of reach of any landmark.
     Bare,
     /// Along landmarks and through the crowd.
@@ -19,25 +26,73 @@ pub enum RouteKind {
 }
 
 /// One way from start to goal that the scene offers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Route {
-    /// What it is like.
-    pub kind: RouteKind,
+#[derive(Debug, Clone)]
+pub(super) struct Route {
+    pub(super) kind: RouteKind,
     /// Corners, the start first and the goal last, metres.
-    pub way: Vec<Point2>,
+    pub(super) way: Vec<Point2>,
 }
 
 /// A finished scene: map, scenario, and what it was meant to be.
 #[derive(Debug, Clone)]
 pub struct PaperScene {
     /// The static map with its distance fields.
-    pub map: StaticMap,
-    /// The scenario; its map file is the one [`super::files`] writes.
+    pub(super) map: StaticMap,
+    /// The scenario; its map file is the one that [`super::committed`] gives.
     pub scenario: Scenario,
     /// One route of each kind; none for scenes without that claim.
-    pub routes: Vec<Route>,
-    /// Zones that hold the patrols.
-    pub crowds: Vec<Polygon>,
+    pub(super) routes: Vec<Route>,
     /// The published numbers it follows, if it is one of the paper's.
-    pub published: Option<&'static Published>,
+    pub(super) published: Option<&'static Published>,
+}
+
+impl PaperScene {
+    /// Puts `people` on a finished grid and writes the scenario.
+    pub(super) fn furnish(
+        name: &str,
+        plan: Plan,
+        grid: OccupancyGrid,
+        laser: LaserModel,
+        people: usize,
+        seed: u64,
+    ) -> anyhow::Result<Self> {
+        let map = StaticMap::new(grid);
+        let mut kept_free = vec![plan.start.position(), plan.goal];
+        for route in plan.routes.iter().filter(|r| r.kind != RouteKind::Crowded) {
+            kept_free.extend(points(&route.way, 0.1));
+        }
+        let mut walkers = Vec::with_capacity(people);
+        for (k, (zone, share)) in plan.crowds.iter().enumerate() {
+            let last = k + 1 == plan.crowds.len();
+            let left = people - walkers.len();
+            let count = if last { left } else { ((share * people as f64).round() as usize).min(left) };
+            let mut stream = rng(seed, k as u64);
+            draw(&mut walkers, count, zone, &kept_free, &map, &plan.patrols, &mut stream)?;
+        }
+        let scenario = Scenario {
+            map: MapFile { file: format!("maps/{name}.yaml") },
+            name: name.to_owned(),
+            description: plan.description,
+            robot: RobotSetup {
+                start: plan.start,
+                goal: plan.goal,
+                goal_heading: None,
+                goal_tolerance: 0.5,
+                initial_sigma: [0.5, 0.5, rounded(std::f64::consts::PI / 12.0)],
+                start_noise: 0.5,
+                model: RobotModel::default(),
+            },
+            laser,
+            odometry_noise: Default::default(),
+            perception: Default::default(),
+            clock: Clock::default(),
+            people: Default::default(),
+            walkers,
+            recorded: Vec::new(),
+            planner: Default::default(),
+            localizer: None,
+            profile: None,
+        };
+        Ok(Self { map, scenario, routes: plan.routes, published: None })
+    }
 }
