@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use curionav_lab::scale::{self, Pooled};
+use curionav_lab::scale;
+use curionav_lab::service_kind::Kind;
 use curionav_runtime::exit::Exit;
 use curionav_schemas::limits::{MAX_CANDIDATES, MAX_PEOPLE};
 
@@ -112,9 +113,9 @@ pub(crate) async fn run(options: ScaleOptions, log: &str) -> Result<u8, Exit> {
     let ScaleOptions { service, replicas, cpu_quota, batch, people, seconds, in_flight, .. } = options;
     let ScaleOptions { scenario, planner, break_even, robots, overhead, json, .. } = options;
     let service = service.map(|service| match service {
-        Service::Cpc => Pooled::Cpc,
-        Service::Cnc => Pooled::Cnc,
-        Service::Generator => Pooled::Generator,
+        Service::Cpc => Kind::Cpc,
+        Service::Cnc => Kind::Cnc,
+        Service::Generator => Kind::Generator,
     });
     let options = scale::Options {
         service,

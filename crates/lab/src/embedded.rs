@@ -3,6 +3,7 @@
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
+use strum::VariantArray;
 use tokio::task::JoinSet;
 use zenoh::Session;
 
@@ -21,14 +22,14 @@ impl Embedded {
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
         let session = session::embedded().await?;
         let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
-        for kind in Kind::ALL {
+        for &kind in Kind::VARIANTS {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
             let (config, session) =
                 (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
-                // Nobody waits any more if another service failed first.
+                // The receiver is gone if another service failed first.
                 let on_ready = Box::new(move |_| {
                     let _ = ready.send(());
                 });

@@ -1,10 +1,16 @@
 //! The services there are, and what runs each.
 
 use curionav_runtime::process::Service;
+use strum::{IntoStaticStr, VariantArray};
 
-/// The services there are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// The services, in the order in which they are started: what one robot in one simulated world needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Kind {
+    /// Owns the mission and drives.
+    Driver,
+    /// Believes where the robot is.
+    Localizer,
     /// Grows trees and offers their branches.
     Generator,
     /// Scores candidates under `cpc`.
@@ -13,48 +19,25 @@ pub enum Kind {
     Cnc,
     /// Asks and decides.
     Arbiter,
-    /// Believes where the robot is.
-    Localizer,
-    /// Owns the mission and drives.
-    Driver,
     /// Plays the scenario.
     Simulator,
 }
 
 impl Kind {
-    /// All of them, one each: what one robot in one simulated world needs.
-    pub const ALL: [Self; 7] = [
-        Self::Driver,
-        Self::Localizer,
-        Self::Generator,
-        Self::Cpc,
-        Self::Cnc,
-        Self::Arbiter,
-        Self::Simulator,
-    ];
-
-    /// The command that runs it.
+    /// The command that runs it; of a service with replicas also what they announce themselves as.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Generator => "generator",
-            Self::Cpc => "cpc",
-            Self::Cnc => "cnc",
-            Self::Arbiter => "arbiter",
-            Self::Localizer => "localizer",
-            Self::Driver => "driver",
-            Self::Simulator => "simulator",
-        }
+        self.into()
     }
 
     /// What runs it.
     pub fn service(self) -> Service {
         match self {
+            Self::Driver => curionav_driver::run,
+            Self::Localizer => curionav_localizer::run,
             Self::Generator => curionav_trajectory_generator::run,
             Self::Cpc => curionav_cpc_evaluator::run,
             Self::Cnc => curionav_cnc_evaluator::run,
             Self::Arbiter => curionav_arbiter::run,
-            Self::Localizer => curionav_localizer::run,
-            Self::Driver => curionav_driver::run,
             Self::Simulator => curionav_simulator::run,
         }
     }

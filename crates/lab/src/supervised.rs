@@ -49,7 +49,7 @@ impl Supervised {
         let ready: Ready = serde_json::from_str(&line).with_context(|| format!("{name} printed `{line}`"))?;
         let mut process =
             Self { name: name.into(), arguments, metrics: ready.metrics, child, restarts: VecDeque::new() };
-        // Started again, it must be where whoever scrapes it looks for it.
+        // Started again, it must be where its metrics are looked for.
         if let Some(address) = ready.metrics {
             process.replace("--metrics", &address.to_string());
         }
@@ -78,7 +78,7 @@ impl Supervised {
         let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
         let (mut router, ready) = Self::start(program, "router", arguments.to_vec()).await?;
         let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
-        // Started again, it must be where everybody looks for it.
+        // Started again, it must be where the others look for it.
         router.replace("--listen", &endpoint);
         Ok((router, endpoint))
     }

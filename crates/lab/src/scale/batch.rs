@@ -1,6 +1,6 @@
 //! Batches as an arbiter has them: a scene of the workload, and candidates grown from it.
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::Cell;
@@ -9,6 +9,7 @@ use curionav_planning::scene::{People, Scene};
 use curionav_pool::context::PlanContext;
 use curionav_pool::generator;
 use curionav_runtime::convert;
+use curionav_runtime::exit::Exit;
 use curionav_schemas as wire;
 
 use super::workload::Workload;
@@ -33,7 +34,7 @@ pub(super) struct Batch {
 }
 
 /// Batches of `count` candidates among `people` people (or as many as there are), from moments evenly spread
-/// over the workload in which there was a choice. Candidates are grown among the people who were there.
+/// over the workload in which there was a choice. Candidates are grown among the people of those moments.
 pub(super) fn batches(
     workload: &Workload,
     context: &PlanContext,
@@ -56,12 +57,13 @@ pub(super) fn batches(
         batches.push(Batch { scene, message, candidates });
     }
     if batches.is_empty() {
-        bail!("the robot never had a choice of {count} candidates in this scenario");
+        let none = anyhow!("the robot never had a choice of {count} candidates in this scenario");
+        return Err(Exit::bad_input(none).into());
     }
     Ok(batches)
 }
 
-/// Leaves `wanted` people in the scene, or adds some who walk somewhere free in the Working Zone.
+/// Leaves `wanted` people in the scene, or adds people who walk in free places of the Working Zone.
 fn crowd(scene: &mut Scene, context: &PlanContext, wanted: usize, r: &mut Rng) -> anyhow::Result<()> {
     let people = &mut scene.people;
     for values in [&mut people.x, &mut people.y, &mut people.vx, &mut people.vy] {
@@ -71,7 +73,8 @@ fn crowd(scene: &mut Scene, context: &PlanContext, wanted: usize, r: &mut Rng) -
     let zone = context.profile.working_zone_radius(context.robot.v_max);
     let centre = scene.belief.pose.position();
     while people.len() < wanted {
-        let (x, y) = place(context, centre, zone, r).context("no room for so many people")?;
+        let (x, y) =
+            place(context, centre, zone, r).context("no room for so many people").map_err(Exit::bad_input)?;
         add(people, x, y, r);
     }
     Ok(())

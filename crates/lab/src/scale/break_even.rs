@@ -2,73 +2,94 @@
 
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
+use anyhow::{Context, bail, ensure};
 use curionav_runtime::latency::Latency;
 use curionav_schemas::Clock;
-use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::batch::{Batch, batches};
-use super::options::Pooled;
+use super::figures::{count, number};
 use super::processes::Processes;
-use super::robots::{Robot, Robots, Work};
-use super::workload::Workload;
-use curionav_runtime::exit::Exit;
+use super::robots::{Robot, Work};
+use super::setup::{Measured, Setup};
 
+const BATCHES: [u32; 7] = [16, 64, 125, 250, 500, 1000, 4000];
+const PEOPLE: [u32; 3] = [5, 20, 80];
 /// Batches of either kind that are not counted: caches are cold and speeds unknown.
 const SETTLING: usize = 5;
 
-/// One size of batch among some people, with some replicas.
-#[derive(Debug, Serialize)]
-pub(super) struct Row {
-    pub(super) replicas: usize,
-    pub(super) people: usize,
-    pub(super) batch: usize,
-    /// Median time on one thread of the arbiter.
-    pub(super) in_process_ms: f64,
-    /// Median time with the pool.
-    pub(super) pool_ms: f64,
+/// Median times of one size of batch among some people, with some replicas.
+struct Times {
+    replicas: usize,
+    people: usize,
+    batch: usize,
+    /// On one thread of the arbiter.
+    in_process_ms: f64,
+    pool_ms: f64,
 }
 
-/// The least batch from which on the pool is faster.
-#[derive(Debug, Serialize)]
-pub(super) struct BreakEven {
-    pub(super) replicas: usize,
-    pub(super) people: usize,
-    /// Nothing if it never is among those measured.
-    pub(super) batch: Option<usize>,
+/// The least batch from which on the pool is faster; none if it never is among those measured.
+struct BreakEven {
+    replicas: usize,
+    people: usize,
+    batch: Option<usize>,
 }
 
-/// Measures every batch size among every number of people with `replicas` replicas, `seconds` each.
-pub(super) async fn rows(
-    processes: &mut Processes,
-    workload: &Workload,
-    service: Pooled,
-    (replicas, sizes, people): (usize, &[usize], &[usize]),
-    seconds: f64,
-    on_row: impl Fn(&Row),
-) -> Result<Vec<Row>, Exit> {
-    let robots = Robots::with_pool(processes, workload, service, (replicas, 1), Clock::Lockstep).await?;
-    let [robot] = robots.all.as_slice() else { return Err(Exit::failed(anyhow::anyhow!("no robot"))) };
-    let mut rows = Vec::new();
-    for &people in people {
-        for &batch in sizes {
-            let prepared = batches(workload, &robot.context, batch, Some(people)).map_err(Exit::bad_input)?;
-            let work = Work::Evaluate(service.role().to_owned(), prepared);
-            let (here, pool) = compare(robot, &work, seconds).await.map_err(Exit::failed)?;
+/// Measures every size of batch among every number of people with every number of replicas.
+pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
+    let or = |given: &[u32], default: &[u32]| {
+        let mut list = if given.is_empty() { default.to_vec() } else { given.to_vec() };
+        list.sort_unstable();
+        list.into_iter().map(|n| n as usize).collect::<Vec<_>>()
+    };
+    let (sizes, crowds) = (or(&setup.options.batch, &BATCHES), or(&setup.options.people, &PEOPLE));
+    // Also says whether the planner asks for this service at all.
+    let any = setup.work(1)?;
+    let seconds = setup.options.seconds.unwrap_or(1.0);
+    let mut all = Vec::new();
+    for replicas in setup.options.replicas_or(&[1, 2]) {
+        let robots = setup.robots(processes, (replicas, 1), Clock::Lockstep).await?;
+        let robot = robots.all.first().context("no robot")?;
+        for (&people, &batch) in crowds.iter().flat_map(|p| sizes.iter().map(move |b| (p, b))) {
+            let prepared = batches(setup.workload, &robot.context, batch, Some(people))?;
+            let (here, pool) =
+                compare(robot, &Work::Evaluate(setup.service.name(), prepared), seconds).await?;
+            eprintln!("{replicas} replicas, {people} people, batch of {batch}");
             let [in_process_ms, pool_ms] = [here, pool].map(|latency| latency.percentile_ms(0.5));
-            let row = Row { replicas, people, batch, in_process_ms, pool_ms };
-            on_row(&row);
-            rows.push(row);
+            all.push(Times { replicas, people, batch, in_process_ms, pool_ms });
         }
+        robots.leave();
+        processes.dismiss().await;
     }
-    robots.leave();
-    processes.dismiss().await;
-    Ok(rows)
+    let row = |times: &Times| {
+        vec![
+            count("replicas", times.replicas),
+            count("people", times.people),
+            count("batch", times.batch),
+            number("in_process_ms", "in process ms", times.in_process_ms, 3),
+            number("pool_ms", "pool ms", times.pool_ms, 3),
+            number("", "pool / in process", times.pool_ms / times.in_process_ms, 2),
+        ]
+    };
+    let mut measured = setup.measured(&any, &all.iter().map(row).collect::<Vec<_>>());
+    let even = break_even(&all);
+    for BreakEven { replicas, people, batch } in &even {
+        let from = batch.map_or("asking is never faster".to_owned(), |batch| {
+            format!("asking is faster from batches of {batch} on")
+        });
+        measured.text += &format!("\n{replicas} replicas, {people} people: {from}");
+    }
+    if let Value::Object(json) = &mut measured.json {
+        json.retain(|key, _| key != "batch" && key != "people");
+        let object = |b: &BreakEven| json!({"replicas": b.replicas, "people": b.people, "batch": b.batch});
+        json.insert("break_even".into(), even.iter().map(object).collect());
+    }
+    Ok(measured)
 }
 
 /// Times of the same batches here and in the pool, by turns.
 async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<(Latency, Latency)> {
-    let Work::Evaluate(term, batches) = work else { anyhow::bail!("only evaluators are compared") };
+    let Work::Evaluate(term, batches) = work else { bail!("only evaluators are compared") };
     let (mut here, mut pool) = (Latency::default(), Latency::default());
     let mut end = Instant::now() + Duration::from_secs_f64(seconds);
     let mut seq = 0;
@@ -76,7 +97,7 @@ async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<(La
         let batch = batches.get(seq as usize % batches.len()).context("no batch")?;
         let in_process = tokio::task::block_in_place(|| score(robot, term, batch))?;
         let answer = robot.ask(work, seq, &mut None).await?;
-        anyhow::ensure!(answer.unanswered == 0, "a shard was not answered in time");
+        ensure!(answer.unanswered == 0, "a shard was not answered in time");
         seq += 1;
         if seq as usize == SETTLING {
             end = Instant::now() + Duration::from_secs_f64(seconds);
@@ -97,7 +118,7 @@ fn score(robot: &Robot, term: &str, batch: &Batch) -> anyhow::Result<Duration> {
 }
 
 /// Where the pool begins to be faster and stays so, for each number of replicas and people.
-pub(super) fn break_even(rows: &[Row]) -> Vec<BreakEven> {
+fn break_even(rows: &[Times]) -> Vec<BreakEven> {
     let mut found: Vec<BreakEven> = Vec::new();
     for row in rows {
         let same = |b: &&mut BreakEven| (b.replicas, b.people) == (row.replicas, row.people);
@@ -121,7 +142,7 @@ mod tests {
 
     #[test]
     fn it_breaks_even_where_the_pool_is_faster_for_good() {
-        let row = |people, batch, pool_ms| Row { replicas: 2, people, batch, in_process_ms: 1.0, pool_ms };
+        let row = |people, batch, pool_ms| Times { replicas: 2, people, batch, in_process_ms: 1.0, pool_ms };
         let rows = [
             row(5, 10, 0.9),
             row(5, 20, 1.1),

@@ -5,6 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use anyhow::anyhow;
+
 /// Length of a quota's period: short, so that a replica is never held up for long, and long enough for
 /// [`QUOTA_MIN_US`] of 0.1 processors. With the kernel's default of 100 ms a replica of 0.1 processors would
 /// compute for 10 ms and stand for 90.
@@ -13,8 +15,8 @@ const PERIOD_US: f64 = 10_000.0;
 const QUOTA_MIN_US: f64 = 1000.0;
 /// The longest period the kernel takes.
 const PERIOD_MAX_US: f64 = 1_000_000.0;
-/// How much more than an ordinary group ours weighs, so that the quota is what limits replicas and not whoever
-/// else is busy on the machine. They cannot use more than their quotas with it.
+/// How much more than an ordinary group ours weighs, so that the quota is what limits replicas, and not other
+/// busy processes of the machine. They cannot use more than their quotas with it.
 const WEIGHT: u64 = 100;
 /// The weight of an ordinary group, by version.
 const ORDINARY_SHARES: u64 = 1024;
@@ -22,18 +24,20 @@ const ORDINARY_WEIGHT: u64 = 100;
 /// What our groups are called; the number of the process that made them follows.
 const PREFIX: &str = "curionav-scale-";
 
-/// Why a quota cannot be had.
-#[derive(Debug, thiserror::Error)]
-#[error(
-    "--cpu-quota: {problem}: it needs a Linux control group of the cpu controller in which this user may make \
-     groups; run as root (in a container: with /sys/fs/cgroup writable), or leave --cpu-quota out"
-)]
-pub(super) struct QuotaError {
-    problem: String,
+/// What went wrong, and what a quota needs.
+fn refused(problem: String) -> anyhow::Error {
+    anyhow!(
+        "--cpu-quota: {problem}: it needs a Linux control group of the cpu controller in which this user may make \
+         groups; run as root (in a container: with /sys/fs/cgroup writable), or leave --cpu-quota out"
+    )
 }
 
-fn unable(what: &str, path: &Path, error: &io::Error) -> QuotaError {
-    QuotaError { problem: format!("cannot {what} {}: {error}", path.display()) }
+fn make(group: &Path) -> Result<(), String> {
+    fs::create_dir(group).map_err(|e| format!("cannot make {}: {e}", group.display()))
+}
+
+fn write(path: &Path, content: &str) -> Result<(), String> {
+    fs::write(path, content).map_err(|e| format!("cannot write {}: {e}", path.display()))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,61 +57,59 @@ pub(super) struct Quotas {
 
 impl Quotas {
     /// Makes a group in which every process shall have `cores` processors.
-    pub(super) fn new(cores: f64) -> Result<Self, QuotaError> {
+    pub(super) fn new(cores: f64) -> anyhow::Result<Self> {
         let read = |file: &str| fs::read_to_string(file).unwrap_or_default();
         Self::below(&read("/proc/self/mounts"), &read("/proc/self/cgroup"), cores)
     }
 
-    fn below(mounts: &str, own: &str, cores: f64) -> Result<Self, QuotaError> {
-        let mut refused = QuotaError { problem: "no cpu controller is mounted".into() };
+    fn below(mounts: &str, own: &str, cores: f64) -> anyhow::Result<Self> {
+        let mut problem = "no cpu controller is mounted".to_owned();
         for (version, home) in homes(mounts, own) {
             sweep(&home);
             match Self::made(version, &home, cores) {
                 Ok(quotas) => return Ok(quotas),
-                Err(error) => refused = error,
+                Err(error) => problem = error,
             }
         }
-        Err(refused)
+        Err(refused(problem))
     }
 
-    fn made(version: Version, home: &Path, cores: f64) -> Result<Self, QuotaError> {
+    fn made(version: Version, home: &Path, cores: f64) -> Result<Self, String> {
         if version == Version::Two {
             hand_down(home)?;
         }
         let parent = home.join(format!("{PREFIX}{}", std::process::id()));
-        fs::create_dir(&parent).map_err(|e| unable("make", &parent, &e))?;
+        make(&parent)?;
         // From here on it is removed whatever happens.
         let quotas = Self { version, cores, parent, groups: Vec::new() };
-        let (file, ordinary) = match version {
-            Version::One => ("cpu.shares", ORDINARY_SHARES),
-            Version::Two => ("cpu.weight", ORDINARY_WEIGHT),
-        };
-        let path = quotas.parent.join(file);
-        fs::write(&path, (WEIGHT * ordinary).to_string()).map_err(|e| unable("write", &path, &e))?;
-        if version == Version::Two {
-            hand_down(&quotas.parent)?;
+        match version {
+            Version::One => {
+                write(&quotas.parent.join("cpu.shares"), &(WEIGHT * ORDINARY_SHARES).to_string())?;
+            }
+            Version::Two => {
+                write(&quotas.parent.join("cpu.weight"), &(WEIGHT * ORDINARY_WEIGHT).to_string())?;
+                hand_down(&quotas.parent)?;
+            }
         }
         Ok(quotas)
     }
 
     /// Puts the process `pid` into a group of its own.
-    pub(super) fn limit(&mut self, name: &str, pid: u32) -> Result<(), QuotaError> {
+    pub(super) fn limit(&mut self, name: &str, pid: u32) -> anyhow::Result<()> {
         let group = self.parent.join(name);
-        fs::create_dir(&group).map_err(|e| unable("make", &group, &e))?;
+        make(&group).map_err(refused)?;
         self.groups.push(group.clone());
-        let write = |file: &str, content: String| {
-            let path = group.join(file);
-            fs::write(&path, content).map_err(|e| unable("write", &path, &e))
-        };
         let (quota, period) = quota(self.cores);
-        match self.version {
+        let settings = match self.version {
             Version::One => {
-                write("cpu.cfs_period_us", period.to_string())?;
-                write("cpu.cfs_quota_us", quota.to_string())?;
+                vec![("cpu.cfs_period_us", period.to_string()), ("cpu.cfs_quota_us", quota.to_string())]
             }
-            Version::Two => write("cpu.max", format!("{quota} {period}"))?,
+            Version::Two => vec![("cpu.max", format!("{quota} {period}"))],
+        };
+        for (file, content) in settings.into_iter().chain([("cgroup.procs", pid.to_string())]) {
+            write(&group.join(file), &content).map_err(refused)?;
         }
-        write("cgroup.procs", pid.to_string())
+        Ok(())
     }
 
     /// Removes the groups, whose processes have ended.
@@ -145,7 +147,7 @@ fn remove(group: &Path) {
             _ => return,
         }
     }
-    tracing::warn!(group = %group.display(), "control group not removed: somebody is in it");
+    tracing::warn!(group = %group.display(), "control group not removed: a process is in it");
 }
 
 /// Removes what killed processes of this program have left.
@@ -165,13 +167,10 @@ fn sweep(home: &Path) {
 }
 
 /// Lets the children of a version 2 group have the cpu controller.
-fn hand_down(group: &Path) -> Result<(), QuotaError> {
+fn hand_down(group: &Path) -> Result<(), String> {
     let path = group.join("cgroup.subtree_control");
-    let has = fs::read_to_string(&path).map_err(|e| unable("read", &path, &e))?;
-    if has.split_whitespace().any(|controller| controller == "cpu") {
-        return Ok(());
-    }
-    fs::write(&path, "+cpu").map_err(|e| unable("write", &path, &e))
+    let has = fs::read_to_string(&path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+    if has.split_whitespace().any(|controller| controller == "cpu") { Ok(()) } else { write(&path, "+cpu") }
 }
 
 /// Groups to try to make ours in, the best first: version 1 below the own group; version 2 beside it (one with

@@ -6,126 +6,107 @@ use std::time::{Duration, Instant};
 use curionav_pool::budget::Budget;
 use curionav_runtime::latency::Latency;
 use curionav_schemas::Clock;
-use serde::Serialize;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
 
-use super::options::Pooled;
+use super::figures::{Row, count, number, share};
 use super::processes::Processes;
-use super::robots::{Answer, Robot, Robots, Work, on_a_thread};
-use super::workload::Workload;
-use curionav_runtime::exit::Exit;
+use super::robots::{Answer, Robot, Work, on_a_thread};
+use super::setup::{Measured, Setup};
 
+/// Candidates that a robot of the paper scores in a cycle.
+const BATCH: u32 = 100;
 /// Between two cycles of a robot: ten a second.
 const PERIOD: Duration = Duration::from_millis(100);
 /// Cycles at the start that are not counted.
 const SETTLING: u32 = 5;
 
-/// One number of robots.
-#[derive(Debug, Serialize)]
-pub(super) struct Row {
-    pub(super) replicas: usize,
-    pub(super) robots: usize,
-    /// Cycles counted, of all robots.
-    pub(super) cycles: usize,
-    /// From asking to the last answer, or to the end of the pool's time.
-    pub(super) p50_ms: f64,
-    pub(super) p99_ms: f64,
-    /// The pool's time in a cycle: after it the arbiter computes itself what is missing.
-    pub(super) budget_ms: f64,
-    /// Share of shards that nobody answered in that time.
-    pub(super) unanswered: f64,
-    /// Share of cycles that were due and did not take place, the one before not being over.
-    pub(super) skipped: f64,
-    /// Jain's index of the candidates answered a robot: 1 if all have the same, 1/n if one has everything.
-    pub(super) fairness: f64,
-    /// Processors the replicas used together, and router and robots.
-    pub(super) cores: f64,
-    pub(super) asking_cores: f64,
+/// Lets each number of robots plan over each number of replicas.
+pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
+    let work = setup.work(BATCH)?;
+    let mut rows = Vec::new();
+    for replicas in setup.options.replicas_or(&[2]) {
+        for &robots in &setup.options.robots {
+            eprintln!("{robots} robots over {replicas} replicas");
+            rows.push(row(setup, processes, &work, (replicas, usize::from(robots))).await?);
+        }
+    }
+    Ok(setup.measured(&work, &rows))
 }
 
-/// Lets `count` robots plan for `seconds` over `replicas` replicas.
-pub(super) async fn row(
+async fn row(
+    setup: &Setup<'_>,
     processes: &mut Processes,
-    workload: &Workload,
-    service: Pooled,
     work: &Arc<Work>,
-    (replicas, count): (usize, usize),
-    seconds: f64,
-) -> Result<Row, Exit> {
-    let of = (replicas, count);
-    let robots = Robots::with_pool(processes, workload, service, of, Clock::Realtime).await?;
+    (replicas, robot_count): (usize, usize),
+) -> anyhow::Result<Row> {
+    let robots = setup.robots(processes, (replicas, robot_count), Clock::Realtime).await?;
     let (begin, before) = (Instant::now(), processes.used());
+    let seconds = setup.options.seconds.unwrap_or(10.0);
     let cycles = SETTLING + (seconds / PERIOD.as_secs_f64()).ceil() as u32;
     let mut planning = JoinSet::new();
     for (index, robot) in robots.all.iter().enumerate() {
         // Evenly over the period, as robots that do not know each other are on average.
-        let start = begin + PERIOD.mul_f64(index as f64 / count as f64);
-        on_a_thread(&mut planning, plan(index, Arc::clone(robot), Arc::clone(work), start, cycles));
+        let start = begin + PERIOD.mul_f64(index as f64 / robot_count as f64);
+        on_a_thread(&mut planning, plan(index as u64, Arc::clone(robot), Arc::clone(work), start, cycles));
     }
-    let mut of_robot = vec![Vec::new(); count];
-    while let Some(joined) = planning.join_next().await {
-        let (index, answers) = joined.map_err(|e| Exit::failed(e.into()))?.map_err(Exit::failed)?;
-        of_robot[index] = answers;
+    let mut latency = Latency::default();
+    let (mut planned, mut shards, mut unanswered) = (0, 0, 0);
+    // Candidates answered per robot.
+    let mut shares = Vec::new();
+    while let Some(answers) = planning.join_next().await {
+        let answers = answers??;
+        planned += answers.len();
+        shards += answers.iter().map(|answer| answer.shards).sum::<usize>();
+        unanswered += answers.iter().map(|answer| answer.unanswered).sum::<usize>();
+        shares.push(answers.iter().map(|answer| answer.candidates as f64).sum());
+        answers.iter().for_each(|answer| latency.record(answer.took));
     }
     let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
     let budget = robots.all.first().map(|r| Budget::of_stage(Duration::ZERO, &r.context.mission));
+    // The pool's time in a cycle: after it the arbiter computes itself what is missing.
     let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();
     processes.dismiss().await;
-    let due = count * (cycles - SETTLING) as usize;
-    Ok(Row { replicas, robots: count, cores, asking_cores, ..summary(&of_robot, due, budget) })
+    let due = robot_count * (cycles - SETTLING) as usize;
+    Ok(vec![
+        count("replicas", replicas),
+        count("robots", robot_count),
+        count("cycles", planned),
+        number("p50_ms", "p50 ms", latency.percentile_ms(0.50), 2),
+        number("p99_ms", "p99 ms", latency.percentile_ms(0.99), 2),
+        number("budget_ms", "budget ms", 1e3 * budget.as_secs_f64(), 0),
+        share("unanswered", unanswered as f64 / shards.max(1) as f64),
+        share("skipped", 1.0 - planned as f64 / due.max(1) as f64),
+        number("fairness", "fairness", jain(&shares), 4),
+        number("cores", "cores", cores, 2),
+        number("asking_cores", "asking", asking_cores, 2),
+    ])
 }
 
 /// Asks on every beat of the robot's own clock, as an arbiter does whose beliefs come ten times a second.
 async fn plan(
-    index: usize,
+    first: u64,
     robot: Arc<Robot>,
     work: Arc<Work>,
     start: Instant,
     cycles: u32,
-) -> anyhow::Result<(usize, Vec<Answer>)> {
+) -> anyhow::Result<Vec<Answer>> {
     let mut beat = tokio::time::interval_at(start.into(), PERIOD);
     beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let (settled, end) = (start + PERIOD * SETTLING, start + PERIOD * cycles);
     let mut answers = Vec::new();
-    let (mut seq, mut tree) = (index as u64, None);
+    let (mut seq, mut tree) = (first, None);
     loop {
         let at = beat.tick().await.into_std();
         if at >= end {
-            return Ok((index, answers));
+            return Ok(answers);
         }
         let answer = robot.ask(&work, seq, &mut tree).await?;
         seq += 1;
         if at >= settled {
             answers.push(answer);
         }
-    }
-}
-
-fn summary(of_robot: &[Vec<Answer>], due: usize, budget: Duration) -> Row {
-    let mut latency = Latency::default();
-    let (mut cycles, mut shards, mut unanswered) = (0, 0, 0);
-    for answer in of_robot.iter().flatten() {
-        latency.record(answer.took);
-        cycles += 1;
-        shards += answer.shards;
-        unanswered += answer.unanswered;
-    }
-    let answered = |answers: &Vec<Answer>| answers.iter().map(|answer| answer.candidates as f64).sum();
-    let answered: Vec<f64> = of_robot.iter().map(answered).collect();
-    Row {
-        replicas: 0,
-        robots: of_robot.len(),
-        cycles,
-        p50_ms: latency.percentile_ms(0.50),
-        p99_ms: latency.percentile_ms(0.99),
-        budget_ms: 1e3 * budget.as_secs_f64(),
-        unanswered: unanswered as f64 / shards.max(1) as f64,
-        skipped: 1.0 - cycles as f64 / due.max(1) as f64,
-        fairness: jain(&answered),
-        cores: 0.0,
-        asking_cores: 0.0,
     }
 }
 

@@ -2,46 +2,13 @@
 
 use std::path::PathBuf;
 
-use curionav_pool::generator;
-
 use crate::service_kind::Kind;
-
-/// What can be run with more than one replica.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pooled {
-    /// Localisation uncertainty along candidates.
-    Cpc,
-    /// Human comfort and crowd density along candidates.
-    Cnc,
-    /// Candidates themselves.
-    Generator,
-}
-
-impl Pooled {
-    /// What starts one.
-    pub(super) fn kind(self) -> Kind {
-        match self {
-            Self::Cpc => Kind::Cpc,
-            Self::Cnc => Kind::Cnc,
-            Self::Generator => Kind::Generator,
-        }
-    }
-
-    /// What its replicas announce themselves as; an evaluator's is its term.
-    pub(super) fn role(self) -> &'static str {
-        match self {
-            Self::Cpc => "cpc",
-            Self::Cnc => "cnc",
-            Self::Generator => generator::ROLE,
-        }
-    }
-}
 
 /// What to measure, and with what.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// Which service; may be absent only with `overhead`.
-    pub service: Option<Pooled>,
+    /// Which service: generator, cpc or cnc; may be absent only with `overhead`.
+    pub service: Option<Kind>,
     /// Numbers of replicas; the first is what the others are compared with. Empty: the default of the measurement.
     pub replicas: Vec<u16>,
     /// Share of a processor that each replica gets; unlimited if absent.

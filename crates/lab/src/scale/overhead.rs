@@ -15,66 +15,40 @@ use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
 use curionav_runtime::latency::Latency;
 use curionav_schemas::{self as wire, Clock, Message};
-use serde::Serialize;
+use serde_json::json;
 use zenoh::Session;
 
+use super::figures::{self, Row, count, label, number};
+use super::options::Options;
 use super::processes::Processes;
 use super::robots::{Robot, Robots};
+use super::setup::Measured;
 use super::workload::Workload;
 use crate::service_kind::Kind;
-use curionav_runtime::exit::Exit;
 
 /// What must not be exceeded: the cost of the split, in bare round trips.
-pub(super) const ROUND_TRIPS_MAX: f64 = 4.0;
+const ROUND_TRIPS_MAX: f64 = 4.0;
 /// Rounds at least, the first of which is not counted.
 const ROUNDS_MIN: usize = 3;
 /// Bare queries of each kind in a round.
 const BARE: usize = 100;
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A question of the cycle, and the bare query of its sizes.
-#[derive(Debug, Serialize)]
-pub(super) struct Question {
-    pub(super) question: String,
-    pub(super) question_bytes: usize,
-    pub(super) answer_bytes: usize,
-    pub(super) p50_ms: f64,
+/// A question of the cycle, the sizes of question and answer in bytes, and times of bare queries of these sizes.
+struct Question {
+    role: String,
+    sizes: (usize, usize),
+    bare: Latency,
 }
 
-/// Medians of the stages of a cycle.
-#[derive(Debug, Serialize)]
-pub(super) struct Stages {
-    pub(super) generate_ms: f64,
-    pub(super) evaluate_ms: f64,
-    pub(super) decide_ms: f64,
-    pub(super) cycle_ms: f64,
-}
-
-/// What the split costs.
-#[derive(Debug, Serialize)]
-pub(super) struct Overhead {
-    /// Cycles timed in either home.
-    pub(super) cycles: usize,
-    /// Median of a cycle whose services are threads of this process.
-    pub(super) in_process_p50_ms: f64,
-    /// Median of the same cycles with a process for each service and for the router.
-    pub(super) processes_p50_ms: f64,
-    /// Median of a bare query through the router, mean of the questions of a cycle.
-    pub(super) bare_p50_ms: f64,
-    /// What the split adds to the median, in bare queries.
-    pub(super) round_trips: f64,
-    pub(super) questions: Vec<Question>,
-    /// Where the time goes in either home.
-    pub(super) in_process: Stages,
-    pub(super) processes: Stages,
-}
-
-/// Measures for `seconds`. `processes` must have no replicas yet.
+/// Measures the split. `processes` must have no replicas yet.
 pub(super) async fn measure(
+    options: &Options,
     processes: &mut Processes,
     workload: &Workload,
-    seconds: f64,
-) -> Result<Overhead, Exit> {
+) -> anyhow::Result<Measured> {
+    let seconds = options.seconds.unwrap_or(10.0);
+    eprintln!("{} cycles by turns in process and over processes, {seconds} s", workload.cycles.len());
     let pools = [Kind::Generator, Kind::Cpc, Kind::Cnc];
     for kind in pools {
         processes.add(kind.name(), 1).await?;
@@ -83,7 +57,7 @@ pub(super) async fn measure(
     // Processes are numbered in the order of their start.
     let echo = format!("echo-{}", pools.len());
     let robots = Robots::join(workload, &processes.endpoint, 1, Clock::Lockstep).await?;
-    let over_processes = Arc::clone(robots.all.first().context("no robot").map_err(Exit::failed)?);
+    let over_processes = Arc::clone(robots.all.first().context("no robot")?);
     let in_process = Robot::on(&workload.services.session, workload.context("robot-0", Clock::Lockstep)?)?;
     for robot in [&over_processes, &in_process] {
         robot.ready(generator::ROLE, 1).await?;
@@ -92,12 +66,11 @@ pub(super) async fn measure(
         }
     }
     let homes = [&in_process, &*over_processes];
-    let overhead = compare(homes, workload, (robots.session(0), &echo), seconds).await;
-    let overhead = overhead.map_err(Exit::failed)?;
+    let measured = compare(homes, workload, (robots.session(0), &echo), seconds).await?;
     drop(over_processes);
     robots.leave();
     processes.dismiss().await;
-    Ok(overhead)
+    Ok(measured)
 }
 
 async fn compare(
@@ -105,64 +78,86 @@ async fn compare(
     workload: &Workload,
     (session, echo): (&Session, &str),
     seconds: f64,
-) -> anyhow::Result<Overhead> {
+) -> anyhow::Result<Measured> {
     let mut questions = questions(homes[0], workload).await?;
-    let mut bare = vec![Latency::default(); questions.len()];
     let mut cycles = [Vec::new(), Vec::new()];
     let begin = Instant::now();
     let mut round = 0;
     while round < ROUNDS_MIN || begin.elapsed().as_secs_f64() < seconds {
-        let (mut decided, mut took) = (Vec::new(), Vec::new());
-        for home in homes {
-            let (decisions, times) = replay(home, workload).await?;
-            decided.push(decisions);
-            took.push(times);
-        }
-        ensure!(decided[0] == decided[1], "processes decided otherwise");
-        for (question, latency) in questions.iter().zip(&mut bare) {
-            let sizes = (question.question_bytes, question.answer_bytes);
+        let (decided, took) = replay(homes[0], workload).await?;
+        let (decided_over_processes, took_over_processes) = replay(homes[1], workload).await?;
+        ensure!(decided == decided_over_processes, "processes decided otherwise");
+        for question in &mut questions {
             for _ in 0..BARE {
-                let time = round_trip(session, echo, sizes, TIMEOUT).await?;
+                let time = round_trip(session, echo, question.sizes, TIMEOUT).await?;
                 if round > 0 {
-                    latency.record(time);
+                    question.bare.record(time);
                 }
             }
         }
         if round > 0 {
-            cycles.iter_mut().zip(took).for_each(|(all, times)| all.extend(times));
+            cycles[0].extend(took);
+            cycles[1].extend(took_over_processes);
         }
         round += 1;
     }
-    for (question, latency) in questions.iter_mut().zip(&bare) {
-        question.p50_ms = latency.percentile_ms(0.5);
-    }
-    let [in_process, processes] = cycles.each_ref().map(|times| stages(times));
-    let (in_process_p50_ms, processes_p50_ms) = (in_process.cycle_ms, processes.cycle_ms);
-    let bare_p50_ms = questions.iter().map(|q| q.p50_ms).sum::<f64>() / questions.len().max(1) as f64;
-    Ok(Overhead {
-        cycles: cycles[0].len(),
-        in_process_p50_ms,
-        processes_p50_ms,
-        bare_p50_ms,
-        round_trips: (processes_p50_ms - in_process_p50_ms) / bare_p50_ms,
-        questions,
-        in_process,
-        processes,
-    })
+    Ok(measured(&questions, &cycles))
 }
 
-fn stages(times: &[wire::Timings]) -> Stages {
-    let median_ms = |of: &dyn Fn(&wire::Timings) -> u64| {
-        let mut latency = Latency::default();
-        times.iter().for_each(|t| latency.record(Duration::from_micros(of(t))));
-        latency.percentile_ms(0.5)
+fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2]) -> Measured {
+    let question = |q: &Question| {
+        vec![
+            label("question", "question", &q.role),
+            count("question_bytes", q.sizes.0),
+            count("answer_bytes", q.sizes.1),
+            number("p50_ms", "bare p50 ms", q.bare.percentile_ms(0.5), 3),
+        ]
     };
-    Stages {
-        generate_ms: median_ms(&|t| t.generate_us),
-        evaluate_ms: median_ms(&|t| t.total_us.saturating_sub(t.generate_us + t.arbitrate_us)),
-        decide_ms: median_ms(&|t| t.arbitrate_us),
-        cycle_ms: median_ms(&|t| t.total_us),
+    let [in_process, processes] = cycles.each_ref().map(|times| median_ms(times, |t| t.total_us));
+    // Of a bare query through the router, mean of the questions of a cycle.
+    let bare =
+        questions.iter().map(|q| q.bare.percentile_ms(0.5)).sum::<f64>() / questions.len().max(1) as f64;
+    let round_trips = (processes - in_process) / bare;
+    let questions: Vec<Row> = questions.iter().map(question).collect();
+    let homes = [stages("in process", &cycles[0]), stages("processes", &cycles[1])];
+    let verdict = if round_trips <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
+    let count = cycles[0].len();
+    Measured {
+        json: json!({
+            "cycles": count,
+            "in_process_p50_ms": in_process,
+            "processes_p50_ms": processes,
+            "bare_p50_ms": bare,
+            "round_trips": round_trips,
+            "questions": questions.iter().map(figures::json).collect::<Vec<_>>(),
+            "in_process": figures::json(&homes[0]),
+            "processes": figures::json(&homes[1]),
+        }),
+        text: format!(
+            "{}\n{}\n{count} cycles in either home\n\
+             the split adds {round_trips:.2} bare round trips of {bare:.3} ms, {verdict} the {ROUND_TRIPS_MAX} allowed",
+            figures::table(&questions),
+            figures::table(&homes),
+        ),
     }
+}
+
+/// Where the time of a cycle goes: medians.
+fn stages(home: &str, times: &[wire::Timings]) -> Row {
+    let evaluate_us = |t: &wire::Timings| t.total_us.saturating_sub(t.generate_us + t.arbitrate_us);
+    vec![
+        label("", "home", home),
+        number("generate_ms", "generate ms", median_ms(times, |t| t.generate_us), 3),
+        number("evaluate_ms", "evaluate ms", median_ms(times, evaluate_us), 3),
+        number("decide_ms", "decide ms", median_ms(times, |t| t.arbitrate_us), 3),
+        number("cycle_ms", "cycle p50 ms", median_ms(times, |t| t.total_us), 3),
+    ]
+}
+
+fn median_ms(times: &[wire::Timings], of: impl Fn(&wire::Timings) -> u64) -> f64 {
+    let mut latency = Latency::default();
+    times.iter().for_each(|t| latency.record(Duration::from_micros(of(t))));
+    latency.percentile_ms(0.5)
 }
 
 /// Plans every cycle of the workload once more: what was decided, and how long each took.
@@ -188,35 +183,41 @@ async fn replay(
 async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Question>> {
     let half = workload.cycles.len() / 2;
     let mut tree = None;
-    let mut sizes = Vec::new();
+    let mut questions = Vec::new();
+    let mut add = |role: &str, question: Vec<u8>, answer: Vec<u8>| {
+        let sizes = (question.len(), answer.len());
+        questions.push(Question { role: role.to_owned(), sizes, bare: Latency::default() });
+    };
     let context = &robot.context;
+    let epoch = 1;
     for (seq, past) in workload.cycles.iter().enumerate().take(half + 1) {
-        let request = context.generate_request((1, seq as u64), &past.scene, 0, tree.as_ref(), &[])?;
+        let seq = seq as u64;
+        let request = context.generate_request((epoch, seq), &past.scene, 0, tree.as_ref(), &[])?;
         let stage = Budget::of_stage(robot.pool.peers.now(), &context.mission);
         let shape = (context.profile.steps, context.profile.dt);
         let generated =
             dispatch::generate(&robot.pool, &context.mission.order.robot, &request, 0, shape, stage).await;
         let Generated { candidates, tree: grown, cut } = generated.context("no generator answered")?;
         tree = Some(grown.clone());
-        if seq < half {
+        if seq < half as u64 {
             continue;
         }
         let reply = wire::GenerateReply {
-            epoch: 1,
-            seq: seq as u64,
+            epoch,
+            seq,
             instance: "generator".into(),
             candidates: convert::candidates_to_wire(&candidates),
             tree: convert::tree_to_wire(grown),
             elapsed_us: 0,
             cut,
         };
-        sizes.push((generator::ROLE.to_owned(), request.encode().len(), reply.encode().len()));
+        add(generator::ROLE, request.encode(), reply.encode());
         for term in context.pool_terms() {
             let all = 0..candidates.len();
-            let request = context.evaluate_request(term, (1, 0), &past.scene, &candidates, all);
+            let request = context.evaluate_request(term, (epoch, 0), &past.scene, &candidates, all);
             let scores = wire::Scores {
-                epoch: 1,
-                seq: seq as u64,
+                epoch,
+                seq,
                 shard: 0,
                 term: term.to_owned(),
                 instance: term.to_owned(),
@@ -224,14 +225,8 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
                 elapsed_us: 0,
                 slots: 1,
             };
-            sizes.push((term.to_owned(), request.encode().len(), scores.encode().len()));
+            add(term, request.encode(), scores.encode());
         }
     }
-    let question = |(question, question_bytes, answer_bytes)| Question {
-        question,
-        question_bytes,
-        answer_bytes,
-        p50_ms: 0.0,
-    };
-    Ok(sizes.into_iter().map(question).collect())
+    Ok(questions)
 }

@@ -26,7 +26,7 @@ pub(super) struct Processes {
 impl Processes {
     /// Starts the router. With `quota`, each replica will get only so much of a processor.
     pub(super) async fn start(log: &str, quota: Option<f64>) -> Result<Self, Exit> {
-        let quotas = quota.map(Quotas::new).transpose().map_err(|e| Exit::bad_input(e.into()))?;
+        let quotas = quota.map(Quotas::new).transpose().map_err(Exit::bad_input)?;
         let program =
             std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
         let (router, endpoint) = Supervised::router(&program, 0, log).await.map_err(Exit::network)?;
@@ -48,9 +48,7 @@ impl Processes {
     pub(super) fn limit(&mut self) -> Result<(), Exit> {
         let Some(quotas) = &mut self.quotas else { return Ok(()) };
         for (index, replica) in self.replicas.iter().enumerate() {
-            quotas
-                .limit(&format!("replica-{index}"), replica.pid())
-                .map_err(|e| Exit::bad_input(e.into()))?;
+            quotas.limit(&format!("replica-{index}"), replica.pid()).map_err(Exit::bad_input)?;
         }
         Ok(())
     }

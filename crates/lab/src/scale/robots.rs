@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use curionav_planning::generation::Tree;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
@@ -19,8 +19,6 @@ use tokio::time::Instant;
 use zenoh::Session;
 
 use super::batch::Batch;
-use super::options::Pooled;
-use super::processes::Processes;
 use super::workload::Workload;
 use curionav_runtime::exit::Exit;
 
@@ -30,7 +28,7 @@ const READY_TIMEOUT: Duration = Duration::from_secs(60);
 /// What is asked for, in turn.
 pub(super) enum Work {
     /// Costs of batches under a term.
-    Evaluate(String, Vec<Batch>),
+    Evaluate(&'static str, Vec<Batch>),
     /// Candidates for these moments, one after the other, the tree handed on.
     Generate(Vec<wire::Scene>),
 }
@@ -42,7 +40,7 @@ pub(super) struct Answer {
     pub(super) candidates: usize,
     /// Parts the question was cut into.
     pub(super) shards: usize,
-    /// Parts that nobody answered in time.
+    /// Parts that were not answered in time.
     pub(super) unanswered: usize,
     /// Until everything was there.
     pub(super) took: Duration,
@@ -59,8 +57,8 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// A robot on `session` with nobody ready yet.
-    pub(super) fn on(session: &Session, context: Arc<PlanContext>) -> Result<Self, Exit> {
+    /// A robot on `session` with no replica ready yet.
+    pub(super) fn on(session: &Session, context: Arc<PlanContext>) -> anyhow::Result<Self> {
         let peers = ZenohPeers::new(session).map_err(Exit::network)?;
         let pool = Arc::new(Pool::new(peers));
         let mut keeping = JoinSet::new();
@@ -70,7 +68,7 @@ impl Robot {
     }
 
     /// Waits until `count` replicas of `role` are ready for it.
-    pub(super) async fn ready(&self, role: &str, count: usize) -> Result<(), Exit> {
+    pub(super) async fn ready(&self, role: &str, count: usize) -> anyhow::Result<()> {
         let deadline = Instant::now() + READY_TIMEOUT;
         loop {
             let ready = self.pool.replicas().ready(role).len();
@@ -78,9 +76,9 @@ impl Robot {
                 return Ok(());
             }
             if Instant::now() > deadline {
-                let of = format!("{ready} of {count} replicas of {role} were ready");
-                let error = anyhow::anyhow!("{of} after {} s", READY_TIMEOUT.as_secs());
-                return Err(Exit::network(error));
+                let after_s = READY_TIMEOUT.as_secs();
+                let error = anyhow!("{ready} of {count} replicas of {role} were ready after {after_s} s");
+                return Err(Exit::network(error).into());
             }
             tokio::time::sleep(Duration::from_millis(5)).await;
         }
@@ -90,6 +88,7 @@ impl Robot {
     pub(super) async fn ask(&self, work: &Work, seq: u64, tree: &mut Option<Tree>) -> anyhow::Result<Answer> {
         let started = std::time::Instant::now();
         let stage = Budget::of_stage(self.pool.peers.now(), &self.context.mission);
+        let robot = &self.context.mission.order.robot;
         let turn = |of: usize| (seq % of.max(1) as u64) as usize;
         match work {
             Work::Evaluate(term, batches) => {
@@ -97,8 +96,7 @@ impl Robot {
                 let question = |term: &str, range| {
                     self.context.evaluate_request(term, (1, seq), &batch.message, &batch.candidates, range)
                 };
-                let (terms, count) = ([term.clone()], batch.candidates.len());
-                let robot = &self.context.mission.order.robot;
+                let (terms, count) = ([(*term).to_owned()], batch.candidates.len());
                 let shards = dispatch::evaluate(&self.pool, &terms, robot, count, question, stage).await;
                 let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
                 let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
@@ -117,15 +115,7 @@ impl Robot {
                 let old = tree.take().filter(|_| turn > 0);
                 let request = self.context.generate_request((1, seq), scene, 0, old.as_ref(), &[])?;
                 let shape = (self.context.profile.steps, self.context.profile.dt);
-                let generated = dispatch::generate(
-                    &self.pool,
-                    &self.context.mission.order.robot,
-                    &request,
-                    0,
-                    shape,
-                    stage,
-                )
-                .await;
+                let generated = dispatch::generate(&self.pool, robot, &request, 0, shape, stage).await;
                 let candidates = generated.as_ref().map_or(0, |generated| generated.candidates.len());
                 let unanswered = usize::from(generated.is_none());
                 *tree = generated.map(|generated| generated.tree);
@@ -160,7 +150,7 @@ impl Robots {
         endpoint: &str,
         count: usize,
         clock: Clock,
-    ) -> Result<Self, Exit> {
+    ) -> anyhow::Result<Self> {
         let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
         let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
         let host = connect().await?;
@@ -173,24 +163,6 @@ impl Robots {
             robots.all.push(Arc::new(Robot::on(&session, context)?));
             robots.sessions.push(session);
         }
-        Ok(robots)
-    }
-
-    /// Starts `replicas` of `service`, connects `count` robots, and waits until all are ready for all. From then
-    /// on the quota is in force. It ends with [`Robots::leave`] and [`Processes::dismiss`].
-    pub(super) async fn with_pool(
-        processes: &mut Processes,
-        workload: &Workload,
-        service: Pooled,
-        (replicas, count): (usize, usize),
-        clock: Clock,
-    ) -> Result<Self, Exit> {
-        processes.add(service.kind().name(), replicas).await?;
-        let robots = Self::join(workload, &processes.endpoint, count, clock).await?;
-        for robot in &robots.all {
-            robot.ready(service.role(), replicas).await?;
-        }
-        processes.limit()?;
         Ok(robots)
     }
 

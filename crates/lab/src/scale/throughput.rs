@@ -3,63 +3,50 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use anyhow::anyhow;
+use curionav_runtime::exit::Exit;
 use curionav_runtime::latency::Latency;
 use curionav_schemas::Clock;
-use serde::Serialize;
 use tokio::task::JoinSet;
 
-use super::options::Pooled;
+use super::figures::{count, number};
 use super::processes::Processes;
-use super::robots::{Answer, Robot, Robots, Work, on_a_thread};
-use super::workload::Workload;
-use curionav_runtime::exit::Exit;
+use super::robots::{Answer, Robot, Work, on_a_thread};
+use super::setup::{Measured, Setup};
 
+/// Candidates in a batch unless told otherwise: the largest batch the planner is budgeted for.
+const BATCH: u32 = 2000;
 /// Share of the time that is not measured: speeds are still being learned.
 const SETTLING: f64 = 0.15;
 
-/// One number of replicas.
-#[derive(Debug, Serialize)]
-pub(super) struct Row {
-    pub(super) replicas: usize,
-    /// Candidates answered a second while work never runs out.
-    pub(super) candidates_per_s: f64,
-    /// Time of a batch that has the pool to itself.
-    pub(super) p50_ms: f64,
-    pub(super) p99_ms: f64,
-    /// Throughput of a replica, as a share of that in the first row.
-    pub(super) efficiency: f64,
-    /// Processors the replicas used together while work never ran out.
-    pub(super) cores: f64,
-    /// Processors that router and robots used meanwhile.
-    pub(super) asking_cores: f64,
-}
-
-/// Measures one number of replicas for `seconds`: half of the time with one batch at a time, half with `in_flight`
-/// robots a replica, each with one batch in flight, so that work never runs out.
-pub(super) async fn row(
-    processes: &mut Processes,
-    workload: &Workload,
-    service: Pooled,
-    work: &Arc<Work>,
-    (replicas, in_flight): (usize, usize),
-    seconds: f64,
-) -> Result<Row, Exit> {
-    let of = (replicas, in_flight * replicas);
-    let robots = Robots::with_pool(processes, workload, service, of, Clock::Lockstep).await?;
+/// Measures each number of replicas: half of the time with one batch at a time, half with so many robots per replica,
+/// each with one batch in flight, that work never runs out.
+pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
+    let work = setup.work(BATCH)?;
+    let seconds = setup.options.seconds.unwrap_or(10.0);
     let half = Duration::from_secs_f64(seconds / 2.0);
-    let alone = drive(processes, &robots.all[..1], work, half).await?;
-    let busy = drive(processes, &robots.all, work, half).await?;
-    robots.leave();
-    processes.dismiss().await;
-    Ok(Row {
-        replicas,
-        candidates_per_s: busy.candidates_per_s,
-        p50_ms: alone.latency.percentile_ms(0.50),
-        p99_ms: alone.latency.percentile_ms(0.99),
-        efficiency: 1.0,
-        cores: busy.cores,
-        asking_cores: busy.asking_cores,
-    })
+    let mut rows = Vec::new();
+    let mut first = None;
+    for replicas in setup.options.replicas_or(&[1, 2, 4, 8]) {
+        eprintln!("{replicas} replicas, {seconds} s");
+        let robots = usize::from(setup.options.in_flight) * replicas;
+        let robots = setup.robots(processes, (replicas, robots), Clock::Lockstep).await?;
+        let alone = drive(processes, &robots.all[..1], &work, half).await?;
+        let busy = drive(processes, &robots.all, &work, half).await?;
+        robots.leave();
+        processes.dismiss().await;
+        let of_one = busy.candidates_per_s / replicas as f64;
+        rows.push(vec![
+            count("replicas", replicas),
+            number("candidates_per_s", "candidates/s", busy.candidates_per_s, 0),
+            number("p50_ms", "p50 ms", alone.latency.percentile_ms(0.50), 2),
+            number("p99_ms", "p99 ms", alone.latency.percentile_ms(0.99), 2),
+            number("efficiency", "efficiency", of_one / *first.get_or_insert(of_one), 3),
+            number("cores", "cores", busy.cores, 2),
+            number("asking_cores", "asking", busy.asking_cores, 2),
+        ]);
+    }
+    Ok(setup.measured(&work, &rows))
 }
 
 struct Driven {
@@ -75,7 +62,7 @@ async fn drive(
     robots: &[Arc<Robot>],
     work: &Arc<Work>,
     time: Duration,
-) -> Result<Driven, Exit> {
+) -> anyhow::Result<Driven> {
     let begin = Instant::now();
     let (settled, end) = (begin + time.mul_f64(SETTLING), begin + time);
     let mut asking = JoinSet::new();
@@ -87,15 +74,14 @@ async fn drive(
     tokio::time::sleep_until(end.into()).await;
     let (cores, asking_cores) = processes.used().cores_since(&before, (end - settled).as_secs_f64());
     let mut answers = Vec::new();
-    while let Some(joined) = asking.join_next().await {
-        let asked = joined.map_err(|e| Exit::failed(e.into()))?;
-        answers.extend(asked.map_err(Exit::failed)?);
+    while let Some(asked) = asking.join_next().await {
+        answers.extend(asked??);
     }
     answers.retain(|(at, _)| *at >= settled);
     answers.sort_by_key(|(at, _)| *at);
     if let Some((_, answer)) = answers.iter().find(|(_, answer)| answer.unanswered > 0) {
-        let lost = format!("{} of {} shards were not answered in time", answer.unanswered, answer.shards);
-        return Err(Exit::network(anyhow::anyhow!(lost)));
+        let lost = anyhow!("{} of {} shards were not answered in time", answer.unanswered, answer.shards);
+        return Err(Exit::network(lost).into());
     }
     let mut latency = Latency::default();
     answers.iter().for_each(|(_, answer)| latency.record(answer.took));

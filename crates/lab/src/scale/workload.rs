@@ -30,7 +30,7 @@ pub(super) struct Workload {
     pub(super) map: OccupancyGrid,
     /// Every planning cycle, in order; at least one.
     pub(super) cycles: Vec<CycleReport>,
-    /// Fields of the map, derived once for everybody in this process.
+    /// Fields of the map, derived once for the whole process.
     pub(super) fields: Fields,
     /// The services, which are warm for the mission.
     pub(super) services: Embedded,
@@ -38,44 +38,38 @@ pub(super) struct Workload {
 
 impl Workload {
     /// Drives through the scenario.
-    pub(super) async fn of(scenario: &Path, planner: Option<&str>) -> Result<Self, Exit> {
+    pub(super) async fn of(scenario: &Path, planner: Option<&str>) -> anyhow::Result<Self> {
         let choice = Choice { planner: planner.map(str::to_owned), seed: Some(SEED) };
         let package = package::read(scenario, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
         let config = ServiceConfig::default();
         let services = Embedded::start(&config).await.map_err(Exit::network)?;
         let driven = async {
             let finished = follow(&services.session, &config, &package, true).await?;
-            let key = keys::robot(&config.robot, "mission").map_err(|e| Exit::failed(e.into()))?;
+            let key = keys::robot(&config.robot, "mission")?;
             let mission = fetch::<Mission>(&services.session, &key, Duration::from_secs(2)).await;
-            let mission = mission.map_err(|e| Exit::network(e.into()))?;
-            Ok::<_, Exit>((finished.reports, finished.map, mission))
+            let map = finished.map.with_context(|| format!("{}: no cycle took place", scenario.display()))?;
+            anyhow::Ok((finished.reports, map, mission.map_err(|e| Exit::network(e.into()))?))
         };
         let (cycles, map, mission) = match driven.await {
             Ok(driven) => driven,
-            Err(exit) => {
+            Err(error) => {
                 services.stop().await;
-                return Err(exit);
+                return Err(error);
             }
         };
-        let Some(map) = map.filter(|_| !cycles.is_empty()) else {
-            services.stop().await;
-            return Err(Exit::failed(anyhow::anyhow!("{}: no cycle took place", scenario.display())));
-        };
-        let grid = convert::occupancy_grid(map.clone()).context("map").map_err(Exit::failed)?;
+        let grid = convert::occupancy_grid(map.clone()).context("map")?;
         let fields = Fields::of_maps([StaticMap::new(grid)]);
         Ok(Self { mission, map, cycles, fields, services })
     }
 
     /// Everything an arbiter derives from the mission, for a robot of that name.
-    pub(super) fn context(&self, robot: &str, clock: Clock) -> Result<Arc<PlanContext>, Exit> {
+    pub(super) fn context(&self, robot: &str, clock: Clock) -> anyhow::Result<Arc<PlanContext>> {
         let mut mission = self.mission.clone();
         (mission.order.robot, mission.order.clock) = (robot.to_owned(), clock);
         if clock == Clock::Realtime {
             // Ten times a second, as in a run in real time.
             mission.order.plan_every = ((0.1 / mission.order.tick_s).ceil() as u32).max(1);
         }
-        let context =
-            PlanContext::new(mission, &self.fields, true).context("mission").map_err(Exit::failed)?;
-        Ok(Arc::new(context))
+        Ok(Arc::new(PlanContext::new(mission, &self.fields, true).context("mission")?))
     }
 }
