@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::comparison::Comparison;
+use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
+use super::tally::Tally;
 
-/// The planner that is judged, its two ablations, and who has no curiosity for landmarks.
+/// The planner that is judged, its two ablations, and the planners without curiosity for landmarks.
 const OURS: &str = "curiosity";
 const WITHOUT_CNC: &str = "cpc-only";
 const WITHOUT_CPC: &str = "cnc-only";
@@ -15,7 +16,7 @@ const BLIND: [&str; 4] = ["cnc-only", "distance-only", "risk-rrt", "bi-risk-rrt"
 /// Scenarios of the whole table.
 const SCENARIOS: usize = 13;
 /// A difference counts below this p.
-const SIGNIFICANT: f64 = 0.01;
+pub(crate) const SIGNIFICANT: f64 = 0.01;
 /// Fewer pairs cannot have such a p, whatever they say: 2 / 2^8 is the first below it.
 const PAIRS_LEAST: usize = 8;
 const TD_MOST: f64 = 0.041;
@@ -34,30 +35,82 @@ pub(crate) enum Verdict {
     NotJudged,
 }
 
+impl Verdict {
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Miss => "miss",
+            Self::NotJudged => "not judged",
+        }
+    }
+}
+
 /// A promise and what was found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub(crate) struct Criterion {
     pub(crate) promise: String,
     pub(crate) verdict: Verdict,
     pub(crate) found: String,
 }
 
+impl Criterion {
+    /// `is_kept` is none if that cannot be judged.
+    fn new(promise: &str, is_kept: Option<bool>, found: impl Into<String>) -> Self {
+        let verdict = match is_kept {
+            Some(true) => Verdict::Pass,
+            Some(false) => Verdict::Miss,
+            None => Verdict::NotJudged,
+        };
+        Self { promise: promise.to_owned(), verdict, found: found.into() }
+    }
+}
+
 /// Every promise in turn. `clock` is what the runs took on the clock, with all workers busy.
 pub(crate) fn criteria(comparison: &Comparison<'_>, clock: Duration) -> Vec<Criterion> {
     let Some(ours) = comparison.planner(OURS) else {
-        return vec![Criterion {
-            promise: format!("everything is promised of `{OURS}`"),
-            verdict: Verdict::NotJudged,
-            found: "it was not run".into(),
-        }];
+        return vec![Criterion::new(&format!("everything is promised of `{OURS}`"), None, "it was not run")];
     };
     let judge = Judge { comparison, ours };
-    let mut all = vec![judge.success()];
-    all.extend(judge.comfort());
-    all.extend(judge.localisation());
-    all.extend(judge.efficiency());
-    all.extend(judge.ablations());
-    all.push(judge.whole_table(clock));
+    let most = format!("TD at most {:.1} % in each scenario", 100.0 * TD_MOST);
+    let mut all = vec![
+        judge.success(),
+        judge.best("TD is the lowest of all planners", Measure::Td, 12, |td| td),
+        judge.bound(&most, Measure::Td, |td| td <= TD_MOST, false),
+        judge.best("MD is the highest of all planners", Measure::Md, 12, |md| md),
+        judge.best("NT, rounded as in the paper, is the lowest or tied", Measure::Nt, 13, f64::round),
+    ];
+    for (measure, name) in [(Measure::Rmse, "RMSE"), (Measure::Tcm, "TCM")] {
+        for planner in [OURS, WITHOUT_CNC] {
+            all.extend(BLIND.map(|other| judge.better(measure, name, planner, other)));
+        }
+        all.push(judge.nowhere_worse(measure, name));
+    }
+    let most = format!("TCM at most {:.0} % in each scenario", 100.0 * TCM_MOST);
+    let least = format!("Vel at least {VEL_LEAST} m/s in each scenario");
+    let longest = format!("Length at most {LENGTH_MOST} times the shortest planner's in each scenario");
+    all.extend([
+        judge.in_order(
+            "RMSE of `curiosity` is nowhere above that of a planner without CPC (the paper: 13 of 13)",
+            Measure::Rmse,
+            13,
+            |ours, _, other| ours <= other,
+        ),
+        judge.in_order(
+            "TCM of `curiosity` and of `cpc-only` is below that of every planner without CPC (the paper: 11 of 13)",
+            Measure::Tcm,
+            11,
+            |ours, ablation, other| ours < other && ablation < other,
+        ),
+        judge.count("NM, rounded as in the paper, is 0", 12, |s| {
+            Some(comparison.mean(Measure::Nm, s, ours)?.round() == 0.0)
+        }),
+        judge.bound(&most, Measure::Tcm, |tcm| tcm <= TCM_MOST, false),
+        judge.bound(&least, Measure::Vel, |vel| vel >= VEL_LEAST, false),
+        judge.bound(&longest, Measure::Length, |share| share <= LENGTH_MOST, true),
+        judge.better(Measure::Rmse, "ablation: RMSE", OURS, WITHOUT_CPC),
+        judge.better(Measure::Td, "ablation: TD", OURS, WITHOUT_CNC),
+        judge.whole_table(clock),
+    ]);
     all
 }
 
@@ -68,130 +121,61 @@ struct Judge<'a> {
 
 impl Judge<'_> {
     fn success(&self) -> Criterion {
-        let runs: Vec<_> = self.comparison.all_runs(self.ours).collect();
-        let reached = runs.iter().filter(|row| row.is_reached()).count();
-        let collisions: u32 = runs.iter().map(|row| row.measures.collisions).sum();
-        let found = format!("reached {reached} of {}, {collisions} collisions", runs.len());
-        criterion(
-            "every run reaches the goal, without a collision",
-            reached == runs.len() && collisions == 0,
-            found,
-        )
-    }
-
-    fn comfort(&self) -> Vec<Criterion> {
-        let most = format!("TD at most {:.1} % in each scenario", 100.0 * TD_MOST);
-        vec![
-            self.best("TD is the lowest of all planners", Measure::Td, 12, false),
-            self.bound(&most, Measure::Td, |td| td <= TD_MOST, false),
-            self.best("MD is the highest of all planners", Measure::Md, 12, false),
-            self.best("NT, rounded as in the paper, is the lowest or tied", Measure::Nt, 13, true),
-        ]
-    }
-
-    fn localisation(&self) -> Vec<Criterion> {
-        let mut all = Vec::new();
-        for (measure, name) in [(Measure::Rmse, "RMSE"), (Measure::Tcm, "TCM")] {
-            for planner in [OURS, WITHOUT_CNC] {
-                for other in BLIND {
-                    all.push(self.better(measure, name, planner, other));
-                }
-            }
-            all.push(self.nowhere_worse(measure, name));
-        }
-        all.push(self.in_order(
-            "RMSE of `curiosity` is nowhere above that of a planner without CPC (the paper: 13 of 13)",
-            Measure::Rmse,
-            13,
-            |ours, _, other| ours <= other,
-        ));
-        all.push(self.in_order(
-            "TCM of `curiosity` and of `cpc-only` is below that of every planner without CPC (the paper: 11 of 13)",
-            Measure::Tcm,
-            11,
-            |ours, ablation, other| ours < other && ablation < other,
-        ));
-        let most = format!("TCM at most {:.0} % in each scenario", 100.0 * TCM_MOST);
-        all.push(self.count("NM, rounded as in the paper, is 0", 12, |s| {
-            Some(self.comparison.mean(Measure::Nm, s, self.ours)?.round() == 0.0)
-        }));
-        all.push(self.bound(&most, Measure::Tcm, |tcm| tcm <= TCM_MOST, false));
-        all
-    }
-
-    fn efficiency(&self) -> Vec<Criterion> {
-        let least = format!("Vel at least {VEL_LEAST} m/s in each scenario");
-        let most = format!("Length at most {LENGTH_MOST} times the shortest planner's in each scenario");
-        vec![
-            self.bound(&least, Measure::Vel, |vel| vel >= VEL_LEAST, false),
-            self.bound(&most, Measure::Length, |share| share <= LENGTH_MOST, true),
-        ]
-    }
-
-    fn ablations(&self) -> Vec<Criterion> {
-        vec![
-            self.better(Measure::Rmse, "ablation: RMSE", OURS, WITHOUT_CPC),
-            self.better(Measure::Td, "ablation: TD", OURS, WITHOUT_CNC),
-        ]
+        let runs = Tally::of(self.comparison.all_runs(self.ours));
+        let is_kept = runs.reached == runs.runs && runs.contacts == 0;
+        let found = format!("reached {} of {}, {} collisions", runs.reached, runs.runs, runs.contacts);
+        Criterion::new("every run reaches the goal, without a collision", Some(is_kept), found)
     }
 
     fn whole_table(&self, clock: Duration) -> Criterion {
-        let promise = format!(
-            "6 planners, 13 scenarios, 10 seeds in at most {} minutes on 2 cores",
-            TIME_MOST.as_secs() / 60
-        );
-        let planners = 0..self.comparison.planners.len();
-        let runs: usize = planners.map(|p| self.comparison.all_runs(p).count()).sum();
+        let minutes = TIME_MOST.as_secs() / 60;
+        let promise = format!("6 planners, 13 scenarios, 10 seeds in at most {minutes} minutes on 2 cores");
+        let runs = self.comparison.count_runs();
         let found = format!("{runs} runs in {:.1} minutes", clock.as_secs_f64() / 60.0);
-        if runs < 6 * SCENARIOS * 10 {
-            not_judged(&promise, found)
-        } else {
-            criterion(&promise, clock <= TIME_MOST, found)
-        }
+        Criterion::new(&promise, (runs >= 6 * SCENARIOS * 10).then_some(clock <= TIME_MOST), found)
     }
 
     /// `holds(scenario)` in at least `of_thirteen` of thirteen scenarios, or all but as many of fewer.
     fn count(&self, promise: &str, of_thirteen: usize, holds: impl Fn(usize) -> Option<bool>) -> Criterion {
         let names = &self.comparison.scenarios;
-        let judged: Vec<(usize, bool)> = (0..names.len()).filter_map(|s| Some((s, holds(s)?))).collect();
+        let judged: Vec<(&str, bool)> =
+            names.iter().enumerate().filter_map(|(s, name)| Some((name.as_str(), holds(s)?))).collect();
         let needed = (judged.len() * of_thirteen).div_ceil(SCENARIOS);
-        let good = judged.iter().filter(|(_, holds)| *holds).count();
-        let not: Vec<&str> =
-            judged.iter().filter(|(_, holds)| !holds).map(|(s, _)| names[*s].as_str()).collect();
+        let not: Vec<&str> = judged.iter().filter(|(_, holds)| !holds).map(|(name, _)| *name).collect();
+        let good = judged.len() - not.len();
         let but = if not.is_empty() { String::new() } else { format!("; not in {}", not.join(", ")) };
         let promise = format!("{promise}, in at least {needed} of {} scenarios", judged.len());
         if judged.is_empty() {
-            return not_judged(&promise, "no runs".into());
+            return Criterion::new(&promise, None, "no runs");
         }
-        criterion(&promise, good >= needed, format!("{good} of {}{but}", judged.len()))
+        Criterion::new(&promise, Some(good >= needed), format!("{good} of {}{but}", judged.len()))
     }
 
-    fn best(&self, promise: &str, measure: Measure, of_thirteen: usize, is_rounded: bool) -> Criterion {
-        let value = |s: usize, p: usize| {
-            self.comparison.mean(measure, s, p).map(|mean| if is_rounded { mean.round() } else { mean })
-        };
+    /// No other planner's mean is better, after `rounded`.
+    fn best(
+        &self,
+        promise: &str,
+        measure: Measure,
+        of_thirteen: usize,
+        rounded: fn(f64) -> f64,
+    ) -> Criterion {
+        let value = |s: usize, p: usize| self.comparison.mean(measure, s, p).map(rounded);
         self.count(promise, of_thirteen, |s| {
             let own = value(s, self.ours)?;
-            let others = (0..self.comparison.planners.len()).filter(|p| *p != self.ours);
-            Some(!others.filter_map(|p| value(s, p)).any(|other| measure.prefers(other, own)))
+            let mut all = (0..self.comparison.planners.len()).filter_map(|p| value(s, p));
+            Some(!all.any(|other| measure.prefers(other, own)))
         })
     }
 
     /// A bound on the mean in each scenario, or on its ratio to the best planner's.
-    fn bound(
-        &self,
-        promise: &str,
-        measure: Measure,
-        holds: impl Fn(f64) -> bool,
-        is_ratio: bool,
-    ) -> Criterion {
+    fn bound(&self, promise: &str, measure: Measure, holds: fn(f64) -> bool, is_ratio: bool) -> Criterion {
         let mut worst: Option<(f64, &str)> = None;
         let mut is_kept = true;
         for (s, name) in self.comparison.scenarios.iter().enumerate() {
             let Some(mut own) = self.comparison.mean(measure, s, self.ours) else { continue };
             if is_ratio {
-                let all =
-                    (0..self.comparison.planners.len()).filter_map(|p| self.comparison.mean(measure, s, p));
+                let planners = 0..self.comparison.planners.len();
+                let all = planners.filter_map(|p| self.comparison.mean(measure, s, p));
                 own /= all.fold(f64::INFINITY, f64::min);
             }
             is_kept &= holds(own);
@@ -200,14 +184,15 @@ impl Judge<'_> {
                 worst = Some((own, name));
             }
         }
-        match worst {
-            None => not_judged(promise, "no runs".into()),
-            Some((value, name)) => {
-                let value =
-                    if is_ratio { format!("{value:.2} times") } else { measure.show_with_unit(value) };
-                criterion(promise, is_kept, format!("worst {value} in {name}"))
-            }
-        }
+        let Some((value, name)) = worst else { return Criterion::new(promise, None, "no runs") };
+        let value = if is_ratio { format!("{value:.2} times") } else { measure.show_with_unit(value) };
+        Criterion::new(promise, Some(is_kept), format!("worst {value} in {name}"))
+    }
+
+    /// The paired test of two planners by their names; none if not both were run.
+    fn paired(&self, measure: Measure, a: &str, b: &str, scenario: Option<usize>) -> Option<Paired> {
+        let (a, b) = (self.comparison.planner(a)?, self.comparison.planner(b)?);
+        self.comparison.paired(measure, a, b, scenario)
     }
 
     /// Better in the pooled paired test.
@@ -215,21 +200,18 @@ impl Judge<'_> {
         let promise = format!(
             "{name} of `{planner}` is better than that of `{other}`, all runs paired, p < {SIGNIFICANT}"
         );
-        let [a, b] = [planner, other].map(|name| self.comparison.planner(name));
-        let paired = a.zip(b).and_then(|(a, b)| self.comparison.paired(measure, a, b, None));
-        let Some(paired) = paired else { return not_judged(&promise, "not both were run".into()) };
+        let Some(paired) = self.paired(measure, planner, other, None) else {
+            return Criterion::new(&promise, None, "not both were run");
+        };
         let sign = if paired.difference > 0.0 { "+" } else { "" };
-        let found = format!(
-            "{sign}{} on average, {}, {} pairs",
-            measure.show_with_unit(paired.difference),
-            shown_p(paired.p),
-            paired.pairs
-        );
+        let difference = measure.show_with_unit(paired.difference);
+        let p = shown_p(paired.p);
+        let found = format!("{sign}{difference} on average, {p}, {} pairs", paired.pairs);
         if paired.pairs < PAIRS_LEAST {
-            return not_judged(&promise, format!("{found}: too few to tell"));
+            return Criterion::new(&promise, None, format!("{found}: too few to tell"));
         }
         let is_better = measure.prefers(paired.difference, 0.0) && paired.p < SIGNIFICANT;
-        criterion(&promise, is_better, found)
+        Criterion::new(&promise, Some(is_better), found)
     }
 
     fn nowhere_worse(&self, measure: Measure, name: &str) -> Criterion {
@@ -238,31 +220,22 @@ impl Judge<'_> {
         );
         let mut tests = 0;
         let mut worse = Vec::new();
-        for planner in [OURS, WITHOUT_CNC] {
-            for other in BLIND {
-                let (Some(a), Some(b)) = (self.comparison.planner(planner), self.comparison.planner(other))
-                else {
-                    continue;
-                };
-                for (s, scenario) in self.comparison.scenarios.iter().enumerate() {
-                    let Some(paired) = self.comparison.paired(measure, a, b, Some(s)) else { continue };
-                    if paired.pairs < PAIRS_LEAST {
-                        continue;
-                    }
-                    tests += 1;
-                    if measure.prefers(0.0, paired.difference) && paired.p < SIGNIFICANT {
-                        worse.push(format!("{planner} than {other} in {scenario}"));
-                    }
+        for (planner, other) in [OURS, WITHOUT_CNC].into_iter().flat_map(|a| BLIND.map(|b| (a, b))) {
+            for (s, scenario) in self.comparison.scenarios.iter().enumerate() {
+                let paired = self.paired(measure, planner, other, Some(s));
+                let Some(paired) = paired.filter(|paired| paired.pairs >= PAIRS_LEAST) else { continue };
+                tests += 1;
+                if measure.prefers(0.0, paired.difference) && paired.p < SIGNIFICANT {
+                    worse.push(format!("{planner} than {other} in {scenario}"));
                 }
             }
         }
-        match (tests, worse.is_empty()) {
-            (0, _) => not_judged(&promise, "too few runs to compare with".into()),
-            (_, true) => criterion(&promise, true, format!("none of {tests}")),
-            (_, false) => {
-                criterion(&promise, false, format!("{} of {tests}: {}", worse.len(), worse.join("; ")))
-            }
-        }
+        let found = match (tests, worse.len()) {
+            (0, _) => return Criterion::new(&promise, None, "too few runs to compare with"),
+            (_, 0) => format!("none of {tests}"),
+            (_, count) => format!("{count} of {tests}: {}", worse.join("; ")),
+        };
+        Criterion::new(&promise, Some(worse.is_empty()), found)
     }
 
     /// `holds(ours, the ablation with CPC, another)` for every planner without CPC.
@@ -271,11 +244,11 @@ impl Judge<'_> {
         promise: &str,
         measure: Measure,
         of_thirteen: usize,
-        holds: impl Fn(f64, f64, f64) -> bool,
+        holds: fn(f64, f64, f64) -> bool,
     ) -> Criterion {
         let others: Vec<usize> = BLIND.iter().filter_map(|name| self.comparison.planner(name)).collect();
         let Some(ablation) = self.comparison.planner(WITHOUT_CNC).filter(|_| !others.is_empty()) else {
-            return not_judged(promise, "planners to compare with were not run".into());
+            return Criterion::new(promise, None, "planners to compare with were not run");
         };
         self.count(promise, of_thirteen, |s| {
             let mean = |planner| self.comparison.mean(measure, s, planner);
@@ -285,18 +258,9 @@ impl Judge<'_> {
     }
 }
 
-/// A p value in words, with as many digits as anybody needs.
+/// A p value in words, with as many digits as a reader needs.
 pub(crate) fn shown_p(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
-}
-
-fn criterion(promise: &str, is_kept: bool, found: String) -> Criterion {
-    let verdict = if is_kept { Verdict::Pass } else { Verdict::Miss };
-    Criterion { promise: promise.to_owned(), verdict, found }
-}
-
-fn not_judged(promise: &str, found: String) -> Criterion {
-    Criterion { promise: promise.to_owned(), verdict: Verdict::NotJudged, found }
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub(crate) struct Paired {
 }
 
 /// How many pairs of planners are in the paper's order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Order {
     pub(crate) agree: usize,
     /// Pairs that the paper tells apart.
@@ -90,6 +90,10 @@ impl<'a> Comparison<'a> {
         (0..self.scenarios.len()).flat_map(move |scenario| self.runs(scenario, planner))
     }
 
+    pub(crate) fn count_runs(&self) -> usize {
+        self.rows.iter().flatten().map(BTreeMap::len).sum()
+    }
+
     /// Nothing where no run has a value.
     pub(crate) fn spread(&self, measure: Measure, scenario: usize, planner: usize) -> Option<&Spread> {
         self.spreads.get(&(measure, scenario, planner))
@@ -131,7 +135,7 @@ impl<'a> Comparison<'a> {
         Some(Paired { pairs: differences.len(), difference, low, high, p })
     }
 
-    /// Whether nobody's mean is better; several may share it.
+    /// Whether no other mean is better; several may share it.
     pub(crate) fn is_best(&self, measure: Measure, scenario: usize, planner: usize) -> bool {
         let Some(own) = self.mean(measure, scenario, planner) else { return false };
         let others = (0..self.planners.len()).filter_map(|other| self.mean(measure, scenario, other));
@@ -146,7 +150,7 @@ impl<'a> Comparison<'a> {
                 Some((theirs.mean, self.mean(measure, scenario, p)?))
             })
             .collect();
-        let mut order = Order { agree: 0, pairs: 0 };
+        let mut order = Order::default();
         for (i, (theirs, ours)) in both.iter().enumerate() {
             for (their_other, our_other) in &both[i + 1..] {
                 if theirs != their_other {

@@ -1,26 +1,24 @@
 //! What a finished bench has found: rows compared, promises judged, traces to draw.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::collections::BTreeSet;
 use std::time::Duration;
 
 use curionav_schemas::{Message, RunResult};
 
 use super::acceptance::{Criterion, criteria};
 use super::comparison::Comparison;
-use super::execution::Missing;
 use super::options::Options;
-use super::plan::{Job, Plan, Scene, traced};
+use super::plan::{Job, Plan, Scene};
 use super::row::Row;
 use super::statistics::mean;
+use super::worker_process::Missing;
 
 /// What a finished bench has found.
 pub(crate) struct Findings<'a> {
     pub(crate) comparison: Comparison<'a>,
     pub(crate) criteria: Vec<Criterion>,
     pub(crate) scenes: &'a [Scene],
-    /// Files of the kept traces, by scenario and planner.
-    pub(crate) traces: BTreeMap<(&'a str, &'a str), &'a Path>,
+    pub(crate) jobs: &'a [Job],
     pub(crate) missing: &'a [Missing],
     /// Digests of the programs that made the rows.
     pub(crate) programs: Vec<String>,
@@ -41,7 +39,7 @@ impl<'a> Findings<'a> {
         workers: usize,
     ) -> Self {
         let planners = plan.planners.iter().map(|p| p.name.clone()).collect();
-        let scenarios = plan.scenes.iter().map(|s| s.name.clone()).collect();
+        let scenarios = plan.scenes.iter().map(|s| s.name().to_owned()).collect();
         let comparison = Comparison::new(planners, scenarios, rows);
         let worked: f64 = rows.iter().map(|row| row.wall_s).sum();
         let clock = Duration::from_secs_f64(worked / workers as f64);
@@ -50,7 +48,7 @@ impl<'a> Findings<'a> {
             criteria: criteria(&comparison, clock),
             comparison,
             scenes: &plan.scenes,
-            traces: traced(jobs),
+            jobs,
             missing,
             programs: programs.into_iter().collect(),
             first_seed: options.first_seed,
@@ -58,10 +56,6 @@ impl<'a> Findings<'a> {
             workers,
             clock,
         }
-    }
-
-    pub(crate) fn runs(&self) -> usize {
-        (0..self.comparison.planners.len()).map(|p| self.comparison.all_runs(p).count()).sum()
     }
 
     /// Mean over a planner's runs.
@@ -72,7 +66,8 @@ impl<'a> Findings<'a> {
 
     /// The kept trace of a planner's run with the first seed; none if that run did not take place.
     pub(crate) fn trace(&self, scenario: &str, planner: &str) -> Option<RunResult> {
-        let bytes = std::fs::read(self.traces.get(&(scenario, planner))?).ok()?;
+        let first = self.jobs.iter().find(|job| job.scenario == scenario && job.planner == planner)?;
+        let bytes = std::fs::read(first.trace.as_ref()?).ok()?;
         RunResult::decode(&bytes, None).ok()
     }
 }

@@ -2,13 +2,6 @@
 
 use super::row::Row;
 
-/// Which way is better.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Better {
-    Lower,
-    Higher,
-}
-
 /// One measure of `curionav run --json`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Measure {
@@ -27,6 +20,21 @@ pub(crate) enum Measure {
 
 use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Tcm, Td, Time, Vel};
 
+/// Keys and labels, in the order of [`Measure::ALL`].
+const NAMES: [(&str, &str); 11] = [
+    ("rmse_m", "RMSE (m)"),
+    ("tcm", "TCM (%)"),
+    ("nm", "NM"),
+    ("td", "TD (%)"),
+    ("md_m", "MD (m)"),
+    ("nt", "NT"),
+    ("vel_mps", "Vel (m/s)"),
+    ("length_m", "Length (m)"),
+    ("time_s", "Time (s)"),
+    ("collisions", "collisions"),
+    ("clearance_min_m", "clearance (m)"),
+];
+
 impl Measure {
     /// All, in the order of the run's JSON.
     pub(crate) const ALL: [Self; 11] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time, Collisions, Clearance];
@@ -35,36 +43,12 @@ impl Measure {
 
     /// Its key in JSON and CSV.
     pub(crate) fn key(self) -> &'static str {
-        match self {
-            Rmse => "rmse_m",
-            Tcm => "tcm",
-            Nm => "nm",
-            Td => "td",
-            Md => "md_m",
-            Nt => "nt",
-            Vel => "vel_mps",
-            Length => "length_m",
-            Time => "time_s",
-            Collisions => "collisions",
-            Clearance => "clearance_min_m",
-        }
+        NAMES[self as usize].0
     }
 
     /// Its name for people, with the unit it is shown in.
     pub(crate) fn label(self) -> &'static str {
-        match self {
-            Rmse => "RMSE (m)",
-            Tcm => "TCM (%)",
-            Nm => "NM",
-            Td => "TD (%)",
-            Md => "MD (m)",
-            Nt => "NT",
-            Vel => "Vel (m/s)",
-            Length => "Length (m)",
-            Time => "Time (s)",
-            Collisions => "collisions",
-            Clearance => "clearance (m)",
-        }
+        NAMES[self as usize].1
     }
 
     /// A stored value as it is shown, with its unit.
@@ -73,19 +57,9 @@ impl Measure {
         format!("{} {unit}", self.show(value)).trim_end().to_owned()
     }
 
-    pub(crate) fn better(self) -> Better {
-        match self {
-            Md | Vel | Clearance => Better::Higher,
-            _ => Better::Lower,
-        }
-    }
-
     /// Whether `a` is better than `b`.
     pub(crate) fn prefers(self, a: f64, b: f64) -> bool {
-        match self.better() {
-            Better::Lower => a < b,
-            Better::Higher => a > b,
-        }
+        if matches!(self, Md | Vel | Clearance) { a > b } else { a < b }
     }
 
     /// Shown value per stored value: fractions are shown in per cent, as the paper does.
@@ -93,14 +67,10 @@ impl Measure {
         if matches!(self, Tcm | Td) { 100.0 } else { 1.0 }
     }
 
-    /// Decimals it is shown with.
-    pub(crate) fn decimals(self) -> usize {
-        if matches!(self, Nm | Nt) { 1 } else { 2 }
-    }
-
     /// A stored value as it is shown, without its unit.
     pub(crate) fn show(self, value: f64) -> String {
-        let text = format!("{:.*}", self.decimals(), value * self.shown_per_unit());
+        let decimals = if matches!(self, Nm | Nt) { 1 } else { 2 };
+        let text = format!("{:.*}", decimals, value * self.shown_per_unit());
         // No "-0.00".
         let is_zero = text.bytes().all(|b| matches!(b, b'-' | b'0' | b'.'));
         if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }

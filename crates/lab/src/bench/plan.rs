@@ -1,16 +1,16 @@
 //! What has to be run: every planner in every scenario with every seed.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
 use curionav_schemas::{Clock, Message, OccupancyGrid};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::published::SCENARIOS;
 use crate::package::{self, Choice, Package};
+use crate::paper::PUBLISHED;
 
 /// One run, as a worker is asked for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ pub(crate) struct Job {
 }
 
 /// A planner to compare.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug)]
 pub(crate) struct Planner {
     /// A built-in profile or a profile file.
     pub(crate) source: String,
@@ -40,22 +40,25 @@ pub(crate) struct Planner {
 }
 
 /// A scenario to compare in, with what pictures need of it.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Scene {
     pub(crate) file: PathBuf,
-    pub(crate) name: String,
-    pub(crate) description: String,
-    pub(crate) people: usize,
+    pub(crate) scenario: Scenario,
     pub(crate) map: OccupancyGrid,
-    pub(crate) start: (f64, f64),
-    pub(crate) goal: (f64, f64),
-    pub(crate) goal_tolerance: f64,
-    pub(crate) robot_radius: f64,
-    pub(crate) person_radius: f64,
     /// `Thr'` of the first planner, m2 + rad2.
     pub(crate) threshold: f64,
     /// [planner] digest of scenario, map, recordings and profile.
     digests: Vec<String>,
+}
+
+impl Scene {
+    pub(crate) fn name(&self) -> &str {
+        &self.scenario.name
+    }
+
+    pub(crate) fn people(&self) -> usize {
+        self.scenario.walkers.len() + self.scenario.recorded.len()
+    }
 }
 
 /// Planners and scenarios, all of them checked: every pair of them can run.
@@ -74,16 +77,11 @@ impl Plan {
             scenes.push(scene(&file, &planners)?);
         }
         // The paper's order, then by name.
-        scenes.sort_by_key(|s| {
-            (SCENARIOS.iter().position(|n| *n == s.name).unwrap_or(usize::MAX), s.name.clone())
-        });
-        if let Some(pair) = scenes.windows(2).find(|pair| pair[0].name == pair[1].name) {
-            bail!(
-                "{} and {} are both called `{}`; results need different names",
-                pair[0].file.display(),
-                pair[1].file.display(),
-                pair[0].name
-            );
+        let place = |name: &str| PUBLISHED.iter().position(|p| p.name == name).unwrap_or(usize::MAX);
+        scenes.sort_by_key(|s| (place(s.name()), s.name().to_owned()));
+        if let Some([a, b]) = scenes.array_windows().find(|[a, b]| a.name() == b.name()) {
+            let (first, second, name) = (a.file.display(), b.file.display(), a.name());
+            bail!("{first} and {second} are both called `{name}`; results need different names");
         }
         Ok(Self { planners, scenes })
     }
@@ -102,7 +100,7 @@ impl Plan {
                         key,
                         scenario_file: scene.file.clone(),
                         planner_source: planner.source.clone(),
-                        scenario: scene.name.clone(),
+                        scenario: scene.name().to_owned(),
                         planner: planner.name.clone(),
                         seed,
                     });
@@ -114,18 +112,11 @@ impl Plan {
 }
 
 fn named_planners(sources: &[String]) -> anyhow::Result<Vec<Planner>> {
-    let all: Vec<String>;
-    let sources = if sources.is_empty() {
-        all = Profile::names().map(String::from).collect();
-        &all
-    } else {
-        sources
-    };
+    let all: Vec<String> = Profile::names().map(String::from).collect();
     let mut planners: Vec<Planner> = Vec::new();
-    for source in sources {
-        let name =
-            Path::new(source).file_stem().map_or_else(|| source.clone(), |s| s.to_string_lossy().into());
-        let name = if Profile::builtin(source).is_some() { source.clone() } else { name };
+    for source in if sources.is_empty() { &all } else { sources } {
+        let stem = Path::new(source).file_stem().filter(|_| Profile::builtin(source).is_none());
+        let name = stem.map_or_else(|| source.clone(), |stem| stem.to_string_lossy().into());
         if planners.iter().any(|p| p.name == name) {
             bail!("--planners: `{name}` is there twice");
         }
@@ -164,19 +155,10 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
         first.get_or_insert((package, prepared));
     }
     let (package, prepared) = first.context("--planners: none is given")?;
-    let Package { scenario, .. } = package;
-    let (start, goal) = (scenario.robot.start, scenario.robot.goal);
     Ok(Scene {
         file: file.to_owned(),
-        name: scenario.name,
-        description: scenario.description,
-        people: scenario.walkers.len() + scenario.recorded.len(),
+        scenario: package.scenario,
         map: prepared.map,
-        start: (start.x, start.y),
-        goal: (goal.x, goal.y),
-        goal_tolerance: scenario.robot.goal_tolerance,
-        robot_radius: scenario.robot.model.radius(),
-        person_radius: scenario.people.radius,
         threshold: prepared.profile.uncertainty.threshold,
         digests,
     })
@@ -184,9 +166,7 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
 
 /// Digest of scenario, map, recordings and profile: of all that decides a run but seed and program.
 pub(crate) fn digest(package: &Package) -> String {
-    let mut sha = Sha256::new();
-    sha.update(package.request.encode());
-    hex(&sha.finalize())
+    hex(&Sha256::digest(package.request.encode()))
 }
 
 /// Digest of a run: that of its package and its seed.
@@ -204,12 +184,4 @@ pub(crate) fn program_digest() -> anyhow::Result<String> {
 /// Bytes in hexadecimal.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// The first of each scenario's and planner's jobs, by their names.
-pub(crate) fn traced(jobs: &[Job]) -> BTreeMap<(&str, &str), &Path> {
-    let traced = jobs
-        .iter()
-        .filter_map(|job| Some(((job.scenario.as_str(), job.planner.as_str()), job.trace.as_deref()?)));
-    traced.collect()
 }

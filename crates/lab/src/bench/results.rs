@@ -1,12 +1,25 @@
-//! `results.csv` and `timings.csv`: one row a run.
+//! The files that a bench writes.
 
+use super::findings::Findings;
 use super::measure::Measure;
+use super::report::report;
 use super::row::Row;
+use super::summary::summary;
 use crate::csv_row::csv_row;
 use curionav_schemas::Outcome;
 
-/// What does not depend on the clock: the same bytes for the same program, scenarios, profiles and seeds.
-pub(super) fn results(rows: &[&Row]) -> String {
+/// Names and contents.
+pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
+    Ok([
+        ("results.csv", results(rows)),
+        ("timings.csv", timings(rows)),
+        ("summary.json", serde_json::to_string_pretty(&summary(bench))? + "\n"),
+        ("report.html", report(bench)?),
+    ])
+}
+
+/// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and seeds.
+fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);
     let mut text =
@@ -22,7 +35,7 @@ pub(super) fn results(rows: &[&Row]) -> String {
 }
 
 /// What does depend on it.
-pub(super) fn timings(rows: &[&Row]) -> String {
+fn timings(rows: &[&Row]) -> String {
     let mut text =
         csv_row(["scenario", "planner", "seed", "real_time_factor", "wall_s", "p50_ms", "p99_ms", "max_ms"]);
     for row in rows {
@@ -49,7 +62,7 @@ fn decimal(value: f64) -> String {
     ((value * 1e9).round() / 1e9).to_string()
 }
 
-pub(super) fn outcome(outcome: Outcome) -> &'static str {
+fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Reached => "reached",
         Outcome::Timeout => "timeout",

@@ -43,7 +43,8 @@ fn cells(bench: &Findings<'_>) -> Vec<Value> {
                 measures.insert(measure.key().into(), value);
             }
             let tally = super::Tally::of(comparison.runs(s, p));
-            cells.push(json!({"scenario": scenario, "planner": planner, "runs": tally, "metrics": measures}));
+            cells
+                .push(json!({"scenario": scenario, "planner": planner, "runs": tally, "measures": measures}));
         }
     }
     cells

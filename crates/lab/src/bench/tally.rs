@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_that_touched_somebody_arrived_but_is_no_success() {
+    fn a_run_with_a_collision_arrived_but_is_no_success() {
         let mut rows = [row("a", "b", 1), row("a", "b", 2), row("a", "b", 3)];
         rows[0].measures.collisions = 3;
         rows[2].outcome = Outcome::Lost;

@@ -1,7 +1,7 @@
 //! A worker process: all services of one robot, kept for many runs so that the fields of a map are made once.
 //!
 //! Standard input takes one job a line, standard output answers one line each: a row, or why there is none. The end
-//! of standard input is the end of the process, so that no worker outlives who started it.
+//! of standard input is the end of the process, so that no worker outlives the process that started it.
 
 use std::time::Instant;
 
@@ -74,10 +74,9 @@ async fn run(
 ) -> Result<Row, Exit> {
     let job: Job = serde_json::from_str(line).map_err(|e| Exit::bad_input(e.into()))?;
     let begin = Instant::now();
-    let choice = Choice { planner: Some(job.planner_source.clone()), seed: Some(job.seed) };
+    let choice = Choice { planner: Some(job.planner_source.clone()), seed: None };
     let mut package =
         package::read(&job.scenario_file, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
-    package.request.seed = None;
     if key(&digest(&package), job.seed) != job.key {
         let changed = "the scenario, a file it names or the profile changed since the start";
         return Err(Exit::bad_input(anyhow::anyhow!("{}: {changed}", job.scenario_file.display())));

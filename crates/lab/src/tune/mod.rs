@@ -7,19 +7,17 @@ mod space;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use curionav_runtime::shutdown::{Shutdown, on_signals};
+use curionav_runtime::exit::{Exit, SUCCESS};
 use sha2::{Digest, Sha256};
 
-use crate::bench::execution::{finish, stopped, workers};
-use crate::bench::journal::Journal;
+use crate::bench::execution::Execution;
 use crate::bench::measure::Measure;
 use crate::bench::plan::{self, Plan};
-use crate::bench::pool::Pool;
 use crate::bench::row::Row;
 use crate::bench::statistics::mean;
 use crate::csv_row::csv_row;
+use crate::out_folder::{folder, write};
 use crate::plural::count;
-use curionav_runtime::exit::{Exit, SUCCESS};
 use search::Trial;
 use space::{Setting, Space};
 
@@ -54,28 +52,10 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
     let space = Space::read(&options.space).map_err(Exit::bad_input)?;
     // Checked before the first run, not after an hour.
     Plan::read(&["curiosity".into()], &options.scenarios).map_err(Exit::bad_input)?;
-    let folder = options.out.join("settings");
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("--out: cannot create {}", folder.display()))
-        .map_err(Exit::bad_input)?;
-    let program = plan::program_digest().map_err(Exit::failed)?;
-    let journal =
-        Journal::open(&options.out.join("journal.jsonl"), &program, false).map_err(Exit::bad_input)?;
-    let pool = Pool { jobs: workers(options.jobs), program };
-    let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
-    let mut runs =
-        Runs { space: &space, options: &options, folder, pool, journal, shutdown, tried: Vec::new() };
-    let found = search(&mut runs).await.map_err(|error| match error.downcast::<Exit>() {
-        Ok(exit) => exit,
-        Err(error) => Exit::failed(error),
-    })?;
-    let profile = profile_text(&space, &found, &options).map_err(Exit::failed)?;
-    for (name, content) in [("best.toml", &profile), ("tune.csv", &runs.table().map_err(Exit::failed)?)] {
-        let path = options.out.join(name);
-        std::fs::write(&path, content)
-            .with_context(|| format!("cannot write {}", path.display()))
-            .map_err(Exit::failed)?;
-    }
+    let folder = folder(&options.out, "settings").map_err(Exit::bad_input)?;
+    let execution = Execution::open(&options.out, options.jobs, false)?;
+    let mut runs = Runs { space: &space, options: &options, folder, execution, tried: Vec::new() };
+    let profile = results(&mut runs).await.map_err(|e| e.downcast::<Exit>().unwrap_or_else(Exit::failed))?;
     #[expect(clippy::print_stdout, reason = "what the command is for")]
     {
         println!("{profile}");
@@ -83,27 +63,32 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// What came of the search.
-struct Found {
-    best: Setting,
-    cost: f64,
-    /// Of the base, with the same seeds.
-    base_cost: f64,
-}
-
-async fn search(runs: &mut Runs<'_>) -> anyhow::Result<Found> {
+/// Searches and writes the results; gives the best setting as a profile.
+async fn results(runs: &mut Runs<'_>) -> anyhow::Result<String> {
     let (space, options) = (runs.space, runs.options);
-    let mut settings = vec![space.base()?];
+    let base = space.base()?;
+    let mut settings = vec![base.clone()];
     settings.extend(space.sample(options.settings, options.search_seed)?);
     let mut best = search::halving(runs, settings, options.repeats).await?;
-    // The base may have been unlucky with few seeds; and who reads the result wants to know what was gained.
-    let base = space.base()?;
-    let cost = runs.costs(std::slice::from_ref(&base), options.repeats).await?[0];
-    if cost <= best.1 {
-        best = (base, cost);
+    // The base may have been unlucky with few seeds; and readers of the result want to know what was gained.
+    let base_cost = runs.costs(std::slice::from_ref(&base), options.repeats).await?[0];
+    if base_cost <= best.1 {
+        best = (base, base_cost);
     }
-    let (best, least) = search::descent(runs, space, best, options.repeats, options.rounds).await?;
-    Ok(Found { best, cost: least, base_cost: cost })
+    let (best, cost) = search::descent(runs, space, best, options.repeats, options.rounds).await?;
+    let last = options.first_seed + u64::from(options.repeats) - 1;
+    let mut profile = format!(
+        "# Found by `curionav tune`: cost {cost:.4}, of the base {base_cost:.4}, over {} with seeds {} to {last}.\n",
+        options.scenarios.join(" "),
+        options.first_seed
+    );
+    for (parameter, value) in space.parameters.iter().zip(space.values(&best)?) {
+        profile += &format!("# {} = {value}\n", parameter.path);
+    }
+    profile += &toml::to_string(&best.profile)?;
+    write(&options.out.join("best.toml"), &profile)?;
+    write(&options.out.join("tune.csv"), &runs.table()?)?;
+    Ok(profile)
 }
 
 /// Runs settings, as planners that differ in their profile files.
@@ -111,9 +96,7 @@ struct Runs<'a> {
     space: &'a Space,
     options: &'a Options,
     folder: PathBuf,
-    pool: Pool,
-    journal: Journal,
-    shutdown: Shutdown,
+    execution: Execution,
     tried: Vec<Tried>,
 }
 
@@ -136,29 +119,21 @@ impl Trial for Runs<'_> {
         sources.dedup();
         let plan = Plan::read(&sources, &self.options.scenarios)?;
         let jobs = plan.jobs(self.options.first_seed, repeats, None);
-        let missing = finish(&self.pool, &mut self.journal, &jobs, &mut self.shutdown)
-            .await
-            .map_err(|error| stopped(error, &self.journal, &jobs, &self.options.out))
-            .map_err(anyhow::Error::new)?;
+        let missing = self.execution.finish(&jobs).await?;
         if let Some(first) = missing.first() {
-            bail!(
-                "{} of {} runs did not take place, the first because: {}",
-                missing.len(),
-                jobs.len(),
-                first.reason
-            );
+            let (lost, all, reason) = (missing.len(), jobs.len(), &first.reason);
+            bail!("{lost} of {all} runs did not take place, the first because: {reason}");
         }
         let mut costs = Vec::new();
         for (setting, source) in settings.iter().zip(&wanted) {
             let own = jobs.iter().filter(|job| job.planner_source == *source);
-            let rows: Vec<Row> = own.filter_map(|job| self.journal.row(&job.key)).cloned().collect();
+            let rows: Vec<Row> = own.filter_map(|job| self.execution.row(job)).cloned().collect();
             let each: Vec<f64> = rows.iter().map(|row| self.space.objective.cost(row)).collect();
             let cost = mean(&each).context("a setting without runs")?;
             costs.push(cost);
-            if self.tried.iter().any(|t| t.repeats == repeats && t.setting.profile == setting.profile) {
-                continue;
+            if !self.tried.iter().any(|t| t.repeats == repeats && t.setting.profile == setting.profile) {
+                self.tried.push(Tried { setting: setting.clone(), repeats, cost, rows });
             }
-            self.tried.push(Tried { setting: setting.clone(), repeats, cost, rows });
         }
         let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
         let what = count(settings.len(), "setting");
@@ -193,22 +168,7 @@ fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
     let text = toml::to_string(&setting.profile)?;
     let path = folder.join(format!("{}.toml", &plan::hex(&Sha256::digest(&text))[..16]));
     if !path.is_file() {
-        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        write(&path, &text)?;
     }
     Ok(path)
-}
-
-fn profile_text(space: &Space, found: &Found, options: &Options) -> anyhow::Result<String> {
-    let last = options.first_seed + u64::from(options.repeats) - 1;
-    let mut text = format!(
-        "# Found by `curionav tune`: cost {:.4}, of the base {:.4}, over {} with seeds {} to {last}.\n",
-        found.cost,
-        found.base_cost,
-        options.scenarios.join(" "),
-        options.first_seed
-    );
-    for (parameter, value) in space.parameters.iter().zip(space.values(&found.best)?) {
-        text += &format!("# {} = {value}\n", parameter.path);
-    }
-    Ok(text + &toml::to_string(&found.best.profile)?)
 }

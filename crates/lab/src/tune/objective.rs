@@ -11,10 +11,10 @@ use crate::bench::row::Row;
 pub(crate) struct Objective {
     /// Of the share of time closer to people than comfortable: 4 % cost 1, the most the paper's planner needed.
     pub(crate) td: f64,
-    /// Of the least distance to anyone, per metre short of [`MD_ENOUGH`].
+    /// Of the least distance to a person, per metre short of [`MD_ENOUGH`].
     pub(crate) md_m: f64,
-    /// Of the least gap to anything, walls included, per metre short of [`GAP_ENOUGH`]: who keeps away from people must
-    /// not scrape along walls instead.
+    /// Of the least gap to anything, walls included, per metre short of [`GAP_ENOUGH`]: a robot that keeps away from
+    /// people must not scrape along walls instead.
     pub(crate) gap_m: f64,
     /// Of the localisation error, per metre: 0.25 m cost 1, the paper's mean.
     pub(crate) rmse_m: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Objective {
     pub(crate) collision: f64,
 }
 
-/// Beyond it nobody minds: where public space begins (Hall, 1966), metres.
+/// Beyond it people do not mind: where public space begins (Hall, 1966), metres.
 const MD_ENOUGH: f64 = 3.6;
 
 /// A robot's radius: beyond it a wall is no matter, metres.
@@ -81,7 +81,7 @@ mod tests {
         let expected = 25.0 * 0.02 + 2.3 / 3.0 + 4.0 * 0.12 + 12.0 * 0.05 + 19.1 / 40.0 + 25.0 / 45.0;
         let objective = Objective::default();
         assert!((objective.cost(&run) - expected).abs() < 1e-12);
-        // Distance beyond 3.6 m, or nobody there, is worth no more than 3.6 m.
+        // Distance beyond 3.6 m, or no person there, is worth no more than 3.6 m.
         run.measures.md_m = Some(5.0);
         let far = objective.cost(&run);
         assert!((far - (expected - 2.3 / 3.0)).abs() < 1e-12);

@@ -9,6 +9,7 @@ use curionav_runtime::config::describe_toml_error;
 use serde::Deserialize;
 
 use super::objective::Objective;
+use crate::package::read_profile;
 
 /// Most parameters: beyond, a search with some hundred settings finds nothing.
 const PARAMETERS_MOST: usize = 16;
@@ -155,14 +156,10 @@ fn radical_inverse(mut index: u32, base: u32) -> f64 {
     value
 }
 
+/// A built-in profile, or a file beside the space's.
 fn base(name: &str, folder: &Path) -> anyhow::Result<Profile> {
-    if let Some(profile) = Profile::builtin(name) {
-        return Ok(profile);
-    }
-    let path = folder.join(name);
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("`{name}` is not built in, and {} cannot be read", path.display()))?;
-    Profile::from_toml(&text).with_context(|| path.display().to_string())
+    let beside = || folder.join(name).to_string_lossy().into_owned();
+    read_profile(&Profile::builtin(name).map_or_else(beside, |_| name.to_owned()))
 }
 
 fn parameter(entry: ParameterEntry, profile: &toml::Table) -> anyhow::Result<Parameter> {

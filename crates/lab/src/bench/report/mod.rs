@@ -1,43 +1,192 @@
-//! `report.html`: one file that needs nothing else, on screen and on paper.
+//! `report.html`: one file that needs nothing else, on screen and on paper. `templates/report.html` is how it looks.
 
-mod figures;
-mod html;
-mod order;
-mod overview;
-mod published_tables;
-mod spreads;
-mod tests_table;
+use askama::Template;
+use curionav_picture::{Course, Site, comparison_svg, planner_colour};
+use curionav_schemas::RunResult;
 
+use super::acceptance::{SIGNIFICANT, Verdict, shown_p};
+use super::comparison::Order;
 use super::findings::Findings;
+use super::measure::Measure;
+use super::published::{SLIPS, published};
+use super::tally::Tally;
 use crate::plural::count;
 
+/// What the template asks for. It hands over every argument by reference.
+#[derive(Template)]
+#[template(path = "report.html")]
+struct Page<'a> {
+    bench: &'a Findings<'a>,
+    title: String,
+}
+
 /// The page.
-pub(super) fn report(bench: &Findings<'_>) -> String {
+pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
     let title = format!(
         "{} in {}: {} runs",
         count(bench.comparison.planners.len(), "planner"),
         count(bench.comparison.scenarios.len(), "scenario"),
-        bench.runs()
+        bench.comparison.count_runs()
     );
-    let body = [
-        overview::heading(bench, &title),
-        overview::acceptance(bench),
-        overview::outcomes(bench),
-        published_tables::tables(bench),
-        tests_table::tests(bench),
-        order::order(bench),
-        figures::figures(bench),
-        spreads::spreads(bench),
-    ]
-    .concat();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>curionav bench: {}</title>\n<style>\n{}{}\n</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
-        html::escaped(&title),
-        include_str!("style.css"),
-        curionav_picture::style_sheet(),
-    )
+    Ok(Page { bench, title }.render()?)
+}
+
+impl Page<'_> {
+    fn seeds(&self) -> String {
+        let (first, last) =
+            (self.bench.first_seed, self.bench.first_seed + u64::from(self.bench.repeats) - 1);
+        if first == last { format!("seed {first}") } else { format!("seeds {first} to {last}") }
+    }
+
+    fn planners(&self) -> std::ops::Range<usize> {
+        0..self.bench.comparison.planners.len()
+    }
+
+    fn scenarios(&self) -> impl Iterator<Item = (usize, &String)> {
+        self.bench.comparison.scenarios.iter().enumerate()
+    }
+
+    fn name(&self, planner: &usize) -> &str {
+        &self.bench.comparison.planners[*planner]
+    }
+
+    fn colour(&self, planner: &usize) -> &'static str {
+        planner_colour(self.name(planner), *planner)
+    }
+
+    fn count(&self, verdict: Verdict) -> usize {
+        self.bench.criteria.iter().filter(|c| c.verdict == verdict).count()
+    }
+
+    fn tally(&self, planner: &usize) -> Tally {
+        Tally::of(self.bench.comparison.all_runs(*planner))
+    }
+
+    fn real_time_factor(&self, planner: &usize) -> String {
+        self.bench.real_time_factor(*planner).map_or_else(String::new, |factor| format!("{factor:.1}"))
+    }
+
+    fn workers(&self) -> String {
+        count(self.bench.workers, "run")
+    }
+
+    fn minutes(&self) -> String {
+        format!("{:.1}", self.bench.clock.as_secs_f64() / 60.0)
+    }
+
+    fn is_best(&self, measure: &Measure, scenario: &usize, planner: &usize) -> bool {
+        self.bench.comparison.is_best(*measure, *scenario, *planner)
+    }
+
+    /// Mean and standard deviation.
+    fn own(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
+        let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
+        let sd = if own.runs > 1 { format!("\u{b1}{}", measure.show(own.sd)) } else { String::new() };
+        Some((measure.show(own.mean), sd))
+    }
+
+    /// Mean and interval.
+    fn mean(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
+        let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
+        Some((measure.show(own.mean), interval(*measure, own.low, own.high)))
+    }
+
+    /// What the paper prints, and the mark of a slip.
+    fn theirs(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, Option<char>)> {
+        let theirs = published(*measure, self.name(planner), &self.bench.comparison.scenarios[*scenario])?;
+        let is_whole = matches!(measure, Measure::Nm | Measure::Nt);
+        let mean = if is_whole { theirs.mean.to_string() } else { measure.show(theirs.mean) };
+        let sd = theirs.sd.map_or_else(String::new, |sd| format!("\u{b1}{}", measure.show(sd)));
+        Some((mean + &sd, theirs.slip))
+    }
+
+    /// A planner against the first one: class of the cell, difference, its interval, and the test.
+    fn paired(&self, measure: &Measure, planner: &usize) -> Option<(&'static str, String, String, String)> {
+        let paired = self.bench.comparison.paired(*measure, *planner, 0, None)?;
+        let verdict = match (paired.p < SIGNIFICANT, measure.prefers(0.0, paired.difference)) {
+            (false, _) => "",
+            (true, true) => "pass",
+            (true, false) => "miss",
+        };
+        let test = format!("{}, n = {}", shown_p(paired.p), paired.pairs);
+        Some((verdict, measure.show(paired.difference), interval(*measure, paired.low, paired.high), test))
+    }
+
+    /// The paper's tables: title, measures, and what to know when reading.
+    fn tables(&self) -> impl Iterator<Item = (&str, &[Measure], &str)> {
+        const TABLES: [(&str, &str); 3] = [
+            (
+                "Table III: localisation",
+                "TCM is a share of the run: one that ends only with its time has a small share before convergence.",
+            ),
+            (
+                "Table IV: human awareness",
+                "The paper's text calls its CNC worse than its CPC; for TD that holds in 9 of its 13 scenarios.",
+            ),
+            ("Table V: efficiency", "Length and Time here: of the runs that reached the goal."),
+        ];
+        TABLES
+            .iter()
+            .zip(Measure::PAPER.chunks(3))
+            .map(|((title, remark), measures)| (*title, measures, *remark))
+    }
+
+    /// The marks that are shown in a table, and what they mean.
+    fn slips(&self, measures: &[Measure]) -> Vec<(char, &'static str)> {
+        let cells = self.scenarios().flat_map(|(s, _)| self.planners().map(move |p| (s, p)));
+        let shown: Vec<char> =
+            cells.flat_map(|(s, p)| measures.iter().filter_map(move |m| self.theirs(m, &s, &p)?.1)).collect();
+        SLIPS.into_iter().filter(|(mark, _)| shown.contains(mark)).collect()
+    }
+
+    fn order(&self, measure: &Measure, scenario: &usize) -> Order {
+        self.bench.comparison.order(*measure, *scenario)
+    }
+
+    /// How many pairs are in the paper's order over all scenarios, measure by measure.
+    fn totals(&self) -> [Order; Measure::PAPER.len()] {
+        Measure::PAPER.map(|m| {
+            let orders = self.scenarios().map(|(s, _)| self.order(&m, &s));
+            orders.fold(Order::default(), |a, b| Order { agree: a.agree + b.agree, pairs: a.pairs + b.pairs })
+        })
+    }
+
+    fn has_order(&self) -> bool {
+        self.totals().iter().any(|order| order.pairs > 0)
+    }
+
+    /// A scenario's ways, uncertainty and speed.
+    fn figure(&self, s: &usize) -> String {
+        let scene = &self.bench.scenes[*s];
+        let robot = &scene.scenario.robot;
+        let comparison = &self.bench.comparison;
+        let site = Site {
+            id: &format!("floor-{s}"),
+            map: &scene.map,
+            start: (robot.start.x, robot.start.y),
+            goal: (robot.goal.x, robot.goal.y),
+            goal_tolerance: robot.goal_tolerance,
+            robot_radius: robot.model.radius(),
+            person_radius: scene.scenario.people.radius,
+            threshold: scene.threshold,
+        };
+        let shown: Vec<Option<RunResult>> = comparison
+            .planners
+            .iter()
+            .map(|planner| self.bench.trace(&scene.scenario.name, planner))
+            .collect();
+        let course = |p: usize| Course {
+            name: self.name(&p),
+            colour: self.colour(&p),
+            ways: comparison.runs(*s, p).map(|row| row.way.iter().map(|[x, y]| (*x, *y)).collect()).collect(),
+            shown: shown[p].as_ref(),
+        };
+        comparison_svg(&site, &self.planners().map(course).collect::<Vec<_>>())
+    }
+}
+
+fn interval(measure: Measure, low: f64, high: f64) -> String {
+    format!("[{}, {}]", measure.show(low), measure.show(high))
 }
 
 #[cfg(test)]
