@@ -216,7 +216,8 @@ impl Judge<'_> {
 
     fn nowhere_worse(&self, measure: Measure, name: &str) -> Criterion {
         let promise = format!(
-            "{name} of `{OURS}` and `{WITHOUT_CNC}` is significantly worse than that of a planner without CPC nowhere (p < {SIGNIFICANT} in a scenario)"
+            "{name} of `{OURS}` and `{WITHOUT_CNC}` is significantly worse than that of a planner without CPC nowhere \
+             (p < {SIGNIFICANT} in a scenario)"
         );
         let mut tests = 0;
         let mut worse = Vec::new();

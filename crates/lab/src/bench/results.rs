@@ -18,7 +18,8 @@ pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'s
     ])
 }
 
-/// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and seeds.
+/// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and
+/// seeds.
 fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);

@@ -28,7 +28,8 @@ pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
         count(bench.comparison.scenarios.len(), "scenario"),
         bench.comparison.count_runs()
     );
-    Ok(Page { bench, title }.render()?)
+    // The engine drops the last line break of a template.
+    Ok(Page { bench, title }.render()? + "\n")
 }
 
 impl Page<'_> {

@@ -30,6 +30,7 @@ fn the_page_needs_nothing_else_and_marks_the_papers_slips() {
     assert!(!page.contains("<script") && !page.contains("<link") && !page.contains("src="));
     // 35.00 m of the paper cannot be.
     assert!(page.contains("35.00\u{b1}0.96<sup>a</sup>") && page.contains("above the robot's top speed"));
+    assert!(page.starts_with("<!DOCTYPE html>\n") && page.ends_with("</html>\n"));
     assert!(page.contains("Table V") && page.contains("seeds 1 to 10") && page.contains("30 runs"));
     for tag in ["table", "tr", "td", "th", "p", "h2"] {
         let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
