@@ -37,8 +37,8 @@ Both tables are at the end of this page.
 /// If defaults cannot be written as TOML, which a test would show.
 pub fn scenario_reference() -> anyhow::Result<String> {
     let scenario = Scenario::reference().map_err(|e| anyhow::anyhow!("{e}"))?;
-    let localizer = reference(LocalizerParams::fields(), &Table::try_from(LocalizerParams::default())?);
-    let profile = reference(Profile::fields(), &Table::try_from(Profile::default())?);
+    let localizer = reference(LocalizerParams::FIELDS, &Table::try_from(LocalizerParams::default())?);
+    let profile = reference(Profile::FIELDS, &Table::try_from(Profile::default())?);
     Ok(format!(
         "{HEAD}{scenario}\n## The table `[localizer]`\n\n{localizer}\n## The table `[profile]`\n\n{profile}"
     ))

@@ -1,13 +1,10 @@
 //! Parameters of the localiser.
 
 use curionav_planning::parameters;
-use curionav_planning::parameters::FieldError;
-use serde::{Deserialize, Serialize};
+use curionav_planning::parameters::{FieldError, Range};
 
 parameters! {
     /// How the beams of one scan are combined into a particle's weight.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-    #[serde(rename_all = "lowercase")]
     pub enum LaserLikelihood {
         /// ROS `likelihood_field`: the factor 1 + sum of cubes. Blunt and not a probability; kept for
         /// comparison.
@@ -19,165 +16,128 @@ parameters! {
 
 parameters! {
     /// Everything the filter can be told. The defaults follow ROS 1 `amcl` where nothing else is said.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
     pub struct LocalizerParams {
         /// Least number of particles. ROS has 100; 300 keep the sampling error of a variance near 8 %.
-        #[field(1.0, 100_000.0, "particles", "each takes part in every update")]
-        pub particles_min: usize = 300,
+        pub particles_min: usize [1.0, 100_000.0, "particles", "each takes part in every update"] = 300,
         /// Greatest number of particles, and the number at the start. Bounds memory and the time of one update.
-        #[field(1.0, 100_000.0, "particles", "each takes memory and takes part in every update")]
-        pub particles_max: usize = 5000,
+        pub particles_max: usize [
+            1.0, 100_000.0, "particles", "each takes memory and takes part in every update"
+        ] = 5000,
         /// KLD-sampling's bound on the Kullback-Leibler distance to the true belief, dimensionless. Nav2's 0.05.
-        #[field(1e-4, 10.0, "", "the number of particles grows with its reciprocal")]
-        pub kld_err: f64 = 0.05,
+        pub kld_err: f64 [1e-4, 10.0, "", "the number of particles grows with its reciprocal"] = 0.05,
         /// Upper quantile of the standard normal for the probability that the bound holds: 2.326 for 0.99.
         /// (ROS takes 0.99 itself for the quantile, which is a probability of 0.84.)
-        #[field(0.0, 10.0, "standard deviations", "ten are certainty")]
-        pub kld_z: f64 = 2.326_347_874_040_841,
+        pub kld_z: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 2.326_347_874_040_841,
         /// Side of a histogram bin, metres.
-        #[field(0.001, 100.0, "m", "every particle has its own bin below, all have one above")]
-        pub bin_position: f64 = 0.5,
+        pub bin_position: f64 [0.001, 100.0, "m", "every particle has its own bin below, all have one above"] = 0.5,
         /// Width of a histogram bin, radians.
-        #[field(0.001, 1.6, "rad", "every particle has its own bin below, and a turn has four at least")]
-        pub bin_heading: f64 = 10.0_f64.to_radians(),
+        pub bin_heading: f64 [
+            0.001, 1.6, "rad", "every particle has its own bin below, and a turn has four at least"
+        ] = 10.0_f64.to_radians(),
         /// Distance travelled that calls for a filter update, metres.
-        #[field(1e-6, 100.0, "m", "a filter that updates more rarely does not localise")]
-        pub update_min_d: f64 = 0.2,
+        pub update_min_d: f64 [1e-6, 100.0, "m", "a filter that updates more rarely does not localise"] = 0.2,
         /// Angle turned that calls for a filter update, radians.
-        #[field(1e-6, 100.0, "rad", "a filter that updates more rarely does not localise")]
-        pub update_min_a: f64 = std::f64::consts::PI / 6.0,
+        pub update_min_a: f64 [
+            1e-6, 100.0, "rad", "a filter that updates more rarely does not localise"
+        ] = std::f64::consts::PI / 6.0,
         /// Longest time between filter updates, moving or not, seconds (D7).
-        #[field(0.001, 1000.0, "s", "a filter that updates more rarely does not localise")]
-        pub update_max_interval: f64 = 1.0,
+        pub update_max_interval: f64 [
+            0.001, 1000.0, "s", "a filter that updates more rarely does not localise"
+        ] = 1.0,
         /// Resample when the effective sample size is below this share of the particles. ROS resamples at
         /// every second update regardless, which throws variety away when the weights are even.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub resample_ess: f64 = 0.5,
+        pub resample_ess: f64 [in Range::SHARE] = 0.5,
         /// Resampling happens at most at every n-th filter update.
-        #[field(1.0, 1e6, "updates", "a filter that resamples more rarely does not")]
-        pub resample_interval: u32 = 1,
+        pub resample_interval: u32 [1.0, 1e6, "updates", "a filter that resamples more rarely does not"] = 1,
         /// Standard deviation added to every resampled copy's position, metres, so that copies of one particle
         /// do not stay one hypothesis (roughening, Gordon et al. 1993).
-        #[field(0.0, 10.0, "m", "more throws away what scans have told")]
-        pub roughening_position: f64 = 0.005,
+        pub roughening_position: f64 [0.0, 10.0, "m", "more throws away what scans have told"] = 0.005,
         /// The same for the heading, radians.
-        #[field(0.0, 10.0, "rad", "more throws away what scans have told")]
-        pub roughening_heading: f64 = 0.002,
+        pub roughening_heading: f64 [0.0, 10.0, "rad", "more throws away what scans have told"] = 0.002,
         /// Number of beams used, evenly spaced over the scan; the offset moves on at each update.
-        #[field(1.0, 400.0, "beams", "each is looked up for every particle")]
-        pub beams: usize = 30,
+        pub beams: usize [1.0, 400.0, "beams", "each is looked up for every particle"] = 30,
         /// How beams are combined.
-        #[field(words)]
-        pub model: LaserLikelihood = LaserLikelihood::Prob,
+        pub model: LaserLikelihood [words] = LaserLikelihood::Prob,
         /// Standard deviation of a beam's end around the mapped obstacle, metres. Far above a range's own noise:
         /// it also stands for the map's errors, and a wide peak is what few particles can find. On a map as
         /// good as the laser 0.05 with `temper` 0.2 errs a third less in a crowd.
-        #[field(
-            0.001, 10.0, "m",
-            "no laser is better than a millimetre, and beyond 10 m a range says nothing"
-        )]
-        pub sigma_hit: f64 = 0.2,
+        pub sigma_hit: f64 [
+            0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"
+        ] = 0.2,
         /// Share of beams that end on mapped obstacles.
-        #[field(1e-6, 1.0, "", "it is a share, and at none no scan says anything")]
-        pub z_hit: f64 = 0.95,
+        pub z_hit: f64 [1e-6, 1.0, "", "it is a share, and at none no scan says anything"] = 0.95,
         /// Share of beams that end anywhere.
-        #[field(1e-6, 1.0, "", "it is a share, and at none one stray beam rules a pose out")]
-        pub z_rand: f64 = 0.05,
+        pub z_rand: f64 [1e-6, 1.0, "", "it is a share, and at none one stray beam rules a pose out"] = 0.05,
         /// Distance to an obstacle beyond which all distances are alike, and that of ends off the map, metres.
-        #[field(0.01, 100.0, "m", "the field of distances ends there")]
-        pub max_distance: f64 = 2.0,
+        pub max_distance: f64 [0.01, 100.0, "m", "the field of distances ends there"] = 2.0,
         /// A pose agrees with a beam whose end lies within this distance of a mapped obstacle, metres. Used
         /// for skipping beams and for the scan's fit.
-        #[field(0.0, 100.0, "m", "farther away nothing agrees")]
-        pub agreement_distance: f64 = 0.3,
+        pub agreement_distance: f64 [0.0, 100.0, "m", "farther away nothing agrees"] = 0.3,
         /// What is seen at most this wide may be a person, metres: the width of one with arms and bags.
-        #[field(0.0, 10.0, "m", "no person is wider")]
-        pub person_width: f64 = 0.8,
+        pub person_width: f64 [0.0, 10.0, "m", "no person is wider"] = 0.8,
         /// How likely a narrow thing is a person, against one that the map shows where it should be: the odds
         /// of meeting people (1 in a crowd) by the density of ranges to them (1 / `range_max`) over that of
         /// ranges to mapped surfaces (1 / (sigma_hit sqrt(2 pi))), which is 0.1 (prob model).
-        #[field(1e-9, 1.0, "", "at none one person in the way rules a pose out")]
-        pub person_likelihood: f64 = 0.1,
+        pub person_likelihood: f64 [1e-9, 1.0, "", "at none one person in the way rules a pose out"] = 0.1,
         /// Likelihood of a beam that gets through what the map shows as an obstacle, against one that need not:
         /// the map or the pose is a little wrong, or glass. Used while the belief is ambiguous (prob model).
-        #[field(1e-9, 1.0, "", "at none one beam through glass rules a pose out")]
-        pub through_likelihood: f64 = 0.05,
+        pub through_likelihood: f64 [1e-9, 1.0, "", "at none one beam through glass rules a pose out"] = 0.05,
         /// Exponent of a scan's likelihood. Beams and successive scans share the errors of map and model,
         /// so their plain product is not what a scan is worth. Chosen so that the mean normalised
         /// estimation error squared (3 for an honest filter) of simulated drives on a real map is near 2
         /// without people and 3.4 with four beams in ten blocked (D9); at 1 the latter is 4.2. It belongs to
         /// `sigma_hit` and `beams`: what counts is `beams * temper / sigma_hit^2`.
-        #[field(1e-6, 10.0, "", "at none scans say nothing, and beyond 10 they say what they do not know")]
-        pub temper: f64 = 0.6,
+        pub temper: f64 [
+            1e-6, 10.0, "", "at none scans say nothing, and beyond 10 they say what they do not know"
+        ] = 0.6,
         /// Scans from one place repeat the same errors, so together they are worth one scan: what is left of
         /// `temper` there is used up by each of them and restored by motion. Each is worth at least this
         /// share, so that a robot at rest still sees people walk off.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub rest_temper: f64 = 0.02,
+        pub rest_temper: f64 [in Range::SHARE] = 0.02,
         /// The exponent is lowered further where the effective sample size would fall below this share of
         /// the particles, so that a sharp scan cannot leave a broad belief with one particle.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub temper_ess: f64 = 0.1,
+        pub temper_ess: f64 [in Range::SHARE] = 0.1,
         /// Decay rate per update of the long-term mean of the scan's fit (augmented MCL).
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub recovery_alpha_slow: f64 = 0.001,
+        pub recovery_alpha_slow: f64 [in Range::SHARE] = 0.001,
         /// Decay rate per update of the short-term mean.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub recovery_alpha_fast: f64 = 0.1,
+        pub recovery_alpha_fast: f64 [in Range::SHARE] = 0.1,
         /// Random poses are a share `1 - gain * fast / slow` of the particles: with 1.1, none while the
         /// short-term fit is above 91 % of the long-term one.
-        #[field(0.0, 100.0, "", "beyond, doubt never raises random poses")]
-        pub recovery_gain: f64 = 1.1,
+        pub recovery_gain: f64 [0.0, 100.0, "", "beyond, doubt never raises random poses"] = 1.1,
         /// Greatest share of random poses.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub recovery_share_max: f64 = 0.3,
+        pub recovery_share_max: f64 [in Range::SHARE] = 0.3,
         /// Scans of which less than this share of the beams tells people from walls neither raise nor settle a
         /// doubt.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub recovery_evidence_min: f64 = 0.1,
+        pub recovery_evidence_min: f64 [in Range::SHARE] = 0.1,
         /// The estimate must have been in doubt for this many seconds ...
-        #[field(0.0, 1e6, "s", "no run lasts longer")]
-        pub recovery_local_seconds: f64 = 2.0,
+        pub recovery_local_seconds: f64 [0.0, 1e6, "s", "no run lasts longer"] = 2.0,
         /// ... and this many metres travelled before poses around it are drawn,
-        #[field(0.0, 1e6, "m", "no robot drives farther in a run")]
-        pub recovery_local_metres: f64 = 1.0,
+        pub recovery_local_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 1.0,
         /// and this many seconds ...
-        #[field(0.0, 1e6, "s", "no run lasts longer")]
-        pub recovery_global_seconds: f64 = 10.0,
+        pub recovery_global_seconds: f64 [0.0, 1e6, "s", "no run lasts longer"] = 10.0,
         /// ... and metres before poses all over the map are. People stand in the way far more often than
         /// a person carries the robot.
-        #[field(0.0, 1e6, "m", "no robot drives farther in a run")]
-        pub recovery_global_metres: f64 = 5.0,
+        pub recovery_global_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 5.0,
         /// A cluster that is not within reach of the estimate becomes the estimate after it has been the
         /// heaviest for this many scans ...
-        #[field(0.0, 1e6, "scans", "no run has more")]
-        pub takeover_scans: u32 = 4,
+        pub takeover_scans: u32 [0.0, 1e6, "scans", "no run has more"] = 4,
         /// ... and this many metres travelled.
-        #[field(0.0, 1e6, "m", "no robot drives farther in a run")]
-        pub takeover_metres: f64 = 1.0,
+        pub takeover_metres: f64 [0.0, 1e6, "m", "no robot drives farther in a run"] = 1.0,
         /// Least number of particles while random poses are drawn.
-        #[field(1.0, 100_000.0, "particles", "each takes part in every update")]
-        pub recovery_particles: usize = 1000,
+        pub recovery_particles: usize [1.0, 100_000.0, "particles", "each takes part in every update"] = 1000,
         /// Each random pose is the best of this many by its fit to the scan (sensor resetting).
-        #[field(1.0, 1000.0, "poses", "each is compared with the whole scan")]
-        pub recovery_tournament: u32 = 32,
+        pub recovery_tournament: u32 [1.0, 1000.0, "poses", "each is compared with the whole scan"] = 32,
         /// Both means start at least here: a start at the wrong place must not pass for normal, and a broad
         /// one has a few scans' time to converge.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub recovery_expected_fit: f64 = 0.8,
+        pub recovery_expected_fit: f64 [in Range::SHARE] = 0.8,
         /// Standard deviation of position at the start on each axis, metres.
-        #[field(0.0, 100.0, "m", "a filter spread wider has nothing to start from")]
-        pub start_sigma_position: f64 = 0.5,
+        pub start_sigma_position: f64 [0.0, 100.0, "m", "a filter spread wider has nothing to start from"] = 0.5,
         /// Standard deviation of heading at the start, radians.
-        #[field(0.0, 10.0, "rad", "a turn is all there is")]
-        pub start_sigma_heading: f64 = std::f64::consts::PI / 12.0,
+        pub start_sigma_heading: f64 [0.0, 10.0, "rad", "a turn is all there is"] = std::f64::consts::PI / 12.0,
         /// The belief has converged when its worst position deviation is at most this, metres ...
-        #[field(0.0, 100.0, "m", "more is no convergence")]
-        pub converged_sigma: f64 = 0.3,
+        pub converged_sigma: f64 [0.0, 100.0, "m", "more is no convergence"] = 0.3,
         /// ... and at most this share of the weight lies outside the heaviest cluster.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub converged_outside: f64 = 0.1,
+        pub converged_outside: f64 [in Range::SHARE] = 0.1,
     } check Self::bounds_agree
 }
 

@@ -42,6 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Generate.
     let input = GenerationInput {
+        params: &profile.generation_params(),
         map: &map,
         goal: task.goal,
         geodesic: &geodesic,
@@ -49,8 +50,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene: &scene,
         forecast: profile.forecast,
         previous: None,
+        seed: 1,
     };
-    let (generated, _) = generator.generate(profile.generation_params(), &input, None, 1, &|| false);
+    let (generated, _) = generator.generate(&input, None, &|| false);
     let candidates = generated.candidates;
 
     // Evaluate.
@@ -65,9 +67,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Context { profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal };
     let verdict = arbitrate(&context, &candidates, &scores, None);
     let index = verdict.chosen.ok_or("nothing can be followed")?;
-    println!("{} candidates; number {index} is taken because: {}", candidates.len(), verdict.decision.reason);
+    println!(
+        "{} candidates; number {index} is taken because: {:?}",
+        candidates.len(),
+        verdict.decision.reason
+    );
     for term in &verdict.totals.terms {
-        println!("  {:<9} {:>6.3}", term.metric, term.cost[index].ok_or("not scored")?);
+        println!("  {:<9} {:>6.3}", term.term, term.cost[index].ok_or("not scored")?);
     }
     println!("   after   x     y   speed");
     let trajectory = &verdict.decision.trajectory;

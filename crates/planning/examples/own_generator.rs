@@ -7,8 +7,7 @@
 use std::sync::Arc;
 
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::collision::CollisionChecker;
-use curionav_planning::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
+use curionav_planning::generation::{Generated, GenerationInput, GeneratorKind, Tree};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::step;
 use curionav_planning::nalgebra::Matrix3;
@@ -18,55 +17,42 @@ use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::states::States;
 use curionav_planning::terms::{DerivedFields, Task};
 
+/// How many arcs there are.
+const ARCS: u32 = 21;
+
+/// Entered into the registry, `crates/planning/src/generation/registry.rs`, profiles can name it.
+const FAN: GeneratorKind = GeneratorKind {
+    name: "fan",
+    iterations: |params| &mut params.tree.iterations,
+    max_candidates: |_| ARCS,
+    grow: fan,
+};
+
 /// Arcs of equal speed, turning from full left to full right.
-struct FanGenerator {
-    params: GenerationParams,
-    arcs: u32,
-}
-
-impl Generator for FanGenerator {
-    fn name(&self) -> &'static str {
-        "fan"
-    }
-
-    fn generate(
-        &self,
-        input: &GenerationInput<'_>,
-        _tree: Option<Tree>,
-        _seed: u64,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Generated {
-        let (steps, dt) = (self.params.candidates.steps as usize, self.params.candidates.dt);
-        let checker = CollisionChecker::new(
-            input.map,
-            input.robot,
-            input.scene,
-            input.forecast,
-            &self.params.collision,
-        );
-        let (mut states, mut count) = (States::default(), 0);
-        for arc in (0..self.arcs).take_while(|_| !should_stop()) {
-            let share = 2.0 * f64::from(arc) / f64::from(self.arcs - 1) - 1.0;
-            let wanted = Twist { v: input.robot.v_max, omega: share * input.robot.omega_max };
-            let (mut pose, mut twist) = input.scene.belief.motion();
-            let mut driven = States::default();
-            for _ in 0..steps {
-                twist = input.robot.limit(twist, wanted, dt);
-                pose = step(pose, twist, dt);
-                driven.push(pose, twist);
-            }
-            if checker.first_collision(&driven.x, &driven.y, &driven.heading, dt).is_none() {
-                states.append(driven);
-                count += 1;
-            }
+fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, should_stop: &dyn Fn() -> bool) -> Generated {
+    let (steps, dt) = (input.params.candidates.steps as usize, input.params.candidates.dt);
+    let checker = input.checker();
+    let (mut states, mut count) = (States::default(), 0);
+    for arc in (0..ARCS).take_while(|_| !should_stop()) {
+        let share = 2.0 * f64::from(arc) / f64::from(ARCS - 1) - 1.0;
+        let wanted = Twist { v: input.robot.v_max, omega: share * input.robot.omega_max };
+        let (mut pose, mut twist) = input.scene.belief.motion();
+        let mut driven = States::default();
+        for _ in 0..steps {
+            twist = input.robot.limit(twist, wanted, dt);
+            pose = step(pose, twist, dt);
+            driven.push(pose, twist);
         }
-        let candidates = CandidateSet::new(steps, dt, (0..count).collect(), states)
-            .unwrap_or_else(|_| CandidateSet::empty(steps, dt));
-        // Nothing lasts from one cycle to the next.
-        Generated { candidates, tree: Tree::default() }
+        if checker.first_collision(&driven.x, &driven.y, &driven.heading, dt).is_none() {
+            states.append(driven);
+            count += 1;
+        }
     }
+    let candidates = CandidateSet::new(steps, dt, (0..count).collect(), states)
+        .unwrap_or_else(|_| CandidateSet::empty(steps, dt));
+    // Nothing lasts from one cycle to the next.
+    Generated { candidates, tree: Tree::default() }
 }
-
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A room of 8 m by 8 m with a pillar ahead of the robot.
     let solid = |c: i32, r: i32| (c - 45).pow(2) + (r - 40).pow(2) < 25;
@@ -80,6 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
     let (profile, task) = (Profile::default(), Task { goal: Point2::new(7.0, 4.0), ..Task::default() });
     let input = GenerationInput {
+        params: &profile.generation_params(),
         map: &map,
         goal: task.goal,
         geodesic: &*map.geodesic(task.goal, task.robot.radius())?,
@@ -87,15 +74,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         scene: &scene,
         forecast: profile.forecast,
         previous: None,
+        seed: 0,
     };
-    let generator = FanGenerator { params: profile.generation_params(), arcs: 21 };
-    let candidates = generator.generate(&input, None, 0, &|| false).candidates;
-    println!("{} of {} arcs are free; they end at", candidates.len(), generator.arcs);
+    let candidates = FAN.generate(&input, None, &|| false).0.candidates;
+    println!("{} of {ARCS} arcs are free; they end at", candidates.len());
     for i in 0..candidates.len() {
         let last = candidates.range(i).end - 1;
         println!("  ({:.2}, {:.2})", candidates.x()[last], candidates.y()[last]);
     }
-    if candidates.is_empty() || candidates.len() == generator.arcs as usize {
+    if candidates.is_empty() || candidates.len() == ARCS as usize {
         return Err("the pillar should be in the way of some arcs".into());
     }
     Ok(())

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use curionav_planning::arbitration::{Scores, total_costs};
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::evaluation::{Evaluator, Stopped};
+use curionav_planning::evaluation::{Costs, Evaluator, each};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::nalgebra::Matrix3;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
@@ -24,23 +24,12 @@ struct ClearanceEvaluator {
 }
 
 impl Evaluator for ClearanceEvaluator {
-    fn metric(&self) -> &'static str {
-        "clearance"
-    }
-
-    fn evaluate(
-        &self,
-        _scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
+    fn evaluate(&self, _: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         let missing = |i: usize| {
             let p = Point2::new(candidates.x()[i], candidates.y()[i]);
             (self.comfort - self.map.to_obstacle.at(&self.map.grid, p)).max(0.0)
         };
-        (0..candidates.len())
-            .map(|c| if should_stop() { Err(Stopped) } else { Ok(candidates.range(c).map(missing).sum()) })
-            .collect()
+        each(candidates, should_stop, |c| candidates.range(c).map(missing).sum())
     }
 }
 
@@ -72,7 +61,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     profile.terms.insert("clearance".to_owned(), Term { scale: 0.5, weight: 1.0, when: Condition::Always });
     let evaluator = ClearanceEvaluator { map, comfort: 1.5 };
     let mut scores = Scores::new(candidates.len());
-    scores.insert(evaluator.metric(), 0, &evaluator.evaluate(&scene, &candidates, &|| false)?)?;
+    scores.insert("clearance", 0, &evaluator.evaluate(&scene, &candidates, &|| false)?)?;
     let totals = total_costs(&profile, scene.uncertain, candidates.steps(), &scores);
     for (index, total) in totals.total.iter().enumerate() {
         println!("{:.1} m from the wall costs {:.2}", candidates.y()[13 * index], total.ok_or("not scored")?);

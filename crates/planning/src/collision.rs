@@ -4,7 +4,6 @@
 //! it once more before a decision goes out. Both see the same margins.
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::footprint::FootprintShape;
 use crate::forecast::{ForecastParams, PedestrianForecast};
@@ -15,22 +14,17 @@ use crate::scene::Scene;
 
 parameters! {
     /// How much room is kept around the robot (D12).
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct CollisionParams {
         /// Standard deviations of position (belief and forecast together) added to every distance, D12's k.
-        #[field(0.0, 10.0, "standard deviations", "ten are certainty")]
-        pub sigma_factor: f64 = 0.5,
+        pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.5,
         /// Cap of that addition, metres: beyond it uncertainty would close every passage.
-        #[field(0.0, 10.0, "m", "more room than that no passage has")]
-        pub max_inflation: f64 = 0.25,
+        pub max_inflation: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.25,
         /// Room kept to walls whatever the uncertainty, metres: what tracking a trajectory may miss it by.
-        #[field(0.0, 10.0, "m", "more room than that no passage has")]
-        pub wall_margin: f64 = 0.05,
+        pub wall_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.05,
         /// Room kept to people whatever the uncertainty, metres.
-        #[field(0.0, 10.0, "m", "more room than that no passage has")]
-        pub person_margin: f64 = 0.1,
+        pub person_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.1,
     }
 }
 
@@ -196,11 +190,11 @@ impl<'a> CollisionChecker<'a> {
         stays.then(|| Collision { step: x.len() - 1, time: (x.len() - 1) as f64 * dt, with: Obstacle::Wall })
     }
 
-    /// Whether the robot could still stop short of everybody who stopped walking right now: driving the
-    /// first state's segment and then `braking` more metres along the trajectory touches nobody where they
+    /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
+    /// first state's segment and then `braking` more metres along the trajectory touches none of them where they
     /// are. A polygon counts as its circumscribed disc.
     ///
-    /// A forecast lets a robot follow on somebody's heels; this keeps the braking distance.
+    /// A forecast lets a robot follow on a person's heels; this keeps the braking distance.
     pub fn stops_short(&self, x: &[f64], y: &[f64], braking: f64) -> bool {
         let people = self.forecast.people();
         let contact = self.shape.circumscribed_radius() + people.radius;

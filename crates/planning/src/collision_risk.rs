@@ -1,11 +1,10 @@
-//! How likely the robot touches somebody at a place and a moment: the risk of Risk-RRT (Fulgenzi,
+//! How likely the robot touches a person at a place and a moment: the risk of Risk-RRT (Fulgenzi,
 //! Spalanzani, Laugier and Tay, 2010).
 //!
 //! Where [`crate::collision`] says yes or no for the final check of every planner, this is the graded
 //! answer by which the Risk-RRT baselines choose.
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::forecast::{ForecastParams, PedestrianForecast};
 use crate::geometry::{Point2, Pose2, bearing, wrap_angle};
@@ -14,8 +13,7 @@ use crate::scene::People;
 
 parameters! {
     /// How a person's forecast becomes a probability.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "lowercase")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum RiskModel {
         /// The share of the person's Gaussian forecast under the robot's disc.
@@ -29,22 +27,17 @@ parameters! {
 
 parameters! {
     /// Parameters of risk and of the weight that trades it for progress.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct RiskParams {
         /// How people's forecasts become probabilities.
-        #[field(words)]
-        pub model: RiskModel = RiskModel::Gaussian,
+        pub model: RiskModel [words] = RiskModel::Gaussian,
         /// Half the side of a person's block under [`RiskModel::Grid`], metres: five cells of 0.054 m.
-        #[field(0.0, 10.0, "m", "a block wider than that is not a person")]
-        pub block: f64 = 0.27,
+        pub block: f64 [0.0, 10.0, "m", "a block wider than that is not a person"] = 0.27,
         /// What a risk of one costs in a node's weight; a goal as far as from the root costs one.
-        #[field(0.0, 1e6, "", "beyond, distance no longer counts beside risk")]
-        pub social_weight: f64 = 1.0,
+        pub social_weight: f64 [0.0, 1e6, "", "beyond, distance no longer counts beside risk"] = 1.0,
         /// What a radian between heading and goal costs in a node's weight, 1/rad.
-        #[field(0.0, 1e6, "1/rad", "beyond, distance no longer counts beside turning")]
-        pub rotation_weight: f64 = 0.5,
+        pub rotation_weight: f64 [0.0, 1e6, "1/rad", "beyond, distance no longer counts beside turning"] = 0.5,
     }
 }
 
@@ -112,7 +105,7 @@ impl CollisionRisk {
         Self { model: params.model, half_side, people: people.len(), mean, overlap }
     }
 
-    /// P_d, the probability of touching anybody at `p` at moment number `moment`:
+    /// P_d, the probability of touching any person at `p` at moment number `moment`:
     /// `1 - prod_i (1 - P_d(o_i))`.
     pub fn at(&self, moment: usize, p: Point2) -> f64 {
         let means = &self.mean[moment * self.people..(moment + 1) * self.people];

@@ -1,23 +1,19 @@
 //! Where people will be: constant velocity with a growing Gaussian (A20).
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point2;
 use crate::scene::People;
 
 parameters! {
     /// Parameters of the forecast.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct ForecastParams {
         /// Standard deviation of a person's position now, metres, on each axis.
-        #[field(0.0, 10.0, "m", "a person known less well than that is not known")]
-        pub sigma_position: f64 = 0.1,
+        pub sigma_position: f64 [0.0, 10.0, "m", "a person known less well than that is not known"] = 0.1,
         /// Standard deviation of a person's velocity, m/s, on each axis.
-        #[field(0.0, 10.0, "m/s", "no person runs faster")]
-        pub sigma_velocity: f64 = 0.15,
+        pub sigma_velocity: f64 [0.0, 10.0, "m/s", "no person runs faster"] = 0.15,
     }
 }
 
@@ -29,7 +25,7 @@ impl ForecastParams {
     }
 }
 
-/// Constant-velocity forecast of everybody in the scene.
+/// Constant-velocity forecast of all people in the scene.
 #[derive(Debug, Clone)]
 pub struct PedestrianForecast<'a> {
     people: &'a People,

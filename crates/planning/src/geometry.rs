@@ -8,15 +8,12 @@ use crate::numerics::{atan2, sin_cos};
 
 parameters! {
     /// A position in the plane, metres.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Copy, Default)]
     pub struct Point2 {
         /// Metres along the first axis of the frame.
-        #[field([Range::POSITION])]
-        pub x: f64,
+        pub x: f64 [in Range::POSITION],
         /// Metres along the second axis of the frame.
-        #[field([Range::POSITION])]
-        pub y: f64,
+        pub y: f64 [in Range::POSITION],
     }
 }
 
@@ -52,18 +49,14 @@ impl Point2 {
 
 parameters! {
     /// A position and a heading: the transform from a body frame to its parent frame.
-    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Copy, Default)]
     pub struct Pose2 {
         /// Metres.
-        #[field([Range::POSITION])]
-        pub x: f64,
+        pub x: f64 [in Range::POSITION],
         /// Metres.
-        #[field([Range::POSITION])]
-        pub y: f64,
+        pub y: f64 [in Range::POSITION],
         /// Radians, counter-clockwise from the first axis.
-        #[field([Range::HEADING])]
-        pub heading: f64,
+        pub heading: f64 [in Range::HEADING],
     }
 }
 

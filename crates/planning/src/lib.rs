@@ -28,10 +28,11 @@
 //!
 //! let (robot, forecast) = (&task.robot, profile.forecast);
 //! let input = GenerationInput {
-//!     map: &map, goal: task.goal, geodesic: &geodesic, robot, scene: &scene, forecast, previous: None,
+//!     params: &profile.generation_params(), map: &map, goal: task.goal, geodesic: &geodesic, robot, scene: &scene,
+//!     forecast, previous: None, seed: 1,
 //! };
 //! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
-//! let (generated, _) = generator.generate(profile.generation_params(), &input, None, 1, &|| false);
+//! let (generated, _) = generator.generate(&input, None, &|| false);
 //!
 //! let mut scores = Scores::new(generated.candidates.len());
 //! for (term, _) in profile.active_terms(scene.uncertain) {

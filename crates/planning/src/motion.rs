@@ -25,10 +25,7 @@ pub enum Footprint {
 }
 
 impl Ranged for Footprint {
-    fn fields() -> &'static [Field] {
-        const FIELDS: &[Field] = &[Footprint::SHAPE, Footprint::RADIUS, Footprint::VERTICES];
-        FIELDS
-    }
+    const FIELDS: &'static [Field] = &[Self::SHAPE, Self::RADIUS, Self::VERTICES];
 
     fn check(&self) -> Result<(), FieldError> {
         match self {
@@ -65,7 +62,7 @@ impl Footprint {
             "Of a convex polygon, counter-clockwise, each with `x` and `y` in the robot's frame, metres.",
         ],
         kind: Kind::Table(
-            Point2::fields,
+            Point2::FIELDS,
             Some(Range { least: 3.0, most: 64.0, unit: "entries", why: "fewer have no area" }),
         ),
     };
@@ -97,24 +94,17 @@ impl Footprint {
 
 parameters! {
     /// What the base can do (A27): a disc of 0.3 m, 0..1 m/s, 0.5 m/s2.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
     pub struct RobotModel {
         /// Outline used for collision checks.
-        #[field(table)]
-        pub footprint: Footprint = Footprint::Disc { radius: 0.3 },
+        pub footprint: Footprint [table] = Footprint::Disc { radius: 0.3 },
         /// Greatest forward speed, m/s.
-        #[field(0.01, 10.0, "m/s", "slower ones never arrive, faster ones do not belong among people")]
-        pub v_max: f64 = 1.0,
+        pub v_max: f64 [0.01, 10.0, "m/s", "slower ones never arrive, faster ones do not belong among people"] = 1.0,
         /// Greatest acceleration and braking, m/s2.
-        #[field(0.01, 20.0, "m/s2", "weaker brakes need a hall to stop in, stronger ones no tyre has")]
-        pub a_max: f64 = 0.5,
+        pub a_max: f64 [0.01, 20.0, "m/s2", "weaker brakes need a hall to stop in, stronger ones no tyre has"] = 0.5,
         /// Greatest turn rate, rad/s.
-        #[field(0.01, 20.0, "rad/s", "slower ones never turn; three turns a second are plenty")]
-        pub omega_max: f64 = 1.0,
+        pub omega_max: f64 [0.01, 20.0, "rad/s", "slower ones never turn; three turns a second are plenty"] = 1.0,
         /// Greatest change of turn rate, rad/s2.
-        #[field(0.01, 100.0, "rad/s2", "slower ones never turn; stronger motors no base has")]
-        pub alpha_max: f64 = 1.0,
+        pub alpha_max: f64 [0.01, 100.0, "rad/s2", "slower ones never turn; stronger motors no base has"] = 1.0,
     }
 }
 
@@ -156,21 +146,20 @@ parameters! {
     /// step length (D6). The plant, the localiser and CPC's `M'` (eq. 7) share these four numbers.
     ///
     /// The defaults are 0.2 m standard deviation after 10 m and 5 degrees after a full turn.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct OdometryNoise {
         /// Variance of position per metre travelled, on each robot axis, m2/m.
-        #[field(0.0, 1.0, "m2/m", "a metre of error per metre driven is no odometry")]
-        pub position_per_metre: f64 = 0.004,
+        pub position_per_metre: f64 [0.0, 1.0, "m2/m", "a metre of error per metre driven is no odometry"] = 0.004,
         /// Variance of position per radian turned, on each robot axis, m2/rad.
-        #[field(0.0, 1.0, "m2/rad", "a metre of error per metre driven is no odometry")]
-        pub position_per_radian: f64 = 0.0001,
+        pub position_per_radian: f64 [
+            0.0, 1.0, "m2/rad", "a metre of error per metre driven is no odometry"
+        ] = 0.0001,
         /// Variance of heading per metre travelled, rad2/m.
-        #[field(0.0, 1.0, "rad2/m", "a metre of error per metre driven is no odometry")]
-        pub heading_per_metre: f64 = 0.0005,
+        pub heading_per_metre: f64 [0.0, 1.0, "rad2/m", "a metre of error per metre driven is no odometry"] = 0.0005,
         /// Variance of heading per radian turned, rad2/rad.
-        #[field(0.0, 1.0, "rad2/rad", "a metre of error per metre driven is no odometry")]
-        pub heading_per_radian: f64 = 0.0012,
+        pub heading_per_radian: f64 [
+            0.0, 1.0, "rad2/rad", "a metre of error per metre driven is no odometry"
+        ] = 0.0012,
     }
 }
 

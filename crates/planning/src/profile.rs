@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 
 use crate::parameters;
 use crate::parameters::{FieldError, Range};
-use serde::{Deserialize, Serialize};
 
 use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
@@ -23,8 +22,6 @@ mod load;
 
 parameters! {
     /// Everything that decides how a robot plans.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
     #[non_exhaustive]
     pub struct Profile {
         /// Short name, as on the command line.
@@ -36,71 +33,53 @@ parameters! {
         pub generator: String = "rrt-star".to_owned(),
         /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
         /// of all compete. 1 is the paper's.
-        #[field(1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message")]
-        pub trees: u32 = 1,
+        pub trees: u32 [
+            1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message"
+        ] = 1,
         /// States per candidate, K. Every candidate has exactly this many (A12).
-        #[field([Profile::STEPS])]
-        pub steps: usize = 13,
+        pub steps: usize [in Profile::STEPS] = 13,
         /// Seconds between states, and of one paper-rate planning cycle (A26).
-        #[field([Profile::DT])]
-        pub dt: f64 = 0.3,
+        pub dt: f64 [in Profile::DT] = 0.3,
         /// Candidates slower than this on average, m/s, compete only if no faster one is free (D4).
-        #[field([Profile::MIN_SPEED])]
-        pub min_speed: f64 = 0.35,
+        pub min_speed: f64 [in Profile::MIN_SPEED] = 0.35,
         /// A candidate that turns at least this far in all, radians, is not slow: where the way lies behind,
         /// turning on the spot is getting on.
-        #[field(0.0, 100.0, "rad", "no horizon has room for more")]
-        pub min_turn: f64 = 0.75,
+        pub min_turn: f64 [0.0, 100.0, "rad", "no horizon has room for more"] = 0.75,
         /// How raw costs become comparable before they are weighted (D1).
-        #[field(words)]
-        pub normalisation: Normalisation = Normalisation::Fixed,
-        /// Which distance to the goal the metric `distance` sums (A11).
-        #[field(words)]
-        pub distance: DistanceMeasure = DistanceMeasure::Geodesic,
-        /// The terms of the cost, by metric (eqs. 5 and 6).
-        #[field(table; 1.0, 16.0, "each is a question in every cycle")]
-        pub terms: BTreeMap<String, Term> = BTreeMap::from([
+        pub normalisation: Normalisation [words] = Normalisation::Fixed,
+        /// Which distance to the goal the term `distance` sums (A11).
+        pub distance: DistanceMeasure [words] = DistanceMeasure::Geodesic,
+        /// The terms of the cost, by name (eqs. 5 and 6).
+        pub terms: BTreeMap<String, Term> [table; 1.0, 16.0, "each is a question in every cycle"] = BTreeMap::from([
             ("cnc".to_owned(), Term { scale: 0.106, weight: 2.2, when: Condition::Always }),
             ("cpc".to_owned(), Term { scale: 0.1, weight: 2.2, when: Condition::Uncertain }),
             ("distance".to_owned(), Term { scale: 2.0, weight: 1.0, when: Condition::Always }),
         ]),
         /// When the position counts as uncertain (eq. 5).
-        #[field(table)]
-        pub uncertainty: UncertaintySwitch = UncertaintySwitch::default(),
+        pub uncertainty: UncertaintySwitch [table] = UncertaintySwitch::default(),
         /// Which people matter (A21).
-        #[field(table)]
-        pub working_zone: WorkingZone = WorkingZone::default(),
+        pub working_zone: WorkingZone [table] = WorkingZone::default(),
         /// When the goal is reached.
-        #[field(table)]
-        pub goal: GoalTolerance = GoalTolerance::default(),
+        pub goal: GoalTolerance [table] = GoalTolerance::default(),
         /// How far a decision outlives the cycle that made it.
-        #[field(table)]
-        pub hold: HoldLimits = HoldLimits::default(),
+        pub hold: HoldLimits [table] = HoldLimits::default(),
         /// How reluctantly the robot changes its mind.
-        #[field(table)]
-        pub persistence: Persistence = Persistence::default(),
+        pub persistence: Persistence [table] = Persistence::default(),
         /// Where people will be.
-        #[field(table)]
-        pub forecast: ForecastParams = ForecastParams::default(),
+        pub forecast: ForecastParams [table] = ForecastParams::default(),
         /// How much room is kept around the robot.
-        #[field(table)]
-        pub collision: CollisionParams = CollisionParams::default(),
-        /// How the Risk-RRT baselines and the metric `risk` see and weigh risk.
-        #[field(table)]
-        pub risk: RiskParams = RiskParams::default(),
+        pub collision: CollisionParams [table] = CollisionParams::default(),
+        /// How the Risk-RRT baselines and the term `risk` see and weigh risk.
+        pub risk: RiskParams [table] = RiskParams::default(),
         /// How the human comfort and crowd density map is built (eqs. 16 to 18).
-        #[field(table)]
-        pub hccdm: HccdmParams = HccdmParams::default(),
+        pub hccdm: HccdmParams [table] = HccdmParams::default(),
         /// When predicted observations are credited (D5).
-        #[field(table)]
-        pub cpc: CpcParams = CpcParams::default(),
+        pub cpc: CpcParams [table] = CpcParams::default(),
         /// What an observation is worth to the prediction (eq. 8).
-        #[field(table)]
-        pub information: InformationParams = InformationParams::default(),
+        pub information: InformationParams [table] = InformationParams::default(),
         /// How candidates come to be; what the profile says elsewhere is filled in by
         /// [`Profile::generation_params`].
-        #[field(table)]
-        pub generation: GenerationParams = GenerationParams::default(),
+        pub generation: GenerationParams [table] = GenerationParams::default(),
     } check Self::agrees
 }
 
@@ -128,7 +107,7 @@ impl Profile {
         self.steps as f64 * self.dt
     }
 
-    /// Radius of the Working Zone, `(v_max + v_ped) T_h + D_pd`: whoever is farther cannot come within
+    /// Radius of the Working Zone, `(v_max + v_ped) T_h + D_pd`: people farther away cannot come within
     /// personal distance before the horizon. `v_max` is the robot's, m/s; the result is metres.
     pub fn working_zone_radius(&self, v_max: f64) -> f64 {
         (v_max + self.working_zone.v_people_max) * self.horizon() + self.working_zone.personal_distance
@@ -164,13 +143,13 @@ impl Profile {
         generation::find(&self.generator).map_or(0, |kind| (kind.max_candidates)(&self.generation))
     }
 
-    /// The terms that count in a scene, in order of their metric: those whose condition holds and whose
-    /// weight is not zero. Exactly these metrics have to be evaluated.
+    /// The terms that count in a scene, in order of their names: those whose condition holds and whose
+    /// weight is not zero. Exactly these have to be evaluated.
     pub fn active_terms(&self, uncertain: bool) -> impl Iterator<Item = (&str, &Term)> {
         self.terms
             .iter()
             .filter(move |(_, term)| term.weight > 0.0 && (uncertain || term.when == Condition::Always))
-            .map(|(metric, term)| (metric.as_str(), term))
+            .map(|(name, term)| (name.as_str(), term))
     }
 
     /// What a check of each number alone does not find.
@@ -181,7 +160,7 @@ impl Profile {
             }
         }
         if self.terms.keys().any(String::is_empty) {
-            return Err(FieldError::new("terms", "has a metric without a name", "name it"));
+            return Err(FieldError::new("terms", "has a term without a name", "name it"));
         }
         if self.active_terms(false).next().is_none() {
             let problem = "needs a term that always counts";
@@ -197,31 +176,22 @@ impl Profile {
 
 parameters! {
     /// The part of a profile that a generator needs, as it travels to one: any replica then computes the same.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     #[non_exhaustive]
     pub struct GeneratorPart {
         /// States per candidate.
-        #[field([Profile::STEPS])]
-        pub steps: usize,
+        pub steps: usize [in Profile::STEPS],
         /// Seconds between states.
-        #[field([Profile::DT])]
-        pub dt: f64,
+        pub dt: f64 [in Profile::DT],
         /// Average speed below which a candidate counts as slow, m/s (D4).
-        #[field([Profile::MIN_SPEED])]
-        pub min_speed: f64,
+        pub min_speed: f64 [in Profile::MIN_SPEED],
         /// The tree and its candidates.
-        #[field(table)]
-        pub generation: GenerationParams,
+        pub generation: GenerationParams [table],
         /// How much room is kept.
-        #[field(table)]
-        pub collision: CollisionParams,
+        pub collision: CollisionParams [table],
         /// How the baselines weigh risk.
-        #[field(table)]
-        pub risk: RiskParams,
+        pub risk: RiskParams [table],
         /// How people move on.
-        #[field(table)]
-        pub forecast: ForecastParams,
+        pub forecast: ForecastParams [table],
     }
 }
 
@@ -242,22 +212,18 @@ impl GeneratorPart {
 parameters! {
     /// One term of the cost: `weight * raw / (scale * K)` under fixed scales.
     ///
-    /// Raw costs of this project's metrics are sums over the K states of a candidate, so the scale is given
+    /// Raw costs of this project's terms are sums over the K states of a candidate, so the scale is given
     /// per state and multiplied by K: changing the horizon leaves the balance of the terms alone.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct Term {
-        /// The raw cost per state, in the metric's unit, that counts as one. Greater than zero.
-        #[field(1e-6, 1e9, "", "the terms are divided by it and their sum has to stay finite")]
-        pub scale: f64,
-        /// Weight (w1, w2, w3 of eqs. 5 and 6). Zero switches the term off and its metric is not asked.
-        #[field(0.0, 1e6, "", "0 switches the term off, and the sum has to stay finite")]
+        /// The raw cost per state, in the term's unit, that counts as one. Greater than zero.
+        pub scale: f64 [1e-6, 1e9, "", "the terms are divided by it and their sum has to stay finite"],
+        /// Weight (w1, w2, w3 of eqs. 5 and 6). Zero switches the term off, and it is not evaluated.
         #[serde(default = "one")]
-        pub weight: f64,
+        pub weight: f64 [0.0, 1e6, "", "0 switches the term off, and the sum has to stay finite"],
         /// When the term counts.
-        #[field(words)]
         #[serde(default)]
-        pub when: Condition,
+        pub when: Condition [words],
     }
 }
 
@@ -267,8 +233,7 @@ fn one() -> f64 {
 
 parameters! {
     /// When a term counts.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum Condition {
         /// In every cycle.
@@ -281,8 +246,7 @@ parameters! {
 
 parameters! {
     /// How raw costs become comparable.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum Normalisation {
         /// By the term's own scale: a candidate's total depends on that candidate alone (D1).
@@ -296,89 +260,73 @@ parameters! {
 
 parameters! {
     /// Eq. 5's switch, with hysteresis (D3).
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct UncertaintySwitch {
         /// `Thr'`, m2 + rad2: above it the position counts as uncertain (A9).
-        #[field(1e-6, 1000.0, "m2 + rad2", "no filter is more certain, and none that localises less")]
-        pub threshold: f64 = 0.1,
+        pub threshold: f64 [
+            1e-6, 1000.0, "m2 + rad2", "no filter is more certain, and none that localises less"
+        ] = 0.1,
         /// The position counts as certain again below this share of the threshold, (0, 1].
-        #[field(
-            0.01, 1.0, "",
-            "at 1 there is no hysteresis, at none the position never counts as certain again"
-        )]
-        pub release_ratio: f64 = 0.8,
+        pub release_ratio: f64 [
+            0.01, 1.0, "", "at 1 there is no hysteresis, at none the position never counts as certain again"
+        ] = 0.8,
     }
 }
 
 parameters! {
     /// The disc around the robot inside which people are looked at (A21).
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct WorkingZone {
         /// Fastest walking expected, m/s.
-        #[field(0.0, 15.0, "m/s", "no person runs faster")]
-        pub v_people_max: f64 = 1.0,
+        pub v_people_max: f64 [0.0, 15.0, "m/s", "no person runs faster"] = 1.0,
         /// Personal distance D_pd, metres (A16).
-        #[field(0.0, 100.0, "m", "people farther away are not met within a horizon")]
-        pub personal_distance: f64 = 1.5,
+        pub personal_distance: f64 [0.0, 100.0, "m", "people farther away are not met within a horizon"] = 1.5,
         /// Metres by which a person must leave the zone to be forgotten, so that clusters do not flicker.
-        #[field(0.0, 100.0, "m", "people farther away are not met within a horizon")]
-        pub hysteresis: f64 = 0.5,
+        pub hysteresis: f64 [0.0, 100.0, "m", "people farther away are not met within a horizon"] = 0.5,
     }
 }
 
 parameters! {
     /// When the goal is reached.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct GoalTolerance {
         /// The arbiter ends when the estimated position is nearer than this, metres (D13).
-        #[field(0.01, 10.0, "m", "no pose is exact, and beyond some metres it is another place")]
-        pub arrive_distance: f64 = 0.3,
+        pub arrive_distance: f64 [in Range::GOAL_TOLERANCE] = 0.3,
     }
 }
 
 parameters! {
     /// How far a decision outlives the cycle that made it.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct HoldLimits {
         /// Seconds after its scene's stamp for which a followed trajectory is valid: four paper cycles, in
         /// which a person's forecast has drifted by about 0.2 m.
-        #[field(
-            0.01, 60.0, "s",
-            "a decision outlives its cycle, and beyond a minute no forecast of people holds"
-        )]
-        pub max_age: f64 = 1.2,
+        pub max_age: f64 [
+            0.01, 60.0, "s", "a decision outlives its cycle, and beyond a minute no forecast of people holds"
+        ] = 1.2,
         /// Metres the robot may have strayed from the trajectory for its tail still to be held.
-        #[field(0.0, 100.0, "m", "farther away it is another trajectory")]
-        pub max_deviation: f64 = 0.5,
+        pub max_deviation: f64 [0.0, 100.0, "m", "farther away it is another trajectory"] = 0.5,
         /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;
         /// a candidate that leaps farther is unreachable (Alg. 2, line 4).
-        #[field(0.0, 100.0, "m", "leaps beyond it are no trajectory")]
-        pub reach_tolerance: f64 = 0.3,
+        pub reach_tolerance: f64 [0.0, 100.0, "m", "leaps beyond it are no trajectory"] = 0.3,
     }
 }
 
 parameters! {
     /// How reluctantly the robot changes its mind.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct Persistence {
         /// Cost by which another candidate must be better than one that continues the previous decision.
         /// Zero is the paper's pure argmin.
-        #[field(0.0, 1e6, "", "costs have to stay finite")]
-        pub margin: f64 = 0.0,
+        pub margin: f64 [0.0, 1e6, "", "costs have to stay finite"] = 0.0,
         /// A candidate continues the previous decision if its states lie within this many metres of it on
         /// average.
-        #[field(0.0, 100.0, "m", "farther away it is another trajectory")]
-        pub same_within: f64 = 0.3,
+        pub same_within: f64 [0.0, 100.0, "m", "farther away it is another trajectory"] = 0.3,
     }
 }
 
@@ -406,8 +354,8 @@ mod tests {
     fn a_term_without_weight_is_not_asked_for() {
         let mut profile = Profile::default();
         profile.terms.get_mut("cnc").unwrap().weight = 0.0;
-        let metrics = |uncertain| profile.active_terms(uncertain).map(|(m, _)| m).collect::<Vec<_>>();
-        assert_eq!(metrics(false), ["distance"]);
-        assert_eq!(metrics(true), ["cpc", "distance"]);
+        let terms = |uncertain| profile.active_terms(uncertain).map(|(m, _)| m).collect::<Vec<_>>();
+        assert_eq!(terms(false), ["distance"]);
+        assert_eq!(terms(true), ["cpc", "distance"]);
     }
 }

@@ -57,7 +57,7 @@ impl People {
         self.id.len()
     }
 
-    /// Whether nobody is there.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
     }
@@ -90,7 +90,7 @@ pub struct Scene {
     pub stamp: f64,
     /// The robot's own state.
     pub belief: Belief,
-    /// Everybody inside the Working Zone.
+    /// The people inside the Working Zone.
     pub people: People,
     /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
     /// evaluator of the cycle sees the same.

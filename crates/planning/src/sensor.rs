@@ -2,37 +2,30 @@
 
 use crate::parameters;
 use crate::parameters::FieldError;
-use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Point2, Pose2};
 
 parameters! {
     /// A planar scanner: equally spaced beams, counter-clockwise, the first at `-fov/2`.
     /// Default: the paper's Sick laser as its map scale implies (180 degrees, 181 beams).
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct LaserModel {
         /// Where the scanner sits on the robot.
-        #[field(table)]
-        pub robot_from_laser: Pose2 = Pose2::new(0.0, 0.0, 0.0),
+        pub robot_from_laser: Pose2 [table] = Pose2::new(0.0, 0.0, 0.0),
         /// Field of view, radians; 2 pi means all around, the last beam next to the first.
-        #[field(0.01, std::f64::consts::TAU, "rad", "a full turn is all there is, and one direction is no scan")]
-        pub fov: f64 = std::f64::consts::PI,
+        pub fov: f64 [
+            0.01, std::f64::consts::TAU, "rad", "a full turn is all there is, and one direction is no scan"
+        ] = std::f64::consts::PI,
         /// Number of beams, at least 2.
-        #[field(
-            2.0, 8192.0, "beams",
-            "the densest lidars have some 4000, and a scan of one beam has no spacing"
-        )]
-        pub beams: u32 = 181,
+        pub beams: u32 [
+            2.0, 8192.0, "beams", "the densest lidars have some 4000, and a scan of one beam has no spacing"
+        ] = 181,
         /// Greatest range, metres; a beam that meets nothing reports this value.
-        #[field(
-            0.1, 200.0, "m",
-            "the robot is as large as the least, and planar lasers see no farther than the greatest"
-        )]
-        pub range_max: f64 = 5.0,
+        pub range_max: f64 [
+            0.1, 200.0, "m", "the robot is as large as the least, and planar lasers see no farther than the greatest"
+        ] = 5.0,
         /// Standard deviation of one range, metres.
-        #[field(0.0, 1.0, "m", "a worse laser sees nothing")]
-        pub range_sigma: f64 = 0.03,
+        pub range_sigma: f64 [0.0, 1.0, "m", "a worse laser sees nothing"] = 0.03,
     } check Self::sits_on_the_robot
 }
 

@@ -1,7 +1,6 @@
 //! Driving along a timed trajectory: the tracking law of Kanayama et al. (1990) for a unicycle.
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Pose2, Twist};
 use crate::motion::RobotModel;
@@ -12,24 +11,18 @@ parameters! {
     /// Gains of the tracking law. At speed v the lateral error swings with v * sqrt(across) and damping
     /// heading / (2 sqrt(across)); the defaults give a well damped 1.4 rad/s at 1 m/s, which turn rates and
     /// their changes limited to about 1 can follow at 10 Hz.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct TrackingParams {
         /// Speed per error along the trajectory, 1/s.
-        #[field(0.0, 100.0, "1/s", "a period of 0.01 s is corrected within one")]
-        pub along: f64 = 1.0,
+        pub along: f64 [0.0, 100.0, "1/s", "a period of 0.01 s is corrected within one"] = 1.0,
         /// Turn rate per lateral error and speed, 1/m2.
-        #[field(0.0, 100.0, "1/m2", "turn rates beyond any robot's follow")]
-        pub across: f64 = 2.0,
+        pub across: f64 [0.0, 100.0, "1/m2", "turn rates beyond any robot's follow"] = 2.0,
         /// Turn rate per heading error and speed, 1/m.
-        #[field(0.0, 100.0, "1/m", "turn rates beyond any robot's follow")]
-        pub heading: f64 = 2.6,
+        pub heading: f64 [0.0, 100.0, "1/m", "turn rates beyond any robot's follow"] = 2.6,
         /// Speed below which the heading error counts as at this speed, m/s: turning on the spot.
-        #[field(0.0, 10.0, "m/s", "no robot drives faster")]
-        pub least_speed: f64 = 0.4,
+        pub least_speed: f64 [0.0, 10.0, "m/s", "no robot drives faster"] = 0.4,
         /// Most that the law adds to the reference's speed to catch up, m/s.
-        #[field(0.0, 10.0, "m/s", "no robot drives faster")]
-        pub catch_up: f64 = 0.2,
+        pub catch_up: f64 [0.0, 10.0, "m/s", "no robot drives faster"] = 0.2,
     }
 }
 

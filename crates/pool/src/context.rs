@@ -180,6 +180,7 @@ impl PlanContext {
         should_stop: &dyn Fn() -> bool,
     ) -> (Generated, bool) {
         let input = GenerationInput {
+            params: &self.profile.generation_params(),
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
@@ -187,9 +188,9 @@ impl PlanContext {
             scene,
             forecast: self.profile.forecast,
             previous: (!previous.is_empty()).then_some(previous),
+            seed: self.tree_seed(index),
         };
-        let params = self.profile.generation_params();
-        self.generator.generate(params, &input, tree, self.tree_seed(index), should_stop)
+        self.generator.generate(&input, tree, should_stop)
     }
 
     fn tree_seed(&self, index: usize) -> u64 {

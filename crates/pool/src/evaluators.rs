@@ -88,6 +88,5 @@ pub fn reject(field: &str, error: BuildError<Reject>) -> Reject {
             let known = terms::NAMES.iter().map(|name| (*name).to_owned()).collect();
             Refusal::UnknownName { found: field.to_owned(), known }.at("term")
         }
-        error => Refusal::invalid(error).at(field),
     }
 }

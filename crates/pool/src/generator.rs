@@ -9,7 +9,6 @@ use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 use curionav_planning::profile::GeneratorPart;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
-use serde::{Deserialize, Serialize};
 
 use crate::fields::Fields;
 use curionav_runtime::convert;
@@ -19,18 +18,13 @@ pub use curionav_schemas::keys::GENERATOR as ROLE;
 
 parameters! {
     /// Parameters of one generation as they travel.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct GeneratorParams {
         /// What the profile says.
-        #[field(table)]
-        pub profile: GeneratorPart,
+        pub profile: GeneratorPart [table],
         /// Where the last decision leads from here, (x, y, heading) per state; empty if nowhere.
-        #[field(
-            [Range::POSITION, Range::POSITION, Range::HEADING];
-            0.0, 256.0, "a decision has no more states"
-        )]
-        pub previous: Vec<[f64; 3]>,
+        pub previous: Vec<[f64; 3]> [
+            in Range::POSITION, Range::POSITION, Range::HEADING; 0.0, 256.0, "a decision has no more states"
+        ],
     }
 }
 
@@ -75,6 +69,7 @@ pub fn generate(
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
     let input = GenerationInput {
+        params: &params,
         map,
         goal: Point2::new(request.goal_x, request.goal_y),
         geodesic,
@@ -82,9 +77,10 @@ pub fn generate(
         scene: &scene,
         forecast: profile.forecast,
         previous: (!previous.is_empty()).then_some(&previous),
+        seed: request.seed,
     };
     let tree = request.tree.clone().map(convert::tree);
-    let (generated, cut) = kind.generate(params, &input, tree, request.seed, should_stop);
+    let (generated, cut) = kind.generate(&input, tree, should_stop);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,

@@ -169,9 +169,9 @@ fn term_report(
     evaluated: Option<Evaluated>,
 ) -> TermReport {
     let (scored, raw) = with_cost((0..scores.len()).map(|i| scores.cost(term, i)));
-    let costs = verdict.totals.terms.iter().find(|costs| costs.metric == term);
+    let costs = verdict.totals.terms.iter().find(|costs| costs.term == term);
     let (_, cost) = with_cost(costs.into_iter().flat_map(|costs| costs.cost.iter().copied()));
-    let influence = explanation.terms.iter().find(|influence| influence.metric == term);
+    let influence = explanation.terms.iter().find(|influence| influence.term == term);
     let index = |i: Option<usize>| i.map(|i| i as u32);
     let settings = &context.profile.terms[term];
     TermReport {
@@ -199,7 +199,7 @@ fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
             let previous = previous_to_wire(previous);
             match lack {
                 Lack::NoCandidates => Reason::NoCandidates { previous },
-                Lack::NotScored { metric } => Reason::NotScored { term: metric.clone(), previous },
+                Lack::NotScored { term } => Reason::NotScored { term: term.clone(), previous },
                 Lack::NoneFree => Reason::NoneFree { previous },
             }
         }
@@ -221,7 +221,7 @@ fn previous_to_wire(previous: &arbitration::PreviousState) -> PreviousState {
 
 fn rejection_to_wire(rejection: &arbitration::Rejection) -> Rejection {
     match rejection {
-        arbitration::Rejection::NotScored { metric } => Rejection::NotScored { term: metric.clone() },
+        arbitration::Rejection::NotScored { term } => Rejection::NotScored { term: term.clone() },
         arbitration::Rejection::Unreachable { step } => Rejection::Unreachable { step: *step as u32 },
         arbitration::Rejection::Slow => Rejection::Slow,
         arbitration::Rejection::Collides(Collision { with, time: after_s, .. }) => match *with {

@@ -131,7 +131,7 @@ pub(super) fn assert_complete(document: &toml::Table, read: &dyn Fn(&str) -> Opt
 pub(super) fn declared(fields: &[Field]) -> usize {
     let count = |field: &Field| match field.kind {
         Kind::Numbers(..) => 1,
-        Kind::Table(inner, _) => declared(inner()),
+        Kind::Table(inner, _) => declared(inner),
         Kind::Plain | Kind::Words(_) => 0,
     };
     fields.iter().map(count).sum()

@@ -34,7 +34,7 @@ struct Tally {
 /// Reads every cell of a complete document; what is refused must be refused for the right reason.
 fn sift<T: Ranged + serde::de::DeserializeOwned>(document: &toml::Table) -> Tally {
     let mut tally = Tally { fields: cells::numbers(document).len(), ..Tally::default() };
-    for cell in cells(document, T::fields()) {
+    for cell in cells(document, T::FIELDS) {
         let text = toml::to_string(&cell.document).unwrap();
         match read::<T>(&text) {
             Ok(_) => {
@@ -111,7 +111,7 @@ fn every_number_is_refused_by_name_or_runs_to_its_end() {
         runs.extend(tally.accepted.iter().map(|cell| Run::within("profile", planner, cell, &scenario)));
     }
     println!("{fields} numbers: {refused} values refused by name, {} to be run", runs.len());
-    assert!(fields > cells::declared(Profile::fields()) && refused > 5 * fields / 2 && runs.len() > fields);
+    assert!(fields > cells::declared(Profile::FIELDS) && refused > 5 * fields / 2 && runs.len() > fields);
 
     if std::env::var_os("CURIONAV_EVERY_NUMBER").is_some_and(|form| form == "long") {
         runs::one_by_one(&room, &runs);

@@ -14,7 +14,6 @@ use curionav_planning::motion::{OdometryNoise, RobotModel};
 use curionav_planning::parameters;
 use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
-use serde::{Deserialize, Serialize};
 
 pub use people::{
     Motion, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode,
@@ -23,8 +22,6 @@ pub use people::{
 
 parameters! {
     /// One scenario. Positions are in the map frame, metres; headings in radians.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct Scenario {
         /// Short name, unique among the scenarios compared: it labels results.
         pub name: String,
@@ -32,43 +29,33 @@ parameters! {
         #[serde(default, skip_serializing_if = "String::is_empty")]
         pub description: String,
         /// The static map.
-        #[field(table)]
-        pub map: MapFile,
+        pub map: MapFile [table],
         /// The robot, where it starts and where it shall go.
-        #[field(table)]
-        pub robot: RobotSetup,
+        pub robot: RobotSetup [table],
         /// The robot's laser, in the simulator as in the localiser and in CPC.
-        #[field(table)]
         #[serde(default)]
-        pub laser: LaserModel,
+        pub laser: LaserModel [table],
         /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
-        #[field(table)]
         #[serde(default)]
-        pub odometry_noise: OdometryNoise,
+        pub odometry_noise: OdometryNoise [table],
         /// Which people the planner is told about.
-        #[field(table)]
         #[serde(default)]
-        pub perception: Perception,
+        pub perception: Perception [table],
         /// Tick, planning period and time limit.
-        #[field(table)]
         #[serde(default)]
-        pub clock: Clock,
+        pub clock: Clock [table],
         /// What all people have in common.
-        #[field(table)]
         #[serde(default)]
-        pub people: PeopleParams,
+        pub people: PeopleParams [table],
         /// People with routes.
-        #[field(table; 0.0, 1000.0, "twenty times the densest published scenario")]
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        pub walkers: Vec<Walker>,
+        pub walkers: Vec<Walker> [table; 0.0, 1000.0, "twenty times the densest published scenario"],
         /// Recorded pedestrians.
-        #[field(table; 0.0, 16.0, "each is a file that travels with the scenario")]
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        pub recorded: Vec<Recorded>,
+        pub recorded: Vec<Recorded> [table; 0.0, 16.0, "each is a file that travels with the scenario"],
         /// The planner to use unless the command line names another.
-        #[field(table)]
         #[serde(default)]
-        pub planner: PlannerChoice,
+        pub planner: PlannerChoice [table],
         /// Parameters of the localiser that differ from its defaults; checked by the localiser.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub localizer: Option<toml::Table>,
@@ -80,8 +67,6 @@ parameters! {
 
 parameters! {
     /// Where the static map is.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct MapFile {
         /// A `map_server` YAML file: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a
         /// dataset.
@@ -91,39 +76,30 @@ parameters! {
 
 parameters! {
     /// The robot's task and body.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct RobotSetup {
         /// Nominal start `[x, y, heading]`: what the localiser is told.
-        #[field([Range::POSITION, Range::POSITION, Range::HEADING])]
         #[serde(with = "arrays::pose")]
-        pub start: Pose2,
+        pub start: Pose2 [in Range::POSITION, Range::POSITION, Range::HEADING],
         /// Goal `[x, y]`.
-        #[field([Range::POSITION])]
         #[serde(with = "arrays::point")]
-        pub goal: Point2,
+        pub goal: Point2 [in Range::POSITION],
         /// Heading wanted at the goal; none means any. A wish to the planner: arrivals are judged by position.
-        #[field([Range::HEADING])]
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub goal_heading: Option<f64>,
+        pub goal_heading: Option<f64> [in Range::HEADING],
         /// Distance between true position and goal within which an arrival counts (D13, A36), metres.
-        #[field(0.01, 10.0, "m", "no pose is exact, and beyond some metres it is another place")]
         #[serde(default = "default_goal_tolerance")]
-        pub goal_tolerance: f64,
+        pub goal_tolerance: f64 [in Range::GOAL_TOLERANCE],
         /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
         /// pi/12 (trace 0.5685).
-        #[field(0.0, 10.0, "m or rad", "a filter spread wider has nothing to start from")]
         #[serde(default = "default_initial_sigma", deserialize_with = "arrays::three")]
-        pub initial_sigma: [f64; 3],
+        pub initial_sigma: [f64; 3] [0.0, 10.0, "m or rad", "a filter spread wider has nothing to start from"],
         /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
         /// cut at two standard deviations (D8).
-        #[field(0.0, 2.0, "times initial_sigma", "more than that the localiser is not told the truth")]
         #[serde(default = "default_start_noise")]
-        pub start_noise: f64,
+        pub start_noise: f64 [0.0, 2.0, "times initial_sigma", "more than that the localiser is not told the truth"],
         /// Outline and limits of the base.
-        #[field(table)]
         #[serde(default)]
-        pub model: RobotModel,
+        pub model: RobotModel [table],
     }
 }
 
@@ -141,29 +117,24 @@ fn default_start_noise() -> f64 {
 
 parameters! {
     /// Simulated time.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct Clock {
         /// Length of a simulation tick, seconds. Default 0.1, as in Stage.
-        #[field(0.01, 1.0, "s", "no planar laser scans more often, and in a longer tick people pass through each other")]
-        pub tick_s: f64 = 0.1,
+        pub tick_s: f64 [
+            0.01, 1.0, "s", "no planar laser scans more often, and in a longer tick people pass through each other"
+        ] = 0.1,
         /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz. In real time this is
         /// the most; planning is then at 10 Hz if ticks are that frequent.
-        #[field(
-            1.0, 1000.0, "ticks",
-            "there is no planning between ticks, and who plans more rarely does not plan"
-        )]
-        pub plan_every: u32 = 3,
+        pub plan_every: u32 [
+            1.0, 1000.0, "ticks", "there is no planning between ticks, and who plans more rarely does not plan"
+        ] = 3,
         /// Simulated seconds after which the run ends as a timeout (A37).
-        #[field(0.01, 864_000.0, "s", "a day of ticks of 0.1 s is the longest run")]
-        pub time_limit_s: f64 = 120.0,
+        pub time_limit_s: f64 [0.01, 864_000.0, "s", "a day of ticks of 0.1 s is the longest run"] = 120.0,
     } check Self::has_ticks
 }
 
 parameters! {
     /// The planner a scenario asks for.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
     pub struct PlannerChoice {
         /// Name of a planner profile.
         pub profile: String = "curiosity".to_owned(),

@@ -3,26 +3,23 @@
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
-use serde::{Deserialize, Serialize};
 
 use super::arrays;
 use crate::hrvo::HrvoParams;
 
 parameters! {
     /// Which people the planner is told about.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy, Eq, Default)]
+    #[serde(default)]
     pub struct Perception {
         /// See [`PerceivedPeople`].
-        #[field(words)]
-        pub people: PerceivedPeople,
+        pub people: PerceivedPeople [words],
     }
 }
 
 parameters! {
     /// Which people the planner is told about; always their true positions and velocities (D10, A33).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     pub enum PerceivedPeople {
         /// All people; the arbiter keeps those inside the Working Zone around its own belief.
         #[default]
@@ -42,29 +39,23 @@ impl PerceivedPeople {
 
 parameters! {
     /// What all people of the scenario have in common.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     pub struct PeopleParams {
         /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
-        #[field(0.05, 2.0, "m", "a person is neither a cat nor a car")]
-        pub radius: f64 = 0.25,
+        pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
         /// Where people come from: the scenario alone, or also from outside while the run goes on.
-        #[field(words)]
         #[serde(skip_serializing_if = "PeopleKind::is_scenario")]
-        pub kind: PeopleKind = PeopleKind::Scenario,
-        /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: the program that
-        /// plays a crowd may start after the run, or load a model first.
-        #[field(0.1, 600.0, "s", "a run that waits longer is forgotten")]
+        pub kind: PeopleKind [words] = PeopleKind::Scenario,
+        /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: the program
+        /// that plays a crowd may start after the run, or load a model first.
         #[serde(skip_serializing_if = "is_default_patience")]
-        pub live_patience_s: f64 = LIVE_PATIENCE_S,
+        pub live_patience_s: f64 [0.1, 600.0, "s", "a run that waits longer is forgotten"] = LIVE_PATIENCE_S,
         /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
-        #[field(words)]
         #[serde(skip_serializing_if = "Motion::is_scripted")]
-        pub motion: Motion = Motion::Scripted,
+        pub motion: Motion [words] = Motion::Scripted,
         /// Parameters of `motion = "hrvo"`; without effect on scripted people.
-        #[field(table)]
         #[serde(skip_serializing_if = "HrvoParams::is_default")]
-        pub hrvo: HrvoParams = HrvoParams::default(),
+        pub hrvo: HrvoParams [table] = HrvoParams::default(),
     }
 }
 
@@ -76,8 +67,7 @@ fn is_default_patience(seconds: &f64) -> bool {
 
 parameters! {
     /// Where people come from.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     pub enum PeopleKind {
         /// From `[[walkers]]` and `[[recorded]]` alone.
         #[default]
@@ -95,8 +85,7 @@ impl PeopleKind {
 
 parameters! {
     /// How the people of `[[walkers]]` move along their routes.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     pub enum Motion {
         /// In straight lines at constant speed, through each other; only the robot in the way stops them
         /// (D11).
@@ -116,8 +105,7 @@ impl Motion {
 
 parameters! {
     /// How a walker goes along its route.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
+    #[derive(Default)]
     pub enum WalkMode {
         /// To the last point, back to the first, and so on.
         #[default]
@@ -134,33 +122,25 @@ parameters! {
 parameters! {
     /// A person with a route. Scripted, it does not react, except that it waits while the robot stands in its
     /// way (D11); see [`Motion`].
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct Walker {
         /// Corners of the route `[[x, y], ...]`, walked in straight lines; at least two unless it stands.
-        #[field(
-            [Range::POSITION];
-            1.0, 1000.0, "one point is enough to stand, and every point is checked against walls"
-        )]
         #[serde(with = "arrays::points")]
-        pub route: Vec<Point2>,
+        pub route: Vec<Point2> [
+            in Range::POSITION; 1.0, 1000.0, "one point is enough to stand, and every point is checked against walls"
+        ],
         /// Walking speed, m/s.
-        #[field(0.01, 10.0, "m/s", "no person runs faster, and one who does not walk has mode = \"stand\"")]
         #[serde(default = "default_speed")]
-        pub speed: f64,
+        pub speed: f64 [0.01, 10.0, "m/s", "no person runs faster, and one who does not walk has mode = \"stand\""],
         /// How the route is walked.
-        #[field(words)]
         #[serde(default)]
-        pub mode: WalkMode,
+        pub mode: WalkMode [words],
         /// Metres along the route at t = 0. For `back-and-forth` up to twice the route's length: the second
         /// half is the way back. For `loop` up to the length of the closed route.
-        #[field(0.0, 1e6, "m", "it lies on the route")]
         #[serde(default)]
-        pub start_offset: f64,
+        pub start_offset: f64 [0.0, 1e6, "m", "it lies on the route"],
         /// Rest at each end of the route, seconds; for `loop` at the first point.
-        #[field(0.0, 3600.0, "s", "a longer rest outlasts the run")]
         #[serde(default)]
-        pub pause_s: f64,
+        pub pause_s: f64 [0.0, 3600.0, "s", "a longer rest outlasts the run"],
     } check Self::leads_somewhere
 }
 
@@ -170,8 +150,6 @@ fn default_speed() -> f64 {
 
 parameters! {
     /// How a recording is written.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-    #[serde(rename_all = "kebab-case")]
     pub enum RecordingFormat {
         /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
         Obsmat,
@@ -182,36 +160,25 @@ parameters! {
 
 parameters! {
     /// Pedestrians that walk as they were recorded. They do not react.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(deny_unknown_fields)]
     pub struct Recorded {
         /// The recording: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a dataset.
         pub file: String,
         /// How it is written.
-        #[field(words)]
-        pub format: RecordingFormat,
+        pub format: RecordingFormat [words],
         /// Frames per second: a frame number divided by it is the time in seconds. No default: it differs
         /// between recordings that look alike.
-        #[field(
-            0.1, 1000.0, "1/s",
-            "recordings of people have between one and some hundred frames per second"
-        )]
-        pub fps: f64,
+        pub fps: f64 [0.1, 1000.0, "1/s", "recordings of people have between one and some hundred frames per second"],
         /// Time in the recording at t = 0, seconds.
-        #[field(0.0, 1e6, "s", "eleven days are longer than any recording")]
         #[serde(default)]
-        pub start_s: f64,
+        pub start_s: f64 [0.0, 1e6, "s", "eleven days are longer than any recording"],
         /// `map_from_recording` as `[x, y, heading]`.
-        #[field([Range::POSITION, Range::POSITION, Range::HEADING])]
         #[serde(default, with = "arrays::pose")]
-        pub pose: Pose2,
+        pub pose: Pose2 [in Range::POSITION, Range::POSITION, Range::HEADING],
         /// Only these people of the recording; none means all of them.
-        #[field(
-            0.0, 4_294_967_295.0, "",
-            "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"
-        )]
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub ids: Option<Vec<u32>>,
+        pub ids: Option<Vec<u32>> [
+            0.0, 4_294_967_295.0, "", "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"
+        ],
         /// Begin again with the first frame after the last.
         #[serde(default)]
         pub r#loop: bool,

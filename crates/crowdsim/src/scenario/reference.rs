@@ -27,7 +27,7 @@ impl Scenario {
             people.insert("motion".into(), Value::try_from(motion)?);
             people.insert("hrvo".into(), Value::try_from(HrvoParams::default())?);
         }
-        Ok(reference(Self::fields(), &defaults))
+        Ok(reference(Self::FIELDS, &defaults))
     }
 }
 

@@ -27,14 +27,14 @@ pub struct Context<'a> {
     pub goal: Point2,
 }
 
-/// A decision with what led to it, one entry a candidate.
+/// A decision with what led to it, one entry per candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// What is to be done.
     pub decision: Decision,
     /// Costs, whole and by term.
     pub totals: Totals,
-    /// Why each candidate was ruled out; `None` for the chosen one and for those that were only dearer.
+    /// Why each candidate was ruled out; `None` for the chosen one and for those that only cost more.
     /// Collisions are looked for from the best on, so those are not known to be free.
     pub rejected: Vec<Option<Rejection>>,
     /// Index of the candidate followed.
@@ -119,10 +119,10 @@ fn reject_unseen(
     index: usize,
 ) -> Option<Rejection> {
     if index >= totals.total.len() {
-        return Some(Rejection::NotScored { metric: totals.terms.first()?.metric.clone() });
+        return Some(Rejection::NotScored { term: totals.terms.first()?.term.clone() });
     }
-    if let Some(metric) = totals.missing_metric(index) {
-        return Some(Rejection::NotScored { metric: metric.to_owned() });
+    if let Some(term) = totals.missing_term(index) {
+        return Some(Rejection::NotScored { term: term.to_owned() });
     }
     let reach = context.robot.v_max * candidates.dt() + context.profile.hold.reach_tolerance;
     let mut from = context.scene.belief.pose.position();
@@ -145,7 +145,7 @@ pub(super) struct Contender {
     pub(super) discount: f64,
 }
 
-/// Those for whom `may_compete` holds, in their order.
+/// Those of which `may_compete` is true, in their order.
 pub(super) fn contenders(
     context: &Context<'_>,
     candidates: &CandidateSet,
@@ -212,13 +212,13 @@ fn lack(rejected: &[Option<Rejection>]) -> Lack {
     let mut missing: Option<&String> = None;
     for rejection in rejected {
         match rejection {
-            Some(Rejection::NotScored { metric }) => {
-                missing = Some(missing.map_or(metric, |least| least.min(metric)));
+            Some(Rejection::NotScored { term }) => {
+                missing = Some(missing.map_or(term, |least| least.min(term)));
             }
             _ => return Lack::NoneFree,
         }
     }
-    missing.map_or(Lack::NoCandidates, |metric| Lack::NotScored { metric: metric.clone() })
+    missing.map_or(Lack::NoCandidates, |term| Lack::NotScored { term: term.clone() })
 }
 
 fn hold_or_stop(

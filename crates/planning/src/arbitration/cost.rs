@@ -9,30 +9,30 @@ const MAX_COST: f64 = 1e300;
 /// What one active term adds to each candidate's total.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TermCosts {
-    /// The metric.
-    pub metric: String,
-    /// `weight * scaled raw cost` of each candidate; `None` where the metric has not scored it.
+    /// The term's name.
+    pub term: String,
+    /// `weight * scaled raw cost` of each candidate; `None` where the term has not scored it.
     pub cost: Vec<Option<f64>>,
 }
 
 /// The cost of each candidate, whole and by term.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Totals {
-    /// One entry an active term, by metric.
+    /// One entry per active term, by name.
     pub terms: Vec<TermCosts>,
     /// L' of each candidate, finite and not negative; `None` unless every active term has scored it.
     pub total: Vec<Option<f64>>,
 }
 
 impl Totals {
-    /// The first metric that has not scored candidate `index`.
-    pub fn missing_metric(&self, index: usize) -> Option<&str> {
-        self.terms.iter().find(|term| term.cost[index].is_none()).map(|term| term.metric.as_str())
+    /// The first term that has not scored candidate `index`.
+    pub fn missing_term(&self, index: usize) -> Option<&str> {
+        self.terms.iter().find(|costs| costs.cost[index].is_none()).map(|costs| costs.term.as_str())
     }
 
-    /// L' of each candidate with the weight of each term times `factor(metric)`; `None` where [`Totals::total`] is.
+    /// L' of each candidate with the weight of each term times `factor(term)`; `None` where [`Totals::total`] is.
     pub fn reweighted(&self, factor: impl Fn(&str) -> f64) -> Vec<Option<f64>> {
-        let factors: Vec<f64> = self.terms.iter().map(|term| factor(&term.metric)).collect();
+        let factors: Vec<f64> = self.terms.iter().map(|term| factor(&term.term)).collect();
         let sum = |i: usize| {
             let mut terms = self.terms.iter().zip(&factors);
             terms.try_fold(0.0, |sum, (term, factor)| Some(sum + factor * term.cost[i]?))
@@ -47,17 +47,17 @@ pub fn total_costs(profile: &Profile, uncertain: bool, steps: usize, scores: &Sc
     let count = scores.len();
     let active: Vec<(&str, &Term)> = profile.active_terms(uncertain).collect();
     let complete: Vec<bool> =
-        (0..count).map(|i| active.iter().all(|(metric, _)| scores.cost(metric, i).is_some())).collect();
+        (0..count).map(|i| active.iter().all(|(name, _)| scores.cost(name, i).is_some())).collect();
     let mut terms = Vec::with_capacity(active.len());
-    for (metric, term) in active {
-        let raw: Vec<Option<f64>> = (0..count).map(|i| scores.cost(metric, i)).collect();
+    for (name, term) in active {
+        let raw: Vec<Option<f64>> = (0..count).map(|i| scores.cost(name, i)).collect();
         let (origin, unit) = match profile.normalisation {
             Normalisation::Fixed => (0.0, term.scale * steps as f64),
             Normalisation::MinMax => span(&raw, &complete),
         };
         let scaled = |raw: f64| Some(term.weight * ((raw - origin) / unit)).filter(|cost| *cost <= MAX_COST);
         let cost = raw.into_iter().map(|raw| raw.and_then(scaled)).collect();
-        terms.push(TermCosts { metric: metric.to_owned(), cost });
+        terms.push(TermCosts { term: name.to_owned(), cost });
     }
     let sum = |i: usize| terms.iter().try_fold(0.0, |sum, term| Some(sum + term.cost[i]?));
     let total = (0..count).map(sum).collect();
@@ -82,8 +82,8 @@ mod tests {
 
     fn scores(columns: &[(&str, &[f64])]) -> Scores {
         let mut scores = Scores::new(columns[0].1.len());
-        for (metric, costs) in columns {
-            scores.insert(metric, 0, costs).unwrap();
+        for (term, costs) in columns {
+            scores.insert(term, 0, costs).unwrap();
         }
         scores
     }
@@ -118,8 +118,8 @@ mod tests {
         let s = scores(&[("cnc", &[0.0, 1.0, f64::NAN]), ("distance", &[10.0, 12.0, 9999.0])]);
         let totals = total_costs(&profile, false, 13, &s);
         assert_eq!(totals.total, [Some(0.0), Some(2.0), None]);
-        assert_eq!(totals.missing_metric(2), Some("cnc"));
-        assert_eq!(totals.missing_metric(1), None);
+        assert_eq!(totals.missing_term(2), Some("cnc"));
+        assert_eq!(totals.missing_term(1), None);
     }
 
     proptest! {

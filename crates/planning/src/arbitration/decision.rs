@@ -1,8 +1,6 @@
 //! What a cycle ends in, and why.
 
-use std::fmt;
-
-use crate::collision::{Collision, Obstacle};
+use crate::collision::Collision;
 use crate::trajectory::Trajectory;
 
 /// What the robot is to do.
@@ -65,10 +63,10 @@ pub enum Reason {
 pub enum Lack {
     /// The generator gave no candidates.
     NoCandidates,
-    /// Nobody scored a single candidate under this metric and every other.
+    /// No candidate has a score of this term and of every other.
     NotScored {
-        /// The first metric that is missing.
-        metric: String,
+        /// The first term that is missing.
+        term: String,
     },
     /// Candidates were scored but each is unreachable or collides.
     NoneFree,
@@ -97,8 +95,8 @@ pub enum PreviousState {
 pub enum Rejection {
     /// An active term has no usable score for it.
     NotScored {
-        /// The first such metric.
-        metric: String,
+        /// The first such term.
+        term: String,
     },
     /// It leaps farther than the robot can drive (Alg. 2, line 4).
     Unreachable {
@@ -134,69 +132,5 @@ impl Previous {
             stamp,
             valid_for: decision.valid_for,
         })
-    }
-}
-
-impl fmt::Display for Action {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Follow => "follow",
-            Self::Hold => "hold",
-            Self::Stop => "stop",
-        })
-    }
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Arrived => f.write_str("arrived at the goal"),
-            Self::LeastCost => f.write_str("least cost"),
-            Self::OnlySlowFree => f.write_str("least cost among slow candidates, no faster one is free"),
-            Self::Degraded { lack, previous } => write!(f, "{lack}; {previous}"),
-        }
-    }
-}
-
-impl fmt::Display for Lack {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoCandidates => f.write_str("no candidates"),
-            Self::NotScored { metric } => write!(f, "no candidate has every score, `{metric}` is missing"),
-            Self::NoneFree => f.write_str("no scored candidate is free"),
-        }
-    }
-}
-
-impl fmt::Display for PreviousState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Held => f.write_str("holding the previous trajectory"),
-            Self::Absent => f.write_str("no previous trajectory to hold"),
-            Self::Expired => f.write_str("the previous trajectory has expired"),
-            Self::Strayed { metres } => write!(f, "the robot is {metres:.2} m off the previous trajectory"),
-            Self::Collides(collision) => {
-                write!(f, "the previous trajectory ")?;
-                write_collision(f, collision)
-            }
-        }
-    }
-}
-
-impl fmt::Display for Rejection {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotScored { metric } => write!(f, "not scored by `{metric}`"),
-            Self::Unreachable { step } => write!(f, "leaps at state {step}"),
-            Self::Collides(collision) => write_collision(f, collision),
-            Self::Slow => f.write_str("slow while a faster one is free"),
-        }
-    }
-}
-
-fn write_collision(f: &mut fmt::Formatter<'_>, collision: &Collision) -> fmt::Result {
-    match collision.with {
-        Obstacle::Wall => write!(f, "runs into a wall after {:.1} s", collision.time),
-        Obstacle::Person(id) => write!(f, "runs into person {id} after {:.1} s", collision.time),
     }
 }

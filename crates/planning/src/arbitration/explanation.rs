@@ -28,8 +28,8 @@ pub struct Explanation {
 /// Which candidate would have been followed, had one term another weight.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TermInfluence {
-    /// The term's metric.
-    pub metric: String,
+    /// The term's name.
+    pub term: String,
     /// By this term alone.
     pub alone: Option<usize>,
     /// With a weight of zero; absent if no other term is left.
@@ -74,7 +74,7 @@ pub(super) fn explain_by(
     field.free.borrow_mut()[chosen] = Some(true);
     let runner_up = field.best(&totals.total, Some(chosen));
     let margin = runner_up.and_then(|second| Some(totals.total[second]? - totals.total[chosen]?));
-    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.metric)).collect();
+    let terms = totals.terms.iter().map(|term| field.influence(totals, &term.term)).collect();
     Explanation { runner_up, margin, terms }
 }
 
@@ -101,13 +101,13 @@ struct Field<'a> {
 }
 
 impl Field<'_> {
-    fn influence(&self, totals: &Totals, metric: &str) -> TermInfluence {
+    fn influence(&self, totals: &Totals, term: &str) -> TermInfluence {
         let with = |factor: f64| {
-            self.best(&totals.reweighted(|other| if other == metric { factor } else { 1.0 }), None)
+            self.best(&totals.reweighted(|other| if other == term { factor } else { 1.0 }), None)
         };
         TermInfluence {
-            metric: metric.to_owned(),
-            alone: self.best(&totals.reweighted(|other| if other == metric { 1.0 } else { 0.0 }), None),
+            term: term.to_owned(),
+            alone: self.best(&totals.reweighted(|other| if other == term { 1.0 } else { 0.0 }), None),
             without: if totals.terms.len() > 1 { with(0.0) } else { None },
             doubled: with(2.0),
             halved: with(0.5),

@@ -3,7 +3,7 @@
 //! [`Observer`] turns beliefs and people into the scene of a cycle; [`Scores`] gathers raw costs from
 //! wherever they were computed; [`arbitrate`] weighs them into the total L' of eqs. 5 and 6, takes the
 //! least among what can be followed, and always ends in a [`Decision`]. [`explain`] says how close it
-//! was. Nothing here knows a metric by name: the profile lists them.
+//! was. Nothing here knows a term by name: the profile lists them.
 
 mod arbiter;
 mod cost;

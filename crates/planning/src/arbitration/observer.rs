@@ -6,7 +6,7 @@ use crate::profile::Profile;
 use crate::scene::{Belief, People, Scene};
 
 /// What the arbiter remembers between cycles to form scenes: the two hystereses. A new observer, as
-/// after a restart, is certain and knows nobody.
+/// after a restart, is certain and knows no people.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Observer {
     uncertain: bool,
@@ -26,12 +26,12 @@ impl Observer {
         self.uncertain
     }
 
-    /// Ids of those whom the last scene held, ascending.
+    /// Ids of the people of the last scene, ascending.
     pub fn members(&self) -> &[u32] {
         &self.members
     }
 
-    /// The scene at `stamp` seconds of the robot's clock. `people` is everybody the tracker reports, in
+    /// The scene at `stamp` seconds of the robot's clock. `people` are all that the tracker reports, in
     /// any order; the scene holds those inside the Working Zone, by ascending id.
     pub fn form_scene(
         &mut self,

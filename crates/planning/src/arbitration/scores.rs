@@ -1,13 +1,13 @@
-//! Raw costs as they come in: by metric, in shards, from anywhere.
+//! Raw costs as they come in: by term, in shards, from anywhere.
 
 use std::collections::BTreeMap;
 
 /// Costs that do not fit the candidates they were asked for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{found} costs of `{metric}` from candidate {first} on, but there are {count} candidates")]
+#[error("{found} costs of `{term}` from candidate {first} on, but there are {count} candidates")]
 pub struct ScoreError {
-    /// The metric.
-    pub metric: String,
+    /// The term.
+    pub term: String,
     /// Index of the shard's first candidate.
     pub first: usize,
     /// How many costs came.
@@ -16,7 +16,7 @@ pub struct ScoreError {
     pub count: usize,
 }
 
-/// The raw cost of each candidate under each metric, where known. Held costs are finite and not negative.
+/// The raw cost of each candidate under each term, where known. Held costs are finite and not negative.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scores {
     count: usize,
@@ -42,11 +42,11 @@ impl Scores {
     /// Adds the costs of one shard, whose first candidate has index `first`, and says how many of them
     /// were refused for being NaN, infinite or negative; those candidates stay unscored. A candidate
     /// scored twice keeps its first cost: equal costs are the contract, and order must not matter.
-    pub fn insert(&mut self, metric: &str, first: usize, costs: &[f64]) -> Result<usize, ScoreError> {
+    pub fn insert(&mut self, term: &str, first: usize, costs: &[f64]) -> Result<usize, ScoreError> {
         let end = first.checked_add(costs.len()).filter(|&end| end <= self.count).ok_or_else(|| {
-            ScoreError { metric: metric.to_owned(), first, found: costs.len(), count: self.count }
+            ScoreError { term: term.to_owned(), first, found: costs.len(), count: self.count }
         })?;
-        let held = self.costs.entry(metric.to_owned()).or_insert_with(|| vec![None; self.count]);
+        let held = self.costs.entry(term.to_owned()).or_insert_with(|| vec![None; self.count]);
         let mut refused = 0;
         for (slot, &cost) in held[first..end].iter_mut().zip(costs) {
             if !(cost.is_finite() && cost >= 0.0) {
@@ -58,14 +58,14 @@ impl Scores {
         Ok(refused)
     }
 
-    /// The raw cost of candidate `index` under `metric`, in the metric's unit.
-    pub fn cost(&self, metric: &str, index: usize) -> Option<f64> {
-        self.costs.get(metric).and_then(|costs| costs.get(index).copied().flatten())
+    /// The raw cost of candidate `index` under `term`, in the term's unit.
+    pub fn cost(&self, term: &str, index: usize) -> Option<f64> {
+        self.costs.get(term).and_then(|costs| costs.get(index).copied().flatten())
     }
 
-    /// Indices of the candidates that `metric` has not scored, ascending.
-    pub fn missing(&self, metric: &str) -> Vec<usize> {
-        (0..self.count).filter(|&i| self.cost(metric, i).is_none()).collect()
+    /// Indices of the candidates that `term` has not scored, ascending.
+    pub fn missing(&self, term: &str) -> Vec<usize> {
+        (0..self.count).filter(|&i| self.cost(term, i).is_none()).collect()
     }
 }
 

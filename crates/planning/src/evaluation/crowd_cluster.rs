@@ -25,7 +25,7 @@ pub fn crowd_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> 
     clusters
 }
 
-/// Range search around everybody. The tree is asked for a little more than the distance and the strict
+/// Range search around each person. The tree is asked for a little more than the distance and the strict
 /// comparison is made here, so that the tree's own arithmetic decides nothing.
 fn link_neighbours(people: &People, social_distance: f64, links: &mut Links) {
     let limit = social_distance * social_distance;
@@ -44,7 +44,7 @@ fn link_neighbours(people: &People, social_distance: f64, links: &mut Links) {
                 }
             }
         }
-        // A tree that cannot be built (nobody, or more people than its index counts) is not needed.
+        // A tree that cannot be built (no people, or more than its index counts) is not needed.
         _ => (0..points.len()).for_each(|i| (0..i).for_each(|j| link(i, j))),
     }
 }

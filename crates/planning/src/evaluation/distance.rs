@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::{Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, each};
 use crate::geometry::Point2;
 use crate::occupancy::GeodesicField;
 use crate::scene::Scene;
@@ -17,8 +16,7 @@ pub const UNREACHABLE: f64 = 100_000.0;
 
 parameters! {
     /// Which distance `D` is (A11).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "lowercase")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum DistanceMeasure {
         /// The shortest way around obstacles: no dead ends.
@@ -29,75 +27,41 @@ parameters! {
     }
 }
 
-/// Metric `distance`: distance to the goal summed over the states, metres.
+/// Term `distance`: distance to the goal summed over the states, metres.
 #[derive(Debug, Clone)]
-pub struct DistanceEvaluator {
-    to_goal: ToGoal,
-}
-
-#[derive(Debug, Clone)]
-enum ToGoal {
-    Geodesic { field: Arc<GeodesicField> },
-    Euclid { goal: Point2 },
+pub enum DistanceEvaluator {
+    /// The geodesic distance to the goal of the field.
+    Geodesic(Arc<GeodesicField>),
+    /// The straight distance to the goal, which needs no map.
+    Euclid(Point2),
 }
 
 impl DistanceEvaluator {
-    /// Geodesic distance to the goal of `field`.
-    pub fn new(field: Arc<GeodesicField>) -> Self {
-        Self { to_goal: ToGoal::Geodesic { field } }
-    }
-
-    /// Straight distance to `goal`, which needs no map.
-    pub fn euclid(goal: Point2) -> Self {
-        Self { to_goal: ToGoal::Euclid { goal } }
-    }
-
-    /// Which distance is measured.
-    pub fn measure(&self) -> DistanceMeasure {
-        match self.to_goal {
-            ToGoal::Geodesic { .. } => DistanceMeasure::Geodesic,
-            ToGoal::Euclid { .. } => DistanceMeasure::Euclid,
-        }
-    }
-
     /// Distance to go from one point, metres, at most [`UNREACHABLE`].
     #[inline]
     fn at(&self, p: Point2) -> f64 {
-        let distance = match &self.to_goal {
-            ToGoal::Geodesic { field } => field.at(p),
-            ToGoal::Euclid { goal } => p.distance(*goal),
+        let distance = match self {
+            Self::Geodesic(field) => field.at(p),
+            Self::Euclid(goal) => p.distance(*goal),
         };
         if distance < UNREACHABLE { distance } else { UNREACHABLE }
     }
 }
 
 impl Evaluator for DistanceEvaluator {
-    fn metric(&self) -> &'static str {
-        "distance"
-    }
-
-    fn evaluate(
-        &self,
-        _scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
-        (0..candidates.len())
-            .map(|i| {
-                if should_stop() {
-                    return Err(Stopped);
-                }
-                let states = candidates.range(i);
-                let (x, y) = (&candidates.x()[states.clone()], &candidates.y()[states]);
-                Ok(x.iter().zip(y).map(|(&x, &y)| self.at(Point2::new(x, y))).sum())
-            })
-            .collect()
+    fn evaluate(&self, _: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
+        each(candidates, should_stop, |i| {
+            let states = candidates.range(i);
+            let (x, y) = (&candidates.x()[states.clone()], &candidates.y()[states]);
+            x.iter().zip(y).map(|(&x, &y)| self.at(Point2::new(x, y))).sum()
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::Stopped;
     use crate::geometry::{Pose2, Twist};
     use crate::occupancy::{OccupancyGrid, StaticMap};
     use crate::scene::{Belief, People};
@@ -124,7 +88,7 @@ mod tests {
         let cells = (0..10_000).map(|i| if i % 100 == 50 && i / 100 < 80 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap();
         let field = GeodesicField::new(&StaticMap::new(grid), Point2::new(2.0, 2.0), 0.3);
-        DistanceEvaluator::new(Arc::new(field))
+        DistanceEvaluator::Geodesic(Arc::new(field))
     }
 
     #[test]
@@ -132,7 +96,7 @@ mod tests {
         let set = points(&[[(8.0, 2.0), (8.0, 2.0)], [(2.0, 8.0), (2.0, 8.0)]]);
         let geodesic = walled().evaluate(&scene(), &set, &|| false).unwrap();
         let euclid =
-            DistanceEvaluator::euclid(Point2::new(2.0, 2.0)).evaluate(&scene(), &set, &|| false).unwrap();
+            DistanceEvaluator::Euclid(Point2::new(2.0, 2.0)).evaluate(&scene(), &set, &|| false).unwrap();
         // both 6 m off in the air; one is behind the wall
         assert!((euclid[0] - 12.0).abs() < 1e-12 && (euclid[1] - 12.0).abs() < 1e-12);
         assert!(geodesic[0] > 24.0, "{geodesic:?}");

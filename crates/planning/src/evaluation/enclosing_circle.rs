@@ -1,7 +1,7 @@
 //! The smallest circle around a set of points: C(.) and R(.) of eq. 17 (A18).
 //!
 //! A pivoting solution of the LP-type problem of Welzl (1991) and Gärtner (1999): the circle of at most
-//! three support points is replaced by the one that also holds the farthest point, until nobody is
+//! three support points is replaced by the one that also holds the farthest point, until none is
 //! outside. The radius grows with every pivot, so it ends; the order of the points is used as it is.
 
 use crate::geometry::Point2;

@@ -6,14 +6,12 @@
 //! and a component ends at [`CUT_SIGMAS`].
 
 use crate::parameters;
-use crate::parameters::{FieldError, Ranged};
-use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::hccdm_simd::{Lanes, State};
-use crate::evaluation::{Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, each};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::scene::{People, Scene};
@@ -22,8 +20,7 @@ pub use crate::evaluation::hccdm_simd::CUT_SIGMAS;
 
 parameters! {
     /// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum Covariance {
         /// As printed: the number is the variance, Sigma_g = sigma_g I.
@@ -36,8 +33,7 @@ parameters! {
 
 parameters! {
     /// The weight p_g of a component of eps_g people (eq. 18, A14).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum Weighting {
         /// p_g = eps_g: the map is smoothed people per square metre, however many others are around (D1).
@@ -50,8 +46,7 @@ parameters! {
 
 parameters! {
     /// Where a component is at the time of a candidate's state (A19).
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "snake_case")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum ComponentMotion {
         /// It moves with the mean velocity of its people and widens by the forecast's variance (D2).
@@ -64,33 +59,25 @@ parameters! {
 
 parameters! {
     /// Parameters of the map.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct HccdmParams {
         /// D_pd of eq. 17, metres, positive: the comfortable distance of the paper's reference 17 (A16).
-        #[field(
-            0.01, 10.0, "m",
-            "the spread of a lone person's zone follows from it and must not vanish; Hall's public space \
-             begins nearer"
-        )]
-        pub personal_distance: f64 = 1.5,
+        pub personal_distance: f64 [
+            0.01, 10.0, "m", "the spread of a lone person's zone follows from it and must not vanish;
+            Hall's public space begins nearer"
+        ] = 1.5,
         /// Two people nearer than this stand together, metres, not negative: the far edge of Hall's close
         /// social phase (A17). 3.6 m joins nearly all people in dense scenes, 1.2 m hardly any.
-        #[field(0.0, 100.0, "m", "people farther apart do not stand together")]
-        pub social_distance: f64 = 2.1,
+        pub social_distance: f64 [0.0, 100.0, "m", "people farther apart do not stand together"] = 2.1,
         /// What sigma_g means.
-        #[field(words)]
-        pub covariance: Covariance = Covariance::Literal,
+        pub covariance: Covariance [words] = Covariance::Literal,
         /// What p_g is.
-        #[field(words)]
-        pub weighting: Weighting = Weighting::People,
+        pub weighting: Weighting [words] = Weighting::People,
         /// Whether components move.
-        #[field(words)]
-        pub motion: ComponentMotion = ComponentMotion::Moving,
+        pub motion: ComponentMotion [words] = ComponentMotion::Moving,
         /// How moving components widen.
-        #[field(table)]
-        pub forecast: ForecastParams = ForecastParams::default(),
+        pub forecast: ForecastParams [table] = ForecastParams::default(),
     }
 }
 
@@ -147,7 +134,7 @@ impl Component {
     }
 }
 
-/// The map of one scene, ready to cost candidates of `steps` states `dt` seconds apart.
+/// The map of one scene, ready to score candidates of `steps` states `dt` seconds apart.
 #[derive(Debug, Clone)]
 pub struct Hccdm {
     components: Vec<Component>,
@@ -157,8 +144,7 @@ pub struct Hccdm {
 
 impl Hccdm {
     /// Clusters the people, fits a component to each cluster and lays out its states over the horizon.
-    /// `params` are such as [`HccdmParams::check`] passes. Components are in the order of their first
-    /// member in `people`.
+    /// Components are in the order of their first member in `people`.
     pub fn build(people: &People, params: &HccdmParams, steps: usize, dt: f64) -> Self {
         let components: Vec<Component> = crowd_clusters(people, params.social_distance)
             .iter()
@@ -192,41 +178,20 @@ fn time_of(k: usize, dt: f64) -> f64 {
     (k + 1) as f64 * dt
 }
 
-/// The metric `cnc`: H of eq. 18 over the scene's people.
+/// Term `cnc`: H of eq. 18 over the scene's people.
 #[derive(Debug, Clone)]
 pub struct HccdmEvaluator {
-    params: HccdmParams,
-}
-
-impl HccdmEvaluator {
-    /// An evaluator with these parameters, if they are in range.
-    pub fn new(params: HccdmParams) -> Result<Self, FieldError> {
-        params.check()?;
-        Ok(Self { params })
-    }
+    /// Such as [`HccdmParams::check`](crate::parameters::Ranged::check) passes.
+    pub params: HccdmParams,
 }
 
 impl Evaluator for HccdmEvaluator {
-    fn metric(&self) -> &'static str {
-        "cnc"
-    }
-
-    fn evaluate(
-        &self,
-        scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
+    fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
-        let mut costs = Vec::with_capacity(candidates.len());
-        for i in 0..candidates.len() {
-            if should_stop() {
-                return Err(Stopped);
-            }
+        each(candidates, should_stop, |i| {
             let range = candidates.range(i);
-            costs.push(map.cost(&candidates.x()[range.clone()], &candidates.y()[range]));
-        }
-        Ok(costs)
+            map.cost(&candidates.x()[range.clone()], &candidates.y()[range])
+        })
     }
 }
 

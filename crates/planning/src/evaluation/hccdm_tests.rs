@@ -1,7 +1,9 @@
 use super::*;
+use crate::evaluation::Stopped;
 use crate::evaluation::crowd_cluster::plain_clusters;
 use crate::evaluation::enclosing_circle::brute_force_circle;
 use crate::geometry::{Pose2, Twist};
+use crate::parameters::Ranged;
 use crate::random::{Rng, rng, uniform};
 use crate::scene::Belief;
 use crate::states::States;
@@ -61,7 +63,7 @@ fn scene(people: People) -> Scene {
 }
 
 fn evaluate(params: HccdmParams, people: &People, candidates: &CandidateSet) -> Vec<f64> {
-    HccdmEvaluator::new(params).unwrap().evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
+    HccdmEvaluator { params }.evaluate(&scene(people.clone()), candidates, &|| false).unwrap()
 }
 
 /// Equations 16 to 18 as they stand, with every shortcut left out.
@@ -269,15 +271,15 @@ fn a_moving_person_is_met_where_they_will_be() {
 fn nobody_costs_nothing_and_a_spent_budget_gives_no_half_answer() {
     let candidates = random_candidates(&mut rng(1, 10), 4, 13, 0.3, 10.0);
     assert_eq!(evaluate(HccdmParams::default(), &People::default(), &candidates), [0.0; 4]);
-    let evaluator = HccdmEvaluator::new(HccdmParams::default()).unwrap();
+    let evaluator = HccdmEvaluator { params: HccdmParams::default() };
     assert_eq!(evaluator.evaluate(&scene(People::default()), &candidates, &|| true), Err(Stopped));
 }
 
 #[test]
 fn a_parameter_out_of_range_is_named() {
     let params = HccdmParams { personal_distance: 0.0, ..HccdmParams::default() };
-    let message = HccdmEvaluator::new(params).unwrap_err().to_string();
+    let message = params.check().unwrap_err().to_string();
     assert!(message.starts_with("personal_distance: is 0; give 0.01 to 10 m: "), "{message}");
     let params = HccdmParams { social_distance: f64::NAN, ..HccdmParams::default() };
-    assert!(HccdmEvaluator::new(params).unwrap_err().to_string().starts_with("social_distance"));
+    assert!(params.check().unwrap_err().to_string().starts_with("social_distance"));
 }

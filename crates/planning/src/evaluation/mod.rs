@@ -1,4 +1,4 @@
-//! What a candidate costs: one evaluator a metric.
+//! What a candidate costs: one evaluator per term.
 //!
 //! The contract everything hangs on: the cost of a candidate depends on the scene and on that
 //! candidate alone, never on its neighbours in the batch. Then a batch can be cut into shards over any
@@ -20,17 +20,16 @@ use crate::scene::Scene;
 #[error("stopped before every candidate was scored")]
 pub struct Stopped;
 
-/// Scores candidates under one metric, in process or behind a service: the same code, the same costs.
-pub trait Evaluator: Send + Sync {
-    /// Name of the metric, as in profiles and keys.
-    fn metric(&self) -> &'static str;
+/// Raw cost of each candidate, in the term's own unit, lower is better, finite and not negative.
+pub type Costs = Result<Vec<f64>, Stopped>;
 
-    /// Raw cost of each candidate, in the metric's own unit, lower is better, finite and not negative.
-    /// `should_stop` is asked between candidates.
-    fn evaluate(
-        &self,
-        scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped>;
+/// Scores candidates under one term, in process or behind a service: the same code, the same costs.
+pub trait Evaluator: Send + Sync {
+    /// The cost of each candidate. `should_stop` is asked between candidates.
+    fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs;
+}
+
+/// What `cost` says of each candidate by its index, until told to stop.
+pub fn each(candidates: &CandidateSet, should_stop: &dyn Fn() -> bool, cost: impl Fn(usize) -> f64) -> Costs {
+    (0..candidates.len()).map(|i| if should_stop() { Err(Stopped) } else { Ok(cost(i)) }).collect()
 }

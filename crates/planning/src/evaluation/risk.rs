@@ -1,16 +1,16 @@
-//! The choice of Risk-RRT as a metric: the best node on a candidate, by the weight of the authors' code.
+//! The choice of Risk-RRT as a term: the best node on a candidate, by the weight of the authors' code.
 
 use std::sync::Arc;
 
 use crate::candidates::CandidateSet;
 use crate::collision_risk::{CollisionRisk, RiskParams};
-use crate::evaluation::{Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, each};
 use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2};
 use crate::occupancy::StaticMap;
 use crate::scene::Scene;
 
-/// Metric `risk`: the least `social_weight * risk + d` among a candidate's states, the reciprocal of
+/// Term `risk`: the least `social_weight * risk + d` among a candidate's states, the reciprocal of
 /// Risk-RRT's node weight, without unit.
 ///
 /// Risk-RRT takes the path to the node of greatest weight, whether or not the tree goes on behind it. A
@@ -19,25 +19,19 @@ use crate::scene::Scene;
 /// where the robot touches a wall, and never below that of the states before it.
 #[derive(Debug, Clone)]
 pub struct RiskEvaluator {
-    map: Arc<StaticMap>,
-    goal: Point2,
-    radius: f64,
-    forecast: ForecastParams,
-    params: RiskParams,
+    /// Where walls are.
+    pub map: Arc<StaticMap>,
+    /// Where to go.
+    pub goal: Point2,
+    /// The robot's, metres.
+    pub radius: f64,
+    /// How people move on.
+    pub forecast: ForecastParams,
+    /// How risk is weighed.
+    pub params: RiskParams,
 }
 
 impl RiskEvaluator {
-    /// For a robot of `radius` metres on its way to `goal`.
-    pub fn new(
-        map: Arc<StaticMap>,
-        goal: Point2,
-        radius: f64,
-        forecast: ForecastParams,
-        params: RiskParams,
-    ) -> Self {
-        Self { map, goal, radius, forecast, params }
-    }
-
     fn cost(&self, risk: &CollisionRisk, root_distance: f64, poses: impl Iterator<Item = Pose2>) -> f64 {
         let (mut worst, mut best): (f64, f64) = (0.0, f64::INFINITY);
         for (moment, pose) in poses.enumerate() {
@@ -51,35 +45,19 @@ impl RiskEvaluator {
 }
 
 impl Evaluator for RiskEvaluator {
-    fn metric(&self) -> &'static str {
-        "risk"
-    }
-
-    fn evaluate(
-        &self,
-        scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
+    fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
         let risk = CollisionRisk::new(&scene.people, self.forecast, self.radius, &self.params, moments);
         let root_distance = scene.belief.pose.position().distance(self.goal);
-        (0..candidates.len())
-            .map(|i| {
-                if should_stop() {
-                    return Err(Stopped);
-                }
-                let pose =
-                    |k: usize| Pose2::new(candidates.x()[k], candidates.y()[k], candidates.heading()[k]);
-                Ok(self.cost(&risk, root_distance, candidates.range(i).map(pose)))
-            })
-            .collect()
+        let pose = |k: usize| Pose2::new(candidates.x()[k], candidates.y()[k], candidates.heading()[k]);
+        each(candidates, should_stop, |i| self.cost(&risk, root_distance, candidates.range(i).map(pose)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::Stopped;
     use crate::geometry::Twist;
     use crate::occupancy::OccupancyGrid;
     use crate::scene::{Belief, People};
@@ -103,7 +81,7 @@ mod tests {
         let cells = (0..10_000).map(|i| if i % 100 >= 80 { 100 } else { 0 }).collect();
         let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap());
         let (forecast, params) = (ForecastParams::default(), RiskParams::default());
-        RiskEvaluator::new(Arc::new(map), Point2::new(7.0, 5.0), 0.3, forecast, params)
+        RiskEvaluator { map: Arc::new(map), goal: Point2::new(7.0, 5.0), radius: 0.3, forecast, params }
     }
 
     /// Straight ways of `steps` states, 0.3 m each, headed along x from (2, y).

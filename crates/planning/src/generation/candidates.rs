@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
+use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
 use crate::generation::candidate_params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
-use crate::generation::{GenerationInput, GenerationParams};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
 use crate::numerics::sin_cos;
@@ -22,7 +22,7 @@ const FAN: u32 = 24;
 const ARCS: u32 = 13;
 /// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
 const BEGINNING: f64 = 1.2;
-/// Who is this far away in the end gets somewhere, however slowly, metres.
+/// A candidate that ends this far away gets somewhere, however slowly, metres.
 const SOMEWHERE: f64 = 0.3;
 
 /// A path to be timed.
@@ -60,11 +60,10 @@ pub fn find_candidates(
     tree: &Tree,
     way: &[Point2],
     checker: &CollisionChecker<'_>,
-    params: &GenerationParams,
     should_stop: &dyn Fn() -> bool,
 ) -> CandidateSet {
-    let (rollout_params, turning_radius) = (&params.rollout, params.tree.turning_radius);
-    let params = &params.candidates;
+    let (rollout_params, turning_radius) = (&input.params.rollout, input.params.tree.turning_radius);
+    let params = &input.params.candidates;
     let belief = &input.scene.belief;
     let from = Departure {
         pose: belief.pose,
@@ -103,7 +102,7 @@ pub fn find_candidates(
     if free.iter().any(|f| !f.slow) {
         free.retain(|f| !f.slow);
     } else if free.iter().any(|f| f.travel >= SOMEWHERE) {
-        // Turning to and fro beside somebody who waits costs nothing and never ends.
+        // Turning to and fro beside a person who waits costs nothing and never ends.
         free.retain(|f| f.travel >= SOMEWHERE);
     }
     finder.emit(free)
@@ -153,7 +152,7 @@ impl Finder<'_> {
         proposals
     }
 
-    /// Whether somebody is in the way at the beginning of a path: turning to it leads nowhere yet.
+    /// Whether a person is in the way at the beginning of a path: turning to it leads nowhere yet.
     fn occupied(&self, path: &Path) -> bool {
         let people = &self.input.scene.people;
         let contact = self.input.robot.radius() + people.radius;
@@ -191,7 +190,7 @@ impl Finder<'_> {
                 let angle = first + f64::from(k) * std::f64::consts::TAU / f64::from(FAN);
                 let (s, c) = sin_cos(angle);
                 let end = Point2::new(pose.x + reach * c, pose.y + reach * s);
-                // Next to somebody even a small turn has to come first.
+                // Next to a person even a small turn has to come first.
                 let turn_first = wrap_angle(angle - pose.heading).abs() > self.rollout_params.turn_until;
                 let path = self.until_wall(Path::new(pose.position(), [end], reach));
                 Proposal { path, turn_first, pinned: false, turns_to_goal: false }

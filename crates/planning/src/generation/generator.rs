@@ -1,19 +1,21 @@
 //! What every generator takes and answers.
 
 use crate::candidates::CandidateSet;
+use crate::collision::CollisionChecker;
 use crate::forecast::ForecastParams;
+use crate::generation::params::GenerationParams;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
 use crate::occupancy::{GeodesicField, StaticMap};
+use crate::random::{Rng, rng};
 use crate::scene::Scene;
 
-/// Stream of [`crate::random::rng`] on which samples are drawn, one per tick.
-pub(super) const SAMPLES: u64 = 0x5e_ed00_0000;
-
-/// What a generator knows.
+/// What a generator knows besides last cycle's tree.
 #[derive(Debug, Clone, Copy)]
 pub struct GenerationInput<'a> {
+    /// How to generate.
+    pub params: &'a GenerationParams,
     /// The static world.
     pub map: &'a StaticMap,
     /// Where to go.
@@ -29,6 +31,20 @@ pub struct GenerationInput<'a> {
     pub forecast: ForecastParams,
     /// What is left of the trajectory decided before, to be offered again.
     pub previous: Option<&'a [Pose2]>,
+    /// The run's. The same input, seed and tree give the same answer.
+    pub seed: u64,
+}
+
+impl<'a> GenerationInput<'a> {
+    /// What says whether a candidate is free.
+    pub fn checker(&self) -> CollisionChecker<'a> {
+        CollisionChecker::new(self.map, self.robot, self.scene, self.forecast, &self.params.collision)
+    }
+
+    /// What samples of this tick are drawn from.
+    pub(super) fn samples(&self) -> Rng {
+        rng(self.seed, 0x5e_ed00_0000 + self.scene.tick)
+    }
 }
 
 /// What a generator answers.
@@ -38,21 +54,4 @@ pub struct Generated {
     pub candidates: CandidateSet,
     /// The tree, to be handed back in the next cycle.
     pub tree: Tree,
-}
-
-/// Makes candidates. Stateless: all that lasts is in the tree.
-pub trait Generator: Send + Sync {
-    /// Name, as in profiles.
-    fn name(&self) -> &'static str;
-
-    /// The candidates of one cycle. `tree` is what the last cycle answered, `seed` the run's; the same
-    /// input, tree and seed give the same answer. `should_stop` is for emergencies: an answer cut short
-    /// is usable but depends on the machine.
-    fn generate(
-        &self,
-        input: &GenerationInput<'_>,
-        tree: Option<Tree>,
-        seed: u64,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Generated;
 }

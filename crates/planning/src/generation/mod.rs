@@ -18,20 +18,19 @@ mod registry;
 pub mod risk_rrt;
 pub mod rollout;
 pub mod rrt_star;
-mod rrt_star_generator;
+pub mod rrt_star_generator;
 pub mod tree;
 pub mod update;
 
-pub use bi_risk_rrt::{BiRiskRrtGenerator, BiRiskRrtParams};
+pub use bi_risk_rrt::BiRiskRrtParams;
 pub use candidate_params::CandidateParams;
 pub use candidates::find_candidates;
-pub use generator::{Generated, GenerationInput, Generator};
+pub use generator::{Generated, GenerationInput};
 pub use params::GenerationParams;
 pub use registry::{GENERATORS, GeneratorKind, find, known};
-pub use risk_rrt::{RiskRrtGenerator, RiskRrtParams};
+pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;
 pub use rrt_star::{RrtStar, RrtStarParams, SampleSpace};
-pub use rrt_star_generator::RrtStarGenerator;
 pub use tree::{Tree, TreeError};
 
 #[cfg(test)]

@@ -1,7 +1,5 @@
 //! The parameters of all generators.
 
-use serde::{Deserialize, Serialize};
-
 use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
 use crate::generation::bi_risk_rrt::BiRiskRrtParams;
@@ -13,25 +11,20 @@ use crate::parameters;
 
 parameters! {
     /// Parameters of the generators.
-    #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Default)]
+    #[serde(default)]
     #[non_exhaustive]
     pub struct GenerationParams {
         /// How the tree grows.
-        #[field(table)]
-        pub tree: RrtStarParams,
+        pub tree: RrtStarParams [table],
         /// How its branches are driven.
-        #[field(table)]
-        pub rollout: RolloutParams,
+        pub rollout: RolloutParams [table],
         /// What is offered.
-        #[field(table)]
-        pub candidates: CandidateParams,
+        pub candidates: CandidateParams [table],
         /// The tree of the Risk-RRT baselines.
-        #[field(table)]
-        pub risk_rrt: RiskRrtParams,
+        pub risk_rrt: RiskRrtParams [table],
         /// What Bi-Risk-RRT does besides.
-        #[field(table)]
-        pub bi_risk_rrt: BiRiskRrtParams,
+        pub bi_risk_rrt: BiRiskRrtParams [table],
         /// How much room is kept. Skipped: a profile says it once for all parts.
         #[serde(skip)]
         pub collision: CollisionParams,

@@ -3,13 +3,11 @@
 use std::cell::Cell;
 
 use crate::generation::{
-    BiRiskRrtGenerator, Generated, GenerationInput, GenerationParams, Generator, RiskRrtGenerator,
-    RrtStarGenerator, Tree,
+    Generated, GenerationInput, GenerationParams, Tree, bi_risk_rrt, risk_rrt, rrt_star_generator,
 };
 
 /// A generator that profiles can name.
 #[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
 pub struct GeneratorKind {
     /// Its name in profiles.
     pub name: &'static str,
@@ -17,18 +15,17 @@ pub struct GeneratorKind {
     pub iterations: fn(&mut GenerationParams) -> &mut u32,
     /// Most candidates that one tree offers.
     pub max_candidates: fn(&GenerationParams) -> u32,
-    /// Makes it.
-    pub build: fn(GenerationParams) -> Box<dyn Generator>,
+    /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered. The
+    /// function that says whether to stop is for emergencies: an answer cut short is usable but depends on the machine.
+    pub grow: fn(&GenerationInput<'_>, Option<Tree>, &dyn Fn() -> bool) -> Generated,
 }
 
 impl GeneratorKind {
-    /// Makes it and lets it generate once; also says whether `should_stop` has cut that short.
+    /// What it generates; also says whether `should_stop` has cut that short.
     pub fn generate(
         &self,
-        params: GenerationParams,
         input: &GenerationInput<'_>,
         tree: Option<Tree>,
-        seed: u64,
         should_stop: &dyn Fn() -> bool,
     ) -> (Generated, bool) {
         // Once told to stop, it is told so for good.
@@ -37,8 +34,7 @@ impl GeneratorKind {
             cut.set(cut.get() || should_stop());
             cut.get()
         };
-        let generated = (self.build)(params).generate(input, tree, seed, &should_stop);
-        (generated, cut.get())
+        ((self.grow)(input, tree, &should_stop), cut.get())
     }
 }
 
@@ -48,19 +44,19 @@ pub const GENERATORS: &[GeneratorKind] = &[
         name: "rrt-star",
         iterations: |params| &mut params.tree.iterations,
         max_candidates: |params| params.candidates.max_candidates,
-        build: |params| Box::new(RrtStarGenerator { params }),
+        grow: rrt_star_generator::generate,
     },
     GeneratorKind {
         name: "risk-rrt",
         iterations: |params| &mut params.risk_rrt.nodes,
         max_candidates: |params| params.risk_rrt.max_candidates,
-        build: |params| Box::new(RiskRrtGenerator { params }),
+        grow: risk_rrt::generate,
     },
     GeneratorKind {
         name: "bi-risk-rrt",
         iterations: |params| &mut params.risk_rrt.nodes,
         max_candidates: |params| params.risk_rrt.max_candidates,
-        build: |params| Box::new(BiRiskRrtGenerator { params }),
+        grow: bi_risk_rrt::generate,
     },
 ];
 
@@ -72,19 +68,4 @@ pub fn find(name: &str) -> Option<&'static GeneratorKind> {
 /// The names there are, for messages.
 pub fn known() -> Vec<String> {
     GENERATORS.iter().map(|kind| kind.name.to_owned()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_generator_bears_its_name_and_grows_as_it_is_told() {
-        for kind in GENERATORS {
-            let mut params = GenerationParams::default();
-            *(kind.iterations)(&mut params) = 17;
-            assert_ne!(params, GenerationParams::default(), "{}", kind.name);
-            assert_eq!((kind.build)(params).name(), kind.name);
-        }
-    }
 }

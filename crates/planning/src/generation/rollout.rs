@@ -2,7 +2,6 @@
 //! stands when the horizon ends (D14).
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::generation::path::Path;
 use crate::geometry::{Pose2, Twist};
@@ -12,31 +11,30 @@ use crate::states::States;
 
 parameters! {
     /// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct RolloutParams {
         /// Longest step of integration, seconds: the driver's period, so that both move alike.
-        #[field(
-            0.01, 1.0, "s",
-            "shorter steps cost time and show nothing new; longer ones than the driver's move otherwise than it does"
-        )]
-        pub substep: f64 = 0.1,
+        pub substep: f64 [
+            0.01, 1.0, "s", "shorter steps cost time and show nothing new;
+            longer ones than the driver's move otherwise than it does"
+        ] = 0.1,
         /// Distance of the pursued point at standstill, metres.
-        #[field(0.05, 5.0, "m", "a nearer point makes the robot weave, a farther one cuts corners")]
-        pub lookahead: f64 = 0.35,
+        pub lookahead: f64 [
+            0.05, 5.0, "m", "a nearer point makes the robot weave, a farther one cuts corners"
+        ] = 0.35,
         /// How much further it is per speed, seconds.
-        #[field(0.0, 5.0, "s", "a farther point cuts corners")]
-        pub lookahead_time: f64 = 0.4,
+        pub lookahead_time: f64 [0.0, 5.0, "s", "a farther point cuts corners"] = 0.4,
         /// Beyond this bearing of the pursued point the robot turns on the spot, radians.
-        #[field(0.01, 3.15, "rad", "no bearing is greater than half a turn; below, the robot never drives")]
-        pub turn_from: f64 = 1.2,
+        pub turn_from: f64 [
+            0.01, 3.15, "rad", "no bearing is greater than half a turn; below, the robot never drives"
+        ] = 1.2,
         /// A turn that comes first ends at this bearing, radians.
-        #[field(0.01, 3.15, "rad", "no bearing is greater than half a turn; below, a turn never ends")]
-        pub turn_until: f64 = 0.25,
+        pub turn_until: f64 [
+            0.01, 3.15, "rad", "no bearing is greater than half a turn; below, a turn never ends"
+        ] = 0.25,
         /// Share of the greatest turn rate a path's bends may use; the rest is for corrections.
-        #[field(0.01, 1.0, "", "it is a share, and without any the robot never turns")]
-        pub turn_share: f64 = 0.9,
+        pub turn_share: f64 [0.01, 1.0, "", "it is a share, and without any the robot never turns"] = 0.9,
     }
 }
 

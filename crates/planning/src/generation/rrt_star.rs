@@ -5,7 +5,7 @@
 //! distance looks at headings: what lies behind is far.
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
+use crate::parameters::Range;
 
 use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
@@ -19,40 +19,31 @@ use crate::random::{Rng, uniform};
 
 parameters! {
     /// Parameters of the tree.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct RrtStarParams {
         /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
-        #[field(1.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end")]
-        pub iterations: u32 = 300,
+        pub iterations: u32 [1.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end"] = 300,
         /// Samples drawn besides when there is no tree to go on with.
-        #[field(0.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end")]
-        pub warm_up: u32 = 300,
+        pub warm_up: u32 [0.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end"] = 300,
         /// Most nodes a tree may have; beyond it the least promising leaves go first.
-        #[field(1.0, 8000.0, "nodes", "the tree travels in every question to a generator")]
-        pub max_nodes: u32 = 800,
+        pub max_nodes: u32 [1.0, 8000.0, "nodes", "the tree travels in every question to a generator"] = 800,
         /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
-        #[field(0.05, 20.0, "m", "shorter extensions go nowhere, longer ones pass every doorway")]
-        pub eta: f64 = 1.0,
+        pub eta: f64 [0.05, 20.0, "m", "shorter extensions go nowhere, longer ones pass every doorway"] = 1.0,
         /// Turning radius of edges, metres: what the robot manages at 0.6 m/s with 1 rad/s.
-        #[field(0.05, 20.0, "m", "edges have arcs; a robot that turns on the spot is near the least")]
-        pub turning_radius: f64 = 0.6,
+        pub turning_radius: f64 [
+            0.05, 20.0, "m", "edges have arcs; a robot that turns on the spot is near the least"
+        ] = 0.6,
         /// Longest edge, metres. Below half a turning circle, so that no edge ever loops.
-        #[field(0.1, 20.0, "m", "an edge is checked for walls along its whole length")]
-        pub max_edge: f64 = 1.5,
+        pub max_edge: f64 [0.1, 20.0, "m", "an edge is checked for walls along its whole length"] = 1.5,
         /// RRT*'s gamma, metres: the neighbourhood is min(gamma sqrt(ln n / n), eta).
-        #[field(0.01, 1000.0, "m", "below no node has neighbours, and eta limits it from above")]
-        pub gamma: f64 = 12.0,
+        pub gamma: f64 [0.01, 1000.0, "m", "below no node has neighbours, and eta limits it from above"] = 12.0,
         /// Share of samples taken on the shortest way to the goal.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub goal_bias: f64 = 0.05,
+        pub goal_bias: f64 [in Range::SHARE] = 0.05,
         /// A new node is refused when a node this near, metres, with nearly its heading exists already.
-        #[field(0.01, 5.0, "m", "nodes in one place lead nowhere; nodes far apart miss doorways")]
-        pub spacing: f64 = 0.15,
+        pub spacing: f64 [0.01, 5.0, "m", "nodes in one place lead nowhere; nodes far apart miss doorways"] = 0.15,
         /// Room around the disc the robot can cover within the horizon that is sampled as well, metres.
-        #[field(0.0, 50.0, "m", "farther than the horizon nothing that is sampled is used")]
-        pub disc_margin: f64 = 1.0,
+        pub disc_margin: f64 [0.0, 50.0, "m", "farther than the horizon nothing that is sampled is used"] = 1.0,
     }
 }
 

@@ -2,33 +2,32 @@
 
 /// Declares a parameter struct, or an enum of words, and what is derived from the declaration.
 ///
-/// A field is written as usual, with its documentation first, then `#[field(...)]`, then `#[serde(...)]`, and at the
-/// end its default: `pub substep: f64 = 0.1`. Either all fields have a default, then the struct implements `Default`,
-/// or none has. `#[field(...)]` holds one of
+/// After a field's type stands in brackets what it may hold, and at the end its default:
+/// `pub substep: f64 [0.01, 1.0, "s", "longer steps show nothing"] = 0.1`. Either all fields have a default, then the
+/// struct implements `Default` and each field may be left out of a file, or none has. The brackets hold one of
 /// - `least, most, "unit", "why"`: the closed range of a number, or of each number of a list;
-/// - `[RANGE, ...]`: the same with one or more [`Range`](crate::parameters::Range)s, which apply to the numbers of a list in turn;
+/// - `in RANGE, ...`: one or more [`Range`](crate::parameters::Range)s, which apply to the numbers of a list in turn;
 /// - `table`: a parameter struct, or a list of them;
 /// - `words`: an enum declared with this macro.
 ///
 /// A list also says after a semicolon how many entries it may have: `...; least, most, "why"`. A field without
-/// `#[field(...)]` holds a text, or yes or no. What relates several fields is checked by a function named at the end
-/// of the struct: `} check Self::agree`.
+/// brackets holds a text, or yes or no. What relates several fields is checked by a function named at the end of the
+/// struct: `} check Self::agree`.
+///
+/// Structs are `Debug`, `Clone`, `PartialEq`, `Serialize` and `Deserialize`, enums `Copy` and `Eq` too. A struct
+/// refuses fields that it does not have; a file has the words of an enum in kebab case.
 #[macro_export]
 macro_rules! parameters {
     // An enum of words.
     (
-        $(#[doc = $about:literal])*
-        #[derive($($derive:ident),* $(,)?)]
-        #[serde($($how:tt)*)]
-        $(#[non_exhaustive $($open:tt)*])?
+        $(#[$attribute:meta])*
         $vis:vis enum $name:ident {
             $( $(#[doc = $meaning:literal])* $(#[default $($default:tt)*])? $variant:ident ),* $(,)?
         }
     ) => {
-        $(#[doc = $about])*
-        #[derive($($derive),*)]
-        #[serde($($how)*)]
-        $(#[non_exhaustive $($open)*])?
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, ::serde::Serialize, ::serde::Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        $(#[$attribute])*
         $vis enum $name {
             $( $(#[doc = $meaning])* $(#[default $($default)*])? $variant, )*
         }
@@ -40,92 +39,65 @@ macro_rules! parameters {
         }
     };
 
-    // A struct with defaults.
+    // A struct.
     (
-        $(#[doc = $about:literal])*
-        #[derive($($derive:ident),* $(,)?)]
-        #[serde($($how:tt)*)]
-        $(#[non_exhaustive $($open:tt)*])?
+        $(#[$attribute:meta])*
         $vis:vis struct $name:ident {
             $(
                 $(#[doc = $meaning:literal])*
-                $(#[field($($kind:tt)*)])?
-                $(#[serde($($each:tt)*)])*
-                $field_vis:vis $field:ident : $ty:ty = $default:expr
+                $(#[serde($($serde:tt)*)])*
+                $field_vis:vis $field:ident : $ty:ty $([$($holds:tt)*])? $(= $default:expr)?
             ),* $(,)?
         } $(check $agree:expr)?
     ) => {
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $( $field: $default ),* }
-            }
-        }
-
         $crate::parameters! {
-            $(#[doc = $about])*
-            #[derive($($derive),*)]
-            #[serde($($how)*)]
-            $(#[non_exhaustive $($open)*])?
+            @define $name [$($($field: $default,)?)*]
+            $(#[$attribute])*
             $vis struct $name {
                 $(
                     $(#[doc = $meaning])*
-                    $(#[field($($kind)*)])?
-                    $(#[serde($($each)*)])*
-                    $field_vis $field : $ty
-                ),*
-            } $(check $agree)?
-        }
-    };
-
-    // A struct without.
-    (
-        $(#[doc = $about:literal])*
-        #[derive($($derive:ident),* $(,)?)]
-        #[serde($($how:tt)*)]
-        $(#[non_exhaustive $($open:tt)*])?
-        $vis:vis struct $name:ident {
-            $(
-                $(#[doc = $meaning:literal])*
-                $(#[field($($kind:tt)*)])?
-                $(#[serde($($each:tt)*)])*
-                $field_vis:vis $field:ident : $ty:ty
-            ),* $(,)?
-        } $(check $agree:expr)?
-    ) => {
-        $(#[doc = $about])*
-        #[derive($($derive),*)]
-        #[serde($($how)*)]
-        $(#[non_exhaustive $($open)*])?
-        $vis struct $name {
-            $(
-                $(#[doc = $meaning])*
-                $(#[serde($($each)*)])*
-                $field_vis $field : $ty,
-            )*
+                    $(#[serde($($serde)*)])*
+                    $field_vis $field : $ty,
+                )*
+            }
         }
 
         impl $crate::parameters::Ranged for $name {
-            fn fields() -> &'static [$crate::parameters::Field] {
-                const FIELDS: &[$crate::parameters::Field] = &[$(
-                    $crate::parameters::Field {
-                        name: stringify!($field),
-                        ty: stringify!($ty),
-                        meaning: &[$($meaning),*],
-                        kind: $crate::parameters!(@kind $ty; $($($kind)*)?),
-                    }
-                ),*];
-                FIELDS
-            }
+            const FIELDS: &'static [$crate::parameters::Field] = &[$(
+                $crate::parameters::Field {
+                    name: stringify!($field),
+                    ty: stringify!($ty),
+                    meaning: &[$($meaning),*],
+                    kind: $crate::parameters!(@kind $ty; $($($holds)*)?),
+                }
+            ),*];
 
             fn check(&self) -> Result<(), $crate::parameters::FieldError> {
-                let mut fields = Self::fields().iter();
+                let mut fields = Self::FIELDS.iter();
                 $(
                     if let Some(_field) = fields.next() {
-                        $crate::parameters!(@check self.$field, _field; $($($kind)*)?);
+                        $crate::parameters!(@check self.$field, _field; $($($holds)*)?);
                     }
                 )*
                 $( $agree(self)?; )?
                 Ok(())
+            }
+        }
+    };
+
+    (@define $name:ident [] $($item:tt)*) => {
+        #[derive(Debug, Clone, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        $($item)*
+    };
+    (@define $name:ident [$($field:ident: $default:expr,)*] $($item:tt)*) => {
+        #[derive(Debug, Clone, PartialEq, ::serde::Serialize, ::serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        $($item)*
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default),* }
             }
         }
     };
@@ -136,11 +108,11 @@ macro_rules! parameters {
     };
     (@kind $ty:ty; table $(; $($entries:expr),*)?) => {
         $crate::parameters::Kind::Table(
-            <$ty as $crate::parameters::Ranged>::fields,
+            <$ty as $crate::parameters::Ranged>::FIELDS,
             $crate::parameters!(@entries $($($entries),*)?),
         )
     };
-    (@kind $ty:ty; [$($range:expr),*] $(; $($entries:expr),*)?) => {
+    (@kind $ty:ty; in $($range:expr),* $(; $($entries:expr),*)?) => {
         $crate::parameters::Kind::Numbers(&[$($range),*], $crate::parameters!(@entries $($($entries),*)?))
     };
     (@kind $ty:ty; $least:expr, $most:expr, $unit:expr, $why:expr $(; $($entries:expr),*)?) => {
@@ -167,32 +139,23 @@ macro_rules! parameters {
 #[cfg(test)]
 #[cfg(feature = "profiles")]
 mod tests {
-    use serde::{Deserialize, Serialize};
-
     use crate::parameters::{Ranged, read};
 
     parameters! {
         /// A wheel.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
         struct Wheel {
             /// Its radius.
-            #[field(0.1, 2.0, "m", "larger ones are mills")]
-            radius: f64 = 0.5,
+            radius: f64 [0.1, 2.0, "m", "larger ones are mills"] = 0.5,
             /// Where its spokes are.
-            #[field(-1.0, 1.0, "", "they lie within"; 1.0, 3.0, "more are a disc")]
-            spokes: Vec<f64> = vec![0.0],
+            spokes: Vec<f64> [-1.0, 1.0, "", "they lie within"; 1.0, 3.0, "more are a disc"] = vec![0.0],
         }
     }
 
     parameters! {
         /// A cart.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-        #[serde(deny_unknown_fields)]
         struct Cart {
             /// Its wheels.
-            #[field(table; 1.0, 4.0, "more do not fit")]
-            wheels: Vec<Wheel>,
+            wheels: Vec<Wheel> [table; 1.0, 4.0, "more do not fit"],
         }
     }
 

@@ -59,7 +59,7 @@ fn kind(path: &str, fields: &[Field]) -> Option<Kind> {
     match fields.iter().find(|f| f.name == name).map(|f| f.kind)? {
         Kind::Table(inner, _) if !rest.is_empty() => {
             // An entry of a map is named by the file, not by a field.
-            kind(rest, inner()).or_else(|| kind(rest.split_once('.')?.1, inner()))
+            kind(rest, inner).or_else(|| kind(rest.split_once('.')?.1, inner))
         }
         found => Some(found),
     }

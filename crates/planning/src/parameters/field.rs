@@ -25,7 +25,7 @@ pub enum Kind {
     /// One number or several: the ranges apply in turn. For a list also how many there may be.
     Numbers(&'static [Range], Option<Range>),
     /// Fields of its own, and for a list of tables how many there may be.
-    Table(fn() -> &'static [Field], Option<Range>),
+    Table(&'static [Field], Option<Range>),
 }
 
 /// A word and the lines that say what it means.

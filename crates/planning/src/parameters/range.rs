@@ -24,8 +24,16 @@ impl Range {
         unit: "rad",
         why: "a turn either way; more is probably meant as degrees",
     };
-    /// Of a pose `[x, y, heading]`.
-    pub const POSE: [Self; 3] = [Self::POSITION, Self::POSITION, Self::HEADING];
+
+    /// A share of something.
+    pub const SHARE: Self = Self { least: 0.0, most: 1.0, unit: "", why: "it is a share" };
+    /// Distance within which a point is reached, metres.
+    pub const GOAL_TOLERANCE: Self = Self {
+        least: 0.01,
+        most: 10.0,
+        unit: "m",
+        why: "no pose is exact, and beyond some metres it is another place",
+    };
 
     /// Whether `value` lies in it; NaN lies in none.
     pub fn holds(&self, value: f64) -> bool {

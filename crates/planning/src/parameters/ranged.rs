@@ -9,7 +9,7 @@ use super::range::{Range, number as written};
 /// What has fields with ranges.
 pub trait Ranged {
     /// The fields, in the order of declaration.
-    fn fields() -> &'static [Field];
+    const FIELDS: &'static [Field];
 
     /// The first fault, by its path from here and with its mend.
     fn check(&self) -> Result<(), FieldError>;
@@ -21,9 +21,7 @@ pub trait Ranged {
 }
 
 impl<T: Ranged> Ranged for Vec<T> {
-    fn fields() -> &'static [Field] {
-        T::fields()
-    }
+    const FIELDS: &'static [Field] = T::FIELDS;
 
     fn check(&self) -> Result<(), FieldError> {
         let one = |(i, entry): (usize, &T)| entry.check().map_err(|e| e.below(&format!("[{i}]")));
@@ -36,9 +34,7 @@ impl<T: Ranged> Ranged for Vec<T> {
 }
 
 impl<T: Ranged> Ranged for BTreeMap<String, T> {
-    fn fields() -> &'static [Field] {
-        T::fields()
-    }
+    const FIELDS: &'static [Field] = T::FIELDS;
 
     fn check(&self) -> Result<(), FieldError> {
         self.iter().try_for_each(|(name, entry)| entry.check().map_err(|e| e.below(name)))

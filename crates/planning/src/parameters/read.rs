@@ -7,7 +7,7 @@ use super::ranged::Ranged;
 
 /// Reads and checks a file. Errors name line and field.
 pub fn read<T: Ranged + DeserializeOwned>(text: &str) -> Result<T, FieldError> {
-    let value: T = toml::from_str(text).map_err(|e| FieldError::from_syntax(&e, text, T::fields()))?;
+    let value: T = toml::from_str(text).map_err(|e| FieldError::from_syntax(&e, text, T::FIELDS))?;
     value.check().map_err(|e| e.located_in(text))?;
     Ok(value)
 }

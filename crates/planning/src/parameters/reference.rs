@@ -50,7 +50,7 @@ fn table(text: &mut String, path: &str, fields: &[Field], defaults: Option<&toml
         let given = given.and_then(toml::Value::as_table);
         let count = entries.map_or(String::new(), |range| format!(" There may be {}.", range.ends()));
         *text += &format!("\n### `{name}`\n\n{}{count}\n\n", meaning(field.meaning));
-        table(text, &format!("{name}."), inner(), given);
+        table(text, &format!("{name}."), inner, given);
     }
 }
 

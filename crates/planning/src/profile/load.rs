@@ -94,14 +94,14 @@ mod tests {
 
     #[test]
     fn an_ablation_differs_from_the_paper_in_its_terms_alone() {
-        for (name, metrics) in [
+        for (name, terms) in [
             ("cpc-only", &["cpc", "distance"][..]),
             ("cnc-only", &["cnc", "distance"]),
             ("distance-only", &["distance"]),
         ] {
             let ablation = Profile::builtin(name).unwrap();
             let mut paper = Profile::default();
-            paper.terms.retain(|metric, _| metrics.contains(&metric.as_str()));
+            paper.terms.retain(|term, _| terms.contains(&term.as_str()));
             paper.name.clone_from(&ablation.name);
             paper.description.clone_from(&ablation.description);
             assert_eq!(ablation, paper);
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_metric_is_one_more_line() {
+    fn a_new_term_is_one_more_line() {
         let more = Profile::default().with_overrides(&table("terms.view = {scale = 0.5}")).unwrap();
         assert_eq!(more.active_terms(false).map(|(m, _)| m).collect::<Vec<_>>(), ["cnc", "distance", "view"]);
     }

@@ -124,7 +124,7 @@ fn without_anything_to_follow_the_tail_is_held_only_while_valid_near_and_free() 
         |hall: &Hall, previous: Option<&Previous>| hall.arbitrate(&none, &Scores::new(0), previous).decision;
     let why = |decision: &Decision| match &decision.reason {
         Reason::Degraded { lack: Lack::NoCandidates, previous } => *previous,
-        other => panic!("{other}"),
+        other => panic!("{other:?}"),
     };
     // Made 0.3 s ago, when the robot was where the trajectory starts; it has driven 0.24 m since.
     let p = previous(0.0, 0.0);
@@ -167,19 +167,21 @@ fn holds_in_a_row_end_when_the_followed_trajectory_expires() {
 #[test]
 fn the_reason_says_what_is_missing() {
     let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[f64::NAN; 3])]);
-    let reason = Hall::new().arbitrate(&three(), &s, None).decision.reason.to_string();
-    assert_eq!(reason, "no candidate has every score, `distance` is missing; no previous trajectory to hold");
+    let reason = Hall::new().arbitrate(&three(), &s, None).decision.reason;
+    let lack = Lack::NotScored { term: "distance".to_owned() };
+    assert_eq!(reason, Reason::Degraded { lack, previous: PreviousState::Absent });
     let mut hall = Hall::new();
     (0..12).for_each(|k| {
         let (s, c) = sin_cos(0.5 * f64::from(k));
         hall.add_person(20.0 + 1.3 * c, 20.0 + 1.3 * s);
     });
     let s = scores(&[("cnc", &[0.0; 3]), ("distance", &[1.0; 3])]);
-    let reason = hall.arbitrate(&three(), &s, Some(&previous(0.0, 0.3))).decision.reason.to_string();
-    assert!(
-        reason.starts_with("no scored candidate is free; the previous trajectory runs into person 0"),
-        "{reason}"
-    );
+    let reason = hall.arbitrate(&three(), &s, Some(&previous(0.0, 0.3))).decision.reason;
+    let Reason::Degraded { lack: Lack::NoneFree, previous: PreviousState::Collides(collision) } = reason
+    else {
+        panic!("{reason:?}")
+    };
+    assert_eq!(collision.with, Obstacle::Person(0));
 }
 
 #[test]

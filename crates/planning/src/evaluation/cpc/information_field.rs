@@ -13,7 +13,6 @@
 
 use crate::parameters;
 use nalgebra::Matrix3;
-use serde::{Deserialize, Serialize};
 
 use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, factorise, sum};
 use crate::evaluation::cpc::measurement_model::MeasurementModel;
@@ -26,26 +25,22 @@ use crate::sensor::LaserModel;
 const BLOCK: usize = 4;
 parameters! {
     /// Parameters of the observation model.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct InformationParams {
         /// What a range says about the pose.
-        #[field(words)]
-        pub model: MeasurementModel = MeasurementModel::Beam,
+        pub model: MeasurementModel [words] = MeasurementModel::Beam,
         /// Standard deviation of one range as the localiser takes it, metres (A5; its `sigma_hit`, not the
         /// laser's own noise).
-        #[field(
-            0.001, 10.0, "m",
-            "no laser is better than a millimetre, and beyond 10 m a range says nothing"
-        )]
-        pub sigma: f64 = 0.2,
+        pub sigma: f64 [
+            0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"
+        ] = 0.2,
         /// Beams of one scan that count, spread over the field of view; never more than the laser has.
-        #[field(1.0, 8192.0, "beams", "a laser has no more")]
-        pub beams: u32 = 20,
+        pub beams: u32 [1.0, 8192.0, "beams", "a laser has no more"] = 20,
         /// Neighbouring beams err together; the information of a scan is divided by this, at least 1.
-        #[field(1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing")]
-        pub correlation: f64 = 4.0,
+        pub correlation: f64 [
+            1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing"
+        ] = 4.0,
     }
 }
 

@@ -1,12 +1,10 @@
 //! What one range of the laser says about the pose.
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 parameters! {
     /// What a range says about the pose.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    #[serde(rename_all = "lowercase")]
+    #[derive(Default)]
     #[non_exhaustive]
     pub enum MeasurementModel {
         /// Beams that end on walls: position across the wall, and heading.

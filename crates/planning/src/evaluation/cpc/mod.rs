@@ -12,7 +12,7 @@
 //! ```
 //! with `Sigma_0` the belief's covariance and `Lambda_0 = 0` (A7). Observations come from
 //! [`InformationField`], the gain from [`lqr`]. With `K = 0` the sum `Lambda + Sigma` would not depend on
-//! observations at all, and the metric would be blind. People who hide landmarks are not modelled, as
+//! observations at all, and the term would be blind. People who hide landmarks are not modelled, as
 //! in the paper (A32).
 
 mod beam_fan;
@@ -26,10 +26,9 @@ mod wall_normals;
 use std::sync::Arc;
 
 use crate::parameters;
-use serde::{Deserialize, Serialize};
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::{Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::motion::OdometryNoise;
 use crate::numerics::sin_cos;
 use crate::scene::Scene;
@@ -42,26 +41,23 @@ pub use measurement_model::MeasurementModel;
 parameters! {
     /// When an observation is credited: where the localiser would update (D5). These are the localiser's
     /// own thresholds.
-    #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
+    #[derive(Copy)]
     #[non_exhaustive]
     pub struct CpcParams {
         /// Metres driven between two updates. What is driven beyond it counts towards the next one.
-        #[field(0.0, 100.0, "m", "a localiser that updates more rarely does not localise")]
-        pub update_min_d: f64 = 0.2,
+        pub update_min_d: f64 [0.0, 100.0, "m", "a localiser that updates more rarely does not localise"] = 0.2,
         /// Radians turned between two updates.
-        #[field(0.0, 100.0, "rad", "a localiser that updates more rarely does not localise")]
-        pub update_min_a: f64 = std::f64::consts::FRAC_PI_6,
+        pub update_min_a: f64 [
+            0.0, 100.0, "rad", "a localiser that updates more rarely does not localise"
+        ] = std::f64::consts::FRAC_PI_6,
         /// Seconds between two updates at rest (D7).
-        #[field(
-            0.01, 1000.0, "s",
-            "a scan comes at most a hundred times per second, and updates are no rarer than that"
-        )]
-        pub update_max_interval: f64 = 1.0,
+        pub update_max_interval: f64 [
+            0.01, 1000.0, "s", "a scan comes at most a hundred times per second, and updates are no rarer than that"
+        ] = 1.0,
     }
 }
 
-/// Metric `cpc`: zeta of eq. 15, m2 + rad2 (A8).
+/// Term `cpc`: zeta of eq. 15, m2 + rad2 (A8).
 #[derive(Debug, Clone)]
 pub struct CpcEvaluator {
     field: Arc<InformationField>,
@@ -81,7 +77,7 @@ impl CpcEvaluator {
         scene: &Scene,
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
+    ) -> Costs {
         let model = self.step_model(candidates.dt());
         let turn = self.field.map_from_grid();
         let start = Covariances::new(&(turn.transpose() * scene.belief.covariance * turn));
@@ -131,16 +127,7 @@ impl CpcEvaluator {
 }
 
 impl Evaluator for CpcEvaluator {
-    fn metric(&self) -> &'static str {
-        "cpc"
-    }
-
-    fn evaluate(
-        &self,
-        scene: &Scene,
-        candidates: &CandidateSet,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Result<Vec<f64>, Stopped> {
+    fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         self.evaluate_with(&GainTable::new(candidates.dt()), scene, candidates, should_stop)
     }
 }

@@ -7,70 +7,54 @@
 pub mod heuristic;
 mod params;
 
-use crate::generation::generator::SAMPLES;
 use crate::generation::risk_rrt::growth::{Growth, sample_map};
 use crate::generation::risk_rrt::{Ground, TimeTree};
-use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
+use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
-use crate::random::{Rng, rng, standard_normal, uniform};
+use crate::random::{Rng, standard_normal, uniform};
 use heuristic::{Heuristic, meeting};
 pub use params::BiRiskRrtParams;
 
-/// The generator of Bi-Risk-RRT.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct BiRiskRrtGenerator {
-    /// Its parameters.
-    pub params: GenerationParams,
-}
-
-impl Generator for BiRiskRrtGenerator {
-    fn name(&self) -> &'static str {
-        "bi-risk-rrt"
-    }
-
-    fn generate(
-        &self,
-        input: &GenerationInput<'_>,
-        tree: Option<Tree>,
-        seed: u64,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Generated {
-        let params = &self.params;
-        let ground = Ground::new(input, params);
-        let robot = input.scene.belief.pose.position();
-        let old = tree.and_then(|value| {
-            Heuristic::split(&value, &ground.lattice, ground.max_depth, &params.bi_risk_rrt)
-        });
-        let (old, heuristic) = old.map_or((None, None), |(tree, heuristic)| (Some(tree), Some(heuristic)));
-        let mut heuristic = heuristic
-            .filter(|h| h.goal() == input.goal)
-            .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, params.candidates.dt));
-        heuristic.pass(robot);
-        let tree = ground.take_over(old);
-        let people = ground.people(&tree);
-        let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
-        growth.assess();
-        let mut search = Search {
-            params: &params.bi_risk_rrt,
-            input,
-            goal_bias: params.risk_rrt.goal_bias,
-            rng: rng(seed, SAMPLES + input.scene.tick),
+/// The candidates of one cycle.
+pub fn generate(
+    input: &GenerationInput<'_>,
+    tree: Option<Tree>,
+    should_stop: &dyn Fn() -> bool,
+) -> Generated {
+    let params = input.params;
+    let ground = Ground::new(input);
+    let robot = input.scene.belief.pose.position();
+    let old = tree
+        .and_then(|value| Heuristic::split(&value, &ground.lattice, ground.max_depth, &params.bi_risk_rrt));
+    let (old, heuristic) = old.unzip();
+    let mut heuristic = heuristic
+        .filter(|h| h.goal() == input.goal)
+        .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, params.candidates.dt));
+    heuristic.pass(robot);
+    let tree = ground.take_over(old);
+    let people = ground.people(&tree);
+    let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
+    growth.assess();
+    let mut search = Search {
+        params: &params.bi_risk_rrt,
+        input,
+        goal_bias: params.risk_rrt.goal_bias,
+        rng: input.samples(),
+    };
+    let mut left = params.risk_rrt.nodes as usize;
+    if let Heuristic::Searching(reverse) = &heuristic {
+        let mut reverse = ground.growth(reverse.clone(), None, params.bi_risk_rrt.reverse_depth);
+        let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
+        heuristic = match met {
+            Some(node) => Heuristic::found(&reverse.tree, node),
+            None => Heuristic::Searching(reverse.tree),
         };
-        let mut left = params.risk_rrt.nodes as usize;
-        if let Heuristic::Searching(reverse) = &heuristic {
-            let mut reverse = ground.growth(reverse.clone(), None, params.bi_risk_rrt.reverse_depth);
-            let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
-            heuristic = match met {
-                Some(node) => Heuristic::found(&reverse.tree, node),
-                None => Heuristic::Searching(reverse.tree),
-            };
-        }
-        search.towards(&heuristic, &mut growth, left, should_stop);
-        let candidates = ground.candidates(&growth);
-        let mut tree = growth.tree.to_value();
-        heuristic.append_to(&mut tree);
-        Generated { candidates, tree }
     }
+    search.towards(&heuristic, &mut growth, left, should_stop);
+    let candidates = ground.candidates(&growth);
+    let mut tree = growth.tree.to_value();
+    heuristic.append_to(&mut tree);
+    Generated { candidates, tree }
 }
 
 struct Search<'a> {

@@ -18,7 +18,7 @@ pub struct Growth<'a> {
     pub lattice: &'a ControlLattice<'a>,
     /// Walls.
     pub checker: &'a CollisionChecker<'a>,
-    /// People by depth; nobody for a tree without meaning in time.
+    /// People by depth; none for a tree without meaning in time.
     pub people: Option<&'a CollisionRisk>,
     /// How risk is weighed.
     pub weighing: &'a RiskParams,

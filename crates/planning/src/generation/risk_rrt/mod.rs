@@ -7,7 +7,7 @@
 //!
 //! A cycle: the tree of the last one is followed along the path that is driven ([`update`]), every risk is
 //! read anew, the tree grows ([`growth`]), and the paths to its best nodes are offered ([`paths`]); the
-//! metric `risk` then takes the one that Risk-RRT would.
+//! term `risk` then takes the one that Risk-RRT would.
 
 pub mod control_lattice;
 pub mod growth;
@@ -19,54 +19,38 @@ pub mod update;
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
 use crate::collision_risk::CollisionRisk;
-use crate::generation::generator::SAMPLES;
-use crate::generation::{Generated, GenerationInput, GenerationParams, Generator, Tree};
+use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
-use crate::random::{Rng, rng, uniform};
+use crate::random::{Rng, uniform};
 use control_lattice::ControlLattice;
 use growth::Growth;
 pub use params::RiskRrtParams;
 pub use time_tree::TimeTree;
 
-/// The generator of Risk-RRT.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct RiskRrtGenerator {
-    /// Its parameters.
-    pub params: GenerationParams,
-}
-
-impl Generator for RiskRrtGenerator {
-    fn name(&self) -> &'static str {
-        "risk-rrt"
-    }
-
-    fn generate(
-        &self,
-        input: &GenerationInput<'_>,
-        tree: Option<Tree>,
-        seed: u64,
-        should_stop: &dyn Fn() -> bool,
-    ) -> Generated {
-        let params = &self.params.risk_rrt;
-        let ground = Ground::new(input, &self.params);
-        let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
-        let tree = ground.take_over(old);
-        let people = ground.people(&tree);
-        let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
-        growth.assess();
-        let mut rng = rng(seed, SAMPLES + input.scene.tick);
-        let mut focus = Focus::new(&growth, input);
-        for k in 0..params.nodes {
-            if k % 32 == 31 && should_stop() {
-                break;
-            }
-            let target = focus.sample(input, params, &mut rng);
-            let Some(new) = growth.extend(target) else { break };
-            focus.notice(&growth, input, new);
+/// The candidates of one cycle.
+pub fn generate(
+    input: &GenerationInput<'_>,
+    tree: Option<Tree>,
+    should_stop: &dyn Fn() -> bool,
+) -> Generated {
+    let params = &input.params.risk_rrt;
+    let ground = Ground::new(input);
+    let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
+    let tree = ground.take_over(old);
+    let people = ground.people(&tree);
+    let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
+    growth.assess();
+    let mut rng = input.samples();
+    let mut focus = Focus::new(&growth, input);
+    for k in 0..params.nodes {
+        if k % 32 == 31 && should_stop() {
+            break;
         }
-        let candidates = ground.candidates(&growth);
-        Generated { candidates, tree: growth.tree.to_value() }
+        let target = focus.sample(input, params, &mut rng);
+        let Some(new) = growth.extend(target) else { break };
+        focus.notice(&growth, input, new);
     }
+    Generated { candidates: ground.candidates(&growth), tree: growth.tree.to_value() }
 }
 
 /// What a cycle stands on.
@@ -74,41 +58,38 @@ pub(super) struct Ground<'a> {
     pub(super) lattice: ControlLattice<'a>,
     pub(super) checker: CollisionChecker<'a>,
     input: &'a GenerationInput<'a>,
-    params: &'a GenerationParams,
     pub(super) max_depth: u32,
 }
 
 impl<'a> Ground<'a> {
-    pub(super) fn new(input: &'a GenerationInput<'a>, params: &'a GenerationParams) -> Self {
-        let tree = &params.risk_rrt;
+    pub(super) fn new(input: &'a GenerationInput<'a>) -> Self {
+        let (params, tree) = (input.params, &input.params.risk_rrt);
         let lattice = ControlLattice {
             robot: input.robot,
             dt: params.candidates.dt,
             v_count: tree.v_controls,
             omega_count: tree.omega_controls,
         };
-        let checker =
-            CollisionChecker::new(input.map, input.robot, input.scene, input.forecast, &params.collision);
         let room = params.candidates.steps.saturating_sub(paths::braking_steps(&lattice));
-        Self { lattice, checker, input, params, max_depth: tree.max_depth.min(room) }
+        Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
     }
 
     /// Last cycle's tree as far as it is still ahead, or a new one.
     pub(super) fn take_over(&self, old: Option<TimeTree>) -> TimeTree {
         let scene = self.input.scene;
         let (pose, twist) = (scene.belief.pose, scene.belief.twist);
-        let off_path = self.params.risk_rrt.off_path;
+        let off_path = self.input.params.risk_rrt.off_path;
         old.and_then(|tree| update::follow(&tree, scene.stamp, pose, self.input.previous, off_path))
-            .unwrap_or_else(|| update::afresh(scene.stamp, self.params.candidates.dt, pose, twist))
+            .unwrap_or_else(|| TimeTree::rooted(scene.stamp, self.input.params.candidates.dt, pose, twist))
     }
 
     /// The risk from people at every depth of a tree, and while braking after it.
     pub(super) fn people(&self, tree: &TimeTree) -> CollisionRisk {
         let scene = self.input.scene;
-        let moments = (0..=self.params.candidates.steps + 1)
+        let moments = (0..=self.input.params.candidates.steps + 1)
             .map(|depth| tree.stamp + f64::from(depth) * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();
-        CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.params.risk, moments)
+        CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.input.params.risk, moments)
     }
 
     /// A tree that grows among `people`; without them it has no meaning in time.
@@ -123,16 +104,16 @@ impl<'a> Ground<'a> {
             lattice: &self.lattice,
             checker: &self.checker,
             people,
-            weighing: &self.params.risk,
-            threshold: self.params.risk_rrt.threshold,
+            weighing: &self.input.params.risk,
+            threshold: self.input.params.risk_rrt.threshold,
             max_depth,
-            max_nodes: self.params.risk_rrt.max_nodes as usize,
+            max_nodes: self.input.params.risk_rrt.max_nodes as usize,
         }
     }
 
     pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
-        let steps = self.params.candidates.steps as usize;
-        let most = self.params.risk_rrt.max_candidates as usize;
+        let steps = self.input.params.candidates.steps as usize;
+        let most = self.input.params.risk_rrt.max_candidates as usize;
         let robot = self.input.scene.belief.pose.position();
         paths::candidates(growth, robot, self.input.goal, self.input.scene.stamp, steps, most)
     }

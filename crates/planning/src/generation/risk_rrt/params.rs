@@ -1,47 +1,37 @@
 //! The parameters of Risk-RRT.
 
-use serde::{Deserialize, Serialize};
-
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
 use crate::parameters;
-use crate::parameters::FieldError;
+use crate::parameters::{FieldError, Range};
 
 parameters! {
     /// Parameters of the tree of Risk-RRT. K, dt and the weights of risk are said elsewhere in the profile.
-    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-    #[serde(default, deny_unknown_fields)]
     #[non_exhaustive]
     pub struct RiskRrtParams {
         /// Nodes added in a cycle.
-        #[field(1.0, 8000.0, "nodes", "each looks at all nodes, and a cycle must end")]
-        pub nodes: u32 = 800,
+        pub nodes: u32 [1.0, 8000.0, "nodes", "each looks at all nodes, and a cycle must end"] = 800,
         /// Most nodes a tree may have.
-        #[field(1.0, 8000.0, "nodes", "two trees have to fit into one message of 16384 nodes")]
-        pub max_nodes: u32 = 3000,
+        pub max_nodes: u32 [1.0, 8000.0, "nodes", "two trees have to fit into one message of 16384 nodes"] = 3000,
         /// Deepest node, steps from the root; less if K leaves no room to brake after it.
-        #[field(1.0, 200.0, "steps", "a candidate has no more states")]
-        pub max_depth: u32 = 50,
+        pub max_depth: u32 [1.0, 200.0, "steps", "a candidate has no more states"] = 50,
         /// Speeds a node may be left with.
-        #[field(1.0, 128.0, "speeds", "a node marks its used controls in 128 bits")]
-        pub v_controls: u32 = 5,
+        pub v_controls: u32 [1.0, 128.0, "speeds", "a node marks its used controls in 128 bits"] = 5,
         /// Turn rates a node may be left with.
-        #[field(1.0, 128.0, "turn rates", "a node marks its used controls in 128 bits")]
-        pub omega_controls: u32 = 9,
+        pub omega_controls: u32 [1.0, 128.0, "turn rates", "a node marks its used controls in 128 bits"] = 9,
         /// A node with a greater probability of collision is not gone on from, (0, 1].
-        #[field(1e-6, 1.0, "", "it is a probability, and at none no node is ever gone on from")]
-        pub threshold: f64 = 0.9,
+        pub threshold: f64 [1e-6, 1.0, "", "it is a probability, and at none no node is ever gone on from"] = 0.9,
         /// Share of samples that are the goal itself.
-        #[field(0.0, 1.0, "", "it is a share")]
-        pub goal_bias: f64 = 0.01,
+        pub goal_bias: f64 [in Range::SHARE] = 0.01,
         /// Samples lie within this many metres of the best node to every side.
-        #[field(0.1, 1000.0, "m", "a smaller window holds no other node, a greater one is the whole map")]
-        pub window: f64 = 5.0,
+        pub window: f64 [
+            0.1, 1000.0, "m", "a smaller window holds no other node, a greater one is the whole map"
+        ] = 5.0,
         /// Farther from its path than this the robot starts a new tree, metres.
-        #[field(0.0, 100.0, "m", "farther away than that the tree says nothing about the robot")]
-        pub off_path: f64 = 0.3,
+        pub off_path: f64 [0.0, 100.0, "m", "farther away than that the tree says nothing about the robot"] = 0.3,
         /// Most paths offered.
-        #[field(1.0, 512.0, "paths", "the candidates of eight trees fit into one message of 4096")]
-        pub max_candidates: u32 = 100,
+        pub max_candidates: u32 [
+            1.0, 512.0, "paths", "the candidates of eight trees fit into one message of 4096"
+        ] = 100,
     } check Self::fits_its_bits
 }
 

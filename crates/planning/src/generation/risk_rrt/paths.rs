@@ -14,7 +14,7 @@ use crate::states::States;
 ///
 /// A path is worth as much as the best pose on it, braking included. Distances count as shares of that
 /// from where the `robot` is believed to be, not from the root, which it may miss by a little: the
-/// metric `risk` can know nothing else. The other paths are what is left if the first cannot be driven;
+/// term `risk` can know nothing else. The other paths are what is left if the first cannot be driven;
 /// the root's children take turns, so that not all of them begin alike.
 pub fn candidates(
     growth: &Growth<'_>,

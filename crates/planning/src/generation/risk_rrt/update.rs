@@ -1,7 +1,7 @@
 //! Taking last cycle's tree over: while time passes, the root moves along the path that is driven.
 
 use super::time_tree::TimeTree;
-use crate::geometry::{Pose2, Twist, wrap_angle};
+use crate::geometry::{Pose2, wrap_angle};
 use crate::motion::step;
 
 /// A node is on the path that is driven when it differs from it by less than this, metres and radians
@@ -58,9 +58,4 @@ fn along(tree: &TimeTree, node: usize, part: f64) -> Pose2 {
         Some(parent) if part > 0.0 => step(tree.nodes[parent].pose, n.twist, part),
         _ => n.pose,
     }
-}
-
-/// A tree that starts at what the robot does now.
-pub fn afresh(now: f64, dt: f64, pose: Pose2, twist: Twist) -> TimeTree {
-    TimeTree::rooted(now, dt, pose, twist)
 }

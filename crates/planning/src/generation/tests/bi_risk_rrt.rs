@@ -43,9 +43,9 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
     let (mut both, mut alone) = (0, 0);
     for seed in 1..=4 {
         let of_bi =
-            |nodes| BiRiskRrtGenerator { params: deep(nodes) }.generate(&input, None, seed, &|| false).tree;
+            |nodes| Generator::new("bi-risk-rrt", deep(nodes)).generate(&input, None, seed, &|| false).tree;
         let of_one =
-            |nodes| RiskRrtGenerator { params: deep(nodes) }.generate(&input, None, seed, &|| false).tree;
+            |nodes| Generator::new("risk-rrt", deep(nodes)).generate(&input, None, seed, &|| false).tree;
         let met = budgets.iter().map(|&n| of_bi(n)).find(|tree| sides(tree).contains(&2.0)).unwrap();
         let in_time = sides(&met).iter().filter(|side| **side == 0.0).count();
         let at_goal = |tree: &Tree| (0..tree.len()).any(|n| tree.position(n).distance(world.goal) < 1.0);
@@ -60,7 +60,7 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
 fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
     let (world, scene) = walled();
     let input = world.input(&scene, None);
-    let tree = BiRiskRrtGenerator { params: deep(7900) }.generate(&input, None, 1, &|| false).tree;
+    let tree = Generator::new("bi-risk-rrt", deep(7900)).generate(&input, None, 1, &|| false).tree;
     let path: Vec<usize> = (0..tree.len()).filter(|&n| sides(&tree)[n] == 2.0).collect();
     assert_eq!(tree.position(path[0]), world.goal);
     assert!(path.windows(2).all(|w| tree.parent(w[1]) == Some(w[0])));
@@ -84,7 +84,7 @@ fn people_are_in_nobodys_way_but_the_robots() {
         scene.people.vx.push(0.0);
         scene.people.vy.push(0.0);
     }
-    let tree = BiRiskRrtGenerator { params: deep(500) }
+    let tree = Generator::new("bi-risk-rrt", deep(500))
         .generate(&world.input(&scene, None), None, 1, &|| false)
         .tree;
     let walls_alone = (0..tree.len()).filter(|&n| sides(&tree)[n] > 0.0).all(|n| {
@@ -101,7 +101,7 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
     let nobody = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &nobody);
     let answer =
-        BiRiskRrtGenerator { params: params(200) }.generate(&world.input(&scene, None), None, 1, &|| false);
+        Generator::new("bi-risk-rrt", params(200)).generate(&world.input(&scene, None), None, 1, &|| false);
     let (tree, set) = (&answer.tree, &answer.candidates);
     let side = sides(tree);
     assert!(side.contains(&2.0) && !set.is_empty());
@@ -121,7 +121,7 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let (world, scene) = walled();
     let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 5, omega_count: 9 };
     let params = deep(7900);
-    let tree = BiRiskRrtGenerator { params: params.clone() }
+    let tree = Generator::new("bi-risk-rrt", params.clone())
         .generate(&world.input(&scene, None), None, 1, &|| false)
         .tree;
     let (forward, mut heuristic) = Heuristic::split(&tree, &lattice, 300, &params.bi_risk_rrt).unwrap();
@@ -145,7 +145,7 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
 fn same_seed_same_trees_over_cycles() {
     let run = |seed: u64| {
         let (world, scene) = walled();
-        let generator = BiRiskRrtGenerator { params: params(200) };
+        let generator = Generator::new("bi-risk-rrt", params(200));
         let first = generator.generate(&world.input(&scene, None), None, seed, &|| false);
         generator.generate(&world.input(&scene, None), Some(first.tree), seed + 1, &|| false)
     };

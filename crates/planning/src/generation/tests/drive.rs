@@ -86,7 +86,7 @@ struct Drive {
 
 /// Plans every 0.3 s, takes the candidate with the least sum of distances to go, and tracks it.
 fn drive(
-    generator: &RrtStarGenerator,
+    generator: &Generator,
     world: &World,
     start: Pose2,
     goal: Point2,
@@ -183,7 +183,7 @@ fn the_goal_is_reached_without_contact_alone_and_among_twenty_walkers() {
     for count in [0, 20] {
         for seed in 0..5 {
             let mut walkers = Walkers::random(count, &world.map, &[start.position(), goal], seed);
-            let d = drive(&RrtStarGenerator::default(), &world, start, goal, &mut walkers, seed);
+            let d = drive(&Generator::rrt_star(), &world, start, goal, &mut walkers, seed);
             println!(
                 "{count} walkers, seed {seed}: reached {} in {:.1} s, {:.1} m, {} contacts, {} cycles without candidate, generate {:.2} ms mean {:.2} ms worst",
                 d.reached, d.seconds, d.length, d.contacts, d.stops, d.mean_ms, d.worst_ms
@@ -199,7 +199,7 @@ fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
     let goal = Point2::new(16.0, 29.0);
     let world = World::new(hall(&[]), goal);
     for steps in [8, 13] {
-        let mut generator = RrtStarGenerator::default();
+        let mut generator = Generator::rrt_star();
         generator.params.candidates.steps = steps;
         for k in 0..16 {
             // A tenth of a metre too near.

@@ -64,17 +64,54 @@ fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
     }
 }
 
+/// A generator with its parameters.
+struct Generator {
+    kind: &'static GeneratorKind,
+    params: GenerationParams,
+}
+
+impl Generator {
+    fn new(name: &str, params: GenerationParams) -> Self {
+        Self { kind: find(name).unwrap(), params }
+    }
+
+    fn rrt_star() -> Self {
+        Self::new("rrt-star", GenerationParams::default())
+    }
+
+    fn generate(
+        &self,
+        input: &GenerationInput<'_>,
+        tree: Option<Tree>,
+        seed: u64,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Generated {
+        let input = GenerationInput { params: &self.params, seed, ..*input };
+        self.kind.generate(&input, tree, should_stop).0
+    }
+}
+
+#[test]
+fn every_generator_grows_as_it_is_told() {
+    for kind in GENERATORS {
+        let mut params = GenerationParams::default();
+        *(kind.iterations)(&mut params) = 17;
+        assert_ne!(params, GenerationParams::default(), "{}", kind.name);
+    }
+}
+
 struct World {
     map: StaticMap,
     goal: Point2,
     geodesic: GeodesicField,
     robot: RobotModel,
+    params: GenerationParams,
 }
 
 impl World {
     fn new(map: StaticMap, goal: Point2) -> Self {
         let geodesic = GeodesicField::new(&map, goal, 0.45);
-        Self { map, goal, geodesic, robot: RobotModel::default() }
+        Self { map, goal, geodesic, robot: RobotModel::default(), params: GenerationParams::default() }
     }
 
     fn input<'a>(&'a self, scene: &'a Scene, previous: Option<&'a [Pose2]>) -> GenerationInput<'a> {
@@ -86,6 +123,8 @@ impl World {
             scene,
             forecast: ForecastParams::default(),
             previous,
+            params: &self.params,
+            seed: 0,
         }
     }
 }
@@ -148,7 +187,7 @@ fn various() -> Vec<(World, Scene)> {
 #[test]
 fn every_candidate_can_be_driven_ends_standing_and_is_free() {
     for (world, scene) in various() {
-        let generator = RrtStarGenerator::default();
+        let generator = Generator::rrt_star();
         let set = generator.generate(&world.input(&scene, None), None, 1, &|| false).candidates;
         let checker = CollisionChecker::new(
             &world.map,
@@ -184,7 +223,7 @@ fn every_candidate_can_be_driven_ends_standing_and_is_free() {
 #[test]
 fn there_is_a_choice_within_two_seconds_in_the_open_and_among_ten_people() {
     for (k, (world, scene)) in various().iter().enumerate() {
-        let generator = RrtStarGenerator::default();
+        let generator = Generator::rrt_star();
         let set = generator.generate(&world.input(scene, None), None, 1, &|| false).candidates;
         println!(
             "scene {k}: {} people, {} candidates, {} differ",
@@ -200,7 +239,7 @@ fn there_is_a_choice_within_two_seconds_in_the_open_and_among_ten_people() {
 fn the_same_seed_and_tree_give_the_same_answer() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let people = crowd(3);
-    let generator = RrtStarGenerator::default();
+    let generator = Generator::rrt_star();
     let run = |seed: u64| {
         let mut tree = None;
         let mut answers = Vec::new();
@@ -222,7 +261,7 @@ fn the_same_seed_and_tree_give_the_same_answer() {
 fn a_broken_tree_from_outside_is_replaced() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let scene = scene(0, Pose2::new(15.0, 3.0, 1.5), Twist::default(), &crowd(1));
-    let generator = RrtStarGenerator::default();
+    let generator = Generator::rrt_star();
     let fresh = generator.generate(&world.input(&scene, None), None, 1, &|| false);
     let broken = Tree { parent: vec![7; 3], ..Tree::default() };
     assert_eq!(generator.generate(&world.input(&scene, None), Some(broken), 1, &|| false), fresh);
@@ -233,7 +272,7 @@ fn a_way_that_lies_behind_can_be_turned_to_on_the_spot() {
     let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
     let people = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 8.0, -1.5), Twist::default(), &people);
-    let set = RrtStarGenerator::default().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
     let turning = (0..set.len()).filter(|&i| {
         let r = set.range(i);
         (set.x()[r.end - 8] - 15.0).abs() < 0.1 && (set.heading()[r.end - 1] + 1.5).abs() > 0.8
@@ -246,7 +285,7 @@ fn cells_of_candidates_cover_many_directions() {
     let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
     let people = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 15.0, 1.57), Twist { v: 0.5, omega: 0.0 }, &people);
-    let set = RrtStarGenerator::default().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
     let sectors: BTreeSet<i64> = (0..set.len())
         .map(|i| {
             let end = Point2::new(set.x()[set.range(i).end - 1], set.y()[set.range(i).end - 1]);

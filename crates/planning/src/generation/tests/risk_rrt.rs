@@ -8,10 +8,10 @@ use crate::profile::Profile;
 
 const DEPTH: u32 = 50;
 
-fn generator(nodes: u32) -> RiskRrtGenerator {
+fn generator(nodes: u32) -> Generator {
     let mut params = Profile::builtin("risk-rrt").unwrap().generation_params();
     params.risk_rrt.nodes = nodes;
-    RiskRrtGenerator { params }
+    Generator::new("risk-rrt", params)
 }
 
 fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
@@ -29,13 +29,13 @@ fn poses(set: &CandidateSet, candidate: usize, from: usize) -> Vec<Pose2> {
 }
 
 /// Walks `cycles` cycles down the best path of `generator`, `ticks` ticks each, among furniture.
-fn walk(generator: &dyn Generator, cycles: u64, ticks: u64, each: impl FnMut(&World, &Scene, &Generated)) {
-    walk_in(&World::new(furnished(), Point2::new(14.0, 26.0)), generator, cycles, ticks, each);
+fn walk(generator: &Generator, cycles: u64, ticks: u64, each: impl FnMut(&World, &Scene, &Generated)) {
+    walk_in(&World::new(furnished(), Point2::new(14.0, 26.0)), |_| generator, cycles, ticks, each);
 }
 
-fn walk_in(
+fn walk_in<'g>(
     world: &World,
-    generator: &dyn Generator,
+    generator: impl Fn(u64) -> &'g Generator,
     cycles: u64,
     ticks: u64,
     mut each: impl FnMut(&World, &Scene, &Generated),
@@ -44,7 +44,7 @@ fn walk_in(
     let (mut tree, mut driven): (Option<Tree>, Option<Vec<Pose2>>) = (None, None);
     for cycle in 0..cycles {
         let scene = scene(ticks * cycle, belief.0, belief.1, &crowd(cycle));
-        let answer = generator.generate(&world.input(&scene, driven.as_deref()), tree, 7, &|| false);
+        let answer = generator(cycle).generate(&world.input(&scene, driven.as_deref()), tree, 7, &|| false);
         each(world, &scene, &answer);
         let set = &answer.candidates;
         if set.is_empty() {
@@ -108,71 +108,73 @@ fn following_the_path_keeps_what_is_ahead_and_nothing_else() {
     let mut before: Option<TimeTree> = None;
     let mut followed = 0;
     // No growth but in the first cycle, so that what is left can be compared.
-    struct Once(RiskRrtGenerator, RiskRrtGenerator);
-    impl Generator for Once {
-        fn name(&self) -> &'static str {
-            "once"
-        }
-        fn generate(
-            &self,
-            i: &GenerationInput<'_>,
-            t: Option<Tree>,
-            s: u64,
-            stop: &dyn Fn() -> bool,
-        ) -> Generated {
-            if t.is_none() { &self.0 } else { &self.1 }.generate(i, t, s, stop)
-        }
-    }
-    walk(&Once(generator(400), generator(0)), 5, 3, |world, scene, answer| {
-        let tree = read(&answer.tree, &world.robot);
-        assert!((tree.stamp - scene.stamp).abs() < 1e-9);
-        if let Some(old) = &before {
-            let same = |a: &crate::generation::risk_rrt::time_tree::Node,
-                        b: &crate::generation::risk_rrt::time_tree::Node| {
-                a.pose == b.pose && a.twist == b.twist
-            };
-            let root = (0..old.nodes.len())
-                .find(|&n| old.nodes[n].depth == 1 && same(&old.nodes[n], &tree.nodes[0]))
-                .unwrap();
-            // Everything that hung on the new root, and only that, each one step less deep, at its time.
-            let kept: Vec<usize> =
-                (0..old.nodes.len()).filter(|&n| n == root || old.branch(n).contains(&root)).collect();
-            assert_eq!(kept.len(), tree.nodes.len());
-            for (new, &n) in kept.iter().enumerate() {
-                assert!(same(&tree.nodes[new], &old.nodes[n]));
-                assert_eq!(tree.nodes[new].depth + 1, old.nodes[n].depth);
-                assert!((tree.time(new) - old.time(n)).abs() < 1e-9);
+    let (grows, stays) = (generator(400), generator(0));
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    walk_in(
+        &world,
+        |cycle| if cycle == 0 { &grows } else { &stays },
+        5,
+        3,
+        |world, scene, answer| {
+            let tree = read(&answer.tree, &world.robot);
+            assert!((tree.stamp - scene.stamp).abs() < 1e-9);
+            if let Some(old) = &before {
+                let same = |a: &crate::generation::risk_rrt::time_tree::Node,
+                            b: &crate::generation::risk_rrt::time_tree::Node| {
+                    a.pose == b.pose && a.twist == b.twist
+                };
+                let root = (0..old.nodes.len())
+                    .find(|&n| old.nodes[n].depth == 1 && same(&old.nodes[n], &tree.nodes[0]))
+                    .unwrap();
+                // Everything that hung on the new root, and only that, each one step less deep, at its time.
+                let kept: Vec<usize> =
+                    (0..old.nodes.len()).filter(|&n| n == root || old.branch(n).contains(&root)).collect();
+                assert_eq!(kept.len(), tree.nodes.len());
+                for (new, &n) in kept.iter().enumerate() {
+                    assert!(same(&tree.nodes[new], &old.nodes[n]));
+                    assert_eq!(tree.nodes[new].depth + 1, old.nodes[n].depth);
+                    assert!((tree.time(new) - old.time(n)).abs() < 1e-9);
+                }
+                followed += 1;
             }
-            followed += 1;
-        }
-        before = Some(tree);
-    });
+            before = Some(tree);
+        },
+    );
     assert_eq!(followed, 4);
 }
 
 #[test]
-fn the_path_that_the_metric_prefers_comes_first_and_no_node_is_better() {
+fn the_path_that_the_term_prefers_comes_first_and_no_node_is_better() {
     // No walls, so that no path is left out because it would brake into one.
     let world = World::new(hall(&[]), Point2::new(14.0, 26.0));
-    walk_in(&world, &generator(200), 6, 3, |world, scene, answer| {
-        let tree = read(&answer.tree, &world.robot);
-        let weighing = crate::collision_risk::RiskParams::default();
-        let (radius, forecast) = (world.robot.radius(), ForecastParams::default());
-        let map = std::sync::Arc::new(world.map.clone());
-        let metric = crate::evaluation::risk::RiskEvaluator::new(map, world.goal, radius, forecast, weighing);
-        let costs =
-            crate::evaluation::Evaluator::evaluate(&metric, scene, &answer.candidates, &|| false).unwrap();
-        assert!(costs.iter().all(|cost| costs[0] <= cost + 1e-9), "at {}", scene.stamp);
-        let root_distance = tree.nodes[0].pose.position().distance(world.goal);
-        for n in tree.nodes[1..].iter().filter(|n| n.risk <= 0.9) {
-            let node = weighing.node_cost(n.pose, n.risk, root_distance, world.goal);
-            assert!(costs[0] <= node + 1e-6, "at {}: {} {node}", scene.stamp, costs[0]);
-        }
-    });
+    let generator = generator(200);
+    walk_in(
+        &world,
+        |_| &generator,
+        6,
+        3,
+        |world, scene, answer| {
+            let tree = read(&answer.tree, &world.robot);
+            let weighing = crate::collision_risk::RiskParams::default();
+            let (radius, forecast) = (world.robot.radius(), ForecastParams::default());
+            let map = std::sync::Arc::new(world.map.clone());
+            let goal = world.goal;
+            let term =
+                crate::evaluation::risk::RiskEvaluator { map, goal, radius, forecast, params: weighing };
+            let costs =
+                crate::evaluation::Evaluator::evaluate(&term, scene, &answer.candidates, &|| false).unwrap();
+            assert!(costs.iter().all(|cost| costs[0] <= cost + 1e-9), "at {}", scene.stamp);
+            let root_distance = tree.nodes[0].pose.position().distance(world.goal);
+            for n in tree.nodes[1..].iter().filter(|n| n.risk <= 0.9) {
+                let node = weighing.node_cost(n.pose, n.risk, root_distance, world.goal);
+                assert!(costs[0] <= node + 1e-6, "at {}: {} {node}", scene.stamp, costs[0]);
+            }
+        },
+    );
 }
 
 /// Candidates start where the robot will be and obey its limits, whatever part of a step has passed.
-fn can_be_driven(generator: &dyn Generator, ticks: u64) {
+fn can_be_driven(generator: &Generator, ticks: u64) {
     let mut offered = 0;
     walk(generator, 8, ticks, |world, scene, answer| {
         let (set, robot) = (&answer.candidates, &world.robot);
@@ -234,8 +236,8 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     assert_eq!(fresh.tree.check(), Ok(()));
 
     let others = [
-        RrtStarGenerator::default().generate(&input, None, 1, &|| false).tree,
-        BiRiskRrtGenerator { params: generator(200).params }.generate(&input, None, 1, &|| false).tree,
+        Generator::rrt_star().generate(&input, None, 1, &|| false).tree,
+        Generator::new("bi-risk-rrt", generator(200).params).generate(&input, None, 1, &|| false).tree,
         Tree::default(),
     ];
     let driven = poses(&fresh.candidates, 0, 0);
@@ -251,7 +253,7 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     assert_eq!(TimeTree::from_value(&faster, &lattice(&world.robot), DEPTH), None);
     assert_eq!(TimeTree::from_value(&fresh.tree, &lattice(&world.robot), 2), None);
     // And the paper's planner does not go on with this one.
-    let star = RrtStarGenerator::default();
+    let star = Generator::rrt_star();
     let alone = star.generate(&input, None, 1, &|| false);
     assert_eq!(star.generate(&input, Some(fresh.tree), 1, &|| false), alone);
 }

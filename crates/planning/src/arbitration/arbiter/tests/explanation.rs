@@ -99,9 +99,9 @@ proptest! {
         let (_, explanation) = explained(&hall, &three(), &s, Some(&p));
         for term in &explanation.terms {
             for (factor, said) in [(2.0, term.doubled), (0.5, term.halved)] {
-                hall.profile.terms.get_mut(&term.metric).unwrap().weight = factor;
+                hall.profile.terms.get_mut(&term.term).unwrap().weight = factor;
                 prop_assert_eq!(hall.arbitrate(&three(), &s, Some(&p)).chosen, said);
-                hall.profile.terms.get_mut(&term.metric).unwrap().weight = 1.0;
+                hall.profile.terms.get_mut(&term.term).unwrap().weight = 1.0;
             }
         }
     }

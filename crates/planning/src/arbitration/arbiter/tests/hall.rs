@@ -91,8 +91,8 @@ pub(super) fn fan(ways: &[(u32, f64, f64)]) -> CandidateSet {
 
 pub(super) fn scores(columns: &[(&str, &[f64])]) -> Scores {
     let mut scores = Scores::new(columns[0].1.len());
-    for (metric, costs) in columns {
-        scores.insert(metric, 0, costs).unwrap();
+    for (term, costs) in columns {
+        scores.insert(term, 0, costs).unwrap();
     }
     scores
 }
