@@ -42,13 +42,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Generate.
     let input = GenerationInput {
-        params: &profile.generation_params(),
+        params: &profile.generator_part(),
         map: &map,
         goal: task.goal,
         geodesic: &geodesic,
         robot: &task.robot,
         scene: &scene,
-        forecast: profile.forecast,
         previous: None,
         seed: 1,
     };

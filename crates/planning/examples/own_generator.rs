@@ -30,7 +30,7 @@ const FAN: GeneratorKind = GeneratorKind {
 
 /// Arcs of equal speed, turning from full left to full right.
 fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, should_stop: &dyn Fn() -> bool) -> Generated {
-    let (steps, dt) = (input.params.candidates.steps as usize, input.params.candidates.dt);
+    let (steps, dt) = (input.params.steps, input.params.dt);
     let checker = input.checker();
     let (mut states, mut count) = (States::default(), 0);
     for arc in (0..ARCS).take_while(|_| !should_stop()) {
@@ -66,13 +66,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
     let (profile, task) = (Profile::default(), Task { goal: Point2::new(7.0, 4.0), ..Task::default() });
     let input = GenerationInput {
-        params: &profile.generation_params(),
+        params: &profile.generator_part(),
         map: &map,
         goal: task.goal,
         geodesic: &*map.geodesic(task.goal, task.robot.radius())?,
         robot: &task.robot,
         scene: &scene,
-        forecast: profile.forecast,
         previous: None,
         seed: 0,
     };

@@ -26,10 +26,9 @@
 //! let belief = Belief { pose, covariance, twist: Twist { v: 0.5, omega: 0.0 } };
 //! let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
 //!
-//! let (robot, forecast) = (&task.robot, profile.forecast);
 //! let input = GenerationInput {
-//!     params: &profile.generation_params(), map: &map, goal: task.goal, geodesic: &geodesic, robot, scene: &scene,
-//!     forecast, previous: None, seed: 1,
+//!     params: &profile.generator_part(), map: &map, goal: task.goal, geodesic: &geodesic, robot: &task.robot,
+//!     scene: &scene, previous: None, seed: 1,
 //! };
 //! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
 //! let (generated, _) = generator.generate(&input, None, &|| false);
@@ -40,7 +39,7 @@
 //!     scores.insert(term, 0, &evaluator.evaluate(&scene, &generated.candidates, &|| false)?)?;
 //! }
 //!
-//! let context = Context { profile: &profile, scene: &scene, map: &map, robot, goal: task.goal };
+//! let context = Context { profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal };
 //! let verdict = arbitrate(&context, &generated.candidates, &scores, None);
 //! assert_eq!(verdict.decision.action, Action::Follow);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -15,7 +15,7 @@ use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::forecast::ForecastParams;
-use crate::generation::{self, GenerationParams};
+use crate::generation::{self, GenerationParams, GeneratorPart};
 
 #[cfg(feature = "profiles")]
 mod load;
@@ -37,11 +37,11 @@ parameters! {
             1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message"
         ] = 1,
         /// States per candidate, K. Every candidate has exactly this many (A12).
-        pub steps: usize [in Profile::STEPS] = 13,
+        pub steps: usize [in GeneratorPart::STEPS] = 13,
         /// Seconds between states, and of one paper-rate planning cycle (A26).
-        pub dt: f64 [in Profile::DT] = 0.3,
+        pub dt: f64 [in GeneratorPart::DT] = 0.3,
         /// Candidates slower than this on average, m/s, compete only if no faster one is free (D4).
-        pub min_speed: f64 [in Profile::MIN_SPEED] = 0.35,
+        pub min_speed: f64 [in GeneratorPart::MIN_SPEED] = 0.35,
         /// A candidate that turns at least this far in all, radians, is not slow: where the way lies behind,
         /// turning on the spot is getting on.
         pub min_turn: f64 [0.0, 100.0, "rad", "no horizon has room for more"] = 0.75,
@@ -77,31 +77,12 @@ parameters! {
         pub cpc: CpcParams [table] = CpcParams::default(),
         /// What an observation is worth to the prediction (eq. 8).
         pub information: InformationParams [table] = InformationParams::default(),
-        /// How candidates come to be; what the profile says elsewhere is filled in by
-        /// [`Profile::generation_params`].
+        /// How candidates come to be, besides what the profile says elsewhere.
         pub generation: GenerationParams [table] = GenerationParams::default(),
     } check Self::agrees
 }
 
 impl Profile {
-    /// What K may be.
-    pub const STEPS: Range = Range {
-        least: 1.0,
-        most: 200.0,
-        unit: "states",
-        why: "a message takes 256 per candidate, and the previous one's are added while braking",
-    };
-    /// What the time step may be.
-    pub const DT: Range = Range {
-        least: 0.02,
-        most: 2.0,
-        unit: "s",
-        why: "a shorter step is no cycle, and in a longer one people pass unseen between two states",
-    };
-
-    /// What the slowest speed may be.
-    pub const MIN_SPEED: Range = Range { least: 0.0, most: 10.0, unit: "m/s", why: "no robot drives faster" };
-
     /// Seconds a candidate looks ahead, `T_h = K dt`.
     pub fn horizon(&self) -> f64 {
         self.steps as f64 * self.dt
@@ -124,11 +105,6 @@ impl Profile {
             risk: self.risk,
             forecast: self.forecast,
         }
-    }
-
-    /// The generator's parameters, complete.
-    pub fn generation_params(&self) -> GenerationParams {
-        self.generator_part().params()
     }
 
     /// What limits the growth of one cycle: samples drawn by RRT*, nodes added by Risk-RRT and Bi-Risk-RRT. Zero if
@@ -171,41 +147,6 @@ impl Profile {
             ));
         }
         Ok(())
-    }
-}
-
-parameters! {
-    /// The part of a profile that a generator needs, as it travels to one: any replica then computes the same.
-    #[non_exhaustive]
-    pub struct GeneratorPart {
-        /// States per candidate.
-        pub steps: usize [in Profile::STEPS],
-        /// Seconds between states.
-        pub dt: f64 [in Profile::DT],
-        /// Average speed below which a candidate counts as slow, m/s (D4).
-        pub min_speed: f64 [in Profile::MIN_SPEED],
-        /// The tree and its candidates.
-        pub generation: GenerationParams [table],
-        /// How much room is kept.
-        pub collision: CollisionParams [table],
-        /// How the baselines weigh risk.
-        pub risk: RiskParams [table],
-        /// How people move on.
-        pub forecast: ForecastParams [table],
-    }
-}
-
-impl GeneratorPart {
-    /// The generator's parameters, complete: with K, the time step, the slowest speed and the margins that a
-    /// profile says once for generator and arbiter.
-    pub fn params(&self) -> GenerationParams {
-        let mut params = self.generation.clone();
-        params.collision = self.collision;
-        params.risk = self.risk;
-        params.candidates.steps = self.steps as u32;
-        params.candidates.dt = self.dt;
-        params.candidates.slow = self.min_speed;
-        params
     }
 }
 
@@ -344,10 +285,9 @@ mod tests {
     fn the_generator_plans_as_far_and_keeps_as_clear_as_the_arbiter() {
         let mut profile = Profile { steps: 20, dt: 0.2, min_speed: 0.1, ..Profile::default() };
         profile.collision.person_margin = 0.7;
-        let params = profile.generation_params();
-        assert_eq!((params.candidates.steps, params.candidates.dt, params.candidates.slow), (20, 0.2, 0.1));
-        assert_eq!(params.collision, profile.collision);
-        assert_eq!(Profile::default().generation_params(), GenerationParams::default());
+        let part = profile.generator_part();
+        assert_eq!((part.steps, part.dt, part.min_speed), (20, 0.2, 0.1));
+        assert_eq!(part.collision, profile.collision);
     }
 
     #[test]

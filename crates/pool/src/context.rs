@@ -180,13 +180,12 @@ impl PlanContext {
         should_stop: &dyn Fn() -> bool,
     ) -> (Generated, bool) {
         let input = GenerationInput {
-            params: &self.profile.generation_params(),
+            params: &self.profile.generator_part(),
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
             robot: &self.robot,
             scene,
-            forecast: self.profile.forecast,
             previous: (!previous.is_empty()).then_some(previous),
             seed: self.tree_seed(index),
         };

@@ -2,12 +2,11 @@
 
 use std::time::Instant;
 
-use curionav_planning::generation::{self, GenerationInput};
+use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
-use curionav_planning::profile::GeneratorPart;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
 
 use crate::fields::Fields;
@@ -57,13 +56,12 @@ pub fn generate(
     should_stop: &dyn Fn() -> bool,
 ) -> Result<GenerateReply, Reject> {
     let started = Instant::now();
-    let GeneratorParams { profile, previous } = convert::parameters("params", &request.params)?;
+    let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let Some(kind) = generation::find(&request.generator) else {
         let known = generation::known();
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
     };
-    let mut params = profile.params();
-    *(kind.iterations)(&mut params) = request.iterations;
+    *(kind.iterations)(&mut params.generation) = request.iterations;
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let scene = convert::scene(&request.scene)?;
     let previous: Vec<Pose2> =
@@ -75,7 +73,6 @@ pub fn generate(
         geodesic,
         robot: &robot,
         scene: &scene,
-        forecast: profile.forecast,
         previous: (!previous.is_empty()).then_some(&previous),
         seed: request.seed,
     };

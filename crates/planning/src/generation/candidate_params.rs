@@ -7,13 +7,6 @@ parameters! {
     /// Parameters of candidates.
     #[non_exhaustive]
     pub struct CandidateParams {
-        /// States per candidate, K (A26): with `dt` the horizon. Skipped, as are `dt` and `slow`: a profile
-        /// says them once for all parts.
-        #[serde(skip)]
-        pub steps: u32 = 13,
-        /// Seconds between states (A26).
-        #[serde(skip)]
-        pub dt: f64 = 0.3,
         /// Cruising speeds each path is timed with, as fractions of the greatest.
         pub profiles: Vec<f64> [
             0.01, 1.0, "", "it is a share of the greatest speed, and a robot at rest gets nowhere";
@@ -31,10 +24,6 @@ parameters! {
         pub max_branches: u32 [
             1.0, 1000.0, "branches", "each is timed with every profile, and a cycle must end"
         ] = 72,
-        /// Candidates slower than this on average compete only if no faster one is free, m/s (D4). Meant at
-        /// cruising speed: from lower speeds it shrinks as the fastest mean that acceleration allows does.
-        #[serde(skip)]
-        pub slow: f64 = 0.35,
         /// The goal is reached within this distance, metres: a candidate that stops there is not slow.
         pub goal_tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
         /// Time at which candidates have to differ, seconds.

@@ -62,18 +62,19 @@ pub fn find_candidates(
     checker: &CollisionChecker<'_>,
     should_stop: &dyn Fn() -> bool,
 ) -> CandidateSet {
-    let (rollout_params, turning_radius) = (&input.params.rollout, input.params.tree.turning_radius);
-    let params = &input.params.candidates;
+    let (rollout_params, turning_radius) =
+        (&input.params.generation.rollout, input.params.generation.tree.turning_radius);
+    let params = &input.params.generation.candidates;
     let belief = &input.scene.belief;
     let from = Departure {
         pose: belief.pose,
         twist: belief.twist,
         robot: input.robot,
-        steps: params.steps as usize,
-        dt: params.dt,
+        steps: input.params.steps,
+        dt: input.params.dt,
     };
-    let reach = input.robot.v_max * params.dt * f64::from(params.steps) + 0.5;
-    let slow = params.slow * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
+    let reach = input.robot.v_max * from.dt * from.steps as f64 + 0.5;
+    let slow = input.params.min_speed * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
     let finder = Finder { input, checker, params, rollout_params, from, slow };
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
@@ -228,7 +229,7 @@ impl Finder<'_> {
                     &rollout.states.x,
                     &rollout.states.y,
                     &rollout.states.heading,
-                    self.params.dt,
+                    self.from.dt,
                 );
                 if hit.is_none() {
                     free.push(self.describe(rollout, proposal, first_profile + k));
@@ -241,7 +242,7 @@ impl Finder<'_> {
         let params = self.params;
         let states = rollout.states;
         let last = states.len() - 1;
-        let near = ((params.differ_by / params.dt).round() as usize).clamp(1, last + 1) - 1;
+        let near = ((params.differ_by / self.from.dt).round() as usize).clamp(1, last + 1) - 1;
         let cell =
             |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
         let end = Point2::new(states.x[last], states.y[last]);
@@ -282,7 +283,7 @@ impl Finder<'_> {
             all.append(f.states);
             count += 1;
         }
-        let (steps, dt) = (self.params.steps as usize, self.params.dt);
+        let (steps, dt) = (self.from.steps, self.from.dt);
         // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
         CandidateSet::new(steps, dt, (0..count).collect(), all)
             .unwrap_or_else(|_| CandidateSet::empty(steps, dt))

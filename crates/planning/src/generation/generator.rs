@@ -2,8 +2,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
-use crate::forecast::ForecastParams;
-use crate::generation::params::GenerationParams;
+use crate::generation::params::GeneratorPart;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
@@ -15,7 +14,7 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, Copy)]
 pub struct GenerationInput<'a> {
     /// How to generate.
-    pub params: &'a GenerationParams,
+    pub params: &'a GeneratorPart,
     /// The static world.
     pub map: &'a StaticMap,
     /// Where to go.
@@ -27,8 +26,6 @@ pub struct GenerationInput<'a> {
     pub robot: &'a RobotModel,
     /// Belief and people.
     pub scene: &'a Scene,
-    /// How people's uncertainty grows.
-    pub forecast: ForecastParams,
     /// What is left of the trajectory decided before, to be offered again.
     pub previous: Option<&'a [Pose2]>,
     /// The run's. The same input, seed and tree give the same answer.
@@ -38,7 +35,7 @@ pub struct GenerationInput<'a> {
 impl<'a> GenerationInput<'a> {
     /// What says whether a candidate is free.
     pub fn checker(&self) -> CollisionChecker<'a> {
-        CollisionChecker::new(self.map, self.robot, self.scene, self.forecast, &self.params.collision)
+        CollisionChecker::new(self.map, self.robot, self.scene, self.params.forecast, &self.params.collision)
     }
 
     /// What samples of this tick are drawn from.

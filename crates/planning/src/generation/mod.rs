@@ -26,7 +26,7 @@ pub use bi_risk_rrt::BiRiskRrtParams;
 pub use candidate_params::CandidateParams;
 pub use candidates::find_candidates;
 pub use generator::{Generated, GenerationInput};
-pub use params::GenerationParams;
+pub use params::{GenerationParams, GeneratorPart};
 pub use registry::{GENERATORS, GeneratorKind, find, known};
 pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;

@@ -8,9 +8,9 @@ pub fn generate(
     tree: Option<Tree>,
     should_stop: &dyn Fn() -> bool,
 ) -> Generated {
-    let (params, checker) = (&input.params.tree, input.checker());
+    let (params, checker) = (&input.params.generation.tree, input.checker());
     let pose = input.scene.belief.pose;
-    let horizon = input.params.candidates.dt * f64::from(input.params.candidates.steps);
+    let horizon = input.params.dt * input.params.steps as f64;
     let radius = input.robot.v_max * horizon + params.disc_margin;
     let way = input.geodesic.descend_for(pose.position(), 0.2, radius);
 

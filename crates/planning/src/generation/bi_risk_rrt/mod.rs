@@ -21,7 +21,7 @@ pub fn generate(
     tree: Option<Tree>,
     should_stop: &dyn Fn() -> bool,
 ) -> Generated {
-    let params = input.params;
+    let params = &input.params.generation;
     let ground = Ground::new(input);
     let robot = input.scene.belief.pose.position();
     let old = tree
@@ -29,7 +29,7 @@ pub fn generate(
     let (old, heuristic) = old.unzip();
     let mut heuristic = heuristic
         .filter(|h| h.goal() == input.goal)
-        .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, params.candidates.dt));
+        .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, input.params.dt));
     heuristic.pass(robot);
     let tree = ground.take_over(old);
     let people = ground.people(&tree);

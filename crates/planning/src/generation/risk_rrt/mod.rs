@@ -33,7 +33,7 @@ pub fn generate(
     tree: Option<Tree>,
     should_stop: &dyn Fn() -> bool,
 ) -> Generated {
-    let params = &input.params.risk_rrt;
+    let params = &input.params.generation.risk_rrt;
     let ground = Ground::new(input);
     let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
     let tree = ground.take_over(old);
@@ -63,14 +63,14 @@ pub(super) struct Ground<'a> {
 
 impl<'a> Ground<'a> {
     pub(super) fn new(input: &'a GenerationInput<'a>) -> Self {
-        let (params, tree) = (input.params, &input.params.risk_rrt);
+        let (params, tree) = (input.params, &input.params.generation.risk_rrt);
         let lattice = ControlLattice {
             robot: input.robot,
-            dt: params.candidates.dt,
+            dt: params.dt,
             v_count: tree.v_controls,
             omega_count: tree.omega_controls,
         };
-        let room = params.candidates.steps.saturating_sub(paths::braking_steps(&lattice));
+        let room = (params.steps as u32).saturating_sub(paths::braking_steps(&lattice));
         Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
     }
 
@@ -78,18 +78,24 @@ impl<'a> Ground<'a> {
     pub(super) fn take_over(&self, old: Option<TimeTree>) -> TimeTree {
         let scene = self.input.scene;
         let (pose, twist) = (scene.belief.pose, scene.belief.twist);
-        let off_path = self.input.params.risk_rrt.off_path;
+        let off_path = self.input.params.generation.risk_rrt.off_path;
         old.and_then(|tree| update::follow(&tree, scene.stamp, pose, self.input.previous, off_path))
-            .unwrap_or_else(|| TimeTree::rooted(scene.stamp, self.input.params.candidates.dt, pose, twist))
+            .unwrap_or_else(|| TimeTree::rooted(scene.stamp, self.input.params.dt, pose, twist))
     }
 
     /// The risk from people at every depth of a tree, and while braking after it.
     pub(super) fn people(&self, tree: &TimeTree) -> CollisionRisk {
         let scene = self.input.scene;
-        let moments = (0..=self.input.params.candidates.steps + 1)
-            .map(|depth| tree.stamp + f64::from(depth) * tree.dt - scene.stamp);
+        let moments =
+            (0..=self.input.params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();
-        CollisionRisk::new(&scene.people, self.input.forecast, radius, &self.input.params.risk, moments)
+        CollisionRisk::new(
+            &scene.people,
+            self.input.params.forecast,
+            radius,
+            &self.input.params.risk,
+            moments,
+        )
     }
 
     /// A tree that grows among `people`; without them it has no meaning in time.
@@ -105,15 +111,15 @@ impl<'a> Ground<'a> {
             checker: &self.checker,
             people,
             weighing: &self.input.params.risk,
-            threshold: self.input.params.risk_rrt.threshold,
+            threshold: self.input.params.generation.risk_rrt.threshold,
             max_depth,
-            max_nodes: self.input.params.risk_rrt.max_nodes as usize,
+            max_nodes: self.input.params.generation.risk_rrt.max_nodes as usize,
         }
     }
 
     pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
-        let steps = self.input.params.candidates.steps as usize;
-        let most = self.input.params.risk_rrt.max_candidates as usize;
+        let steps = self.input.params.steps;
+        let most = self.input.params.generation.risk_rrt.max_candidates as usize;
         let robot = self.input.scene.belief.pose.position();
         paths::candidates(growth, robot, self.input.goal, self.input.scene.stamp, steps, most)
     }

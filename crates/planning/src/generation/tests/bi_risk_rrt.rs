@@ -3,21 +3,20 @@
 use super::*;
 use crate::generation::bi_risk_rrt::heuristic::Heuristic;
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
-use crate::profile::Profile;
 
-fn params(nodes: u32) -> GenerationParams {
-    let mut params = Profile::builtin("bi-risk-rrt").unwrap().generation_params();
-    params.risk_rrt.nodes = nodes;
+fn params(nodes: u32) -> GeneratorPart {
+    let mut params = Profile::builtin("bi-risk-rrt").unwrap().generator_part();
+    params.generation.risk_rrt.nodes = nodes;
     params
 }
 
 /// Both trees deep enough to cross the hall, in one cycle, and samples from all of it, as the authors of
 /// Bi-Risk-RRT compare the two.
-fn deep(nodes: u32) -> GenerationParams {
+fn deep(nodes: u32) -> GeneratorPart {
     let mut params = params(nodes);
-    params.candidates.steps = 400;
-    (params.risk_rrt.max_depth, params.risk_rrt.max_nodes) = (300, 8000);
-    params.risk_rrt.window = 30.0;
+    params.steps = 400;
+    (params.generation.risk_rrt.max_depth, params.generation.risk_rrt.max_nodes) = (300, 8000);
+    params.generation.risk_rrt.window = 30.0;
     params
 }
 
@@ -124,7 +123,8 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let tree = Generator::new("bi-risk-rrt", params.clone())
         .generate(&world.input(&scene, None), None, 1, &|| false)
         .tree;
-    let (forward, mut heuristic) = Heuristic::split(&tree, &lattice, 300, &params.bi_risk_rrt).unwrap();
+    let (forward, mut heuristic) =
+        Heuristic::split(&tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap();
     let whole = heuristic.tree().clone();
     let mut back = forward.to_value();
     heuristic.append_to(&mut back);

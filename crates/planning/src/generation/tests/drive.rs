@@ -200,7 +200,7 @@ fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
     let world = World::new(hall(&[]), goal);
     for steps in [8, 13] {
         let mut generator = Generator::rrt_star();
-        generator.params.candidates.steps = steps;
+        generator.params.steps = steps;
         for k in 0..16 {
             // A tenth of a metre too near.
             let start = Pose2::new(12.0, 29.6, std::f64::consts::TAU * f64::from(k) / 16.0);

@@ -19,6 +19,7 @@ use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
 use crate::motion::{RobotModel, step};
 use crate::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
+use crate::profile::Profile;
 use crate::random::{rng, uniform};
 use crate::scene::{Belief, People, Scene};
 
@@ -67,16 +68,16 @@ fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
 /// A generator with its parameters.
 struct Generator {
     kind: &'static GeneratorKind,
-    params: GenerationParams,
+    params: GeneratorPart,
 }
 
 impl Generator {
-    fn new(name: &str, params: GenerationParams) -> Self {
+    fn new(name: &str, params: GeneratorPart) -> Self {
         Self { kind: find(name).unwrap(), params }
     }
 
     fn rrt_star() -> Self {
-        Self::new("rrt-star", GenerationParams::default())
+        Self::new("rrt-star", Profile::default().generator_part())
     }
 
     fn generate(
@@ -105,13 +106,19 @@ struct World {
     goal: Point2,
     geodesic: GeodesicField,
     robot: RobotModel,
-    params: GenerationParams,
+    params: GeneratorPart,
 }
 
 impl World {
     fn new(map: StaticMap, goal: Point2) -> Self {
         let geodesic = GeodesicField::new(&map, goal, 0.45);
-        Self { map, goal, geodesic, robot: RobotModel::default(), params: GenerationParams::default() }
+        Self {
+            map,
+            goal,
+            geodesic,
+            robot: RobotModel::default(),
+            params: Profile::default().generator_part(),
+        }
     }
 
     fn input<'a>(&'a self, scene: &'a Scene, previous: Option<&'a [Pose2]>) -> GenerationInput<'a> {
@@ -121,7 +128,6 @@ impl World {
             geodesic: &self.geodesic,
             robot: &self.robot,
             scene,
-            forecast: ForecastParams::default(),
             previous,
             params: &self.params,
             seed: 0,

@@ -4,13 +4,12 @@ use super::*;
 use crate::collision_risk::CollisionRisk;
 use crate::generation::risk_rrt::TimeTree;
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
-use crate::profile::Profile;
 
 const DEPTH: u32 = 50;
 
 fn generator(nodes: u32) -> Generator {
-    let mut params = Profile::builtin("risk-rrt").unwrap().generation_params();
-    params.risk_rrt.nodes = nodes;
+    let mut params = Profile::builtin("risk-rrt").unwrap().generator_part();
+    params.generation.risk_rrt.nodes = nodes;
     Generator::new("risk-rrt", params)
 }
 

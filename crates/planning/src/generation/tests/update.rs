@@ -6,7 +6,7 @@ use super::*;
 fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let people = People { radius: 0.3, ..People::default() };
-    let params = GenerationParams::default();
+    let params = Profile::default().generator_part();
     let pose = Pose2::new(12.0, 8.0, 1.6);
     let here = scene(0, pose, Twist::default(), &people);
     let tree = Generator::rrt_star().generate(&world.input(&here, None), None, 1, &|| false).tree;
@@ -19,7 +19,7 @@ fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
             ForecastParams::default(),
             &params.collision,
         );
-        crate::generation::update::reroot(&tree, pose, 4.9, &params.tree, &checker)
+        crate::generation::update::reroot(&tree, pose, 4.9, &params.generation.tree, &checker)
     };
     let same = reroot(pose);
     // a node may stick out of the disc it was sampled in
@@ -31,7 +31,7 @@ fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
 fn moving_on_keeps_most_of_the_tree() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let people = People { radius: 0.3, ..People::default() };
-    let params = GenerationParams::default();
+    let params = Profile::default().generator_part();
     for seed in 0..5 {
         let mut tree = None;
         let mut pose = Pose2::new(15.0, 2.0, 1.6);
@@ -58,7 +58,8 @@ fn moving_on_keeps_most_of_the_tree() {
                     answer.tree.position(n).distance(next.position()) < 4.9 && p.x > 0.0
                 })
                 .count();
-            let kept = crate::generation::update::reroot(&answer.tree, next, 4.9, &params.tree, &checker);
+            let kept =
+                crate::generation::update::reroot(&answer.tree, next, 4.9, &params.generation.tree, &checker);
             assert_eq!(kept.check(), Ok(()));
             println!(
                 "seed {seed} cycle {k}: {} nodes, {reachable} reachable, {} kept",
