@@ -1,9 +1,8 @@
 //! Parameters of the localiser.
 
-use curionav_planning::parameters;
 use curionav_planning::parameters::{FieldError, Range};
 
-parameters! {
+curionav_planning::parameters! {
     /// How the beams of one scan are combined into a particle's weight.
     pub enum LaserLikelihood {
         /// ROS `likelihood_field`: the factor 1 + sum of cubes. Blunt and not a probability; kept for
@@ -14,7 +13,7 @@ parameters! {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Everything the filter can be told. The defaults follow ROS 1 `amcl` where nothing else is said.
     pub struct LocalizerParams {
         /// Least number of particles. ROS has 100; 300 keep the sampling error of a variance near 8 %.

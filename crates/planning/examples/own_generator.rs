@@ -43,7 +43,7 @@ fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, should_stop: &dyn Fn() 
             pose = step(pose, twist, dt);
             driven.push(pose, twist);
         }
-        if checker.first_collision(&driven.x, &driven.y, &driven.heading, dt).is_none() {
+        if checker.first_collision(&driven, dt).is_none() {
             states.append(driven);
             count += 1;
         }
@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} of {ARCS} arcs are free; they end at", candidates.len());
     for i in 0..candidates.len() {
         let last = candidates.range(i).end - 1;
-        println!("  ({:.2}, {:.2})", candidates.x()[last], candidates.y()[last]);
+        println!("  ({:.2}, {:.2})", candidates.all_states().x[last], candidates.all_states().y[last]);
     }
     if candidates.is_empty() || candidates.len() == ARCS as usize {
         return Err("the pillar should be in the way of some arcs".into());

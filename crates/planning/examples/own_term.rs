@@ -9,27 +9,54 @@ use std::sync::Arc;
 use curionav_planning::arbitration::{Scores, total_costs};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::{Costs, Evaluator, each};
-use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::nalgebra::Matrix3;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+use curionav_planning::parameters;
 use curionav_planning::profile::{Condition, Profile, Term};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::states::States;
+use curionav_planning::terms::{BuildError, Built, BuiltIn, DerivedFields, Task};
+
+parameters! {
+    /// Parameters of `clearance`.
+    pub struct ClearanceParams {
+        /// Distance from walls that costs nothing, metres.
+        pub comfort: f64 [0.0, 10.0, "m", "beyond it no wall is near"] = 1.5,
+    }
+}
 
 /// Term `clearance`: the metres missing to `comfort`, summed over the states.
 struct ClearanceEvaluator {
     map: Arc<StaticMap>,
-    /// Distance from walls that costs nothing, metres.
-    comfort: f64,
+    params: ClearanceParams,
 }
 
 impl Evaluator for ClearanceEvaluator {
     fn evaluate(&self, _: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         let missing = |i: usize| {
-            let p = Point2::new(candidates.x()[i], candidates.y()[i]);
-            (self.comfort - self.map.to_obstacle.at(&self.map.grid, p)).max(0.0)
+            let p = candidates.all_states().position(i);
+            (self.params.comfort - self.map.to_obstacle.at(&self.map.grid, p)).max(0.0)
         };
         each(candidates, should_stop, |c| candidates.range(c).map(missing).sum())
+    }
+}
+
+/// What the registry of terms, `crates/planning/src/terms.rs`, lists.
+enum Clearance {}
+
+impl BuiltIn for Clearance {
+    const NAME: &'static str = "clearance";
+    type Params = ClearanceParams;
+
+    // Inside the crate: `profile.clearance.clone()`.
+    fn params(_: &Profile) -> ClearanceParams {
+        ClearanceParams::default()
+    }
+
+    fn evaluator<F: DerivedFields>(params: ClearanceParams, _: &Task, fields: &F) -> Built<F::Error> {
+        let map = fields.map().map_err(BuildError::Field)?;
+        Ok(Arc::new(ClearanceEvaluator { map, params }))
     }
 }
 
@@ -58,13 +85,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut profile = Profile::default();
     profile.terms.clear();
     // 0.5 m below comfort, in every state, costs one.
-    profile.terms.insert("clearance".to_owned(), Term { scale: 0.5, weight: 1.0, when: Condition::Always });
-    let evaluator = ClearanceEvaluator { map, comfort: 1.5 };
+    profile
+        .terms
+        .insert(Clearance::NAME.to_owned(), Term { scale: 0.5, weight: 1.0, when: Condition::Always });
+    let evaluator = Clearance::evaluator(Clearance::params(&profile), &Task::default(), &map)?;
     let mut scores = Scores::new(candidates.len());
-    scores.insert("clearance", 0, &evaluator.evaluate(&scene, &candidates, &|| false)?)?;
+    scores.insert(Clearance::NAME, 0, &evaluator.evaluate(&scene, &candidates, &|| false)?)?;
     let totals = total_costs(&profile, scene.uncertain, candidates.steps(), &scores);
     for (index, total) in totals.total.iter().enumerate() {
-        println!("{:.1} m from the wall costs {:.2}", candidates.y()[13 * index], total.ok_or("not scored")?);
+        println!(
+            "{:.1} m from the wall costs {:.2}",
+            candidates.all_states().y[13 * index],
+            total.ok_or("not scored")?
+        );
     }
     if !totals.total.is_sorted_by(|a, b| a > b) {
         return Err("more room should cost less".into());

@@ -69,32 +69,12 @@ impl CandidateSet {
         &self.id
     }
 
-    /// All x, `[candidate, step]`, metres.
-    pub fn x(&self) -> &[f64] {
-        &self.states.x
+    /// The states of all candidates, `[candidate, step]`.
+    pub fn all_states(&self) -> &States {
+        &self.states
     }
 
-    /// All y, `[candidate, step]`, metres.
-    pub fn y(&self) -> &[f64] {
-        &self.states.y
-    }
-
-    /// All headings, `[candidate, step]`, radians.
-    pub fn heading(&self) -> &[f64] {
-        &self.states.heading
-    }
-
-    /// All speeds, `[candidate, step]`, m/s: the twist that led to the state.
-    pub fn v(&self) -> &[f64] {
-        &self.states.v
-    }
-
-    /// All turn rates, `[candidate, step]`, rad/s.
-    pub fn omega(&self) -> &[f64] {
-        &self.states.omega
-    }
-
-    /// Where candidate `i` lies in each array.
+    /// Where candidate `i` lies in each array of [`Self::all_states`].
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         i * self.steps..(i + 1) * self.steps
     }
@@ -141,8 +121,8 @@ mod tests {
         assert_eq!(set.pick(&[1, 2]), set.slice(1..3));
         assert_eq!(set.pick(&[2, 0]).id(), [9, 7]);
         let all = CandidateSet::concat(2, 0.3, vec![set.slice(0..1), set.slice(1..3)]);
-        assert_eq!((all.id(), all.x(), all.omega()), (&[0, 1, 2][..], set.x(), set.omega()));
-        assert_eq!(set.pick(&[2, 0]).x(), [40.0, 50.0, 0.0, 10.0]);
+        assert_eq!((all.id(), all.all_states()), (&[0, 1, 2][..], set.all_states()));
+        assert_eq!(set.pick(&[2, 0]).all_states().x, [40.0, 50.0, 0.0, 10.0]);
     }
 
     #[test]

@@ -3,16 +3,15 @@
 //! One checker serves a whole cycle: generators drop colliding candidates with it, and arbitration asks
 //! it once more before a decision goes out. Both see the same margins.
 
-use crate::parameters;
-
 use crate::footprint::FootprintShape;
-use crate::forecast::{ForecastParams, PedestrianForecast};
+use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2, closest_approach, wrap_angle};
 use crate::motion::{Footprint, RobotModel};
 use crate::occupancy::StaticMap;
-use crate::scene::Scene;
+use crate::scene::{People, Scene};
+use crate::states::States;
 
-parameters! {
+crate::parameters! {
     /// How much room is kept around the robot (D12).
     #[derive(Copy)]
     #[non_exhaustive]
@@ -56,7 +55,8 @@ pub struct Collision {
 #[derive(Debug, Clone)]
 pub struct CollisionChecker<'a> {
     map: &'a StaticMap,
-    forecast: PedestrianForecast<'a>,
+    people: &'a People,
+    forecast: ForecastParams,
     params: CollisionParams,
     shape: FootprintShape,
     /// Whether the shape differs from its circumscribed disc.
@@ -96,7 +96,8 @@ impl<'a> CollisionChecker<'a> {
         let inflation = (params.sigma_factor * sigma).min(params.max_inflation);
         let mut checker = Self {
             map,
-            forecast: PedestrianForecast::new(&scene.people, forecast),
+            people: &scene.people,
+            forecast,
             params: *params,
             shape: FootprintShape::from(&robot.footprint),
             polygon: matches!(robot.footprint, Footprint::Polygon { .. }),
@@ -164,13 +165,12 @@ impl<'a> CollisionChecker<'a> {
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }
 
-    /// The first collision of the trajectory that starts at the belief's pose at time 0 and reaches
-    /// (`x[k]`, `y[k]`, `heading[k]`) at `(k + 1) * dt`; between states robot and people move in straight
-    /// lines, checked continuously. Nothing is checked beyond the last state: there the robot stands.
-    pub fn first_collision(&self, x: &[f64], y: &[f64], heading: &[f64], dt: f64) -> Option<Collision> {
+    /// The first collision of the trajectory that starts at the belief's pose at time 0 and reaches state k of
+    /// `states` at `(k + 1) * dt`; between states robot and people move in straight lines, checked continuously. Nothing is checked beyond the last state: there the robot stands.
+    pub fn first_collision(&self, states: &States, dt: f64) -> Option<Collision> {
         let mut from = self.start;
-        for step in 0..x.len() {
-            let to = Pose2::new(x[step], y[step], heading[step]);
+        for step in 0..states.len() {
+            let to = states.pose(step);
             let time = step as f64 * dt;
             let with = if self.segment_wall_clear(from, to) {
                 self.person_hit(from, to, time, dt).map(Obstacle::Person)
@@ -187,7 +187,8 @@ impl<'a> CollisionChecker<'a> {
         let moves = from.position() != self.start.position();
         let end = || self.map.to_obstacle.between_cells(&self.map.grid, from.position());
         let stays = self.touching_wall.is_some_and(|now| moves && end() <= now);
-        stays.then(|| Collision { step: x.len() - 1, time: (x.len() - 1) as f64 * dt, with: Obstacle::Wall })
+        let step = states.len().saturating_sub(1);
+        stays.then_some(Collision { step, time: step as f64 * dt, with: Obstacle::Wall })
     }
 
     /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
@@ -195,13 +196,13 @@ impl<'a> CollisionChecker<'a> {
     /// are. A polygon counts as its circumscribed disc.
     ///
     /// A forecast lets a robot follow on a person's heels; this keeps the braking distance.
-    pub fn stops_short(&self, x: &[f64], y: &[f64], braking: f64) -> bool {
-        let people = self.forecast.people();
+    pub fn stops_short(&self, states: &States, braking: f64) -> bool {
+        let people = self.people;
         let contact = self.shape.circumscribed_radius() + people.radius;
         let mut from = self.start.position();
         let mut left = f64::INFINITY;
-        for (k, (&x, &y)) in x.iter().zip(y).enumerate() {
-            let mut to = Point2::new(x, y);
+        for k in 0..states.len() {
+            let mut to = states.position(k);
             let length = from.distance(to);
             if length > left {
                 let f = left / length;
@@ -228,9 +229,9 @@ impl<'a> CollisionChecker<'a> {
     /// [t, t + dt].
     fn person_hit(&self, from: Pose2, to: Pose2, t: f64, dt: f64) -> Option<u32> {
         let asked = self.person_gap(t + dt);
-        let people = self.forecast.people();
+        let people = self.people;
         for i in 0..people.len() {
-            let (p, q) = (self.forecast.position(i, t), self.forecast.position(i, t + dt));
+            let (p, q) = (people.position_after(i, t), people.position_after(i, t + dt));
             let start = Point2::new(from.x - p.x, from.y - p.y);
             let end = Point2::new(to.x - q.x, to.y - q.y);
             let nearest = closest_approach(start, end) - people.radius;
@@ -259,7 +260,7 @@ impl<'a> CollisionChecker<'a> {
         } else {
             pose.position().distance(person) - self.shape.circumscribed_radius()
         };
-        distance - self.forecast.people().radius
+        distance - self.people.radius
     }
 }
 

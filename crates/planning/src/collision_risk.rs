@@ -4,14 +4,12 @@
 //! Where [`crate::collision`] says yes or no for the final check of every planner, this is the graded
 //! answer by which the Risk-RRT baselines choose.
 
-use crate::parameters;
-
-use crate::forecast::{ForecastParams, PedestrianForecast};
+use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2, bearing, wrap_angle};
 use crate::numerics::{asin, erf, exp, sin_cos};
 use crate::scene::People;
 
-parameters! {
+crate::parameters! {
     /// How a person's forecast becomes a probability.
     #[derive(Default)]
     #[non_exhaustive]
@@ -25,7 +23,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of risk and of the weight that trades it for progress.
     #[derive(Copy)]
     #[non_exhaustive]
@@ -89,11 +87,10 @@ impl CollisionRisk {
         moments: impl Iterator<Item = f64>,
     ) -> Self {
         let contact = radius + people.radius;
-        let forecast = PedestrianForecast::new(people, forecast);
         let (mut mean, mut overlap) = (Vec::new(), Vec::new());
         for t in moments {
             let t = t.max(0.0);
-            mean.extend((0..people.len()).map(|i| forecast.position(i, t)));
+            mean.extend((0..people.len()).map(|i| people.position_after(i, t)));
             let needed = params.model == RiskModel::Gaussian && !people.is_empty();
             overlap.push(if needed {
                 OverlapTable::new(contact, forecast.variance(t).sqrt())

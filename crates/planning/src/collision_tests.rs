@@ -33,16 +33,21 @@ fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
 }
 
 /// Straight along +x from (5, 10) at `v` for 10 steps of 0.3 s.
-fn straight(v: f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    ((1..=10).map(|k| 5.0 + v * 0.3 * f64::from(k)).collect(), vec![10.0; 10], vec![0.0; 10])
+fn straight(v: f64) -> States {
+    states(&(1..=10).map(|k| (5.0 + v * 0.3 * f64::from(k), 10.0, 0.0)).collect::<Vec<_>>())
+}
+
+fn states(of: &[(f64, f64, f64)]) -> States {
+    let mut states = States::default();
+    of.iter().for_each(|&(x, y, heading)| states.push(Pose2::new(x, y, heading), Twist::default()));
+    states
 }
 
 fn first(scene: &Scene, v: f64) -> Option<Collision> {
     let (map, robot) = (map(), RobotModel::default());
     let c =
         CollisionChecker::new(&map, &robot, scene, ForecastParams::default(), &CollisionParams::default());
-    let (x, y, h) = straight(v);
-    c.first_collision(&x, &y, &h, 0.3)
+    c.first_collision(&straight(v), 0.3)
 }
 
 #[test]
@@ -74,7 +79,7 @@ fn two_who_swap_places_within_one_step_still_meet() {
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.0, -2.0, 0.0)]);
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
     // states alone are far apart: robot 5 -> 8, person 6.5 -> 4.5 in one step of 1 s
-    assert!(c.first_collision(&[8.0], &[10.0], &[0.0], 1.0).is_some());
+    assert!(c.first_collision(&states(&[(8.0, 10.0, 0.0)]), 1.0).is_some());
 }
 
 #[test]
@@ -93,8 +98,8 @@ fn a_violated_margin_forbids_going_nearer_but_not_leaving() {
     let (map, robot) = (map(), RobotModel::default());
     let c =
         CollisionChecker::new(&map, &robot, &by_wall, ForecastParams::default(), &CollisionParams::default());
-    assert_eq!(c.first_collision(&[14.4, 14.2], &[10.0, 10.0], &[0.0, 0.0], 0.3), None);
-    assert!(c.first_collision(&[14.8], &[10.0], &[0.0], 0.3).is_some());
+    assert_eq!(c.first_collision(&states(&[(14.4, 10.0, 0.0), (14.2, 10.0, 0.0)]), 0.3), None);
+    assert!(c.first_collision(&states(&[(14.8, 10.0, 0.0)]), 0.3).is_some());
 }
 
 #[test]
@@ -106,25 +111,22 @@ fn a_long_robot_passes_lengthwise_where_its_circle_does_not() {
     // A person beside the way at 0.9 m: free lengthwise (0.25 + 0.3 + margins), hit when turned across.
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.9, 0.0, 0.0)]);
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
-    let (x, y, h) = straight(0.8);
-    assert_eq!(c.first_collision(&x, &y, &h, 0.3), None);
-    assert!(c.first_collision(&[5.2, 6.5], &[10.0, 10.0], &[0.0, 1.57], 1.0).is_some());
+    assert_eq!(c.first_collision(&straight(0.8), 0.3), None);
+    assert!(c.first_collision(&states(&[(5.2, 10.0, 0.0), (6.5, 10.0, 1.57)]), 1.0).is_some());
     // The wall at x = 15: 0.45 m from the centre is enough alongside it, not facing it.
     assert!(c.wall_clear(Pose2::new(14.45, 10.0, std::f64::consts::FRAC_PI_2)));
     assert!(!c.wall_clear(Pose2::new(14.45, 10.0, 0.0)));
 }
 
 #[test]
-fn following_on_somebodys_heels_does_not_stop_short() {
+fn following_on_a_persons_heels_does_not_stop_short() {
     let (map, robot) = (map(), RobotModel::default());
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.0, 10.0, 1.0, 0.0)]);
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
-    let (x, y, h) = straight(1.0);
-    assert_eq!(c.first_collision(&x, &y, &h, 0.3), None);
+    assert_eq!(c.first_collision(&straight(1.0), 0.3), None);
     // 0.3 m + 1 m of braking against a gap of 0.4 m
-    assert!(!c.stops_short(&x, &y, robot.stopping_distance(1.0)));
-    let (x, y, _) = straight(0.3);
-    assert!(c.stops_short(&x, &y, robot.stopping_distance(0.3)));
+    assert!(!c.stops_short(&straight(1.0), robot.stopping_distance(1.0)));
+    assert!(c.stops_short(&straight(0.3), robot.stopping_distance(0.3)));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use parry2d_f64::math::{Pose, Rotation, Vector};
 use parry2d_f64::query::{PointQuery, details::distance_support_map_support_map};
-use parry2d_f64::shape::{ConvexPolygon, Cuboid, SupportMap};
+use parry2d_f64::shape::{ConvexPolygon, Cuboid};
 
 use crate::geometry::{Point2, Pose2};
 use crate::motion::Footprint;
@@ -110,14 +110,13 @@ impl FootprintShape {
         // One cell more on each side: distances are compared exactly below, indices are rounded here.
         let first = |least: f64| (((least - margin) / cell).floor() as usize).saturating_sub(1);
         let last = |most: f64, count: usize| (((most + margin) / cell) as usize + 1).min(count - 1);
-        let square = Square { half: 0.5 * cell };
         for row in first(low.y)..=last(high.y, grid.height()) {
             for column in first(low.x)..=last(high.x, grid.width()) {
                 if grid.cell(grid.index(column, row)) == Cell::Free {
                     continue;
                 }
                 let centre = Point2::new((column as f64 + 0.5) * cell, (row as f64 + 0.5) * cell);
-                if self.distance_to_square(at, &square, centre) <= margin {
+                if self.distance_to_square(at, 0.5 * cell, centre) <= margin {
                     return true;
                 }
             }
@@ -143,12 +142,12 @@ impl FootprintShape {
         }
     }
 
-    /// Distance to an axis-aligned square around `centre`; 0 when they touch.
-    fn distance_to_square(&self, pose: Pose2, square: &Square, centre: Point2) -> f64 {
+    /// Distance to an axis-aligned square of side `2 * half` around `centre`; 0 when they touch.
+    fn distance_to_square(&self, pose: Pose2, half: f64, centre: Point2) -> f64 {
         match &self.outline {
             Outline::Disc(radius) => {
-                let dx = ((pose.x - centre.x).abs() - square.half).max(0.0);
-                let dy = ((pose.y - centre.y).abs() - square.half).max(0.0);
+                let dx = ((pose.x - centre.x).abs() - half).max(0.0);
+                let dy = ((pose.y - centre.y).abs() - half).max(0.0);
                 ((dx * dx + dy * dy).sqrt() - radius).max(0.0)
             }
             Outline::Polygon(polygon) => {
@@ -156,21 +155,11 @@ impl FootprintShape {
                 let rotation = Rotation::from_cos_sin_unchecked(c, s);
                 let translation = Vector::new(pose.x - centre.x, pose.y - centre.y);
                 let square_from_robot = Pose::from_parts(translation, rotation);
-                let square = Cuboid::new(Vector::new(square.half, square.half));
-                separation(&square_from_robot, &square, polygon)
+                let square = Cuboid::new(Vector::new(half, half));
+                distance_support_map_support_map(&square_from_robot, &square, polygon)
             }
         }
     }
-}
-
-/// An axis-aligned square of side `2 * half`, metres.
-struct Square {
-    half: f64,
-}
-
-/// Distance between two convex shapes, the second posed in the frame of the first.
-fn separation(first_from_second: &Pose, first: &impl SupportMap, second: &impl SupportMap) -> f64 {
-    distance_support_map_support_map(first_from_second, first, second)
 }
 
 /// Convex hull, counter-clockwise, without vertices inside an edge (Andrew's monotone chain).

@@ -1,12 +1,11 @@
 //! Planar geometry: points, poses, angles.
 
-use crate::parameters;
 use crate::parameters::{Numbers, Range};
 use serde::{Deserialize, Serialize};
 
 use crate::numerics::{atan2, sin_cos};
 
-parameters! {
+crate::parameters! {
     /// A position in the plane, metres.
     #[derive(Copy, Default)]
     pub struct Point2 {
@@ -18,14 +17,14 @@ parameters! {
 }
 
 impl Numbers for Point2 {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        [self.x, self.y].each(visit);
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+        [self.x, self.y].fault(ranges, at)
     }
 }
 
 impl Numbers for Pose2 {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        [self.x, self.y, self.heading].each(visit);
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+        [self.x, self.y, self.heading].fault(ranges, at)
     }
 }
 
@@ -47,7 +46,7 @@ impl Point2 {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// A position and a heading: the transform from a body frame to its parent frame.
     #[derive(Copy, Default)]
     pub struct Pose2 {

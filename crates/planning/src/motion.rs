@@ -1,6 +1,5 @@
 //! The unicycle: state, limits, exact motion over a step, and odometry noise (eqs. 1 and 7).
 
-use crate::parameters;
 use crate::parameters::{Field, FieldError, Kind, Range, Ranged, check_numbers, check_table};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -25,48 +24,49 @@ pub enum Footprint {
 }
 
 impl Ranged for Footprint {
-    const FIELDS: &'static [Field] = &[Self::SHAPE, Self::RADIUS, Self::VERTICES];
+    const FIELDS: &'static [Field] = &[
+        Field {
+            name: "shape",
+            ty: "String",
+            meaning: &["`\"disc\"`, with `radius`, or `\"polygon\"`, with `vertices`."],
+            kind: Kind::Plain,
+        },
+        Field {
+            name: "radius",
+            ty: "f64",
+            meaning: &["Of a disc, metres. A polygon's vertices lie within the same distances."],
+            kind: Kind::Numbers(
+                &[Range { least: 0.05, most: 5.0, unit: "m", why: "a robot is neither a mouse nor a lorry" }],
+                None,
+            ),
+        },
+        Field {
+            name: "vertices",
+            ty: "Vec<Point2>",
+            meaning: &[
+                "Of a convex polygon, counter-clockwise, each with `x` and `y` in the robot's frame, metres.",
+            ],
+            kind: Kind::Table(
+                Point2::FIELDS,
+                Some(Range { least: 3.0, most: 64.0, unit: "entries", why: "fewer have no area" }),
+            ),
+        },
+    ];
 
     fn check(&self) -> Result<(), FieldError> {
+        let [_, radius, vertices] = Self::FIELDS else { return Ok(()) };
         match self {
-            Self::Disc { radius } => check_numbers(radius, &Self::RADIUS),
-            Self::Polygon { vertices } => {
-                check_table(vertices, &Self::VERTICES)?;
+            Self::Disc { radius: r } => check_numbers(r, radius),
+            Self::Polygon { vertices: v } => {
+                check_table(v, vertices)?;
                 self.is_convex()?;
-                check_numbers(&self.circumscribed_radius(), &Field { name: "vertices", ..Self::RADIUS })
+                check_numbers(&self.circumscribed_radius(), &Field { name: vertices.name, ..*radius })
             }
         }
     }
 }
 
 impl Footprint {
-    const SHAPE: Field = Field {
-        name: "shape",
-        ty: "String",
-        meaning: &["`\"disc\"`, with `radius`, or `\"polygon\"`, with `vertices`."],
-        kind: Kind::Plain,
-    };
-    const RADIUS: Field = Field {
-        name: "radius",
-        ty: "f64",
-        meaning: &["Of a disc, metres. A polygon's vertices lie within the same distances."],
-        kind: Kind::Numbers(
-            &[Range { least: 0.05, most: 5.0, unit: "m", why: "a robot is neither a mouse nor a lorry" }],
-            None,
-        ),
-    };
-    const VERTICES: Field = Field {
-        name: "vertices",
-        ty: "Vec<Point2>",
-        meaning: &[
-            "Of a convex polygon, counter-clockwise, each with `x` and `y` in the robot's frame, metres.",
-        ],
-        kind: Kind::Table(
-            Point2::FIELDS,
-            Some(Range { least: 3.0, most: 64.0, unit: "entries", why: "fewer have no area" }),
-        ),
-    };
-
     fn is_convex(&self) -> Result<(), FieldError> {
         let Self::Polygon { vertices } = self else { return Ok(()) };
         let left_turn = |i: usize| {
@@ -92,7 +92,7 @@ impl Footprint {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// What the base can do (A27): a disc of 0.3 m, 0..1 m/s, 0.5 m/s2.
     pub struct RobotModel {
         /// Outline used for collision checks.
@@ -141,7 +141,7 @@ pub fn step(pose: Pose2, twist: Twist, dt: f64) -> Pose2 {
     Pose2::new(pose.x + chord * c, pose.y + chord * s, wrap_angle(pose.heading + turn))
 }
 
-parameters! {
+crate::parameters! {
     /// Odometry noise as variances per metre and per radian travelled, so that it does not depend on the
     /// step length (D6). The plant, the localiser and CPC's `M'` (eq. 7) share these four numbers.
     ///

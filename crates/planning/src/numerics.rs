@@ -3,20 +3,7 @@
 //! The system's own vary with processor and version, and one different last bit can change a
 //! decision; so everything that feeds a decision calls these (D18 in `docs/methods.md`).
 
-/// Sine and cosine of an angle in radians.
-pub fn sin_cos(angle: f64) -> (f64, f64) {
-    libm::sincos(angle)
-}
-
-/// Angle of the vector (x, y), radians in (-pi, pi].
-pub fn atan2(y: f64, x: f64) -> f64 {
-    libm::atan2(y, x)
-}
-
-/// Natural exponential.
-pub fn exp(x: f64) -> f64 {
-    libm::exp(x)
-}
+pub use libm::{asin, atan2, erf, exp, log as ln, sincos as sin_cos};
 
 /// Natural exponential for -8.1 <= x <= 0 only, relative error below 1e-12 and exactly 1 at 0.
 ///
@@ -40,21 +27,6 @@ pub fn exp_minus_8_to_0(x: f64) -> f64 {
         p *= p;
     }
     p
-}
-
-/// Natural logarithm.
-pub fn ln(x: f64) -> f64 {
-    libm::log(x)
-}
-
-/// Angle whose sine is `x`, radians; `x` in [-1, 1].
-pub fn asin(x: f64) -> f64 {
-    libm::asin(x)
-}
-
-/// Error function.
-pub fn erf(x: f64) -> f64 {
-    libm::erf(x)
 }
 
 /// Length of the vector (x, y).

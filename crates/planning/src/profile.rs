@@ -6,7 +6,6 @@
 
 use std::collections::BTreeMap;
 
-use crate::parameters;
 use crate::parameters::{FieldError, Range};
 
 use crate::collision::CollisionParams;
@@ -20,7 +19,7 @@ use crate::generation::{self, GenerationParams, GeneratorPart};
 #[cfg(feature = "profiles")]
 mod load;
 
-parameters! {
+crate::parameters! {
     /// Everything that decides how a robot plans.
     #[non_exhaustive]
     pub struct Profile {
@@ -150,7 +149,7 @@ impl Profile {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// One term of the cost: `weight * raw / (scale * K)` under fixed scales.
     ///
     /// Raw costs of this project's terms are sums over the K states of a candidate, so the scale is given
@@ -172,7 +171,7 @@ fn one() -> f64 {
     1.0
 }
 
-parameters! {
+crate::parameters! {
     /// When a term counts.
     #[derive(Default)]
     #[non_exhaustive]
@@ -185,7 +184,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// How raw costs become comparable.
     #[derive(Default)]
     #[non_exhaustive]
@@ -199,7 +198,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Eq. 5's switch, with hysteresis (D3).
     #[derive(Copy)]
     #[non_exhaustive]
@@ -215,7 +214,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// The disc around the robot inside which people are looked at (A21).
     #[derive(Copy)]
     #[non_exhaustive]
@@ -229,7 +228,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// When the goal is reached.
     #[derive(Copy)]
     #[non_exhaustive]
@@ -239,7 +238,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// How far a decision outlives the cycle that made it.
     #[derive(Copy)]
     #[non_exhaustive]
@@ -257,7 +256,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// How reluctantly the robot changes its mind.
     #[derive(Copy)]
     #[non_exhaustive]

@@ -67,6 +67,11 @@ impl People {
         Point2::new(self.x[i], self.y[i])
     }
 
+    /// Where the i-th person will be after `t` seconds: at constant velocity (A20).
+    pub fn position_after(&self, i: usize, t: f64) -> Point2 {
+        Point2::new(self.x[i] + self.vx[i] * t, self.y[i] + self.vy[i] * t)
+    }
+
     /// Those with these indices, in this order.
     pub fn pick(&self, indices: impl IntoIterator<Item = usize>) -> Self {
         let mut kept = Self { radius: self.radius, ..Self::default() };

@@ -1,11 +1,10 @@
 //! The planar laser as the planner and the localiser model it.
 
-use crate::parameters;
 use crate::parameters::FieldError;
 
 use crate::geometry::{Point2, Pose2};
 
-parameters! {
+crate::parameters! {
     /// A planar scanner: equally spaced beams, counter-clockwise, the first at `-fov/2`.
     /// Default: the paper's Sick laser as its map scale implies (180 degrees, 181 beams).
     #[derive(Copy)]

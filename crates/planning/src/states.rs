@@ -1,6 +1,6 @@
 //! States of the robot over time, as a structure of arrays.
 
-use crate::geometry::{Pose2, Twist};
+use crate::geometry::{Point2, Pose2, Twist};
 
 /// What is wrong with arrays that should describe states.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -76,10 +76,19 @@ impl States {
         self.omega.append(&mut other.omega);
     }
 
-    /// Pose and twist of state `k`, which must exist.
+    /// Position of state `k`, which must exist, as for the other methods.
+    pub fn position(&self, k: usize) -> Point2 {
+        Point2::new(self.x[k], self.y[k])
+    }
+
+    /// Pose of state `k`.
+    pub fn pose(&self, k: usize) -> Pose2 {
+        Pose2::new(self.x[k], self.y[k], self.heading[k])
+    }
+
+    /// Pose and twist of state `k`.
     pub fn at(&self, k: usize) -> (Pose2, Twist) {
-        let pose = Pose2::new(self.x[k], self.y[k], self.heading[k]);
-        (pose, Twist { v: self.v[k], omega: self.omega[k] })
+        (self.pose(k), Twist { v: self.v[k], omega: self.omega[k] })
     }
 
     /// What `choose` makes of each array.

@@ -2,53 +2,7 @@
 //!
 //! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] here with its line in the list
 //! at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
-//! it here. For the term of the example `own_term` the implementation would be
-//!
-//! ```
-//! # use std::sync::Arc;
-//! # use curionav_planning::candidates::CandidateSet;
-//! # use curionav_planning::evaluation::{Costs, Evaluator};
-//! # use curionav_planning::occupancy::StaticMap;
-//! # use curionav_planning::parameters;
-//! # use curionav_planning::profile::Profile;
-//! # use curionav_planning::scene::Scene;
-//! # use curionav_planning::terms::{BuildError, BuiltIn, DerivedFields, Task};
-//! # use serde::{Deserialize, Serialize};
-//! # struct ClearanceEvaluator { map: Arc<StaticMap>, comfort: f64 }
-//! # impl Evaluator for ClearanceEvaluator {
-//! #     fn evaluate(&self, _: &Scene, c: &CandidateSet, _: &dyn Fn() -> bool) -> Costs {
-//! #         Ok(vec![self.comfort - self.map.grid.resolution(); c.len()])
-//! #     }
-//! # }
-//! parameters! {
-//!     /// Parameters of `clearance`.
-//!     pub struct ClearanceParams {
-//!         /// Distance from walls that costs nothing, metres.
-//!         pub comfort: f64 [0.0, 10.0, "m", "beyond it no wall is near"] = 1.5,
-//!     }
-//! }
-//!
-//! enum Clearance {}
-//!
-//! impl BuiltIn for Clearance {
-//!     const NAME: &'static str = "clearance";
-//!     type Params = ClearanceParams;
-//!
-//!     // Inside this crate: `profile.clearance.clone()`.
-//!     fn params(_profile: &Profile) -> ClearanceParams {
-//!         ClearanceParams::default()
-//!     }
-//!
-//!     fn evaluator<F: DerivedFields>(
-//!         params: ClearanceParams,
-//!         _task: &Task,
-//!         fields: &F,
-//!     ) -> Result<Arc<dyn Evaluator>, BuildError<F::Error>> {
-//!         let map = fields.map().map_err(BuildError::Field)?;
-//!         Ok(Arc::new(ClearanceEvaluator { map, comfort: params.comfort }))
-//!     }
-//! }
-//! ```
+//! it here. The example `own_term` is a term, complete.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -66,7 +20,6 @@ use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
-use crate::parameters;
 use crate::parameters::Ranged;
 use crate::profile::Profile;
 use crate::sensor::LaserModel;
@@ -136,7 +89,8 @@ pub enum BuildError<E> {
     Field(E),
 }
 
-type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
+/// An evaluator, or why there is none.
+pub type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
 
 /// A term that is built in.
 pub trait BuiltIn {
@@ -157,7 +111,7 @@ pub trait BuiltIn {
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error>;
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`CpcEvaluator`] and of the field it looks up.
     struct CpcTermParams {
         cpc: CpcParams [table],
@@ -196,7 +150,7 @@ impl BuiltIn for Cnc {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`DistanceEvaluator`].
     struct DistanceTermParams {
         measure: DistanceMeasure [words],
@@ -224,7 +178,7 @@ impl BuiltIn for Distance {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of [`RiskEvaluator`].
     struct RiskTermParams {
         risk: RiskParams [table],
@@ -264,6 +218,11 @@ macro_rules! built_in {
         /// Names of the terms that are built in.
         pub const NAMES: &[&str] = &[$(<$term>::NAME),+];
 
+        /// Whether the arbiter always computes the term of that name itself.
+        pub fn is_local(name: &str) -> bool {
+            $((name == <$term>::NAME && <$term>::LOCAL))||+
+        }
+
         /// Does what `visitor` does with the term of that name; `None` if it is not built in.
         pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
             match name {
@@ -275,18 +234,6 @@ macro_rules! built_in {
 }
 
 built_in!(Cnc, Cpc, Distance, Risk);
-
-/// Whether the arbiter always computes the term of that name itself.
-pub fn is_local(name: &str) -> bool {
-    struct IsLocal;
-    impl Visitor for IsLocal {
-        type Output = bool;
-        fn visit<T: BuiltIn>(self) -> bool {
-            T::LOCAL
-        }
-    }
-    visit(name, IsLocal).unwrap_or(false)
-}
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(

@@ -1,13 +1,11 @@
 //! Driving along a timed trajectory: the tracking law of Kanayama et al. (1990) for a unicycle.
 
-use crate::parameters;
-
 use crate::geometry::{Pose2, Twist};
 use crate::motion::RobotModel;
 use crate::numerics::sin_cos;
 use crate::trajectory::Trajectory;
 
-parameters! {
+crate::parameters! {
     /// Gains of the tracking law. At speed v the lateral error swings with v * sqrt(across) and damping
     /// heading / (2 sqrt(across)); the defaults give a well damped 1.4 rad/s at 1 m/s, which turn rates and
     /// their changes limited to about 1 can follow at 10 Hz.

@@ -5,7 +5,6 @@ use std::time::Instant;
 use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, StaticMap};
-use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
 
@@ -15,7 +14,7 @@ use curionav_runtime::convert;
 /// Role under which generators announce themselves.
 pub use curionav_schemas::keys::GENERATOR as ROLE;
 
-parameters! {
+curionav_planning::parameters! {
     /// Parameters of one generation as they travel.
     pub struct GeneratorParams {
         /// What the profile says.

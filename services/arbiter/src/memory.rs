@@ -37,7 +37,7 @@ impl Memory {
             seq: memory.seq.saturating_sub(1),
             planned: None,
             driven: memory.driven,
-            observer: Observer::resume(memory.uncertain, memory.members.0),
+            observer: Observer { uncertain: memory.uncertain, members: memory.members.0 },
             trees: (memory.trees.into_iter().map(convert::tree))
                 .map(|tree| Some(tree).filter(|t| !t.is_empty()))
                 .collect(),
@@ -54,8 +54,8 @@ impl Memory {
             run: mission.run,
             revision: mission.revision,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            uncertain: self.observer.is_uncertain(),
-            members: self.observer.members().into(),
+            uncertain: self.observer.uncertain,
+            members: self.observer.members.as_slice().into(),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
             trees: (self.trees.iter().cloned().map(Option::unwrap_or_default))

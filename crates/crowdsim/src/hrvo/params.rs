@@ -1,9 +1,8 @@
 //! What the HRVO people's behaviour depends on.
 
-use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 
-parameters! {
+curionav_planning::parameters! {
     /// Parameters of people who walk by hybrid reciprocal velocity obstacles. Their radius is
     /// `people.radius`, their preferred speed the walker's own. The library of the method's authors has no
     /// defaults; these are for people in metres (`docs/methods.md` 10.2).

@@ -11,7 +11,6 @@ mod validate;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::{OdometryNoise, RobotModel};
-use curionav_planning::parameters;
 use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
 
@@ -20,7 +19,7 @@ pub use people::{
     Walker,
 };
 
-parameters! {
+curionav_planning::parameters! {
     /// One scenario. Positions are in the map frame, metres; headings in radians.
     pub struct Scenario {
         /// Short name, unique among the scenarios compared: it labels results.
@@ -65,7 +64,7 @@ parameters! {
     } check Self::has_a_plain_name
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Where the static map is.
     pub struct MapFile {
         /// A `map_server` YAML file: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a
@@ -74,7 +73,7 @@ parameters! {
     } check Self::names_a_file
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// The robot's task and body.
     pub struct RobotSetup {
         /// Nominal start `[x, y, heading]`: what the localiser is told.
@@ -115,7 +114,7 @@ fn default_start_noise() -> f64 {
     0.5
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Simulated time.
     #[derive(Copy)]
     pub struct Clock {
@@ -133,7 +132,7 @@ parameters! {
     } check Self::has_ticks
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// The planner a scenario asks for.
     pub struct PlannerChoice {
         /// Name of a planner profile.

@@ -1,13 +1,12 @@
 //! The people of a scenario: scripted walkers, recordings, and who of them the planner is told about.
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::parameters;
 use curionav_planning::parameters::Range;
 
 use super::arrays;
 use crate::hrvo::HrvoParams;
 
-parameters! {
+curionav_planning::parameters! {
     /// Which people the planner is told about.
     #[derive(Copy, Eq, Default)]
     #[serde(default)]
@@ -17,7 +16,7 @@ parameters! {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Which people the planner is told about; always their true positions and velocities (D10, A33).
     #[derive(Default)]
     pub enum PerceivedPeople {
@@ -37,7 +36,7 @@ impl PerceivedPeople {
     pub const WORKING_ZONE_M: f64 = 9.5;
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// What all people of the scenario have in common.
     #[derive(Copy)]
     pub struct PeopleParams {
@@ -65,7 +64,7 @@ fn is_default_patience(seconds: &f64) -> bool {
     *seconds == LIVE_PATIENCE_S
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Where people come from.
     #[derive(Default)]
     pub enum PeopleKind {
@@ -83,7 +82,7 @@ impl PeopleKind {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// How the people of `[[walkers]]` move along their routes.
     #[derive(Default)]
     pub enum Motion {
@@ -103,7 +102,7 @@ impl Motion {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// How a walker goes along its route.
     #[derive(Default)]
     pub enum WalkMode {
@@ -119,7 +118,7 @@ parameters! {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// A person with a route. Scripted, it does not react, except that it waits while the robot stands in its
     /// way (D11); see [`Motion`].
     pub struct Walker {
@@ -148,7 +147,7 @@ fn default_speed() -> f64 {
     0.8
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// How a recording is written.
     pub enum RecordingFormat {
         /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
@@ -158,7 +157,7 @@ parameters! {
     }
 }
 
-parameters! {
+curionav_planning::parameters! {
     /// Pedestrians that walk as they were recorded. They do not react.
     pub struct Recorded {
         /// The recording: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a dataset.

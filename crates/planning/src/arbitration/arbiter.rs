@@ -27,6 +27,14 @@ pub struct Context<'a> {
     pub goal: Point2,
 }
 
+impl<'a> Context<'a> {
+    /// What says whether a trajectory is free.
+    pub(super) fn checker(&self) -> CollisionChecker<'a> {
+        let Self { profile, scene, map, robot, .. } = *self;
+        CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision)
+    }
+}
+
 /// A decision with what led to it, one entry per candidate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
@@ -52,12 +60,8 @@ pub fn arbitrate(
     scores: &Scores,
     previous: Option<&Previous>,
 ) -> Verdict {
-    let Context { profile, scene, map, robot, .. } = *context;
-    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
-    decide(context, candidates, scores, previous, &|trajectory| {
-        let states = trajectory.states();
-        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
-    })
+    let checker = context.checker();
+    decide(context, candidates, scores, previous, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
@@ -127,7 +131,7 @@ fn reject_unseen(
     let reach = context.robot.v_max * candidates.dt() + context.profile.hold.reach_tolerance;
     let mut from = context.scene.belief.pose.position();
     for (step, at) in candidates.range(index).enumerate() {
-        let to = Point2::new(candidates.x()[at], candidates.y()[at]);
+        let to = candidates.all_states().position(at);
         if from.distance(to) > reach {
             return Some(Rejection::Unreachable { step });
         }
@@ -191,9 +195,9 @@ fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bo
     let profile = context.profile;
     let states = candidates.range(index);
     let last = states.end - 1;
-    let end = Point2::new(candidates.x()[last], candidates.y()[last]);
-    let turn = wrap_angle(candidates.heading()[last] - context.scene.belief.pose.heading);
-    let mean_speed = candidates.v()[states].iter().sum::<f64>() / candidates.steps() as f64;
+    let end = candidates.all_states().position(last);
+    let turn = wrap_angle(candidates.all_states().heading[last] - context.scene.belief.pose.heading);
+    let mean_speed = candidates.all_states().v[states].iter().sum::<f64>() / candidates.steps() as f64;
     mean_speed < profile.min_speed
         && turn.abs() < profile.min_turn
         && end.distance(context.goal) >= profile.goal.arrive_distance
@@ -202,9 +206,8 @@ fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bo
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {
     let states = candidates.range(index);
     let pairs = states.zip(tail.states().x.iter().zip(&tail.states().y));
-    let distances = pairs.map(|(at, (&x, &y))| {
-        Point2::new(candidates.x()[at], candidates.y()[at]).distance(Point2::new(x, y))
-    });
+    let distances =
+        pairs.map(|(at, (&x, &y))| candidates.all_states().position(at).distance(Point2::new(x, y)));
     distances.sum::<f64>() / candidates.steps().min(tail.len()).max(1) as f64
 }
 

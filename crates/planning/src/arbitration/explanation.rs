@@ -8,7 +8,6 @@ use std::cell::RefCell;
 use crate::arbitration::arbiter::{CollisionCheck, Contender, contenders};
 use crate::arbitration::{Context, Previous, Rejection, Totals, Verdict};
 use crate::candidates::CandidateSet;
-use crate::collision::CollisionChecker;
 use crate::geometry::{Pose2, Twist};
 use crate::trajectory::Trajectory;
 
@@ -47,12 +46,8 @@ pub fn explain(
     verdict: &Verdict,
     previous: Option<&Previous>,
 ) -> Explanation {
-    let Context { profile, scene, map, robot, .. } = *context;
-    let checker = CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision);
-    explain_by(context, candidates, verdict, previous, &|trajectory| {
-        let states = trajectory.states();
-        checker.first_collision(&states.x, &states.y, &states.heading, trajectory.dt())
-    })
+    let checker = context.checker();
+    explain_by(context, candidates, verdict, previous, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) fn explain_by(

@@ -9,28 +9,13 @@ use crate::scene::{Belief, People, Scene};
 /// after a restart, is certain and knows no people.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Observer {
-    uncertain: bool,
-    /// Ids of those inside the Working Zone, ascending.
-    members: Vec<u32>,
+    /// Whether the last scene was uncertain.
+    pub uncertain: bool,
+    /// Ids of the people of the last scene, ascending.
+    pub members: Vec<u32>,
 }
 
 impl Observer {
-    /// One that goes on after a scene that was `uncertain` or not and held the people `members`.
-    pub fn resume(uncertain: bool, mut members: Vec<u32>) -> Self {
-        members.sort_unstable();
-        Self { uncertain, members }
-    }
-
-    /// Whether the last scene was uncertain.
-    pub fn is_uncertain(&self) -> bool {
-        self.uncertain
-    }
-
-    /// Ids of the people of the last scene, ascending.
-    pub fn members(&self) -> &[u32] {
-        &self.members
-    }
-
     /// The scene at `stamp` seconds of the robot's clock. `people` are all that the tracker reports, in
     /// any order; the scene holds those inside the Working Zone, by ascending id.
     pub fn form_scene(

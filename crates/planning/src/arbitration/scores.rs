@@ -6,14 +6,10 @@ use std::collections::BTreeMap;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{found} costs of `{term}` from candidate {first} on, but there are {count} candidates")]
 pub struct ScoreError {
-    /// The term.
-    pub term: String,
-    /// Index of the shard's first candidate.
-    pub first: usize,
-    /// How many costs came.
-    pub found: usize,
-    /// How many candidates there are.
-    pub count: usize,
+    term: String,
+    first: usize,
+    found: usize,
+    count: usize,
 }
 
 /// The raw cost of each candidate under each term, where known. Held costs are finite and not negative.

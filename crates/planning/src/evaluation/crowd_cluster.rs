@@ -1,7 +1,5 @@
 //! Who stands together: the online crowd cluster of section IV-C1.
 
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
-
 use crate::scene::People;
 
 /// People as groups of indices: two belong together when a chain of neighbours links them, each nearer
@@ -11,7 +9,14 @@ use crate::scene::People;
 /// nothing but the people.
 pub fn crowd_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> {
     let mut links = Links((0..people.len()).collect());
-    link_neighbours(people, social_distance, &mut links);
+    let limit = social_distance * social_distance;
+    for i in 0..people.len() {
+        for j in 0..i {
+            if people.position(i).distance_squared(people.position(j)) < limit {
+                links.join(i, j);
+            }
+        }
+    }
     let mut clusters: Vec<Vec<usize>> = Vec::new();
     let mut cluster_of_root = vec![usize::MAX; people.len()];
     for i in 0..people.len() {
@@ -23,30 +28,6 @@ pub fn crowd_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> 
         clusters[cluster_of_root[root]].push(i);
     }
     clusters
-}
-
-/// Range search around each person. The tree is asked for a little more than the distance and the strict
-/// comparison is made here, so that the tree's own arithmetic decides nothing.
-fn link_neighbours(people: &People, social_distance: f64, links: &mut Links) {
-    let limit = social_distance * social_distance;
-    let mut link = |i: usize, j: usize| {
-        if people.position(i).distance_squared(people.position(j)) < limit {
-            links.join(i, j);
-        }
-    };
-    let points: Vec<[f64; 2]> = people.x.iter().zip(&people.y).map(|(&x, &y)| [x, y]).collect();
-    match ImmutableKdTree::new_from_slice(&points) {
-        Ok(tree) if !points.is_empty() => {
-            for (i, point) in points.iter().enumerate() {
-                let radius = limit * (1.0 + 1e-9);
-                for found in tree.query(point).within::<SquaredEuclidean<f64>>(radius).unsorted().execute() {
-                    link(i, found.item as usize);
-                }
-            }
-        }
-        // A tree that cannot be built (no people, or more than its index counts) is not needed.
-        _ => (0..points.len()).for_each(|i| (0..i).for_each(|j| link(i, j))),
-    }
 }
 
 /// Disjoint sets; every root is the least member of its set.
@@ -68,35 +49,34 @@ impl Links {
     }
 }
 
-/// The slow reference: labels spread over all pairs until nothing changes.
 #[cfg(test)]
-pub(crate) fn plain_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> {
-    let n = people.len();
-    let mut label: Vec<usize> = (0..n).collect();
-    let mut changed = true;
-    while changed {
-        changed = false;
-        for i in 0..n {
-            for j in 0..n {
-                let (dx, dy) = (people.x[i] - people.x[j], people.y[i] - people.y[j]);
-                let near = dx * dx + dy * dy < social_distance * social_distance;
-                if near && label[j] < label[i] {
-                    label[i] = label[j];
-                    changed = true;
+pub(crate) mod tests {
+    use super::*;
+    use crate::random::{rng, uniform};
+
+    /// The slow reference: labels spread over all pairs until nothing changes.
+    pub(crate) fn plain_clusters(people: &People, social_distance: f64) -> Vec<Vec<usize>> {
+        let n = people.len();
+        let mut label: Vec<usize> = (0..n).collect();
+        let mut changed = true;
+        while changed {
+            changed = false;
+            for i in 0..n {
+                for j in 0..n {
+                    let (dx, dy) = (people.x[i] - people.x[j], people.y[i] - people.y[j]);
+                    let near = dx * dx + dy * dy < social_distance * social_distance;
+                    if near && label[j] < label[i] {
+                        label[i] = label[j];
+                        changed = true;
+                    }
                 }
             }
         }
+        (0..n)
+            .map(|l| (0..n).filter(|&i| label[i] == l).collect())
+            .filter(|c: &Vec<usize>| !c.is_empty())
+            .collect()
     }
-    (0..n)
-        .map(|l| (0..n).filter(|&i| label[i] == l).collect())
-        .filter(|c: &Vec<usize>| !c.is_empty())
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::random::{rng, uniform};
 
     fn people(points: &[(f64, f64)]) -> People {
         People {

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::parameters;
-
 use crate::candidates::CandidateSet;
 use crate::evaluation::{Costs, Evaluator, each};
 use crate::geometry::Point2;
@@ -14,7 +12,7 @@ use crate::scene::Scene;
 /// the largest size allowed, so that one such state outweighs every state that has a way.
 pub const UNREACHABLE: f64 = 100_000.0;
 
-parameters! {
+crate::parameters! {
     /// Which distance `D` is (A11).
     #[derive(Default)]
     #[non_exhaustive]
@@ -52,7 +50,7 @@ impl Evaluator for DistanceEvaluator {
     fn evaluate(&self, _: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
         each(candidates, should_stop, |i| {
             let states = candidates.range(i);
-            let (x, y) = (&candidates.x()[states.clone()], &candidates.y()[states]);
+            let (x, y) = (&candidates.all_states().x[states.clone()], &candidates.all_states().y[states]);
             x.iter().zip(y).map(|(&x, &y)| self.at(Point2::new(x, y))).sum()
         })
     }

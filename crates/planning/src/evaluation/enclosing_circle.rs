@@ -95,36 +95,35 @@ fn circumcentre(a: Point2, b: Point2, c: Point2) -> Option<Point2> {
     (centre.x.is_finite() && centre.y.is_finite()).then_some(centre)
 }
 
-/// The slow reference: every circle over two or three of the points, the smallest that holds them all.
 #[cfg(test)]
-pub(crate) fn brute_force_circle(points: &[Point2]) -> Circle {
-    let mut best = Circle { centre: points[0], radius: f64::INFINITY };
-    let mut consider = |centre: Point2| {
-        let radius = points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
-        if radius < best.radius {
-            best = Circle { centre, radius };
-        }
-    };
-    for (i, &a) in points.iter().enumerate() {
-        consider(a);
-        for (j, &b) in points.iter().enumerate().skip(i + 1) {
-            consider(Point2::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)));
-            for &c in &points[j + 1..] {
-                if let Some(centre) = circumcentre(a, b, c) {
-                    consider(centre);
-                }
-            }
-        }
-    }
-    best
-}
-
-#[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use curionav_testing::reference_data;
 
     use super::*;
     use crate::random::{rng, uniform};
+
+    /// The slow reference: every circle over two or three of the points, the smallest that holds them all.
+    pub(crate) fn brute_force_circle(points: &[Point2]) -> Circle {
+        let mut best = Circle { centre: points[0], radius: f64::INFINITY };
+        let mut consider = |centre: Point2| {
+            let radius = points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
+            if radius < best.radius {
+                best = Circle { centre, radius };
+            }
+        };
+        for (i, &a) in points.iter().enumerate() {
+            consider(a);
+            for (j, &b) in points.iter().enumerate().skip(i + 1) {
+                consider(Point2::new(0.5 * (a.x + b.x), 0.5 * (a.y + b.y)));
+                for &c in &points[j + 1..] {
+                    if let Some(centre) = circumcentre(a, b, c) {
+                        consider(centre);
+                    }
+                }
+            }
+        }
+        best
+    }
 
     #[test]
     fn equals_brute_force_on_random_and_on_nasty_sets() {

@@ -5,8 +5,6 @@
 //! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
 //! and a component ends at [`CUT_SIGMAS`].
 
-use crate::parameters;
-
 use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
@@ -18,7 +16,7 @@ use crate::scene::{People, Scene};
 
 pub use crate::evaluation::hccdm_simd::CUT_SIGMAS;
 
-parameters! {
+crate::parameters! {
     /// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
     #[derive(Default)]
     #[non_exhaustive]
@@ -31,7 +29,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// The weight p_g of a component of eps_g people (eq. 18, A14).
     #[derive(Default)]
     #[non_exhaustive]
@@ -44,7 +42,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Where a component is at the time of a candidate's state (A19).
     #[derive(Default)]
     #[non_exhaustive]
@@ -57,7 +55,7 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
     /// Parameters of the map.
     #[derive(Copy)]
     #[non_exhaustive]
@@ -138,7 +136,6 @@ impl Component {
 #[derive(Debug, Clone)]
 pub struct Hccdm {
     components: Vec<Component>,
-    params: HccdmParams,
     lanes: Lanes,
 }
 
@@ -151,19 +148,12 @@ impl Hccdm {
             .map(|cluster| Component::new(people, cluster, params))
             .collect();
         let lanes = Lanes::new(steps, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
-        Self { components, params: *params, lanes }
+        Self { components, lanes }
     }
 
     /// The Gaussians, as they are now.
     pub fn components(&self) -> &[Component] {
         &self.components
-    }
-
-    /// Smoothed density of people `t` seconds from now at `p`, people per m2 (or 1/m2 with
-    /// [`Weighting::Share`]): the inner sum of eq. 18, for heat maps. At the time of a candidate's state
-    /// it is, bit for bit, what that state adds to the cost.
-    pub fn density(&self, t: f64, p: Point2) -> f64 {
-        self.components.iter().map(|c| c.state(&self.params, t).density(p)).fold(0.0, |sum, d| sum + d)
     }
 
     /// H of eq. 18 of one trajectory: the density summed over its states, 1/m2. `x` and `y` hold exactly
@@ -190,7 +180,7 @@ impl Evaluator for HccdmEvaluator {
         let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
         each(candidates, should_stop, |i| {
             let range = candidates.range(i);
-            map.cost(&candidates.x()[range.clone()], &candidates.y()[range])
+            map.cost(&candidates.all_states().x[range.clone()], &candidates.all_states().y[range])
         })
     }
 }

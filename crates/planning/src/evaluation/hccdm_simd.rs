@@ -38,13 +38,6 @@ impl State {
 
     /// Nothing anywhere: fills the lanes beyond the last state.
     const NOTHING: Self = Self { mean: Point2::new(0.0, 0.0), exponent: 0.0, peak: 0.0, cut: -1.0 };
-
-    /// The component's value at `p`, 1/m2.
-    pub(super) fn density(&self, p: Point2) -> f64 {
-        let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
-        let squared = dx * dx + dy * dy;
-        if squared <= self.cut { self.peak * exp_minus_8_to_0(self.exponent * squared) } else { 0.0 }
-    }
 }
 
 /// A component over eight consecutive states.
@@ -158,5 +151,19 @@ impl Lanes {
             }
         }
         total
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    impl State {
+        /// The component's value at `p`, 1/m2.
+        pub(in crate::evaluation) fn density(&self, p: Point2) -> f64 {
+            let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
+            let squared = dx * dx + dy * dy;
+            if squared <= self.cut { self.peak * exp_minus_8_to_0(self.exponent * squared) } else { 0.0 }
+        }
     }
 }

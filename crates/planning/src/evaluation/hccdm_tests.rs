@@ -1,7 +1,7 @@
 use super::*;
 use crate::evaluation::Stopped;
-use crate::evaluation::crowd_cluster::plain_clusters;
-use crate::evaluation::enclosing_circle::brute_force_circle;
+use crate::evaluation::crowd_cluster::tests::plain_clusters;
+use crate::evaluation::enclosing_circle::tests::brute_force_circle;
 use crate::geometry::{Pose2, Twist};
 use crate::parameters::Ranged;
 use crate::random::{Rng, rng, uniform};
@@ -107,7 +107,7 @@ fn five_thousand_random_maps_equal_the_plain_equations() {
         let costs = evaluate(params, &crowd, &candidates);
         for (i, cost) in costs.into_iter().enumerate() {
             let range = candidates.range(i);
-            let (x, y) = (&candidates.x()[range.clone()], &candidates.y()[range]);
+            let (x, y) = (&candidates.all_states().x[range.clone()], &candidates.all_states().y[range]);
             let expected = plain_cost(&crowd, &params, dt, x, y);
             assert!((cost - expected).abs() <= 1e-9 * expected, "seed {seed}: {cost} for {expected}");
             positive += usize::from(cost > 0.0);
@@ -138,19 +138,26 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
         let mut r = rng(seed, 8);
         let crowd = random_people(&mut r, 30, 15.0);
         let candidates = random_candidates(&mut r, 1, 21, 0.2, 15.0);
-        let map = Hccdm::build(&crowd, &random_params(&mut r), 21, 0.2);
-        let (x, y) = (candidates.x(), candidates.y());
-        let sum =
-            (0..21).map(|k| map.density(time_of(k, 0.2), Point2::new(x[k], y[k]))).fold(0.0, |s, d| s + d);
+        let params = random_params(&mut r);
+        let map = Hccdm::build(&crowd, &params, 21, 0.2);
+        let (x, y) = (&candidates.all_states().x, &candidates.all_states().y);
+        let sum = (0..21)
+            .map(|k| density(&map, &params, time_of(k, 0.2), Point2::new(x[k], y[k])))
+            .fold(0.0, |s, d| s + d);
         assert_eq!(map.cost(x, y).to_bits(), sum.to_bits(), "seed {seed}");
     }
+}
+
+/// The inner sum of eq. 18: smoothed density of people `t` seconds from now at `p`.
+fn density(map: &Hccdm, params: &HccdmParams, t: f64, p: Point2) -> f64 {
+    map.components.iter().map(|c| c.state(params, t).density(p)).fold(0.0, |sum, d| sum + d)
 }
 
 /// Density now, of the map as printed: frozen, so that no forecast widens it.
 fn printed_density(covariance: Covariance, rows: &[[f64; 4]], weighting: Weighting, p: Point2) -> f64 {
     let params =
         HccdmParams { covariance, weighting, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
-    Hccdm::build(&people(rows), &params, 1, 0.3).density(0.0, p)
+    density(&Hccdm::build(&people(rows), &params, 1, 0.3), &params, 0.0, p)
 }
 
 #[test]
@@ -245,7 +252,7 @@ fn moving_the_world_moves_nothing() {
         let there = Hccdm::build(&people(&rows), &params, 13, 0.3);
         for i in 0..5 {
             let range = candidates.range(i);
-            let (x, y) = (&candidates.x()[range.clone()], &candidates.y()[range]);
+            let (x, y) = (&candidates.all_states().x[range.clone()], &candidates.all_states().y[range]);
             let moved: Vec<Point2> =
                 x.iter().zip(y).map(|(&x, &y)| world.transform(Point2::new(x, y))).collect();
             let (mx, my): (Vec<f64>, Vec<f64>) = moved.iter().map(|p| (p.x, p.y)).unzip();

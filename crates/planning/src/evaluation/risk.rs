@@ -49,7 +49,7 @@ impl Evaluator for RiskEvaluator {
         let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
         let risk = CollisionRisk::new(&scene.people, self.forecast, self.radius, &self.params, moments);
         let root_distance = scene.belief.pose.position().distance(self.goal);
-        let pose = |k: usize| Pose2::new(candidates.x()[k], candidates.y()[k], candidates.heading()[k]);
+        let pose = |k: usize| candidates.all_states().pose(k);
         each(candidates, should_stop, |i| self.cost(&risk, root_distance, candidates.range(i).map(pose)))
     }
 }

@@ -6,7 +6,7 @@ use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
 use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
-use crate::generation::candidate_params::CandidateParams;
+use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
@@ -33,6 +33,12 @@ struct Proposal {
     pinned: bool,
     /// Turning on the spot towards a way that lies behind: it counts as moving.
     turns_to_goal: bool,
+}
+
+impl Proposal {
+    fn of(path: Path) -> Self {
+        Self { path, turn_first: false, pinned: false, turns_to_goal: false }
+    }
 }
 
 /// A timed path that is free.
@@ -79,13 +85,10 @@ pub fn find_candidates(
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
     let sure = proposals.len();
-    proposals.extend(
-        branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, |p| {
-            input.geodesic.at(p)
-        })
-        .into_iter()
-        .map(|path| Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }),
-    );
+    let to_go = |p| input.geodesic.at(p);
+    let branches =
+        branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, to_go);
+    proposals.extend(branches.into_iter().map(Proposal::of));
     let mut free = Vec::new();
     finder.time(&proposals[..sure], &params.profiles, 0, &mut free, &|| false);
     finder.time(&proposals[sure..], &params.profiles, 0, &mut free, should_stop);
@@ -138,7 +141,7 @@ impl Finder<'_> {
             if rest > Path::SPACING {
                 path.extend(self.input.geodesic.descend_for(path.end(), 0.2, rest), reach);
             }
-            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+            proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
         if let Some(&ahead) = way.get(way.len().min(4).wrapping_sub(1)) {
             let path = Path::new(pose.position(), way.iter().copied(), reach);
@@ -148,7 +151,7 @@ impl Finder<'_> {
                 let turns_to_goal = !self.occupied(&path);
                 proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal });
             }
-            proposals.push(Proposal { path, turn_first: false, pinned: true, turns_to_goal: false });
+            proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
         proposals
     }
@@ -177,7 +180,7 @@ impl Finder<'_> {
                     step(pose, Twist { v: 1.0, omega: curvature }, n as f64 * Path::SPACING).position()
                 });
                 let path = self.until_wall(Path::new(pose.position(), points, length));
-                Proposal { path, turn_first: false, pinned: false, turns_to_goal: false }
+                Proposal::of(path)
             })
             .collect()
     }
@@ -194,7 +197,7 @@ impl Finder<'_> {
                 // Next to a person even a small turn has to come first.
                 let turn_first = wrap_angle(angle - pose.heading).abs() > self.rollout_params.turn_until;
                 let path = self.until_wall(Path::new(pose.position(), [end], reach));
-                Proposal { path, turn_first, pinned: false, turns_to_goal: false }
+                Proposal { turn_first, ..Proposal::of(path) }
             })
             .collect()
     }
@@ -225,13 +228,7 @@ impl Finder<'_> {
                 }
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
                 let rollout = rollout(&proposal.path, profile, &self.from, self.rollout_params);
-                let hit = self.checker.first_collision(
-                    &rollout.states.x,
-                    &rollout.states.y,
-                    &rollout.states.heading,
-                    self.from.dt,
-                );
-                if hit.is_none() {
+                if self.checker.first_collision(&rollout.states, self.from.dt).is_none() {
                     free.push(self.describe(rollout, proposal, first_profile + k));
                 }
             }
@@ -245,17 +242,13 @@ impl Finder<'_> {
         let near = ((params.differ_by / self.from.dt).round() as usize).clamp(1, last + 1) - 1;
         let cell =
             |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
-        let end = Point2::new(states.x[last], states.y[last]);
+        let end = states.position(last);
         let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
         Free {
             pinned: proposal.pinned,
             slow: rollout.mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
-            safe: self.checker.stops_short(
-                &states.x,
-                &states.y,
-                self.input.robot.stopping_distance(states.v[0]),
-            ),
+            safe: self.checker.stops_short(&states, self.input.robot.stopping_distance(states.v[0])),
             travel: end.distance(self.from.pose.position()),
             to_go,
             near: {

@@ -43,10 +43,8 @@ pub struct Dubins {
 impl Dubins {
     /// The shortest of all six words from `from` to `to` with turning radius `radius` metres.
     pub fn shortest(from: Pose2, to: Pose2, radius: f64) -> Self {
-        let problem = Normalised::new(from, to, radius);
         let mut best = Best { word: [Turn::Straight; 3], pieces: [0.0; 3], total: f64::INFINITY };
-        problem.with_straight_middle(&mut best);
-        problem.three_turns(&mut best);
+        Normalised::new(from, to, radius).offer_words(&mut best, true);
         Self { start: from, radius, word: best.word, pieces: best.pieces }
     }
 
@@ -56,31 +54,15 @@ impl Dubins {
         if from.position().distance(to.position()) > bound {
             return None;
         }
-        let problem = Normalised::new(from, to, radius);
         let limit = bound / radius * (1.0 + 1e-12);
         let mut best = Best { word: [Turn::Straight; 3], pieces: [0.0; 3], total: limit };
-        problem.with_straight_middle(&mut best);
-        if limit > PI {
-            problem.three_turns(&mut best);
-        }
+        Normalised::new(from, to, radius).offer_words(&mut best, limit > PI);
         (best.total < limit).then_some(Self { start: from, radius, word: best.word, pieces: best.pieces })
     }
 
     /// Metres.
     pub fn length(&self) -> f64 {
         (self.pieces[0] + self.pieces[1] + self.pieces[2]) * self.radius
-    }
-
-    /// Pose after `s` metres, clamped to the path.
-    pub fn pose_at(&self, s: f64) -> Pose2 {
-        let mut pose = self.start;
-        let mut left = s.clamp(0.0, self.length());
-        for (turn, piece) in self.word.iter().zip(self.pieces) {
-            let part = (piece * self.radius).min(left);
-            pose = self.advance(pose, *turn, part);
-            left -= part;
-        }
-        pose
     }
 
     /// Walks along the path: `visit` gets each pose and answers how far to go before the next one,
@@ -146,60 +128,55 @@ impl Normalised {
         Self { d, alpha, beta, sin: [sa, sb], cos: [ca, cb] }
     }
 
-    /// LSL, RSR, LSR and RSL. The straight piece alone bounds each word from below, before any angle
-    /// is computed.
-    fn with_straight_middle(&self, best: &mut Best) {
-        use Turn::{Left, Right, Straight};
-        let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
-        let cos_difference = ca * cb + sa * sb;
-        let outer = 2.0 + d * d - 2.0 * cos_difference;
-        let inner = -2.0 + d * d + 2.0 * cos_difference;
-        let squared = outer + 2.0 * d * (sa - sb);
-        if squared >= 0.0 && squared < best.total * best.total {
-            let angle = atan2(cb - ca, d + sa - sb);
-            best.offer(
-                [Left, Straight, Left],
-                [turn(angle - self.alpha), squared.sqrt(), turn(self.beta - angle)],
-            );
+    /// The same seen in a mirror: left turns are right turns.
+    fn mirrored(&self) -> Self {
+        Self { alpha: -self.alpha, beta: -self.beta, sin: self.sin.map(|s| -s), ..*self }
+    }
+
+    /// Offers LSL, RSR, LSR and RSL, and with `three_turns` RLR and LRL.
+    fn offer_words(&self, best: &mut Best, three_turns: bool) {
+        let sides = [(self, Turn::Left, Turn::Right), (&self.mirrored(), Turn::Right, Turn::Left)];
+        for (problem, side, _) in sides {
+            problem.equal_turns(side, best);
         }
-        let squared = outer + 2.0 * d * (sb - sa);
-        if squared >= 0.0 && squared < best.total * best.total {
-            let angle = atan2(ca - cb, d - sa + sb);
-            best.offer(
-                [Right, Straight, Right],
-                [turn(self.alpha - angle), squared.sqrt(), turn(angle - self.beta)],
-            );
+        for (problem, first, last) in sides {
+            problem.opposite_turns(first, last, best);
         }
-        let squared = inner + 2.0 * d * (sa + sb);
-        if squared >= 0.0 && squared < best.total * best.total {
-            let p = squared.sqrt();
-            let angle = atan2(-ca - cb, d + sa + sb) - atan2(-2.0, p);
-            best.offer([Left, Straight, Right], [turn(angle - self.alpha), p, turn(angle - self.beta)]);
-        }
-        let squared = inner - 2.0 * d * (sa + sb);
-        if squared >= 0.0 && squared < best.total * best.total {
-            let p = squared.sqrt();
-            let angle = atan2(ca + cb, d - sa - sb) - atan2(2.0, p);
-            best.offer([Right, Straight, Left], [turn(self.alpha - angle), p, turn(self.beta - angle)]);
+        for (problem, middle, outer) in sides.into_iter().filter(|_| three_turns) {
+            problem.three_turns(outer, middle, best);
         }
     }
 
-    /// RLR and LRL: the middle turn is longer than half a circle.
-    fn three_turns(&self, best: &mut Best) {
-        use Turn::{Left, Right};
+    /// LSL. Like the next, it is bounded from below by its straight piece, before any angle is computed.
+    fn equal_turns(&self, side: Turn, best: &mut Best) {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
-        let cos_difference = ca * cb + sa * sb;
-        let cosine = (6.0 - d * d + 2.0 * cos_difference + 2.0 * d * (sa - sb)) / 8.0;
+        let squared = 2.0 + d * d - 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb);
+        if squared >= 0.0 && squared < best.total * best.total {
+            let angle = atan2(cb - ca, d + sa - sb);
+            let pieces = [turn(angle - self.alpha), squared.sqrt(), turn(self.beta - angle)];
+            best.offer([side, Turn::Straight, side], pieces);
+        }
+    }
+
+    /// LSR.
+    fn opposite_turns(&self, first: Turn, last: Turn, best: &mut Best) {
+        let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
+        let squared = -2.0 + d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa + sb);
+        if squared >= 0.0 && squared < best.total * best.total {
+            let p = squared.sqrt();
+            let angle = atan2(-ca - cb, d + sa + sb) - atan2(-2.0, p);
+            best.offer([first, Turn::Straight, last], [turn(angle - self.alpha), p, turn(angle - self.beta)]);
+        }
+    }
+
+    /// RLR: the middle turn is longer than half a circle.
+    fn three_turns(&self, outer: Turn, middle: Turn, best: &mut Best) {
+        let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
+        let cosine = (6.0 - d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb)) / 8.0;
         if cosine.abs() <= 1.0 {
             let p = turn(TAU - arc_cosine(cosine));
             let t = turn(self.alpha - atan2(ca - cb, d - sa + sb) + 0.5 * p);
-            best.offer([Right, Left, Right], [t, p, turn(self.alpha - self.beta - t + p)]);
-        }
-        let cosine = (6.0 - d * d + 2.0 * cos_difference + 2.0 * d * (sb - sa)) / 8.0;
-        if cosine.abs() <= 1.0 {
-            let p = turn(TAU - arc_cosine(cosine));
-            let t = turn(-self.alpha + atan2(cb - ca, d + sa - sb) + 0.5 * p);
-            best.offer([Left, Right, Left], [t, p, turn(self.beta - self.alpha - t + p)]);
+            best.offer([outer, middle, outer], [t, p, turn(self.alpha - self.beta - t + p)]);
         }
     }
 }
@@ -234,7 +211,12 @@ mod tests {
         for _ in 0..20_000 {
             let (a, b) = (random_pose(&mut r), random_pose(&mut r));
             let path = Dubins::shortest(a, b, 0.6);
-            assert!(apart(path.pose_at(path.length()), b) < 1e-7, "{a:?} {b:?} {path:?}");
+            let end = path
+                .word
+                .iter()
+                .zip(path.pieces)
+                .fold(a, |pose, (turn, piece)| path.advance(pose, *turn, piece * path.radius));
+            assert!(apart(end, b) < 1e-7, "{a:?} {b:?} {path:?}");
             assert!(path.length() >= a.position().distance(b.position()) - 1e-9);
         }
     }

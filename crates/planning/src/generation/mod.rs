@@ -7,7 +7,6 @@
 
 pub mod bi_risk_rrt;
 pub mod branches;
-mod candidate_params;
 pub mod candidates;
 pub mod dubins;
 mod generator;
@@ -23,15 +22,14 @@ pub mod tree;
 pub mod update;
 
 pub use bi_risk_rrt::BiRiskRrtParams;
-pub use candidate_params::CandidateParams;
 pub use candidates::find_candidates;
 pub use generator::{Generated, GenerationInput};
-pub use params::{GenerationParams, GeneratorPart};
+pub use params::{CandidateParams, GenerationParams, GeneratorPart};
 pub use registry::{GENERATORS, GeneratorKind, find, known};
 pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;
 pub use rrt_star::{RrtStar, RrtStarParams, SampleSpace};
-pub use tree::{Tree, TreeError};
+pub use tree::Tree;
 
 #[cfg(test)]
 mod tests;

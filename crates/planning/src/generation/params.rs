@@ -4,14 +4,12 @@ use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
 use crate::forecast::ForecastParams;
 use crate::generation::bi_risk_rrt::BiRiskRrtParams;
-use crate::generation::candidate_params::CandidateParams;
 use crate::generation::risk_rrt::RiskRrtParams;
 use crate::generation::rollout::RolloutParams;
 use crate::generation::rrt_star::RrtStarParams;
-use crate::parameters;
 use crate::parameters::Range;
 
-parameters! {
+crate::parameters! {
     /// Parameters that only generators have.
     #[derive(Default)]
     #[serde(default)]
@@ -30,7 +28,43 @@ parameters! {
     }
 }
 
-parameters! {
+crate::parameters! {
+    /// Parameters of candidates.
+    #[non_exhaustive]
+    pub struct CandidateParams {
+        /// Cruising speeds each path is timed with, as fractions of the greatest.
+        pub profiles: Vec<f64> [
+            0.01, 1.0, "", "it is a share of the greatest speed, and a robot at rest gets nowhere";
+            1.0, 8.0, "every branch is timed with each"
+        ] = vec![1.0, 0.7, 0.45],
+        /// Cruising speed tried when too few candidates are free otherwise.
+        pub creep: f64 [0.01, 1.0, "", "it is a share of the greatest speed, and a robot at rest gets nowhere"] = 0.2,
+        /// Most candidates, I (A24).
+        pub max_candidates: u32 [
+            1.0, 512.0, "candidates", "the candidates of eight trees fit into one message of 4096"
+        ] = 100,
+        /// With fewer free candidates than this, straight ways in all directions and creeping are tried too.
+        pub min_candidates: u32 [0.0, 512.0, "candidates", "more than max_candidates there never are"] = 20,
+        /// Most branches of the tree that are timed.
+        pub max_branches: u32 [
+            1.0, 1000.0, "branches", "each is timed with every profile, and a cycle must end"
+        ] = 72,
+        /// The goal is reached within this distance, metres: a candidate that stops there is not slow.
+        pub goal_tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
+        /// Time at which candidates have to differ, seconds.
+        pub differ_by: f64 [0.0, 1000.0, "s", "beyond the horizon the last state counts"] = 2.0,
+        /// Cell side that tells positions at that time apart, metres.
+        pub near_cell: f64 [0.001, 100.0, "m", "below all positions differ, above none"] = 0.1,
+        /// Angle that tells headings at that time apart, radians: from rest, little else differs by then.
+        pub near_angle: f64 [0.001, 6.3, "rad", "below all headings differ, above none"] = 0.2,
+        /// Cell side that tells final positions apart, metres.
+        pub end_cell: f64 [0.001, 100.0, "m", "below all positions differ, above none"] = 0.3,
+        /// From this angle between heading and way on, turning on the spot first is offered, radians.
+        pub turn_from: f64 [0.01, 3.15, "rad", "no angle is greater than half a turn"] = std::f64::consts::FRAC_PI_3,
+    }
+}
+
+crate::parameters! {
     /// The part of a profile that a generator needs, as it travels to one: any replica then computes the same.
     #[non_exhaustive]
     pub struct GeneratorPart {

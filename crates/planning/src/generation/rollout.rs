@@ -1,15 +1,13 @@
 //! Timing a path: the unicycle is driven along it in closed loop, under its limits, and braked so that it
 //! stands when the horizon ends (D14).
 
-use crate::parameters;
-
 use crate::generation::path::Path;
 use crate::geometry::{Pose2, Twist};
 use crate::motion::{RobotModel, step};
 use crate::numerics::atan2;
 use crate::states::States;
 
-parameters! {
+crate::parameters! {
     /// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
     #[derive(Copy)]
     #[non_exhaustive]

@@ -4,7 +4,6 @@
 //! Near neighbours come from a k-d tree. The nearest node is found by scanning the arrays, because its
 //! distance looks at headings: what lies behind is far.
 
-use crate::parameters;
 use crate::parameters::Range;
 
 use crate::collision::CollisionChecker;
@@ -17,7 +16,7 @@ use crate::numerics::{atan2, ln, sin_cos};
 use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, uniform};
 
-parameters! {
+crate::parameters! {
     /// Parameters of the tree.
     #[derive(Copy)]
     #[non_exhaustive]
@@ -70,8 +69,7 @@ impl SampleSpace<'_> {
             let r = self.radius * uniform(rng).sqrt();
             let (s, c) = sin_cos(std::f64::consts::TAU * uniform(rng));
             let p = Point2::new(self.centre.x + r * c, self.centre.y + r * s);
-            let (column, row) = self.grid.locate(p)?;
-            (self.grid.cell(self.grid.index(column, row)) == Cell::Free).then_some(p)
+            (self.grid.at(p) == Cell::Free).then_some(p)
         })
     }
 }

@@ -14,7 +14,7 @@ pub fn generate(
     let radius = input.robot.v_max * horizon + params.disc_margin;
     let way = input.geodesic.descend_for(pose.position(), 0.2, radius);
 
-    let old = tree.filter(|t| t.check().is_ok() && t.has_columns(&[])).unwrap_or_default();
+    let old = tree.filter(|t| t.is_sound() && t.has_columns(&[])).unwrap_or_default();
     let room = params.max_nodes.saturating_sub(params.iterations) as usize;
     let tree = update::reroot(&old, pose, radius, params, &checker);
     let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(t.position(n)));

@@ -4,39 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::geometry::{Point2, Pose2};
 
-/// What is wrong with arrays that were to become a [`Tree`].
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum TreeError {
-    /// An array's length differs from the number of nodes.
-    #[error("tree array `{array}` holds {found} numbers, expected {expected} (one a node)")]
-    Length {
-        /// Which array.
-        array: String,
-        /// Its length.
-        found: usize,
-        /// Number of nodes.
-        expected: usize,
-    },
-    /// A number is NaN or infinite.
-    #[error("tree array `{array}` holds a number that is not finite at node {node}")]
-    NotFinite {
-        /// Which array.
-        array: String,
-        /// Where.
-        node: usize,
-    },
-    /// A node's parent does not come before it.
-    #[error("node {node} has parent {parent}; every parent must come first")]
-    Parent {
-        /// Which node.
-        node: usize,
-        /// Its parent.
-        parent: u32,
-    },
-}
-
-/// A tree of poses, structure of arrays, one entry a node, map frame. Node 0 is the root, and every
+/// A tree of poses, structure of arrays, one entry per node, map frame. Node 0 is the root, and every
 /// parent comes before its children; an empty tree has no root. A generator that searches from both ends
 /// has a second root.
 ///
@@ -57,7 +25,7 @@ pub struct Tree {
     pub cost: Vec<f64>,
     /// Index of each node's parent, [`Tree::NO_PARENT`] for a root.
     pub parent: Vec<u32>,
-    /// Further arrays of one number a node that some generator needs, by name.
+    /// Further arrays of one number per node that some generator needs, by name.
     pub extra: BTreeMap<String, Vec<f64>>,
 }
 
@@ -129,29 +97,15 @@ impl Tree {
         self.extra.keys().eq(names)
     }
 
-    /// Checks what a tree that came from elsewhere must satisfy.
-    pub fn check(&self) -> Result<(), TreeError> {
-        let expected = self.len();
-        let arrays = [("y", &self.y), ("heading", &self.heading), ("cost", &self.cost), ("x", &self.x)];
-        let extra = self.extra.iter().map(|(name, values)| (name.as_str(), values));
-        for (array, values) in arrays.into_iter().chain(extra) {
-            if values.len() != expected {
-                return Err(TreeError::Length { array: array.to_owned(), found: values.len(), expected });
-            }
-            if let Some(node) = values.iter().position(|v| !v.is_finite()) {
-                return Err(TreeError::NotFinite { array: array.to_owned(), node });
-            }
-        }
-        if self.parent.len() != expected {
-            let found = self.parent.len();
-            return Err(TreeError::Length { array: "parent".to_owned(), found, expected });
-        }
-        for (node, &parent) in self.parent.iter().enumerate() {
-            if parent != Self::NO_PARENT && parent as usize >= node {
-                return Err(TreeError::Parent { node, parent });
-            }
-        }
-        Ok(())
+    /// Whether it is what a tree that came from elsewhere must be: arrays of one finite number per node, and every
+    /// parent before its children.
+    pub fn is_sound(&self) -> bool {
+        let mut arrays = [&self.x, &self.y, &self.heading, &self.cost].into_iter().chain(self.extra.values());
+        let is_whole = |array: &Vec<f64>| array.len() == self.len() && array.iter().all(|v| v.is_finite());
+        let comes_first = |(node, &parent)| parent == Self::NO_PARENT || (parent as usize) < node;
+        arrays.all(is_whole)
+            && self.parent.len() == self.len()
+            && self.parent.iter().enumerate().all(comes_first)
     }
 
     /// The nodes that hang on the first root and satisfy `keep` (as must all their ancestors), breadth first,
@@ -196,21 +150,21 @@ mod tests {
         let t = small().compact(|n| n != 1);
         assert_eq!(t.len(), 2);
         assert_eq!(t.extra["risk"], vec![0.0, 0.3]);
-        assert_eq!(t.check(), Ok(()));
-        assert_eq!(small().compact(|_| true).check(), Ok(()));
+        assert!(t.is_sound());
+        assert!(small().compact(|_| true).is_sound());
     }
 
     #[test]
     fn broken_trees_are_refused() {
         let mut t = small();
         t.parent[1] = 2;
-        assert_eq!(t.check(), Err(TreeError::Parent { node: 1, parent: 2 }));
+        assert!(!t.is_sound());
         let mut t = small();
         t.heading[2] = f64::NAN;
-        assert_eq!(t.check(), Err(TreeError::NotFinite { array: "heading".to_owned(), node: 2 }));
+        assert!(!t.is_sound());
         let mut t = small();
         t.extra.insert("depth".to_owned(), vec![1.0]);
-        assert!(matches!(t.check(), Err(TreeError::Length { .. })));
-        assert_eq!(Tree::default().check(), Ok(()));
+        assert!(!t.is_sound());
+        assert!(Tree::default().is_sound());
     }
 }

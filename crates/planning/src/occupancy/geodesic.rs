@@ -1,6 +1,6 @@
 //! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
 
@@ -17,28 +17,6 @@ use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 pub struct GeodesicField {
     grid: Arc<OccupancyGrid>,
     metres: Vec<f32>,
-}
-
-struct Front {
-    distance: f32,
-    index: usize,
-}
-
-impl PartialEq for Front {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-impl Eq for Front {}
-impl PartialOrd for Front {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-impl Ord for Front {
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.distance.total_cmp(&self.distance).then_with(|| other.index.cmp(&self.index))
-    }
 }
 
 impl GeodesicField {
@@ -74,22 +52,20 @@ impl GeodesicField {
             .collect();
         let mut metres = vec![f32::INFINITY; width * height];
         let mut done = vec![false; width * height];
+        // The front, nearest first: the bits of numbers that are not negative are in their order.
         let mut heap = BinaryHeap::new();
         if let Some((column, row)) = grid.locate(goal) {
             // Exact Euclidean values next to the goal: the march has its greatest error there.
-            let reach = 3;
-            for r in row.saturating_sub(reach)..=(row + reach).min(height - 1) {
-                for c in column.saturating_sub(reach)..=(column + reach).min(width - 1) {
-                    let index = r * width + c;
-                    if slowness[index].is_finite() {
-                        metres[index] = grid.centre(c, r).distance(goal) as f32;
-                        heap.push(Front { distance: metres[index], index });
-                    }
+            for (c, r) in grid.around(column, row, 3) {
+                let index = grid.index(c, r);
+                if slowness[index].is_finite() {
+                    metres[index] = grid.centre(c, r).distance(goal) as f32;
+                    heap.push(Reverse((metres[index].to_bits(), index)));
                 }
             }
         }
-        while let Some(Front { distance, index }) = heap.pop() {
-            if done[index] || distance > metres[index] {
+        while let Some(Reverse((distance, index))) = heap.pop() {
+            if done[index] || f32::from_bits(distance) > metres[index] {
                 continue;
             }
             done[index] = true;
@@ -107,7 +83,7 @@ impl GeodesicField {
                 let candidate = eikonal(&metres, &done, next, width, height, slowness[next]);
                 if candidate < metres[next] {
                     metres[next] = candidate;
-                    heap.push(Front { distance: candidate, index: next });
+                    heap.push(Reverse((candidate.to_bits(), next)));
                 }
             }
         }
@@ -128,13 +104,8 @@ impl GeodesicField {
                 if before[index].is_finite() {
                     continue;
                 }
-                let mut least = f32::INFINITY;
-                for r in row.saturating_sub(1)..=(row + 1).min(height - 1) {
-                    for c in column.saturating_sub(1)..=(column + 1).min(width - 1) {
-                        least = least.min(before[r * width + c]);
-                    }
-                }
-                self.metres[index] = least + 1.0;
+                let around = self.grid.around(column, row, 1).map(|(c, r)| before[r * width + c]);
+                self.metres[index] = around.fold(f32::INFINITY, f32::min) + 1.0;
             }
         }
     }

@@ -21,7 +21,7 @@ pub enum Cell {
 }
 
 /// Identity of a map: SHA-256 over its geometry and cells.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MapHash(pub [u8; 32]);
 
 impl fmt::Display for MapHash {
@@ -30,34 +30,16 @@ impl fmt::Display for MapHash {
     }
 }
 
-impl fmt::Debug for MapHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "MapHash({self})")
-    }
-}
-
 /// What is wrong with numbers that were to become a grid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// Cells do not fill the rectangle, or the rectangle is empty or too large.
-    #[error("a map of {width} x {height} needs {expected} cells, at least one and at most {MAX_CELLS}; found {found}", expected = width * height)]
-    Size {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// Cells given.
-        found: usize,
-    },
+    /// So many cells do not fill a rectangle of these columns and rows, or it is empty or too large.
+    #[error("a map of {0} x {1} needs {expected} cells, at least one and at most {MAX_CELLS}; found {2}", expected = .0 * .1)]
+    Size(usize, usize, usize),
     /// The resolution is not a positive finite number, or the origin is not finite.
-    #[error("resolution must be positive and the origin finite (resolution {resolution}, origin {origin:?})")]
-    Geometry {
-        /// Metres per cell.
-        resolution: f64,
-        /// Pose of the lower-left corner.
-        origin: Pose2,
-    },
+    #[error("resolution must be positive and the origin finite (resolution {0}, origin {1:?})")]
+    Geometry(f64, Pose2),
 }
 
 /// A grid of occupancy values, row 0 at the bottom (least y), as in `nav_msgs/OccupancyGrid`.
@@ -90,11 +72,11 @@ impl OccupancyGrid {
     ) -> Result<Self, GridError> {
         let expected = width.checked_mul(height).unwrap_or(0);
         if expected == 0 || expected > MAX_CELLS || cells.len() != expected {
-            return Err(GridError::Size { width, height, found: cells.len() });
+            return Err(GridError::Size(width, height, cells.len()));
         }
         let finite = origin.x.is_finite() && origin.y.is_finite() && origin.heading.is_finite();
         if !(resolution > 0.0 && resolution.is_finite() && finite) {
-            return Err(GridError::Geometry { resolution, origin });
+            return Err(GridError::Geometry(resolution, origin));
         }
         let mut digest = Sha256::new();
         digest.update((width as u64).to_le_bytes());
@@ -149,6 +131,13 @@ impl OccupancyGrid {
             0..=Self::FREE_UP_TO => Cell::Free,
             _ => Cell::Unknown,
         }
+    }
+
+    /// Column and row of every cell at most `reach` cells from (column, row) along both axes, row by row.
+    pub fn around(&self, column: usize, row: usize, reach: usize) -> impl Iterator<Item = (usize, usize)> {
+        let span = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
+        let columns = span(column, self.width);
+        span(row, self.height).flat_map(move |r| columns.clone().map(move |c| (c, r)))
     }
 
     /// Continuous cell coordinates (column, row) of a point of the map frame: cell (i, j) covers

@@ -77,10 +77,10 @@ fn decode(bytes: &[u8]) -> Result<DynamicImage, MapServerError> {
     let decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     if u64::from(width) * u64::from(height) > MAX_CELLS as u64 {
-        return Err(MapServerError::TooLarge { width, height });
+        return Err(MapServerError::TooLarge(width, height));
     }
     if decoder.total_bytes() > expansion * bytes.len() as u64 {
-        return Err(MapServerError::Truncated { width, height, bytes: bytes.len() });
+        return Err(MapServerError::Truncated(width, height, bytes.len()));
     }
     Ok(DynamicImage::from_decoder(decoder)?)
 }

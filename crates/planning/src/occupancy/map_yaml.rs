@@ -1,6 +1,9 @@
 //! The yaml beside a map_server image.
 
-use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+use serde::de::{IgnoredAny, IntoDeserializer, value::StrDeserializer};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::{FlowSeq, NonFiniteFloatPolicy};
 
 use crate::geometry::Pose2;
@@ -24,49 +27,27 @@ pub enum MapMode {
 }
 
 /// The description of a map. From [`MapYaml::parse`] every field is in range.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MapYaml {
     /// File name of the image, relative to the yaml.
     pub image: String,
+    /// How pixels are read.
+    pub mode: MapMode,
     /// Metres per pixel, positive.
     pub resolution: f64,
     /// Pose of the lower-left pixel's lower-left corner in the map frame.
+    #[serde(serialize_with = "write_origin")]
     pub origin: Pose2,
     /// Whether white is occupied instead of black.
+    #[serde(serialize_with = "write_flag")]
     pub negate: bool,
     /// Occupancy above this is occupied, at most 1.
     pub occupied_thresh: f64,
     /// Occupancy below this is free, at least 0 and below `occupied_thresh`.
     pub free_thresh: f64,
-    /// How pixels are read.
-    pub mode: MapMode,
 }
 
-/// The file as written. Fields are optional and loosely typed so that every complaint can name its field.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Loose {
-    image: Option<Scalar>,
-    resolution: Option<Scalar>,
-    origin: Option<Scalar>,
-    negate: Option<Scalar>,
-    occupied_thresh: Option<Scalar>,
-    free_thresh: Option<Scalar>,
-    mode: Option<Scalar>,
-}
-
-/// The file as we write it.
-#[derive(Serialize)]
-struct Written<'a> {
-    image: &'a str,
-    mode: MapMode,
-    resolution: f64,
-    origin: FlowSeq<[f64; 3]>,
-    negate: u8,
-    occupied_thresh: f64,
-    free_thresh: f64,
-}
-
+/// A value as written: loosely typed, so that every complaint can name its field.
 #[derive(Debug, Deserialize)]
 #[serde(untagged)]
 enum Scalar {
@@ -74,7 +55,7 @@ enum Scalar {
     Number(f64),
     Text(String),
     List(Vec<Scalar>),
-    Other(serde::de::IgnoredAny),
+    Other(IgnoredAny),
 }
 
 impl Scalar {
@@ -96,22 +77,22 @@ impl Scalar {
     }
 }
 
-/// The field's value as `read` understands it, or an error that names the field.
-fn field<T>(
-    field: &'static str,
-    value: Option<Scalar>,
-    example: &'static str,
-    mend: &'static str,
-    read: impl Fn(&Scalar) -> Option<T>,
-) -> Result<T, MapServerError> {
-    let value = value.ok_or(MapServerError::Missing { field, example })?;
-    read(&value).ok_or_else(|| MapServerError::Field { field, found: value.describe(), mend })
-}
+/// The fields as written that have not been read yet.
+struct Fields(BTreeMap<String, Scalar>);
 
-const RESOLUTION_MEND: &str = "give the side of a pixel in metres, a number greater than 0";
-const THRESHOLD_MEND: &str = "give an occupancy from 0 to 1";
-const ORDER_MEND: &str = "it must be less than `occupied_thresh`";
-const ORIGIN_MEND: &str = "give three numbers, [x, y, yaw], in metres and radians";
+impl Fields {
+    /// The field's value as `read` understands it, or an error that says what to write instead.
+    fn read<T>(
+        &mut self,
+        field: &'static str,
+        example: &'static str,
+        mend: &'static str,
+        read: impl Fn(&Scalar) -> Option<T>,
+    ) -> Result<T, MapServerError> {
+        let value = self.0.remove(field).ok_or(MapServerError::Missing(field, example))?;
+        read(&value).ok_or_else(|| MapServerError::Field(field, value.describe(), mend))
+    }
+}
 
 impl MapYaml {
     /// Reads a description. Unknown fields are refused, because a misspelt one would go unnoticed.
@@ -123,41 +104,27 @@ impl MapYaml {
             with_snippet: false,
             non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
         };
-        let loose: Loose = serde_saphyr::from_str_with_options(text, options)
+        let fields = serde_saphyr::from_str_with_options(text, options)
             .map_err(|e| MapServerError::Yaml(e.to_string()))?;
+        let mut fields = Fields(fields);
+        let side = |v: &Scalar| v.number().filter(|n| *n > 0.0);
         let threshold = |v: &Scalar| v.number().filter(|n| (0.0..=1.0).contains(n));
-        let mode = match loose.mode {
-            None => MapMode::default(),
-            Some(mode) => field("mode", Some(mode), "", "use trinary, scale or raw", read_mode)?,
-        };
+        let (pixel, share) =
+            ("give the side of a pixel in metres, a number greater than 0", "give an occupancy from 0 to 1");
+        let place = "give three numbers, [x, y, yaw], in metres and radians";
+        fields.0.entry("mode".to_owned()).or_insert(Scalar::Text("trinary".to_owned()));
         let map = Self {
-            image: field("image", loose.image, "image: map.pgm", "give the file name of the image", |v| {
-                match v {
-                    Scalar::Text(t) if !t.is_empty() => Some(t.clone()),
-                    _ => None,
-                }
-            })?,
-            resolution: field("resolution", loose.resolution, "resolution: 0.05", RESOLUTION_MEND, |v| {
-                v.number().filter(|&n| n > 0.0)
-            })?,
-            origin: field("origin", loose.origin, "origin: [0.0, 0.0, 0.0]", ORIGIN_MEND, read_origin)?,
-            negate: field("negate", loose.negate, "negate: 0", "use 0 or 1", read_flag)?,
-            occupied_thresh: field(
-                "occupied_thresh",
-                loose.occupied_thresh,
-                "occupied_thresh: 0.65",
-                THRESHOLD_MEND,
-                threshold,
-            )?,
-            free_thresh: field(
-                "free_thresh",
-                loose.free_thresh,
-                "free_thresh: 0.196",
-                THRESHOLD_MEND,
-                threshold,
-            )?,
-            mode,
+            image: fields.read("image", "image: map.pgm", "give the file name of the image", read_name)?,
+            mode: fields.read("mode", "", "use trinary, scale or raw", read_mode)?,
+            resolution: fields.read("resolution", "resolution: 0.05", pixel, side)?,
+            origin: fields.read("origin", "origin: [0.0, 0.0, 0.0]", place, read_origin)?,
+            negate: fields.read("negate", "negate: 0", "use 0 or 1", read_flag)?,
+            occupied_thresh: fields.read("occupied_thresh", "occupied_thresh: 0.65", share, threshold)?,
+            free_thresh: fields.read("free_thresh", "free_thresh: 0.196", share, threshold)?,
         };
+        if let Some(unknown) = fields.0.keys().next() {
+            return Err(MapServerError::Yaml(format!("it has no field `{unknown}`")));
+        }
         map.check_order()?;
         Ok(map)
     }
@@ -168,7 +135,8 @@ impl MapYaml {
             return Ok(());
         }
         let found = format!("{} and `occupied_thresh` is {}", self.free_thresh, self.occupied_thresh);
-        Err(MapServerError::Field { field: "free_thresh", found, mend: ORDER_MEND })
+        let mend = "it must be less than `occupied_thresh`";
+        Err(MapServerError::Field("free_thresh", found, mend))
     }
 
     /// The description that belongs to [`encode_pgm`](super::encode_pgm) of `grid`, stored under the name `image`.
@@ -186,26 +154,21 @@ impl MapYaml {
 
     /// The yaml text; [`MapYaml::parse`] gives back the same numbers.
     pub fn to_text(&self) -> Result<String, MapServerError> {
-        let written = Written {
-            image: &self.image,
-            mode: self.mode,
-            resolution: self.resolution,
-            origin: FlowSeq([self.origin.x, self.origin.y, self.origin.heading]),
-            negate: u8::from(self.negate),
-            occupied_thresh: self.occupied_thresh,
-            free_thresh: self.free_thresh,
-        };
-        serde_saphyr::to_string(&written).map_err(|e| MapServerError::Yaml(e.to_string()))
+        serde_saphyr::to_string(self).map_err(|e| MapServerError::Yaml(e.to_string()))
+    }
+}
+
+fn read_name(value: &Scalar) -> Option<String> {
+    match value {
+        Scalar::Text(name) if !name.is_empty() => Some(name.clone()),
+        _ => None,
     }
 }
 
 fn read_mode(value: &Scalar) -> Option<MapMode> {
-    match value {
-        Scalar::Text(t) if t == "trinary" => Some(MapMode::Trinary),
-        Scalar::Text(t) if t == "scale" => Some(MapMode::Scale),
-        Scalar::Text(t) if t == "raw" => Some(MapMode::Raw),
-        _ => None,
-    }
+    let Scalar::Text(mode) = value else { return None };
+    let mode: StrDeserializer<'_, serde::de::value::Error> = mode.as_str().into_deserializer();
+    MapMode::deserialize(mode).ok()
 }
 
 fn read_origin(value: &Scalar) -> Option<Pose2> {
@@ -221,4 +184,12 @@ fn read_flag(value: &Scalar) -> Option<bool> {
         Scalar::Number(n) if *n == 1.0 => Some(true),
         _ => None,
     }
+}
+
+fn write_origin<S: Serializer>(origin: &Pose2, serializer: S) -> Result<S::Ok, S::Error> {
+    FlowSeq([origin.x, origin.y, origin.heading]).serialize(serializer)
+}
+
+fn write_flag<S: Serializer>(flag: &bool, serializer: S) -> Result<S::Ok, S::Error> {
+    u8::from(*flag).serialize(serializer)
 }

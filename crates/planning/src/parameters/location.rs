@@ -2,6 +2,7 @@
 
 use std::ops;
 
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::error::{FieldError, range_of};
@@ -19,7 +20,8 @@ impl FieldError {
     pub fn from_syntax(error: &toml::de::Error, text: &str, fields: &[Field]) -> Self {
         let problem = error.message().replace('\n', ", ");
         let at = error.span().unwrap_or(0..0);
-        let mut field = DeTable::parse(text).map(|t| path_at(t.get_ref(), &at)).unwrap_or_default();
+        let holds = |place: &Place| place.span.start <= at.start && at.end <= place.span.end;
+        let mut field = places(text).into_iter().rfind(holds).map_or(String::new(), |place| place.field);
         if let Some(name) = problem.strip_prefix("missing field `").and_then(|rest| rest.split('`').next()) {
             if !field.is_empty() {
                 field.push('.');
@@ -52,58 +54,47 @@ fn line_of(text: &str, byte: usize) -> usize {
 
 /// Line, from 1, of the field with this path in a TOML text, or of its nearest ancestor that is there.
 pub fn field_line(text: &str, field: &str) -> Option<usize> {
-    let document = DeTable::parse(text).ok()?;
-    let mut value = &DeValue::Table(document.get_ref().clone());
-    let mut line = None;
-    for segment in field.split(['.', '[']).filter(|s| !s.is_empty()) {
-        let next = match segment.strip_suffix(']') {
-            Some(index) => index.parse::<usize>().ok().and_then(|i| value.get(i)).map(|v| (v, v.span())),
-            None => value
-                .as_table()
-                .and_then(|t| t.iter().find(|(key, _)| key.get_ref() == segment))
-                .map(|(key, v)| (v, key.span())),
-        };
-        let Some((inner, span)) = next else { break };
-        line = Some(line_of(text, span.start));
-        value = inner.get_ref();
-    }
-    line
+    let leads_to = |place: &Place| {
+        field.strip_prefix(&place.field).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+    };
+    let deepest = places(text).into_iter().filter(leads_to).reduce(|deepest, place| {
+        // A key stands before its value.
+        if place.field.len() > deepest.field.len() { place } else { deepest }
+    })?;
+    Some(line_of(text, deepest.span.start))
 }
 
-/// Path of the innermost field whose key or value holds the place `at`.
-fn path_at(table: &DeTable<'_>, at: &ops::Range<usize>) -> String {
-    let holds = |span: &ops::Range<usize>| span.start <= at.start && at.end <= span.end;
+/// A key or a value, by the path of its field.
+struct Place {
+    field: String,
+    span: ops::Range<usize>,
+}
+
+/// All of a TOML text, every table and list before what it contains; none if it is not TOML.
+fn places(text: &str) -> Vec<Place> {
+    let mut places = Vec::new();
+    if let Ok(document) = DeTable::parse(text) {
+        add_table(document.get_ref(), "", &mut places);
+    }
+    places
+}
+
+fn add_table(table: &DeTable<'_>, path: &str, places: &mut Vec<Place>) {
     for (key, value) in table {
-        let name = key.get_ref().as_ref();
-        if holds(&key.span()) {
-            return name.to_owned();
-        }
-        if let Some(inner) = path_in(value.get_ref(), at) {
-            let separator = if inner.is_empty() || inner.starts_with('[') { "" } else { "." };
-            return format!("{name}{separator}{inner}");
-        }
-        if holds(&value.span()) {
-            return name.to_owned();
-        }
+        let separator = if path.is_empty() { "" } else { "." };
+        let field = format!("{path}{separator}{}", key.get_ref());
+        places.push(Place { field: field.clone(), span: key.span() });
+        add_value(value, &field, places);
     }
-    String::new()
 }
 
-/// As [`path_at`], below a value; none when the place is not inside anything it contains.
-fn path_in(value: &DeValue<'_>, at: &ops::Range<usize>) -> Option<String> {
-    let holds = |span: &ops::Range<usize>| span.start <= at.start && at.end <= span.end;
-    match value {
-        DeValue::Table(table) => Some(path_at(table, at)).filter(|p| !p.is_empty()),
-        DeValue::Array(items) => items.iter().enumerate().find_map(|(i, item)| {
-            let inner = path_in(item.get_ref(), at);
-            match inner {
-                Some(inner) => {
-                    let separator = if inner.is_empty() || inner.starts_with('[') { "" } else { "." };
-                    Some(format!("[{i}]{separator}{inner}"))
-                }
-                None => holds(&item.span()).then(|| format!("[{i}]")),
-            }
-        }),
-        _ => None,
+fn add_value(value: &Spanned<DeValue<'_>>, path: &str, places: &mut Vec<Place>) {
+    places.push(Place { field: path.to_owned(), span: value.span() });
+    match value.get_ref() {
+        DeValue::Table(table) => add_table(table, path, places),
+        DeValue::Array(items) => {
+            items.iter().enumerate().for_each(|(i, item)| add_value(item, &format!("{path}[{i}]"), places));
+        }
+        _ => {}
     }
 }

@@ -47,8 +47,9 @@ impl<T: Ranged> Ranged for BTreeMap<String, T> {
 
 /// One number or several.
 pub trait Numbers {
-    /// Calls `visit` with every number and its place: no index for a number alone.
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64));
+    /// The first number that `ranges` do not allow: its place, such as `[2][0]`, and its range. The ranges apply in
+    /// turn to the numbers of a list; `at` is the place of a number in its list.
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)>;
 
     /// How many there are, for a list.
     fn entries(&self) -> Option<usize> {
@@ -59,8 +60,9 @@ pub trait Numbers {
 macro_rules! single {
     ($($ty:ty),*) => {$(
         impl Numbers for $ty {
-            fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-                visit(&[], *self as f64);
+            fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+                let (number, range) = (*self as f64, ranges[at % ranges.len()]);
+                (!range.holds(number)).then(|| (String::new(), number, range))
             }
         }
     )*};
@@ -68,8 +70,8 @@ macro_rules! single {
 single!(f64, u32, usize);
 
 impl<T: Numbers> Numbers for Option<T> {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        self.iter().for_each(|value| value.each(visit));
+    fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
+        self.as_ref()?.fault(ranges, at)
     }
 
     fn entries(&self) -> Option<usize> {
@@ -77,23 +79,15 @@ impl<T: Numbers> Numbers for Option<T> {
     }
 }
 
-impl<T: Numbers> Numbers for [T] {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        for (i, value) in self.iter().enumerate() {
-            value.each(&mut |place, number| visit(&[&[i], place].concat(), number));
-        }
-    }
-}
-
 impl<T: Numbers, const N: usize> Numbers for [T; N] {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        self.as_slice().each(visit);
+    fn fault(&self, ranges: &[Range], _: usize) -> Option<(String, f64, Range)> {
+        first_fault(self, ranges)
     }
 }
 
 impl<T: Numbers> Numbers for Vec<T> {
-    fn each(&self, visit: &mut dyn FnMut(&[usize], f64)) {
-        self.as_slice().each(visit);
+    fn fault(&self, ranges: &[Range], _: usize) -> Option<(String, f64, Range)> {
+        first_fault(self, ranges)
     }
 
     fn entries(&self) -> Option<usize> {
@@ -101,20 +95,20 @@ impl<T: Numbers> Numbers for Vec<T> {
     }
 }
 
+fn first_fault<T: Numbers>(list: &[T], ranges: &[Range]) -> Option<(String, f64, Range)> {
+    list.iter().enumerate().find_map(|(i, value)| {
+        let (place, number, range) = value.fault(ranges, i)?;
+        Some((format!("[{i}]{place}"), number, range))
+    })
+}
+
 /// Checks the numbers of one field.
 pub fn check_numbers<T: Numbers>(value: &T, field: &Field) -> Result<(), FieldError> {
     let Kind::Numbers(ranges, entries) = field.kind else { return Ok(()) };
     check_entries(value.entries(), field.name, entries)?;
-    let mut fault = None;
-    value.each(&mut |place, number| {
-        let range = &ranges[place.last().map_or(0, |k| k % ranges.len())];
-        if !range.holds(number) && fault.is_none() {
-            let place: String = place.iter().map(|k| format!("[{k}]")).collect();
-            let problem = format!("is {}", written(number));
-            fault = Some(FieldError::new(format!("{}{place}", field.name), problem, range.mend()));
-        }
-    });
-    fault.map_or(Ok(()), Err)
+    let Some((place, number, range)) = value.fault(ranges, 0) else { return Ok(()) };
+    let problem = format!("is {}", written(number));
+    Err(FieldError::new(format!("{}{place}", field.name), problem, range.mend()))
 }
 
 /// Checks the table, or the tables, of one field.

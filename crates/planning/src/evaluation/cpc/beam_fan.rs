@@ -1,11 +1,24 @@
 //! Rays around one place: which walls a scan meets there, and what it tells at each heading.
 
-use crate::evaluation::cpc::measurement_model::MeasurementModel;
 use crate::evaluation::cpc::ray_cast::RayCaster;
 use crate::evaluation::cpc::wall_normals::WallNormals;
 use crate::numerics::sin_cos;
 use crate::occupancy::StaticMap;
 use crate::sensor::LaserModel;
+
+crate::parameters! {
+    /// What a range says about the pose.
+    #[derive(Default)]
+    #[non_exhaustive]
+    pub enum MeasurementModel {
+        /// Beams that end on walls: position across the wall, and heading.
+        #[default]
+        Beam,
+        /// The paper's text (eqs. 3 and 8): distances to landmark points, here the cells that beams end
+        /// on. Tells nothing about the heading by itself.
+        Range,
+    }
+}
 
 /// Rays cast from each block, 5 degrees apart.
 pub(super) const FAN: usize = 72;

@@ -16,16 +16,9 @@ pub(super) const LANES: usize = 8;
 /// One number of each lane.
 type Lanes = [f64; LANES];
 
-/// A symmetric 3x3 matrix over (x, y, heading).
+/// A symmetric 3x3 matrix over (x, y, heading): xx, xy, yy, xt, yt, tt.
 #[derive(Debug, Clone, Copy)]
-struct Symmetric {
-    xx: f64,
-    xy: f64,
-    yy: f64,
-    xt: f64,
-    yt: f64,
-    tt: f64,
-}
+struct Symmetric([f64; 6]);
 
 /// What one step of one candidate does to its covariances.
 #[derive(Debug, Clone, Copy)]
@@ -76,21 +69,13 @@ impl Steps {
 
     #[inline(always)]
     fn at(&self, lane: usize) -> Step {
-        let gain = |i: usize| self.gains[i][lane];
-        let information = |i: usize| self.information[i][lane];
+        let [along, across, heading] = std::array::from_fn(|i| self.gains[i][lane]);
         Step {
             sin_cos: (self.sin[lane], self.cos[lane]),
             travel: self.travel[lane],
             turn: self.turn[lane],
-            gains: FeedbackGains { along: gain(0), across: gain(1), heading: gain(2) },
-            information: [
-                information(0),
-                information(1),
-                information(2),
-                information(3),
-                information(4),
-                information(5),
-            ],
+            gains: FeedbackGains { along, across, heading },
+            information: std::array::from_fn(|i| self.information[i][lane]),
         }
     }
 }
@@ -142,8 +127,9 @@ impl Covariances {
             let predicted = Symmetric::load(&self.sigma, lane).predict(model, &step);
             let updated = predicted.observe(&step.information, credit);
             let wander = Symmetric::load(&self.lambda, lane).steer(model.dt, &step);
-            let wander = wander.plus(&predicted.minus(&updated));
-            self.zeta[lane] += wander.xx + updated.xx + (wander.yy + updated.yy) + (wander.tt + updated.tt);
+            let wander = wander.zip(&predicted.zip(&updated, |p, u| p - u), |w, gained| w + gained);
+            let ([wx, _, wy, .., wt], [ux, _, uy, .., ut]) = (wander.0, updated.0);
+            self.zeta[lane] += wx + ux + (wy + uy) + (wt + ut);
             updated.store(&mut self.sigma, lane);
             wander.store(&mut self.lambda, lane);
         }
@@ -167,124 +153,93 @@ fn credit(due: f64, model: &StepModel, step: &Step) -> (f64, f64) {
 impl Symmetric {
     #[inline(always)]
     fn load(from: &[Lanes; 6], lane: usize) -> Self {
-        Self {
-            xx: from[0][lane],
-            xy: from[1][lane],
-            yy: from[2][lane],
-            xt: from[3][lane],
-            yt: from[4][lane],
-            tt: from[5][lane],
-        }
+        Self(std::array::from_fn(|i| from[i][lane]))
     }
 
     #[inline(always)]
     fn store(&self, to: &mut [Lanes; 6], lane: usize) {
-        to[0][lane] = self.xx;
-        to[1][lane] = self.xy;
-        to[2][lane] = self.yy;
-        to[3][lane] = self.xt;
-        to[4][lane] = self.yt;
-        to[5][lane] = self.tt;
-    }
-
-    #[inline(always)]
-    fn plus(&self, o: &Self) -> Self {
-        Self {
-            xx: self.xx + o.xx,
-            xy: self.xy + o.xy,
-            yy: self.yy + o.yy,
-            xt: self.xt + o.xt,
-            yt: self.yt + o.yt,
-            tt: self.tt + o.tt,
+        for (lanes, value) in to.iter_mut().zip(self.0) {
+            lanes[lane] = value;
         }
     }
 
+    /// `with` of each entry and that of `other`.
     #[inline(always)]
-    fn minus(&self, o: &Self) -> Self {
-        Self {
-            xx: self.xx - o.xx,
-            xy: self.xy - o.xy,
-            yy: self.yy - o.yy,
-            xt: self.xt - o.xt,
-            yt: self.yt - o.yt,
-            tt: self.tt - o.tt,
-        }
+    fn zip(&self, other: &Self, with: impl Fn(f64, f64) -> f64) -> Self {
+        Self(std::array::from_fn(|i| with(self.0[i], other.0[i])))
     }
 
     /// Eq. 10: `A Sigma A^T + M'` with A = I but for its last column (-travel sin, travel cos, 1).
     #[inline(always)]
     fn predict(&self, model: &StepModel, step: &Step) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = *self;
         let (sin, cos) = step.sin_cos;
         let (a, b) = (-step.travel * sin, step.travel * cos);
         let noise = model.noise.variances(step.travel, step.turn);
-        Self {
-            xx: self.xx + a * (2.0 * self.xt + a * self.tt) + noise.x,
-            xy: self.xy + b * self.xt + a * self.yt + a * b * self.tt,
-            yy: self.yy + b * (2.0 * self.yt + b * self.tt) + noise.y,
-            xt: self.xt + a * self.tt,
-            yt: self.yt + b * self.tt,
-            tt: self.tt + noise.z,
-        }
+        Self([
+            xx + a * (2.0 * xt + a * tt) + noise.x,
+            xy + b * xt + a * yt + a * b * tt,
+            yy + b * (2.0 * yt + b * tt) + noise.y,
+            xt + a * tt,
+            yt + b * tt,
+            tt + noise.z,
+        ])
     }
 
     /// Eq. 11, `(Sigma^-1 + J)^-1` without either inverse: three scalar Kalman updates, one for each
     /// column of J's factor. Needs no regular Sigma, and keeps it positive semi-definite.
     #[inline(always)]
     fn observe(&self, &[d1, l21, l31, d2, l32, d3]: &Factor, credit: f64) -> Self {
-        let s = self;
-        let (u, v, w) =
-            (s.xx + l21 * s.xy + l31 * s.xt, s.xy + l21 * s.yy + l31 * s.yt, s.xt + l21 * s.yt + l31 * s.tt);
-        let s = s.less(u, v, w, credit * d1 / (1.0 + credit * d1 * (u + l21 * v + l31 * w)));
-        let (u, v, w) = (s.xy + l32 * s.xt, s.yy + l32 * s.yt, s.yt + l32 * s.tt);
+        let Self([xx, xy, yy, xt, yt, tt]) = *self;
+        let (u, v, w) = (xx + l21 * xy + l31 * xt, xy + l21 * yy + l31 * yt, xt + l21 * yt + l31 * tt);
+        let s = self.less(u, v, w, credit * d1 / (1.0 + credit * d1 * (u + l21 * v + l31 * w)));
+        let Self([_, xy, yy, xt, yt, tt]) = s;
+        let (u, v, w) = (xy + l32 * xt, yy + l32 * yt, yt + l32 * tt);
         let s = s.less(u, v, w, credit * d2 / (1.0 + credit * d2 * (v + l32 * w)));
-        s.less(s.xt, s.yt, s.tt, credit * d3 / (1.0 + credit * d3 * s.tt))
+        let Self([.., xt, yt, tt]) = s;
+        s.less(xt, yt, tt, credit * d3 / (1.0 + credit * d3 * tt))
     }
 
     /// `self - g (u, v, w) (u, v, w)^T`.
     #[inline(always)]
     fn less(&self, u: f64, v: f64, w: f64, g: f64) -> Self {
         let (gu, gv, gw) = (g * u, g * v, g * w);
-        Self {
-            xx: self.xx - gu * u,
-            xy: self.xy - gu * v,
-            yy: self.yy - gv * v,
-            xt: self.xt - gu * w,
-            yt: self.yt - gv * w,
-            tt: self.tt - gw * w,
-        }
+        let outer = Self([gu * u, gu * v, gv * v, gu * w, gv * w, gw * w]);
+        self.zip(&outer, |s, o| s - o)
     }
 
     /// `(A - BK) Lambda (A - BK)^T` of eq. 14: in the path frame, where A - BK has five entries.
     #[inline(always)]
     fn steer(&self, dt: f64, step: &Step) -> Self {
         let (sin, cos) = step.sin_cos;
-        let p = self.turned(-sin, cos);
+        let Self([xx, xy, yy, xt, yt, tt]) = self.turned(-sin, cos);
         // [[f, 0, 0], [0, 1, travel], [0, h, g]]
         let (f, g, h) = (1.0 - dt * step.gains.along, 1.0 - dt * step.gains.heading, -dt * step.gains.across);
-        let (yt, tt) = (p.yt + step.travel * p.tt, g * p.tt);
-        Self {
-            xx: f * f * p.xx,
-            xy: f * (p.xy + step.travel * p.xt),
-            yy: p.yy + step.travel * (p.yt + yt),
-            xt: f * (h * p.xy + g * p.xt),
-            yt: h * (p.yy + step.travel * p.yt) + g * yt,
-            tt: h * (h * p.yy + 2.0 * g * p.yt) + g * tt,
-        }
+        let (new_yt, new_tt) = (yt + step.travel * tt, g * tt);
+        Self([
+            f * f * xx,
+            f * (xy + step.travel * xt),
+            yy + step.travel * (yt + new_yt),
+            f * (h * xy + g * xt),
+            h * (yy + step.travel * yt) + g * new_yt,
+            h * (h * yy + 2.0 * g * yt) + g * new_tt,
+        ])
         .turned(sin, cos)
     }
 
     /// `R Sigma R^T` with R the turn by the angle of the given sine and cosine.
     #[inline(always)]
     fn turned(&self, sin: f64, cos: f64) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = *self;
         let (ss, sc, cc) = (sin * sin, sin * cos, cos * cos);
-        let twice = 2.0 * sc * self.xy;
-        Self {
-            xx: cc * self.xx - twice + ss * self.yy,
-            xy: sc * (self.xx - self.yy) + (cc - ss) * self.xy,
-            yy: ss * self.xx + twice + cc * self.yy,
-            xt: cos * self.xt - sin * self.yt,
-            yt: sin * self.xt + cos * self.yt,
-            tt: self.tt,
-        }
+        let twice = 2.0 * sc * xy;
+        Self([
+            cc * xx - twice + ss * yy,
+            sc * (xx - yy) + (cc - ss) * xy,
+            ss * xx + twice + cc * yy,
+            cos * xt - sin * yt,
+            sin * xt + cos * yt,
+            tt,
+        ])
     }
 }

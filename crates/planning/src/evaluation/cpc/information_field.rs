@@ -11,11 +11,9 @@
 //! Computed once per map and laser: from the centre of each block of cells a fan of rays is cast, and
 //! for each heading those within the field of view are summed. Nothing is stored where nothing is seen.
 
-use crate::parameters;
 use nalgebra::Matrix3;
 
-use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, factorise, sum};
-use crate::evaluation::cpc::measurement_model::MeasurementModel;
+use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, MeasurementModel, factorise, sum};
 use crate::geometry::Pose2;
 use crate::numerics::sin_cos;
 use crate::occupancy::{Cell, StaticMap};
@@ -23,7 +21,7 @@ use crate::sensor::LaserModel;
 
 /// Cells along a block's side: 0.2 m at the paper's resolution, well below the ranges measured.
 const BLOCK: usize = 4;
-parameters! {
+crate::parameters! {
     /// Parameters of the observation model.
     #[derive(Copy)]
     #[non_exhaustive]

@@ -79,12 +79,6 @@ impl GainTable {
         Self { gains: (0..entries).map(|i| lqr(SLOWEST + i as f64 * SPACING, dt)).collect() }
     }
 
-    /// No feedback at all, `K = 0`: the case in which observations cannot matter.
-    #[cfg(test)]
-    pub(super) fn without_feedback() -> Self {
-        Self { gains: vec![FeedbackGains { along: 0.0, across: 0.0, heading: 0.0 }; 2] }
-    }
-
     /// Gains at speed `v` m/s, clamped to the table.
     #[inline]
     pub fn at(&self, v: f64) -> FeedbackGains {
@@ -101,8 +95,13 @@ impl GainTable {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// No feedback at all, `K = 0`: the case in which observations cannot matter.
+    pub(in crate::evaluation::cpc) fn without_feedback() -> GainTable {
+        GainTable { gains: vec![FeedbackGains { along: 0.0, across: 0.0, heading: 0.0 }; 2] }
+    }
 
     #[test]
     fn the_gain_at_cruising_speed_is_the_published_one() {

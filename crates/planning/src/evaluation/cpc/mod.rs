@@ -19,13 +19,10 @@ mod beam_fan;
 mod covariance;
 mod information_field;
 pub mod lqr;
-mod measurement_model;
 mod ray_cast;
 mod wall_normals;
 
 use std::sync::Arc;
-
-use crate::parameters;
 
 use crate::candidates::CandidateSet;
 use crate::evaluation::{Costs, Evaluator, Stopped};
@@ -33,12 +30,12 @@ use crate::motion::OdometryNoise;
 use crate::numerics::sin_cos;
 use crate::scene::Scene;
 
+pub use beam_fan::MeasurementModel;
 use covariance::{Covariances, LANES, Step, StepModel, Steps};
 pub use information_field::{InformationField, InformationParams};
 use lqr::GainTable;
-pub use measurement_model::MeasurementModel;
 
-parameters! {
+crate::parameters! {
     /// When an observation is credited: where the localiser would update (D5). These are the localiser's
     /// own thresholds.
     #[derive(Copy)]
@@ -114,14 +111,18 @@ impl CpcEvaluator {
     /// chord of the arc points: better than Euler's at its start, and no other state is needed.
     #[inline]
     fn step(&self, gains: &GainTable, candidates: &CandidateSet, i: usize) -> Step {
-        let (heading, v) = (candidates.heading()[i], candidates.v()[i]);
-        let (travel, turn) = (v * candidates.dt(), candidates.omega()[i] * candidates.dt());
+        let (heading, v) = (candidates.all_states().heading[i], candidates.all_states().v[i]);
+        let (travel, turn) = (v * candidates.dt(), candidates.all_states().omega[i] * candidates.dt());
         Step {
             sin_cos: sin_cos(heading - self.field.grid_heading() - 0.5 * turn),
             travel,
             turn,
             gains: gains.at(v),
-            information: self.field.factor(candidates.x()[i], candidates.y()[i], heading),
+            information: self.field.factor(
+                candidates.all_states().x[i],
+                candidates.all_states().y[i],
+                heading,
+            ),
         }
     }
 }

@@ -22,8 +22,8 @@ pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<Lin
     let mut due = 0.0;
     (0..set.steps())
         .map(|i| {
-            let (v, omega, dt) = (set.v()[i], set.omega()[i], set.dt());
-            let (s, c) = sin_cos(set.heading()[i] - 0.5 * omega * dt);
+            let (v, omega, dt) = (set.all_states().v[i], set.all_states().omega[i], set.dt());
+            let (s, c) = sin_cos(set.all_states().heading[i] - 0.5 * omega * dt);
             let gain = gains.at(v);
             let k = Matrix2x3::new(gain.along, 0.0, 0.0, 0.0, gain.across, gain.heading)
                 * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
@@ -32,7 +32,7 @@ pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<Lin
                 .max(dt / evaluator.params.update_max_interval);
             let seen = due >= 1.0 - 1e-9;
             due = if seen { (due - 1.0).min(1.0) } else { due };
-            let j = evaluator.field.at(Pose2::new(set.x()[i], set.y()[i], set.heading()[i]));
+            let j = evaluator.field.at(set.all_states().pose(i));
             let eigen = j.symmetric_eigen();
             let root = Matrix3::from_diagonal(&eigen.eigenvalues.map(|l| l.max(0.0).sqrt()));
             LinearStep {

@@ -90,7 +90,7 @@ fn zeta_falls_with_landmarks_and_only_through_feedback() {
     assert!(rich < 0.95 * poor && poor < 0.95 * none, "rich {rich}, poor {poor}, none {none}");
 
     // With K = 0, Lambda + Sigma obeys P <- A P A^T + M', in which there is no C.
-    let blind = GainTable::without_feedback();
+    let blind = lqr::tests::without_feedback();
     let [rich, poor, none] =
         evaluators.each_ref().map(|e| e.evaluate_with(&blind, &scene, &set, &|| false).unwrap()[0]);
     assert!((rich / none - 1.0).abs() < 1e-12 && (poor / none - 1.0).abs() < 1e-12, "{rich} {poor} {none}");

@@ -101,7 +101,7 @@ impl Heuristic {
         let sides = value.extra.get(Self::COLUMN).filter(|sides| sides.len() == value.len())?;
         let first = sides.iter().position(|side| *side != 0.0)?;
         let side = sides[first];
-        if value.check().is_err() || sides[first..].iter().any(|s| *s != side) {
+        if !value.is_sound() || sides[first..].iter().any(|s| *s != side) {
             return None;
         }
         let forward = TimeTree::from_value(&part(value, 0, first)?, lattice, max_depth)?;

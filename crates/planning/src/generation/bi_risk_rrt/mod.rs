@@ -7,8 +7,8 @@
 pub mod heuristic;
 mod params;
 
-use crate::generation::risk_rrt::growth::{Growth, sample_map};
-use crate::generation::risk_rrt::{Ground, TimeTree};
+use crate::generation::risk_rrt::growth::{Ground, Growth, sample_map};
+use crate::generation::risk_rrt::{TimeTree, paths};
 use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, standard_normal, uniform};
@@ -31,10 +31,7 @@ pub fn generate(
         .filter(|h| h.goal() == input.goal)
         .unwrap_or_else(|| Heuristic::rooted(input.goal, robot, input.params.dt));
     heuristic.pass(robot);
-    let tree = ground.take_over(old);
-    let people = ground.people(&tree);
-    let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
-    growth.assess();
+    let mut growth = ground.growth(old);
     let mut search = Search {
         params: &params.bi_risk_rrt,
         input,
@@ -43,7 +40,8 @@ pub fn generate(
     };
     let mut left = params.risk_rrt.nodes as usize;
     if let Heuristic::Searching(reverse) = &heuristic {
-        let mut reverse = ground.growth(reverse.clone(), None, params.bi_risk_rrt.reverse_depth);
+        let max_depth = params.bi_risk_rrt.reverse_depth;
+        let mut reverse = Growth { ground: &ground, tree: reverse.clone(), people: None, max_depth };
         let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
         heuristic = match met {
             Some(node) => Heuristic::found(&reverse.tree, node),
@@ -51,7 +49,7 @@ pub fn generate(
         };
     }
     search.towards(&heuristic, &mut growth, left, should_stop);
-    let candidates = ground.candidates(&growth);
+    let candidates = paths::candidates(&growth);
     let mut tree = growth.tree.to_value();
     heuristic.append_to(&mut tree);
     Generated { candidates, tree }

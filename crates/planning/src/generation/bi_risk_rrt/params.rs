@@ -1,9 +1,8 @@
 //! The parameters of Bi-Risk-RRT.
 
-use crate::parameters;
 use crate::parameters::Range;
 
-parameters! {
+crate::parameters! {
     /// What Bi-Risk-RRT does besides Risk-RRT, whose parameters hold for both its trees.
     #[non_exhaustive]
     pub struct BiRiskRrtParams {

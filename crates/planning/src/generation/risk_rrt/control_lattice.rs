@@ -25,13 +25,8 @@ impl ControlLattice<'_> {
     pub const MOST: u32 = 128;
 
     /// Number of controls.
-    pub fn len(&self) -> u32 {
+    pub fn count(&self) -> u32 {
         self.v_count * self.omega_count
-    }
-
-    /// Whether there is no control at all.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// Control number `control` of a node that was reached with `current`.
@@ -50,7 +45,7 @@ impl ControlLattice<'_> {
 
     /// The number of the control that is `wanted`, if there is one.
     pub fn control(&self, current: Twist, wanted: Twist) -> Option<u32> {
-        (0..self.len()).find(|&k| self.twist(current, k) == wanted)
+        (0..self.count()).find(|&k| self.twist(current, k) == wanted)
     }
 
     /// The twist one step of hardest braking later, on the same curve as far as turning can be slowed.
@@ -59,6 +54,13 @@ impl ControlLattice<'_> {
         let wanted = if current.v > 0.0 { current.omega * v / current.v } else { 0.0 };
         let change = self.robot.alpha_max * self.dt;
         Twist { v, omega: wanted.clamp(current.omega - change, current.omega + change) }
+    }
+
+    /// Steps of braking from top speed and fastest turning.
+    pub fn braking_steps(&self) -> u32 {
+        let fastest = Twist { v: self.robot.v_max, omega: self.robot.omega_max };
+        let braking = std::iter::successors(Some(fastest), |&twist| Some(self.braked(twist)));
+        braking.take(usize::from(u16::MAX)).take_while(|&twist| twist != Twist::default()).count() as u32
     }
 }
 
@@ -81,7 +83,7 @@ mod tests {
         let lattice = lattice(&robot);
         for current in [(0.0, 0.0), (0.5, 0.9), (1.0, -1.0), (0.97, 0.2)] {
             let current = Twist { v: current.0, omega: current.1 };
-            for k in 0..lattice.len() {
+            for k in 0..lattice.count() {
                 let t = lattice.twist(current, k);
                 assert!((0.0..=1.0).contains(&t.v) && t.omega.abs() <= 1.0);
                 assert!(
@@ -98,7 +100,7 @@ mod tests {
         let lattice = lattice(&robot);
         let mut twist = Twist::default();
         for _ in 0..100 {
-            twist = lattice.twist(twist, lattice.len() - 1);
+            twist = lattice.twist(twist, lattice.count() - 1);
         }
         // v* = v* - a dt + 2/3 (v_max - v* + a dt), so v* = v_max - a dt / 2
         assert!((twist.v - 0.925).abs() < 1e-9, "{}", twist.v);

@@ -2,46 +2,94 @@
 //! nearest.
 
 use super::control_lattice::ControlLattice;
+use super::params::RiskRrtParams;
 use super::time_tree::TimeTree;
+use super::update::follow;
 use crate::collision::CollisionChecker;
 use crate::collision_risk::{CollisionRisk, RiskParams};
+use crate::generation::GenerationInput;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::step;
 use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, uniform};
 
+/// What a cycle stands on.
+pub struct Ground<'a> {
+    /// What is known.
+    pub input: &'a GenerationInput<'a>,
+    /// What leads from node to node.
+    pub lattice: ControlLattice<'a>,
+    /// Walls.
+    pub checker: CollisionChecker<'a>,
+    /// A node of the tree in time that is this deep is not gone on from.
+    pub max_depth: u32,
+}
+
+impl<'a> Ground<'a> {
+    /// Of the cycle of `input`.
+    pub fn new(input: &'a GenerationInput<'a>) -> Self {
+        let tree = &input.params.generation.risk_rrt;
+        let lattice = ControlLattice {
+            robot: input.robot,
+            dt: input.params.dt,
+            v_count: tree.v_controls,
+            omega_count: tree.omega_controls,
+        };
+        let room = (input.params.steps as u32).saturating_sub(lattice.braking_steps());
+        Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
+    }
+
+    /// The tree in time: last cycle's as far as it is still ahead, or a new one, its risks read anew.
+    pub fn growth(&'a self, old: Option<TimeTree>) -> Growth<'a> {
+        let (scene, params) = (self.input.scene, self.input.params);
+        let (pose, twist) = scene.belief.motion();
+        let off_path = params.generation.risk_rrt.off_path;
+        let tree = old
+            .and_then(|tree| follow(&tree, scene.stamp, pose, self.input.previous, off_path))
+            .unwrap_or_else(|| TimeTree::rooted(scene.stamp, params.dt, pose, twist));
+        // At every depth, and while braking after the deepest.
+        let moments = (0..=params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
+        let radius = self.input.robot.radius();
+        let people = CollisionRisk::new(&scene.people, params.forecast, radius, &params.risk, moments);
+        let mut growth = Growth { ground: self, tree, people: Some(people), max_depth: self.max_depth };
+        growth.assess();
+        growth
+    }
+}
+
 /// A tree while it grows.
 pub struct Growth<'a> {
+    /// Where.
+    pub ground: &'a Ground<'a>,
     /// The tree so far.
     pub tree: TimeTree,
-    /// What leads from node to node.
-    pub lattice: &'a ControlLattice<'a>,
-    /// Walls.
-    pub checker: &'a CollisionChecker<'a>,
     /// People by depth; none for a tree without meaning in time.
-    pub people: Option<&'a CollisionRisk>,
-    /// How risk is weighed.
-    pub weighing: &'a RiskParams,
-    /// A node with more risk is not gone on from.
-    pub threshold: f64,
+    pub people: Option<CollisionRisk>,
     /// A node this deep is not gone on from.
     pub max_depth: u32,
-    /// Most nodes.
-    pub max_nodes: usize,
 }
 
 impl Growth<'_> {
+    fn params(&self) -> &RiskRrtParams {
+        &self.ground.input.params.generation.risk_rrt
+    }
+
+    /// How risk is weighed.
+    pub fn weighing(&self) -> &RiskParams {
+        &self.ground.input.params.risk
+    }
+
     /// Probability that the robot is in collision at `pose`, having come from its parent at `from`:
     /// `P_s + (1 - P_s) P_d`.
     fn risk_at(&self, from: Pose2, pose: Pose2, depth: u32) -> f64 {
-        if !self.checker.segment_wall_clear(from, pose) {
+        if !self.ground.checker.segment_wall_clear(from, pose) {
             return 1.0;
         }
-        self.people.map_or(0.0, |people| people.at(depth as usize, pose.position()))
+        self.people.as_ref().map_or(0.0, |people| people.at(depth as usize, pose.position()))
     }
 
     /// Reads every node's risk anew: walls and people are seen better than a cycle ago.
-    pub fn assess(&mut self) {
+    fn assess(&mut self) {
         for node in 0..self.tree.nodes.len() {
             let n = self.tree.nodes[node];
             self.tree.nodes[node].risk = match self.tree.parent(node) {
@@ -58,23 +106,23 @@ impl Growth<'_> {
     /// `None` when no node has a control left or the tree is full. A node in collision is added too, so
     /// that its control is not tried again, but never gone on from.
     pub fn extend(&mut self, target: Point2) -> Option<usize> {
-        if self.tree.nodes.len() >= self.max_nodes {
+        if self.tree.nodes.len() >= self.params().max_nodes as usize {
             return None;
         }
         let (parent, _) = self.best(target, |growth, node| growth.is_open(node))?;
         let from = self.tree.nodes[parent];
         let root_distance = self.root_distance(target);
         let mut nearest: Option<(f64, u32, Pose2)> = None;
-        for control in (0..self.lattice.len()).filter(|k| from.closed & (1 << k) == 0) {
-            let pose = step(from.pose, self.lattice.twist(from.twist, control), self.tree.dt);
-            let d = self.weighing.node_cost(pose, 0.0, root_distance, target);
+        for control in (0..self.ground.lattice.count()).filter(|k| from.closed & (1 << k) == 0) {
+            let pose = step(from.pose, self.ground.lattice.twist(from.twist, control), self.tree.dt);
+            let d = self.weighing().node_cost(pose, 0.0, root_distance, target);
             if nearest.is_none_or(|(least, ..)| d < least) {
                 nearest = Some((d, control, pose));
             }
         }
         let (_, control, pose) = nearest?;
         let risk = from.risk.max(self.risk_at(from.pose, pose, from.depth + 1));
-        let twist = self.lattice.twist(from.twist, control);
+        let twist = self.ground.lattice.twist(from.twist, control);
         Some(self.tree.push(parent, control, twist, pose, risk))
     }
 
@@ -85,12 +133,12 @@ impl Growth<'_> {
         let mut best: Option<(usize, f64)> = None;
         for (index, node) in self.tree.nodes.iter().enumerate() {
             let limit = best.map_or(f64::INFINITY, |b| b.1);
-            let far = self.weighing.far_cost(node.pose.position(), node.risk, root_distance, target);
+            let far = self.weighing().far_cost(node.pose.position(), node.risk, root_distance, target);
             // Most nodes are too far already: their bearing need not be known.
             if far >= limit || !may(self, index) {
                 continue;
             }
-            let cost = far + self.weighing.turn_cost(node.pose, target);
+            let cost = far + self.weighing().turn_cost(node.pose, target);
             if cost < limit {
                 best = Some((index, cost));
             }
@@ -100,13 +148,13 @@ impl Growth<'_> {
 
     /// Whether a node's risk is bearable.
     pub fn is_free(&self, node: usize) -> bool {
-        self.tree.nodes[node].risk <= self.threshold
+        self.tree.nodes[node].risk <= self.params().threshold
     }
 
     /// Whether the tree can go on from a node.
     fn is_open(&self, node: usize) -> bool {
         let n = &self.tree.nodes[node];
-        self.is_free(node) && n.depth < self.max_depth && n.closed.count_ones() < self.lattice.len()
+        self.is_free(node) && n.depth < self.max_depth && n.closed.count_ones() < self.ground.lattice.count()
     }
 
     /// Distance from the root, the unit of the distances in weights.
@@ -123,10 +171,7 @@ pub fn sample_window(grid: &OccupancyGrid, centre: Point2, window: f64, rng: &mu
         let x = side(centre.x);
         Point2::new(x, side(centre.y))
     };
-    let is_free = |p: &Point2| {
-        grid.locate(*p).is_some_and(|(column, row)| grid.cell(grid.index(column, row)) == Cell::Free)
-    };
-    (0..20).map(|_| draw()).find(is_free).unwrap_or(centre)
+    (0..20).map(|_| draw()).find(|p| grid.at(*p) == Cell::Free).unwrap_or(centre)
 }
 
 /// A free point of the whole map; `otherwise` after a hundred tries.

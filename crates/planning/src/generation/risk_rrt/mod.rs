@@ -16,14 +16,10 @@ pub mod paths;
 pub mod time_tree;
 pub mod update;
 
-use crate::candidates::CandidateSet;
-use crate::collision::CollisionChecker;
-use crate::collision_risk::CollisionRisk;
 use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, uniform};
-use control_lattice::ControlLattice;
-use growth::Growth;
+use growth::{Ground, Growth};
 pub use params::RiskRrtParams;
 pub use time_tree::TimeTree;
 
@@ -36,10 +32,7 @@ pub fn generate(
     let params = &input.params.generation.risk_rrt;
     let ground = Ground::new(input);
     let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));
-    let tree = ground.take_over(old);
-    let people = ground.people(&tree);
-    let mut growth = ground.growth(tree, Some(&people), ground.max_depth);
-    growth.assess();
+    let mut growth = ground.growth(old);
     let mut rng = input.samples();
     let mut focus = Focus::new(&growth, input);
     for k in 0..params.nodes {
@@ -50,79 +43,7 @@ pub fn generate(
         let Some(new) = growth.extend(target) else { break };
         focus.notice(&growth, input, new);
     }
-    Generated { candidates: ground.candidates(&growth), tree: growth.tree.to_value() }
-}
-
-/// What a cycle stands on.
-pub(super) struct Ground<'a> {
-    pub(super) lattice: ControlLattice<'a>,
-    pub(super) checker: CollisionChecker<'a>,
-    input: &'a GenerationInput<'a>,
-    pub(super) max_depth: u32,
-}
-
-impl<'a> Ground<'a> {
-    pub(super) fn new(input: &'a GenerationInput<'a>) -> Self {
-        let (params, tree) = (input.params, &input.params.generation.risk_rrt);
-        let lattice = ControlLattice {
-            robot: input.robot,
-            dt: params.dt,
-            v_count: tree.v_controls,
-            omega_count: tree.omega_controls,
-        };
-        let room = (params.steps as u32).saturating_sub(paths::braking_steps(&lattice));
-        Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
-    }
-
-    /// Last cycle's tree as far as it is still ahead, or a new one.
-    pub(super) fn take_over(&self, old: Option<TimeTree>) -> TimeTree {
-        let scene = self.input.scene;
-        let (pose, twist) = (scene.belief.pose, scene.belief.twist);
-        let off_path = self.input.params.generation.risk_rrt.off_path;
-        old.and_then(|tree| update::follow(&tree, scene.stamp, pose, self.input.previous, off_path))
-            .unwrap_or_else(|| TimeTree::rooted(scene.stamp, self.input.params.dt, pose, twist))
-    }
-
-    /// The risk from people at every depth of a tree, and while braking after it.
-    pub(super) fn people(&self, tree: &TimeTree) -> CollisionRisk {
-        let scene = self.input.scene;
-        let moments =
-            (0..=self.input.params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
-        let radius = self.input.robot.radius();
-        CollisionRisk::new(
-            &scene.people,
-            self.input.params.forecast,
-            radius,
-            &self.input.params.risk,
-            moments,
-        )
-    }
-
-    /// A tree that grows among `people`; without them it has no meaning in time.
-    pub(super) fn growth(
-        &'a self,
-        tree: TimeTree,
-        people: Option<&'a CollisionRisk>,
-        max_depth: u32,
-    ) -> Growth<'a> {
-        Growth {
-            tree,
-            lattice: &self.lattice,
-            checker: &self.checker,
-            people,
-            weighing: &self.input.params.risk,
-            threshold: self.input.params.generation.risk_rrt.threshold,
-            max_depth,
-            max_nodes: self.input.params.generation.risk_rrt.max_nodes as usize,
-        }
-    }
-
-    pub(super) fn candidates(&self, growth: &Growth<'_>) -> CandidateSet {
-        let steps = self.input.params.steps;
-        let most = self.input.params.generation.risk_rrt.max_candidates as usize;
-        let robot = self.input.scene.belief.pose.position();
-        paths::candidates(growth, robot, self.input.goal, self.input.scene.stamp, steps, most)
-    }
+    Generated { candidates: paths::candidates(&growth), tree: growth.tree.to_value() }
 }
 
 /// The node that is best for the goal so far: samples are drawn around it.
@@ -140,7 +61,7 @@ impl Focus {
 
     fn notice(&mut self, growth: &Growth<'_>, input: &GenerationInput<'_>, node: usize) {
         let n = &growth.tree.nodes[node];
-        let cost = growth.weighing.node_cost(n.pose, n.risk, growth.root_distance(input.goal), input.goal);
+        let cost = input.params.risk.node_cost(n.pose, n.risk, growth.root_distance(input.goal), input.goal);
         if growth.is_free(node) && cost < self.cost {
             *self = Self { cost, position: n.pose.position() };
         }

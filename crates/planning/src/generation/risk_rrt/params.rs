@@ -1,10 +1,9 @@
 //! The parameters of Risk-RRT.
 
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
-use crate::parameters;
 use crate::parameters::{FieldError, Range};
 
-parameters! {
+crate::parameters! {
     /// Parameters of the tree of Risk-RRT. K, dt and the weights of risk are said elsewhere in the profile.
     #[non_exhaustive]
     pub struct RiskRrtParams {

@@ -111,7 +111,7 @@ impl TimeTree {
     /// columns, one root, no node deeper than `max_depth`, and children a control away from their parents.
     /// A value from elsewhere can therefore lead nowhere the robot cannot go.
     pub fn from_value(value: &Tree, lattice: &ControlLattice<'_>, max_depth: u32) -> Option<Self> {
-        if value.is_empty() || !value.has_columns(&Self::COLUMNS) || value.check().is_err() {
+        if value.is_empty() || !value.has_columns(&Self::COLUMNS) || !value.is_sound() {
             return None;
         }
         let column = |name: &str| &value.extra[name];

@@ -106,7 +106,7 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
     assert!(side.contains(&2.0) && !set.is_empty());
     for i in 0..set.len() {
         let states = set.range(i);
-        let at = |k: usize| Pose2::new(set.x()[k], set.y()[k], set.heading()[k]);
+        let at = |k: usize| set.all_states().pose(k);
         let first = (0..tree.len()).find(|&n| tree.pose(n) == at(states.start)).unwrap();
         assert_eq!((side[first], tree.parent(first)), (0.0, Some(0)));
         for k in states {
@@ -151,7 +151,7 @@ fn same_seed_same_trees_over_cycles() {
     };
     let answer = run(3);
     assert_eq!(answer, run(3));
-    assert_eq!(answer.tree.check(), Ok(()));
+    assert!(answer.tree.is_sound());
     // The reverse tree goes on growing although the robot starts anew.
     assert!(sides(&answer.tree).iter().filter(|s| **s == 1.0).count() > 110);
     assert_ne!(answer.tree, run(4).tree);

@@ -1,6 +1,7 @@
 //! Whole missions in closed loop, without noise: generate, take the least distance to go, track.
 
 use super::*;
+use crate::states::States;
 use crate::tracking::{TrackingParams, track};
 use crate::trajectory::Trajectory;
 
@@ -123,7 +124,7 @@ fn drive(
             tree = Some(answer.tree);
             let set = answer.candidates;
             let cost = |i: usize| -> f64 {
-                set.range(i).map(|k| world.geodesic.at(Point2::new(set.x()[k], set.y()[k]))).sum()
+                set.range(i).map(|k| world.geodesic.at(set.all_states().position(k))).sum()
             };
             let best = (0..set.len()).min_by(|&a, &b| cost(a).total_cmp(&cost(b)));
             match best {
@@ -137,12 +138,9 @@ fn drive(
                         ForecastParams::default(),
                         &CollisionParams::default(),
                     );
-                    let (x, y, h): (Vec<f64>, Vec<f64>, Vec<f64>) = (
-                        tail.iter().map(|p| p.x).collect(),
-                        tail.iter().map(|p| p.y).collect(),
-                        tail.iter().map(|p| p.heading).collect(),
-                    );
-                    if checker.first_collision(&x, &y, &h, 0.3).is_some() {
+                    let mut left = States::default();
+                    tail.iter().for_each(|&pose| left.push(pose, Twist::default()));
+                    if checker.first_collision(&left, 0.3).is_some() {
                         chosen = None;
                     }
                     d.stops += 1;

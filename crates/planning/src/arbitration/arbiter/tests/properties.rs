@@ -37,14 +37,11 @@ fn exhaustive(hall: &Hall, candidates: &CandidateSet, scores: &Scores) -> Option
         &hall.profile.collision,
     );
     let total = total_costs(&hall.profile, hall.scene.uncertain, STEPS, scores).total;
-    let free = (0..candidates.len()).filter(|&i| {
-        let r = candidates.range(i);
-        let (x, y, h) = (&candidates.x()[r.clone()], &candidates.y()[r.clone()], &candidates.heading()[r]);
-        total[i].is_some() && checker.first_collision(x, y, h, DT).is_none()
-    });
-    let speed = |i: usize| candidates.v()[candidates.range(i)].iter().sum::<f64>() / STEPS as f64;
+    let free = (0..candidates.len())
+        .filter(|&i| total[i].is_some() && checker.first_collision(&candidates.states(i), DT).is_none());
+    let speed = |i: usize| candidates.all_states().v[candidates.range(i)].iter().sum::<f64>() / STEPS as f64;
     // The robot looks along the first axis.
-    let turn = |i: usize| candidates.heading()[candidates.range(i)][STEPS - 1].abs();
+    let turn = |i: usize| candidates.all_states().heading[candidates.range(i)][STEPS - 1].abs();
     free.map(|i| (speed(i) < 0.35 && turn(i) < 0.75, total[i].unwrap(), candidates.id()[i]))
         .min_by(|a, b| a.partial_cmp(b).unwrap())
         .map(|best| best.2)
