@@ -62,9 +62,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // Decide.
-    let context =
-        Context { profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal };
-    let verdict = arbitrate(&context, &candidates, &scores, None);
+    let context = Context {
+        profile: &profile,
+        scene: &scene,
+        map: &map,
+        robot: &task.robot,
+        goal: task.goal,
+        candidates: &candidates,
+        previous: None,
+    };
+    let verdict = arbitrate(&context, &scores);
     let index = verdict.chosen.ok_or("nothing can be followed")?;
     println!(
         "{} candidates; number {index} is taken because: {:?}",

@@ -39,8 +39,11 @@
 //!     scores.insert(term, 0, &evaluator.evaluate(&scene, &generated.candidates, &|| false)?)?;
 //! }
 //!
-//! let context = Context { profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal };
-//! let verdict = arbitrate(&context, &generated.candidates, &scores, None);
+//! let context = Context {
+//!     profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal,
+//!     candidates: &generated.candidates, previous: None,
+//! };
+//! let verdict = arbitrate(&context, &scores);
 //! assert_eq!(verdict.decision.action, Action::Follow);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -103,10 +103,15 @@ impl PlanContext {
         role != generator::ROLE && !self.local.contains_key(role)
     }
 
-    /// What the arbitration of `scene` depends on.
-    pub fn arbitration<'a>(&'a self, scene: &'a curionav_planning::scene::Scene) -> arbitration::Context<'a> {
+    /// What the arbitration of `candidates` in `scene` depends on.
+    pub fn arbitration<'a>(
+        &'a self,
+        scene: &'a planning::Scene,
+        candidates: &'a CandidateSet,
+        previous: Option<&'a Previous>,
+    ) -> arbitration::Context<'a> {
         let Self { profile, map, robot, goal, .. } = self;
-        arbitration::Context { profile, scene, map, robot, goal: *goal }
+        arbitration::Context { profile, scene, map, robot, goal: *goal, candidates, previous }
     }
 
     /// The in-process evaluator of a term, for falling back.

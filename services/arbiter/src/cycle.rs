@@ -67,7 +67,8 @@ pub async fn plan<P: Peers>(
 
     // Decide (eqs. 4 to 6).
     let arbitrating = peers.now();
-    let verdict = arbitrate(&context.arbitration(&scene), &candidates, &scores, memory.previous.as_ref());
+    let arbitration = context.arbitration(&scene, &candidates, memory.previous.as_ref());
+    let verdict = arbitrate(&arbitration, &scores);
     let us = |time: Duration| time.as_micros() as u64;
     let timings = Timings {
         generate_us: us(generated - started),

@@ -105,9 +105,8 @@ pub struct Account {
 impl Account {
     /// The report of the cycle that ended in `decision`.
     pub fn report(self, context: &PlanContext, decision: Decision) -> CycleReport {
-        let previous = self.previous.as_ref();
-        let explanation =
-            explain(&context.arbitration(&self.scene), &self.candidates, &self.verdict, previous);
+        let arbitration = context.arbitration(&self.scene, &self.candidates, self.previous.as_ref());
+        let explanation = explain(&arbitration, &self.verdict);
         let profile = &context.profile;
         let terms = profile.terms.keys().map(|term| {
             let evaluated = decision.evaluated.get(term).copied();

@@ -12,7 +12,7 @@ use crate::profile::Profile;
 use crate::scene::Scene;
 use crate::trajectory::Trajectory;
 
-/// What a decision depends on besides the candidates, their scores and the previous decision.
+/// What a decision depends on besides the candidates' scores.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
     /// How to plan.
@@ -25,6 +25,10 @@ pub struct Context<'a> {
     pub robot: &'a RobotModel,
     /// Where to go, map frame.
     pub goal: Point2,
+    /// What could be driven.
+    pub candidates: &'a CandidateSet,
+    /// The last decision that moved the robot.
+    pub previous: Option<&'a Previous>,
 }
 
 impl<'a> Context<'a> {
@@ -53,35 +57,24 @@ pub struct Verdict {
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
 /// trajectory while it is valid and free; else stop. Same inputs, same verdict.
 ///
-/// `scores` must be about `candidates`: candidates beyond its length count as not scored.
-pub fn arbitrate(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    scores: &Scores,
-    previous: Option<&Previous>,
-) -> Verdict {
+/// Candidates beyond the length of `scores` count as not scored.
+pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
     let checker = context.checker();
-    decide(context, candidates, scores, previous, &|t| checker.first_collision(t.states(), t.dt()))
+    decide(context, scores, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 'a;
 
-fn decide(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    scores: &Scores,
-    previous: Option<&Previous>,
-    first_collision: &CollisionCheck<'_>,
-) -> Verdict {
-    let Context { profile, scene, goal, .. } = *context;
+fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionCheck<'_>) -> Verdict {
+    let Context { profile, scene, goal, candidates, .. } = *context;
     let totals = total_costs(profile, scene.uncertain, candidates.steps(), scores);
     let mut rejected: Vec<Option<Rejection>> =
-        (0..candidates.len()).map(|i| reject_unseen(context, candidates, &totals, i)).collect();
+        (0..candidates.len()).map(|i| reject_unseen(context, &totals, i)).collect();
     if scene.belief.pose.position().distance(goal) < profile.goal.arrive_distance {
         let decision = Decision::stop(Reason::Arrived, candidates.dt());
         return Verdict { decision, totals, rejected, chosen: None };
     }
-    let order = preference(context, candidates, &totals, &rejected, previous);
+    let order = preference(context, &totals, &rejected);
     let mut chosen = None;
     for &Contender { index, slow, .. } in &order {
         let trajectory = Trajectory::of(candidates, index, scene.belief.motion());
@@ -94,8 +87,7 @@ fn decide(
         }
     }
     let Some((index, slow, trajectory)) = chosen else {
-        let lack = lack(&rejected);
-        let decision = hold_or_stop(context, candidates.dt(), lack, previous, first_collision);
+        let decision = hold_or_stop(context, lack(&rejected), first_collision);
         return Verdict { decision, totals, rejected, chosen: None };
     };
     if !slow {
@@ -116,12 +108,8 @@ fn decide(
 }
 
 /// What rules a candidate out before anything is checked for collisions.
-fn reject_unseen(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    totals: &Totals,
-    index: usize,
-) -> Option<Rejection> {
+fn reject_unseen(context: &Context<'_>, totals: &Totals, index: usize) -> Option<Rejection> {
+    let candidates = context.candidates;
     if index >= totals.total.len() {
         return Some(Rejection::NotScored { term: totals.terms.first()?.term.clone() });
     }
@@ -150,39 +138,29 @@ pub(super) struct Contender {
 }
 
 /// Those of which `may_compete` is true, in their order.
-pub(super) fn contenders(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    may_compete: &[bool],
-    previous: Option<&Previous>,
-) -> Vec<Contender> {
+pub(super) fn contenders(context: &Context<'_>, may_compete: &[bool]) -> Vec<Contender> {
     let persistence = context.profile.persistence;
-    let tail = previous.filter(|_| persistence.margin > 0.0).and_then(|p| valid_tail(context, p).ok());
-    (0..candidates.len())
+    let tail = context.previous.filter(|_| persistence.margin > 0.0);
+    let tail = tail.and_then(|previous| valid_tail(context, previous).ok());
+    (0..context.candidates.len())
         .filter(|&i| may_compete[i])
         .map(|index| {
-            let continues = tail
-                .as_ref()
-                .is_some_and(|tail| mean_distance(candidates, index, tail) <= persistence.same_within);
+            let continues = tail.as_ref().is_some_and(|tail| {
+                mean_distance(context.candidates, index, tail) <= persistence.same_within
+            });
             let discount = if continues { persistence.margin } else { 0.0 };
-            Contender { index, slow: is_slow(context, candidates, index), discount }
+            Contender { index, slow: is_slow(context, index), discount }
         })
         .collect()
 }
 
 /// Who may be followed, best first: fast before slow, then by cost, then by id.
-fn preference(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    totals: &Totals,
-    rejected: &[Option<Rejection>],
-    previous: Option<&Previous>,
-) -> Vec<Contender> {
+fn preference(context: &Context<'_>, totals: &Totals, rejected: &[Option<Rejection>]) -> Vec<Contender> {
     let may_compete: Vec<bool> = rejected.iter().map(Option::is_none).collect();
-    let contenders = contenders(context, candidates, &may_compete, previous);
+    let contenders = contenders(context, &may_compete);
     let mut order: Vec<(f64, Contender)> =
         contenders.into_iter().filter_map(|c| Some((totals.total[c.index]? - c.discount, c))).collect();
-    let id = candidates.id();
+    let id = context.candidates.id();
     order.sort_by(|(cost_a, a), (cost_b, b)| {
         a.slow.cmp(&b.slow).then(cost_a.total_cmp(cost_b)).then(id[a.index].cmp(&id[b.index]))
     });
@@ -191,8 +169,8 @@ fn preference(
 
 /// Whether D4 holds a candidate back: its mean speed is too low, and it neither ends at the goal, where
 /// being slow is what is wanted, nor turns towards a way that lies elsewhere.
-fn is_slow(context: &Context<'_>, candidates: &CandidateSet, index: usize) -> bool {
-    let profile = context.profile;
+fn is_slow(context: &Context<'_>, index: usize) -> bool {
+    let Context { profile, candidates, .. } = *context;
     let states = candidates.range(index);
     let last = states.end - 1;
     let end = candidates.all_states().position(last);
@@ -224,14 +202,8 @@ fn lack(rejected: &[Option<Rejection>]) -> Lack {
     missing.map_or(Lack::NoCandidates, |term| Lack::NotScored { term: term.clone() })
 }
 
-fn hold_or_stop(
-    context: &Context<'_>,
-    dt: f64,
-    lack: Lack,
-    previous: Option<&Previous>,
-    first_collision: &CollisionCheck<'_>,
-) -> Decision {
-    let held = previous.ok_or(PreviousState::Absent).and_then(|previous| {
+fn hold_or_stop(context: &Context<'_>, lack: Lack, first_collision: &CollisionCheck<'_>) -> Decision {
+    let held = context.previous.ok_or(PreviousState::Absent).and_then(|previous| {
         let tail = valid_tail(context, previous)?;
         match first_collision(&tail) {
             Some(collision) => Err(PreviousState::Collides(collision)),
@@ -247,7 +219,7 @@ fn hold_or_stop(
             valid_for: previous.valid_for - (context.scene.stamp - previous.stamp),
             arrived: false,
         },
-        Err(previous) => Decision::stop(Reason::Degraded { lack, previous }, dt),
+        Err(previous) => Decision::stop(Reason::Degraded { lack, previous }, context.candidates.dt()),
     }
 }
 

@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 
 use crate::arbitration::arbiter::{CollisionCheck, Contender, contenders};
-use crate::arbitration::{Context, Previous, Rejection, Totals, Verdict};
+use crate::arbitration::{Context, Rejection, Totals, Verdict};
 use crate::candidates::CandidateSet;
 use crate::geometry::{Pose2, Twist};
 use crate::trajectory::Trajectory;
@@ -40,28 +40,21 @@ pub struct TermInfluence {
 }
 
 /// Explains `verdict`, the outcome of [`arbitrate`](crate::arbitration::arbitrate) for the same inputs.
-pub fn explain(
-    context: &Context<'_>,
-    candidates: &CandidateSet,
-    verdict: &Verdict,
-    previous: Option<&Previous>,
-) -> Explanation {
+pub fn explain(context: &Context<'_>, verdict: &Verdict) -> Explanation {
     let checker = context.checker();
-    explain_by(context, candidates, verdict, previous, &|t| checker.first_collision(t.states(), t.dt()))
+    explain_by(context, verdict, &|t| checker.first_collision(t.states(), t.dt()))
 }
 
 pub(super) fn explain_by(
     context: &Context<'_>,
-    candidates: &CandidateSet,
     verdict: &Verdict,
-    previous: Option<&Previous>,
     first_collision: &CollisionCheck<'_>,
 ) -> Explanation {
     let Some(chosen) = verdict.chosen else { return Explanation::default() };
     let totals = &verdict.totals;
     let field = Field {
-        candidates,
-        contenders: contenders(context, candidates, &may_compete(verdict), previous),
+        candidates: context.candidates,
+        contenders: contenders(context, &may_compete(verdict)),
         free: RefCell::new(verdict.rejected.iter().map(known).collect()),
         first_collision,
         start: context.scene.belief.motion(),

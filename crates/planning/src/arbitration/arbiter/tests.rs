@@ -58,7 +58,7 @@ fn the_best_that_is_free_is_followed_and_no_more_is_checked_than_needed() {
         checks.set(checks.get() + 1);
         None
     };
-    assert_eq!(decide(&hall.context(), &three(), &s, None, &free).decision.candidate, Some(5));
+    assert_eq!(decide(&hall.context(&three(), None), &s, &free).decision.candidate, Some(5));
     assert_eq!(checks.get(), 1);
 }
 

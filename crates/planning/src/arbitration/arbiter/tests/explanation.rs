@@ -14,7 +14,7 @@ fn explained(
     p: Option<&Previous>,
 ) -> (Verdict, Explanation) {
     let verdict = hall.arbitrate(candidates, s, p);
-    let explanation = explain(&hall.context(), candidates, &verdict, p);
+    let explanation = explain(&hall.context(candidates, p), &verdict);
     (verdict, explanation)
 }
 
@@ -77,7 +77,7 @@ fn no_trajectory_is_checked_twice() {
         checks.set(checks.get() + 1);
         None
     };
-    explain_by(&hall.context(), &three(), &verdict, None, &free);
+    explain_by(&hall.context(&three(), None), &verdict, &free);
     // The chosen one is known to be free.
     assert_eq!(checks.get(), 2);
 }

@@ -60,9 +60,13 @@ impl Hall {
         people.vy.push(0.0);
     }
 
-    pub(super) fn context(&self) -> Context<'_> {
+    pub(super) fn context<'a>(
+        &'a self,
+        candidates: &'a CandidateSet,
+        previous: Option<&'a Previous>,
+    ) -> Context<'a> {
         let Self { profile, scene, map, robot, goal } = self;
-        Context { profile, scene, map, robot, goal: *goal }
+        Context { profile, scene, map, robot, goal: *goal, candidates, previous }
     }
 
     pub(super) fn arbitrate(
@@ -71,7 +75,7 @@ impl Hall {
         scores: &Scores,
         previous: Option<&Previous>,
     ) -> Verdict {
-        arbitrate(&self.context(), candidates, scores, previous)
+        arbitrate(&self.context(candidates, previous), scores)
     }
 }
 
