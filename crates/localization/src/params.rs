@@ -19,9 +19,8 @@ curionav_planning::parameters! {
         /// Least number of particles. ROS has 100; 300 keep the sampling error of a variance near 8 %.
         pub particles_min: usize [1.0, 100_000.0, "particles", "each takes part in every update"] = 300,
         /// Greatest number of particles, and the number at the start. Bounds memory and the time of one update.
-        pub particles_max: usize [
-            1.0, 100_000.0, "particles", "each takes memory and takes part in every update"
-        ] = 5000,
+        pub particles_max: usize
+            [1.0, 100_000.0, "particles", "each takes memory and takes part in every update"] = 5000,
         /// KLD-sampling's bound on the Kullback-Leibler distance to the true belief, dimensionless. Nav2's 0.05.
         pub kld_err: f64 [1e-4, 10.0, "", "the number of particles grows with its reciprocal"] = 0.05,
         /// Upper quantile of the standard normal for the probability that the bound holds: 2.326 for 0.99.
@@ -36,13 +35,11 @@ curionav_planning::parameters! {
         /// Distance travelled that calls for a filter update, metres.
         pub update_min_d: f64 [1e-6, 100.0, "m", "a filter that updates more rarely does not localise"] = 0.2,
         /// Angle turned that calls for a filter update, radians.
-        pub update_min_a: f64 [
-            1e-6, 100.0, "rad", "a filter that updates more rarely does not localise"
-        ] = std::f64::consts::PI / 6.0,
+        pub update_min_a: f64
+            [1e-6, 100.0, "rad", "a filter that updates more rarely does not localise"] = std::f64::consts::PI / 6.0,
         /// Longest time between filter updates, moving or not, seconds (D7).
-        pub update_max_interval: f64 [
-            0.001, 1000.0, "s", "a filter that updates more rarely does not localise"
-        ] = 1.0,
+        pub update_max_interval: f64
+            [0.001, 1000.0, "s", "a filter that updates more rarely does not localise"] = 1.0,
         /// Resample when the effective sample size is below this share of the particles. ROS resamples at
         /// every second update regardless, which throws variety away when the weights are even.
         pub resample_ess: f64 [in Range::SHARE] = 0.5,
@@ -60,9 +57,8 @@ curionav_planning::parameters! {
         /// Standard deviation of a beam's end around the mapped obstacle, metres. Far above a range's own noise:
         /// it also stands for the map's errors, and a wide peak is what few particles can find. On a map as
         /// good as the laser 0.05 with `temper` 0.2 errs a third less in a crowd.
-        pub sigma_hit: f64 [
-            0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"
-        ] = 0.2,
+        pub sigma_hit: f64
+            [0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"] = 0.2,
         /// Share of beams that end on mapped obstacles.
         pub z_hit: f64 [1e-6, 1.0, "", "it is a share, and at none no scan says anything"] = 0.95,
         /// Share of beams that end anywhere.
@@ -86,9 +82,8 @@ curionav_planning::parameters! {
         /// estimation error squared (3 for an honest filter) of simulated drives on a real map is near 2
         /// without people and 3.4 with four beams in ten blocked (D9); at 1 the latter is 4.2. It belongs to
         /// `sigma_hit` and `beams`: what counts is `beams * temper / sigma_hit^2`.
-        pub temper: f64 [
-            1e-6, 10.0, "", "at none scans say nothing, and beyond 10 they say what they do not know"
-        ] = 0.6,
+        pub temper: f64
+            [1e-6, 10.0, "", "at none scans say nothing, and beyond 10 they say what they do not know"] = 0.6,
         /// Scans from one place repeat the same errors, so together they are worth one scan: what is left of
         /// `temper` there is used up by each of them and restored by motion. Each is worth at least this
         /// share, so that a robot at rest still sees people walk off.

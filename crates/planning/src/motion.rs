@@ -151,15 +151,13 @@ crate::parameters! {
         /// Variance of position per metre travelled, on each robot axis, m2/m.
         pub position_per_metre: f64 [0.0, 1.0, "m2/m", "a metre of error per metre driven is no odometry"] = 0.004,
         /// Variance of position per radian turned, on each robot axis, m2/rad.
-        pub position_per_radian: f64 [
-            0.0, 1.0, "m2/rad", "a metre of error per metre driven is no odometry"
-        ] = 0.0001,
+        pub position_per_radian: f64
+            [0.0, 1.0, "m2/rad", "a metre of error per metre driven is no odometry"] = 0.0001,
         /// Variance of heading per metre travelled, rad2/m.
         pub heading_per_metre: f64 [0.0, 1.0, "rad2/m", "a metre of error per metre driven is no odometry"] = 0.0005,
         /// Variance of heading per radian turned, rad2/rad.
-        pub heading_per_radian: f64 [
-            0.0, 1.0, "rad2/rad", "a metre of error per metre driven is no odometry"
-        ] = 0.0012,
+        pub heading_per_radian: f64
+            [0.0, 1.0, "rad2/rad", "a metre of error per metre driven is no odometry"] = 0.0012,
     }
 }
 

@@ -32,9 +32,8 @@ crate::parameters! {
         pub generator: String = "rrt-star".to_owned(),
         /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
         /// of all compete. 1 is the paper's.
-        pub trees: u32 [
-            1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message"
-        ] = 1,
+        pub trees: u32
+            [1.0, 8.0, "trees", "with the most candidates each may offer they still fit into one message"] = 1,
         /// States per candidate, K. Every candidate has exactly this many (A12).
         pub steps: usize [in GeneratorPart::STEPS] = 13,
         /// Seconds between states, and of one paper-rate planning cycle (A26).
@@ -204,13 +203,11 @@ crate::parameters! {
     #[non_exhaustive]
     pub struct UncertaintySwitch {
         /// `Thr'`, m2 + rad2: above it the position counts as uncertain (A9).
-        pub threshold: f64 [
-            1e-6, 1000.0, "m2 + rad2", "no filter is more certain, and none that localises less"
-        ] = 0.1,
+        pub threshold: f64
+            [1e-6, 1000.0, "m2 + rad2", "no filter is more certain, and none that localises less"] = 0.1,
         /// The position counts as certain again below this share of the threshold, (0, 1].
-        pub release_ratio: f64 [
-            0.01, 1.0, "", "at 1 there is no hysteresis, at none the position never counts as certain again"
-        ] = 0.8,
+        pub release_ratio: f64
+            [0.01, 1.0, "", "at 1 there is no hysteresis, at none the position never counts as certain again"] = 0.8,
     }
 }
 
@@ -245,9 +242,8 @@ crate::parameters! {
     pub struct HoldLimits {
         /// Seconds after its scene's stamp for which a followed trajectory is valid: four paper cycles, in
         /// which a person's forecast has drifted by about 0.2 m.
-        pub max_age: f64 [
-            0.01, 60.0, "s", "a decision outlives its cycle, and beyond a minute no forecast of people holds"
-        ] = 1.2,
+        pub max_age: f64
+            [0.01, 60.0, "s", "a decision outlives its cycle, and beyond a minute no forecast of people holds"] = 1.2,
         /// Metres the robot may have strayed from the trajectory for its tail still to be held.
         pub max_deviation: f64 [0.0, 100.0, "m", "farther away it is another trajectory"] = 0.5,
         /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;

@@ -16,9 +16,8 @@ crate::parameters! {
             0.01, std::f64::consts::TAU, "rad", "a full turn is all there is, and one direction is no scan"
         ] = std::f64::consts::PI,
         /// Number of beams, at least 2.
-        pub beams: u32 [
-            2.0, 8192.0, "beams", "the densest lidars have some 4000, and a scan of one beam has no spacing"
-        ] = 181,
+        pub beams: u32
+            [2.0, 8192.0, "beams", "the densest lidars have some 4000, and a scan of one beam has no spacing"] = 181,
         /// Greatest range, metres; a beam that meets nothing reports this value.
         pub range_max: f64 [
             0.1, 200.0, "m", "the robot is as large as the least, and planar lasers see no farther than the greatest"

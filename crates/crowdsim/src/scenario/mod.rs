@@ -124,9 +124,8 @@ curionav_planning::parameters! {
         ] = 0.1,
         /// Ticks between two planning cycles: 3 gives the paper's 0.3 s, 1 plans at 10 Hz. In real time this is
         /// the most; planning is then at 10 Hz if ticks are that frequent.
-        pub plan_every: u32 [
-            1.0, 1000.0, "ticks", "there is no planning between ticks, and who plans more rarely does not plan"
-        ] = 3,
+        pub plan_every: u32
+            [1.0, 1000.0, "ticks", "there is no planning between ticks, and who plans more rarely does not plan"] = 3,
         /// Simulated seconds after which the run ends as a timeout (A37).
         pub time_limit_s: f64 [0.01, 864_000.0, "s", "a day of ticks of 0.1 s is the longest run"] = 120.0,
     } check Self::has_ticks

@@ -124,9 +124,8 @@ curionav_planning::parameters! {
     pub struct Walker {
         /// Corners of the route `[[x, y], ...]`, walked in straight lines; at least two unless it stands.
         #[serde(with = "arrays::points")]
-        pub route: Vec<Point2> [
-            in Range::POSITION; 1.0, 1000.0, "one point is enough to stand, and every point is checked against walls"
-        ],
+        pub route: Vec<Point2>
+            [in Range::POSITION; 1.0, 1000.0, "one point is enough to stand, and every point is checked against walls"],
         /// Walking speed, m/s.
         #[serde(default = "default_speed")]
         pub speed: f64 [0.01, 10.0, "m/s", "no person runs faster, and one who does not walk has mode = \"stand\""],
@@ -175,9 +174,8 @@ curionav_planning::parameters! {
         pub pose: Pose2 [in Range::POSITION, Range::POSITION, Range::HEADING],
         /// Only these people of the recording; none means all of them.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        pub ids: Option<Vec<u32>> [
-            0.0, 4_294_967_295.0, "", "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"
-        ],
+        pub ids: Option<Vec<u32>>
+            [0.0, 4_294_967_295.0, "", "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"],
         /// Begin again with the first frame after the last.
         #[serde(default)]
         pub r#loop: bool,

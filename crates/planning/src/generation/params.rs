@@ -40,15 +40,13 @@ crate::parameters! {
         /// Cruising speed tried when too few candidates are free otherwise.
         pub creep: f64 [0.01, 1.0, "", "it is a share of the greatest speed, and a robot at rest gets nowhere"] = 0.2,
         /// Most candidates, I (A24).
-        pub max_candidates: u32 [
-            1.0, 512.0, "candidates", "the candidates of eight trees fit into one message of 4096"
-        ] = 100,
+        pub max_candidates: u32
+            [1.0, 512.0, "candidates", "the candidates of eight trees fit into one message of 4096"] = 100,
         /// With fewer free candidates than this, straight ways in all directions and creeping are tried too.
         pub min_candidates: u32 [0.0, 512.0, "candidates", "more than max_candidates there never are"] = 20,
         /// Most branches of the tree that are timed.
-        pub max_branches: u32 [
-            1.0, 1000.0, "branches", "each is timed with every profile, and a cycle must end"
-        ] = 72,
+        pub max_branches: u32
+            [1.0, 1000.0, "branches", "each is timed with every profile, and a cycle must end"] = 72,
         /// The goal is reached within this distance, metres: a candidate that stops there is not slow.
         pub goal_tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
         /// Time at which candidates have to differ, seconds.

@@ -30,9 +30,8 @@ crate::parameters! {
         /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
         pub eta: f64 [0.05, 20.0, "m", "shorter extensions go nowhere, longer ones pass every doorway"] = 1.0,
         /// Turning radius of edges, metres: what the robot manages at 0.6 m/s with 1 rad/s.
-        pub turning_radius: f64 [
-            0.05, 20.0, "m", "edges have arcs; a robot that turns on the spot is near the least"
-        ] = 0.6,
+        pub turning_radius: f64
+            [0.05, 20.0, "m", "edges have arcs; a robot that turns on the spot is near the least"] = 0.6,
         /// Longest edge, metres. Below half a turning circle, so that no edge ever loops.
         pub max_edge: f64 [0.1, 20.0, "m", "an edge is checked for walls along its whole length"] = 1.5,
         /// RRT*'s gamma, metres: the neighbourhood is min(gamma sqrt(ln n / n), eta).

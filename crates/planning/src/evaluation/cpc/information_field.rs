@@ -30,15 +30,13 @@ crate::parameters! {
         pub model: MeasurementModel [words] = MeasurementModel::Beam,
         /// Standard deviation of one range as the localiser takes it, metres (A5; its `sigma_hit`, not the
         /// laser's own noise).
-        pub sigma: f64 [
-            0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"
-        ] = 0.2,
+        pub sigma: f64
+            [0.001, 10.0, "m", "no laser is better than a millimetre, and beyond 10 m a range says nothing"] = 0.2,
         /// Beams of one scan that count, spread over the field of view; never more than the laser has.
         pub beams: u32 [1.0, 8192.0, "beams", "a laser has no more"] = 20,
         /// Neighbouring beams err together; the information of a scan is divided by this, at least 1.
-        pub correlation: f64 [
-            1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing"
-        ] = 4.0,
+        pub correlation: f64
+            [1.0, 1e6, "beams", "independent beams have 1, and beyond the greatest a scan says nothing"] = 4.0,
     }
 }
 

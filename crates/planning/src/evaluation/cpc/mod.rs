@@ -44,9 +44,8 @@ crate::parameters! {
         /// Metres driven between two updates. What is driven beyond it counts towards the next one.
         pub update_min_d: f64 [0.0, 100.0, "m", "a localiser that updates more rarely does not localise"] = 0.2,
         /// Radians turned between two updates.
-        pub update_min_a: f64 [
-            0.0, 100.0, "rad", "a localiser that updates more rarely does not localise"
-        ] = std::f64::consts::FRAC_PI_6,
+        pub update_min_a: f64
+            [0.0, 100.0, "rad", "a localiser that updates more rarely does not localise"] = std::f64::consts::FRAC_PI_6,
         /// Seconds between two updates at rest (D7).
         pub update_max_interval: f64 [
             0.01, 1000.0, "s", "a scan comes at most a hundred times per second, and updates are no rarer than that"

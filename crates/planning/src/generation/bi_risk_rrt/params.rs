@@ -13,9 +13,8 @@ crate::parameters! {
         /// Once there is a heuristic, the share of samples that are still drawn from the whole map.
         pub uniform_share: f64 [in Range::SHARE] = 0.5,
         /// Standard deviation of the others around the nodes of the heuristic on each axis, metres.
-        pub spread: f64 [
-            0.01, 1000.0, "m", "below all samples are on the heuristic, above anywhere on the map"
-        ] = 3.0,
+        pub spread: f64
+            [0.01, 1000.0, "m", "below all samples are on the heuristic, above anywhere on the map"] = 3.0,
         /// Deepest node of the reverse tree.
         pub reverse_depth: u32 [1.0, 10_000.0, "steps", "the whole tree has no more nodes"] = 300,
     }

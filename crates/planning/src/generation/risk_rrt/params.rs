@@ -22,15 +22,13 @@ crate::parameters! {
         /// Share of samples that are the goal itself.
         pub goal_bias: f64 [in Range::SHARE] = 0.01,
         /// Samples lie within this many metres of the best node to every side.
-        pub window: f64 [
-            0.1, 1000.0, "m", "a smaller window holds no other node, a greater one is the whole map"
-        ] = 5.0,
+        pub window: f64
+            [0.1, 1000.0, "m", "a smaller window holds no other node, a greater one is the whole map"] = 5.0,
         /// Farther from its path than this the robot starts a new tree, metres.
         pub off_path: f64 [0.0, 100.0, "m", "farther away than that the tree says nothing about the robot"] = 0.3,
         /// Most paths offered.
-        pub max_candidates: u32 [
-            1.0, 512.0, "paths", "the candidates of eight trees fit into one message of 4096"
-        ] = 100,
+        pub max_candidates: u32
+            [1.0, 512.0, "paths", "the candidates of eight trees fit into one message of 4096"] = 100,
     } check Self::fits_its_bits
 }
 
