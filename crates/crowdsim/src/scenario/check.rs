@@ -51,24 +51,16 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
 fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
     let grid = &map.grid;
     let (Some((c0, r0)), Some((c1, r1))) = (grid.locate(from), grid.locate(to)) else { return false };
-    let (width, height) = (grid.width(), grid.height());
     let wide = radius + std::f64::consts::SQRT_2 * grid.resolution();
     let target = grid.index(c1, r1);
-    let mut seen = vec![false; width * height];
+    let mut seen = vec![false; grid.cells().len()];
     let mut open = vec![grid.index(c0, r0)];
     seen[open[0]] = true;
     while let Some(index) = open.pop() {
         if index == target {
             return true;
         }
-        let (column, row) = (index % width, index / width);
-        let neighbours = [
-            (column > 0).then(|| index - 1),
-            (column + 1 < width).then(|| index + 1),
-            (row > 0).then(|| index - width),
-            (row + 1 < height).then(|| index + width),
-        ];
-        for next in neighbours.into_iter().flatten() {
+        for next in grid.neighbours(index) {
             if !seen[next] && map.to_obstacle.cell(next) >= wide {
                 seen[next] = true;
                 open.push(next);

@@ -69,14 +69,7 @@ impl GeodesicField {
                 continue;
             }
             done[index] = true;
-            let (column, row) = (index % width, index / width);
-            let neighbours = [
-                (column > 0).then(|| index - 1),
-                (column + 1 < width).then(|| index + 1),
-                (row > 0).then(|| index - width),
-                (row + 1 < height).then(|| index + width),
-            ];
-            for next in neighbours.into_iter().flatten() {
+            for next in grid.neighbours(index) {
                 if done[next] || slowness[next].is_infinite() {
                     continue;
                 }

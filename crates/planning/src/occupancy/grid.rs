@@ -133,6 +133,18 @@ impl OccupancyGrid {
         }
     }
 
+    /// Indices of the cells that share a side with the one at `index`.
+    pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let (column, row) = (index % self.width, index / self.width);
+        let beside = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < self.width).then(|| index + 1),
+            (row > 0).then(|| index - self.width),
+            (row + 1 < self.height).then(|| index + self.width),
+        ];
+        beside.into_iter().flatten()
+    }
+
     /// Column and row of every cell at most `reach` cells from (column, row) along both axes, row by row.
     pub fn around(&self, column: usize, row: usize, reach: usize) -> impl Iterator<Item = (usize, usize)> {
         let span = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
