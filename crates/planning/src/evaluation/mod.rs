@@ -31,5 +31,12 @@ pub trait Evaluator: Send + Sync {
 
 /// What `cost` says of each candidate by its index, until told to stop.
 pub fn each(candidates: &CandidateSet, should_stop: &dyn Fn() -> bool, cost: impl Fn(usize) -> f64) -> Costs {
-    (0..candidates.len()).map(|i| if should_stop() { Err(Stopped) } else { Ok(cost(i)) }).collect()
+    let mut costs = Vec::with_capacity(candidates.len());
+    for i in 0..candidates.len() {
+        if should_stop() {
+            return Err(Stopped);
+        }
+        costs.push(cost(i));
+    }
+    Ok(costs)
 }
