@@ -1,7 +1,5 @@
 //! The yaml beside a map_server image.
 
-use std::collections::BTreeMap;
-
 use serde::de::{IgnoredAny, IntoDeserializer, value::StrDeserializer};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::{FlowSeq, NonFiniteFloatPolicy};
@@ -77,21 +75,29 @@ impl Scalar {
     }
 }
 
-/// The fields as written that have not been read yet.
-struct Fields(BTreeMap<String, Scalar>);
+/// The file as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    image: Option<Scalar>,
+    resolution: Option<Scalar>,
+    origin: Option<Scalar>,
+    negate: Option<Scalar>,
+    occupied_thresh: Option<Scalar>,
+    free_thresh: Option<Scalar>,
+    mode: Option<Scalar>,
+}
 
-impl Fields {
-    /// The field's value as `read` understands it, or an error that says what to write instead.
-    fn read<T>(
-        &mut self,
-        field: &'static str,
-        example: &'static str,
-        mend: &'static str,
-        read: impl Fn(&Scalar) -> Option<T>,
-    ) -> Result<T, MapServerError> {
-        let value = self.0.remove(field).ok_or(MapServerError::Missing(field, example))?;
-        read(&value).ok_or_else(|| MapServerError::Field(field, value.describe(), mend))
-    }
+/// The field's value as `read` understands it, or an error that says what to write instead.
+fn field<T>(
+    field: &'static str,
+    value: Option<Scalar>,
+    example: &'static str,
+    mend: &'static str,
+    read: impl Fn(&Scalar) -> Option<T>,
+) -> Result<T, MapServerError> {
+    let value = value.ok_or(MapServerError::Missing(field, example))?;
+    read(&value).ok_or_else(|| MapServerError::Field(field, value.describe(), mend))
 }
 
 impl MapYaml {
@@ -104,27 +110,35 @@ impl MapYaml {
             with_snippet: false,
             non_finite_float_policy: NonFiniteFloatPolicy::PassThrough,
         };
-        let fields = serde_saphyr::from_str_with_options(text, options)
+        let written: Written = serde_saphyr::from_str_with_options(text, options)
             .map_err(|e| MapServerError::Yaml(e.to_string()))?;
-        let mut fields = Fields(fields);
         let side = |v: &Scalar| v.number().filter(|n| *n > 0.0);
         let threshold = |v: &Scalar| v.number().filter(|n| (0.0..=1.0).contains(n));
         let (pixel, share) =
             ("give the side of a pixel in metres, a number greater than 0", "give an occupancy from 0 to 1");
         let place = "give three numbers, [x, y, yaw], in metres and radians";
-        fields.0.entry("mode".to_owned()).or_insert(Scalar::Text("trinary".to_owned()));
+        let mode = Some(written.mode.unwrap_or(Scalar::Text("trinary".to_owned())));
         let map = Self {
-            image: fields.read("image", "image: map.pgm", "give the file name of the image", read_name)?,
-            mode: fields.read("mode", "", "use trinary, scale or raw", read_mode)?,
-            resolution: fields.read("resolution", "resolution: 0.05", pixel, side)?,
-            origin: fields.read("origin", "origin: [0.0, 0.0, 0.0]", place, read_origin)?,
-            negate: fields.read("negate", "negate: 0", "use 0 or 1", read_flag)?,
-            occupied_thresh: fields.read("occupied_thresh", "occupied_thresh: 0.65", share, threshold)?,
-            free_thresh: fields.read("free_thresh", "free_thresh: 0.196", share, threshold)?,
+            image: field(
+                "image",
+                written.image,
+                "image: map.pgm",
+                "give the file name of the image",
+                read_name,
+            )?,
+            mode: field("mode", mode, "", "use trinary, scale or raw", read_mode)?,
+            resolution: field("resolution", written.resolution, "resolution: 0.05", pixel, side)?,
+            origin: field("origin", written.origin, "origin: [0.0, 0.0, 0.0]", place, read_origin)?,
+            negate: field("negate", written.negate, "negate: 0", "use 0 or 1", read_flag)?,
+            occupied_thresh: field(
+                "occupied_thresh",
+                written.occupied_thresh,
+                "occupied_thresh: 0.65",
+                share,
+                threshold,
+            )?,
+            free_thresh: field("free_thresh", written.free_thresh, "free_thresh: 0.196", share, threshold)?,
         };
-        if let Some(unknown) = fields.0.keys().next() {
-            return Err(MapServerError::Yaml(format!("it has no field `{unknown}`")));
-        }
         map.check_order()?;
         Ok(map)
     }
