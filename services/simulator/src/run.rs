@@ -15,7 +15,7 @@ use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, Decision, Mission, MissionCommand, MissionEnd, MissionOrder, MissionState,
-    Odometry, Refusal, RunResult, Scan, Validate, keys,
+    Odometry, Refusal, Reject, RunResult, Scan, Validate, keys,
 };
 use zenoh::Session;
 
@@ -181,7 +181,8 @@ impl Streams {
                 known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
             };
-            self.publish(world, mission.order.clock, people_known)?;
+            let published = self.publish(world, mission.order.clock, people_known);
+            published.map_err(|reject| MissionEnd::WorldFailed { reject })?;
             let (belief, decisions, command) = tokio::select! {
                 answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
@@ -208,7 +209,7 @@ impl Streams {
     }
 
     /// What the sensors say; of people nothing while it is not known where they are.
-    fn publish(&self, world: &World, clock: Clock, people_known: bool) -> Result<(), MissionEnd> {
+    fn publish(&self, world: &World, clock: Clock, people_known: bool) -> Result<(), Reject> {
         let Observation { tick, stamp, ranges, odometry, twist, people } = world.observe();
         let laser = &world.scenario().laser;
         let people = people_known.then(|| convert::people_to_wire(&people, tick, stamp));
@@ -288,8 +289,8 @@ fn failed(detail: impl ToString) -> MissionEnd {
 }
 
 /// Services refuse an invalid scan, and in lockstep they would wait for a valid one in vain.
-fn valid(scan: &Scan) -> Result<(), MissionEnd> {
-    scan.validate().map_err(|reject| MissionEnd::WorldFailed { reject: reject.within("scan") })
+fn valid(scan: &Scan) -> Result<(), Reject> {
+    scan.validate().map_err(|reject| reject.within("scan"))
 }
 
 /// Completes when the mission has ended: its ticks are no longer answered.
@@ -316,7 +317,7 @@ mod tests {
         let mut scan = golden::scan();
         assert!(valid(&scan).is_ok());
         scan.ranges.0[1] = f32::NAN;
-        let Err(MissionEnd::WorldFailed { reject }) = valid(&scan) else { panic!("it is published") };
+        let Err(reject) = valid(&scan) else { panic!("it is published") };
         assert_eq!(reject.field.as_deref(), Some("scan.ranges"));
     }
 }
