@@ -5,10 +5,12 @@ use crate::limits::{MAX_LIST, MAX_STEPS};
 use crate::{CommandReason, Degradation, F64Array, Reason};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use strum::IntoStaticStr;
 
 /// What to do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Action {
     /// Follow the chosen candidate, which every active term has scored.
     Follow,
@@ -19,8 +21,9 @@ pub enum Action {
 }
 
 /// What scored the candidates of a cycle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Evaluated {
     /// The replicas.
     Pool,

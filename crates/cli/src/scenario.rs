@@ -10,7 +10,7 @@ use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::convert;
-use curionav_schemas::Clock;
+use curionav_schemas::{Clock, words};
 
 use curionav_lab::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -70,7 +70,7 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
 fn prepared(file: &Path) -> anyhow::Result<Prepared> {
     let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
     curionav_simulator::prepare(&package.request, "robot")
-        .map_err(|e| package.fault(Some(&e.field), &e.problem))
+        .map_err(|reject| package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
 }
 
 fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {

@@ -12,7 +12,7 @@ use curionav_planning::sensor::LaserModel;
 
 /// A planar scanner with its beams' directions worked out.
 #[derive(Debug, Clone)]
-pub struct Lidar {
+pub(crate) struct Lidar {
     model: LaserModel,
     /// Unit vectors in the laser frame.
     directions: Vec<(f64, f64)>,
@@ -20,7 +20,7 @@ pub struct Lidar {
 
 impl Lidar {
     /// A scanner of this model.
-    pub fn new(model: LaserModel) -> Self {
+    pub(crate) fn new(model: LaserModel) -> Self {
         let directions = (0..model.beams)
             .map(|i| {
                 let (s, c) = sin_cos(model.bearing(i));
@@ -30,15 +30,10 @@ impl Lidar {
         Self { model, directions }
     }
 
-    /// The model.
-    pub fn model(&self) -> &LaserModel {
-        &self.model
-    }
-
     /// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
     /// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
     /// not depend on what the others see.
-    pub fn scan(&self, map: &StaticMap, robot: Pose2, people: &People, rng: &mut Rng) -> Vec<f32> {
+    pub(crate) fn scan(&self, map: &StaticMap, robot: Pose2, people: &People, rng: &mut Rng) -> Vec<f32> {
         let range_max = self.model.range_max;
         self.ranges(map, robot, people)
             .into_iter()
@@ -54,7 +49,7 @@ impl Lidar {
     }
 
     /// The same without noise.
-    pub fn ranges(&self, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
+    pub(crate) fn ranges(&self, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
         let laser = robot.compose(self.model.robot_from_laser);
         let range_max = self.model.range_max;
         let rays = Rays::new(map, laser.position());
@@ -97,7 +92,7 @@ impl Lidar {
 }
 
 /// Rays from one point against the occupied cells of a map.
-pub struct Rays<'a> {
+pub(crate) struct Rays<'a> {
     cells: &'a [f32],
     width: usize,
     height: usize,
@@ -114,7 +109,7 @@ impl<'a> Rays<'a> {
     const SLACK: f64 = 1.42;
 
     /// Rays from `origin`, map frame.
-    pub fn new(map: &'a StaticMap, origin: Point2) -> Self {
+    pub(crate) fn new(map: &'a StaticMap, origin: Point2) -> Self {
         let grid = &map.grid;
         let (s, c) = sin_cos(-grid.origin().heading);
         Self {
@@ -129,7 +124,7 @@ impl<'a> Rays<'a> {
 
     /// Distance along the unit vector `direction` (map frame) to the first occupied cell, metres;
     /// `range_max` when there is none before. Unknown space is transparent, and nothing is outside.
-    pub fn range(&self, direction: (f64, f64), range_max: f64) -> f64 {
+    pub(crate) fn range(&self, direction: (f64, f64), range_max: f64) -> f64 {
         let (c, s) = self.turn;
         let dx = c * direction.0 - s * direction.1;
         let dy = s * direction.0 + c * direction.1;
@@ -198,7 +193,7 @@ mod tests {
 
     use super::*;
 
-    fn nobody() -> People {
+    fn no_people() -> People {
         People { radius: 0.25, ..People::default() }
     }
 
@@ -288,7 +283,7 @@ mod tests {
         let robot = Pose2::new(5.0, 5.0, 0.0);
         let mut sum = 0.0;
         for _ in 0..4000 {
-            let scan = lidar.scan(&map, robot, &nobody(), &mut r);
+            let scan = lidar.scan(&map, robot, &no_people(), &mut r);
             assert_eq!((scan[0], scan[2]), (5.0, 5.0)); // along the wall: nothing within 5 m
             sum += (f64::from(scan[1]) - 3.0).powi(2); // the wall's face is at x = 8
         }

@@ -10,9 +10,9 @@ use crate::hrvo::{HrvoCrowd, Velocity};
 use crate::scenario::{Motion, Scenario};
 use crate::walkers::{WAITING_MARGIN, WalkerState};
 
-/// Everybody with a route.
+/// The people with routes.
 #[derive(Debug, Clone)]
-pub enum Walkers {
+pub(crate) enum Walkers {
     /// They follow their script.
     Scripted(Vec<WalkerState>),
     /// They avoid each other.
@@ -21,7 +21,7 @@ pub enum Walkers {
 
 impl Walkers {
     /// The walkers of `scenario` at t = 0.
-    pub fn new(scenario: &Scenario, map: &StaticMap) -> Self {
+    pub(crate) fn new(scenario: &Scenario, map: &StaticMap) -> Self {
         let (walkers, people) = (&scenario.walkers, &scenario.people);
         match people.motion {
             Motion::Scripted => Self::Scripted(walkers.iter().map(WalkerState::new).collect()),
@@ -29,33 +29,19 @@ impl Walkers {
         }
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
+    /// Position, metres, and velocity, m/s, of each.
+    pub(crate) fn states(&self) -> Vec<(Point2, (f64, f64))> {
         match self {
-            Self::Scripted(walkers) => walkers.len(),
-            Self::Hrvo(crowd) => crowd.people().len(),
-        }
-    }
-
-    /// Whether there is nobody with a route.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Position, metres, and velocity, m/s, of the i-th.
-    pub fn state(&self, i: usize) -> (Point2, (f64, f64)) {
-        match self {
-            Self::Scripted(walkers) => (walkers[i].position(), walkers[i].velocity()),
+            Self::Scripted(walkers) => walkers.iter().map(|w| (w.position(), w.velocity())).collect(),
             Self::Hrvo(crowd) => {
-                let body = crowd.people()[i];
-                (body.position, (body.velocity.x, body.velocity.y))
+                crowd.people().iter().map(|b| (b.position, (b.velocity.x, b.velocity.y))).collect()
             }
         }
     }
 
-    /// Everybody walks for `dt` seconds, seeing the robot where it is now. The scripted wait for it; the
-    /// others walk around it and around `others`, whom no route moves. `radius` is a walker's, metres.
-    pub fn step(
+    /// All walk for `dt` seconds, seeing the robot where it is now. The scripted wait for it; the
+    /// others walk around it and around `others`, which no route moves. `radius` is a walker's, metres.
+    pub(crate) fn step(
         &mut self,
         dt: f64,
         map: &StaticMap,
@@ -74,14 +60,14 @@ impl Walkers {
 }
 
 /// The robot as people see it: they expect it to go on as it goes and to do its half of the avoiding.
-pub fn robot_body(pose: Pose2, twist: Twist, radius: f64) -> Body {
+pub(crate) fn robot_body(pose: Pose2, twist: Twist, radius: f64) -> Body {
     let (sine, cosine) = sin_cos(pose.heading);
     let velocity = Velocity::new(twist.v * cosine, twist.v * sine);
     Body { position: pose.position(), velocity, preferred: velocity, radius, yields: true }
 }
 
-/// The i-th of `people`, recorded or live, as others see it: it goes its way and yields to nobody.
-pub fn passer_by(people: &People, i: usize) -> Body {
+/// The i-th of `people`, recorded or live, as others see it: it goes its way and does not yield.
+pub(crate) fn passer_by(people: &People, i: usize) -> Body {
     let velocity = Velocity::new(people.vx[i], people.vy[i]);
     Body { position: people.position(i), velocity, preferred: velocity, radius: people.radius, yields: false }
 }

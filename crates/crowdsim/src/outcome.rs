@@ -1,21 +1,19 @@
 //! How a run ended (D13).
 
 use curionav_planning::geometry::{Point2, Pose2};
-use serde::{Deserialize, Serialize};
 
 /// At the time limit, a robot whose estimate is off by more than this was lost rather than slow, metres.
-pub const LOST_ERROR_M: f64 = 2.0;
+const LOST_ERROR_M: f64 = 2.0;
 
 /// How a run ended. Collisions are counted beside it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// The planner reported arrival, and the robot truly was at the goal.
     Reached,
     /// The time limit passed.
     Timeout,
     /// The planner reported arrival somewhere else, or the time limit passed while the estimate was wrong
-    /// by more than [`LOST_ERROR_M`].
+    /// by more than 2 m.
     Lost,
 }
 

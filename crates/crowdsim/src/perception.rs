@@ -1,4 +1,4 @@
-//! Whom the planner is told about: everybody, those near, or those the laser could see.
+//! Which people the planner is told about: all, those near, or those the laser could see.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::sin_cos;
@@ -13,7 +13,7 @@ use crate::scenario::PerceivedPeople;
 const LOOKED_AT: [f64; 3] = [0.0, -0.8, 0.8];
 
 /// The people of the truth that the planner is told about, at their true positions (D10).
-pub fn perceived(
+pub(crate) fn perceived(
     what: PerceivedPeople,
     people: &People,
     robot: Pose2,

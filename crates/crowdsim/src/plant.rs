@@ -12,57 +12,35 @@ use crate::walls::wall_distance;
 /// Its body is the disc that circumscribes the footprint. People do not stop it: driving into one is a
 /// contact, which is counted, and the run goes on (A37).
 #[derive(Debug, Clone)]
-pub struct Plant {
+pub(crate) struct Plant {
     model: RobotModel,
     noise: OdometryNoise,
-    pose: Pose2,
-    twist: Twist,
-    odometry: Pose2,
-    wall_impact: Option<f64>,
+    /// True pose, map frame.
+    pub pose: Pose2,
+    /// True speed and turn rate. Also what the base reports: it measures its wheels well; what drifts is
+    /// the pose that is summed up from them.
+    pub twist: Twist,
+    /// Pose in the odometry frame: the sum of noisy increments.
+    pub odometry: Pose2,
+    /// Speed at which a wall stopped the robot in the last step, m/s; none when none did.
+    pub wall_impact: Option<f64>,
 }
 
 impl Plant {
     /// A robot at rest at its true `start`; its odometry begins at the origin of its own frame.
-    pub fn new(model: RobotModel, noise: OdometryNoise, start: Pose2) -> Self {
-        Self {
-            model,
-            noise,
-            pose: start,
-            twist: Twist::default(),
-            odometry: Pose2::default(),
-            wall_impact: None,
-        }
-    }
-
-    /// True pose, map frame.
-    pub fn pose(&self) -> Pose2 {
-        self.pose
-    }
-
-    /// True speed and turn rate. Also what the base reports: it measures its wheels well; what drifts is
-    /// the pose that is summed up from them.
-    pub fn twist(&self) -> Twist {
-        self.twist
-    }
-
-    /// Pose in the odometry frame: the sum of noisy increments.
-    pub fn odometry(&self) -> Pose2 {
-        self.odometry
-    }
-
-    /// Speed at which a wall stopped the robot in the last step, m/s; none when none did.
-    pub fn wall_impact(&self) -> Option<f64> {
-        self.wall_impact
+    pub(crate) fn new(model: RobotModel, noise: OdometryNoise, start: Pose2) -> Self {
+        let (twist, odometry) = (Twist::default(), Pose2::default());
+        Self { model, noise, pose: start, twist, odometry, wall_impact: None }
     }
 
     /// Radius of the body, metres.
-    pub fn radius(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         self.model.radius()
     }
 
     /// Moves for `dt` seconds towards the twist `wanted`. A wall ends the translation where the body
     /// touches it; the robot may still turn on the spot.
-    pub fn step(&mut self, wanted: Twist, dt: f64, map: &StaticMap, rng: &mut Rng) {
+    pub(crate) fn step(&mut self, wanted: Twist, dt: f64, map: &StaticMap, rng: &mut Rng) {
         let twist = self.model.limit(self.twist, wanted, dt);
         let before = self.pose;
         let free = self.free_time(twist, dt, map);
@@ -133,8 +111,8 @@ mod tests {
         let mut p = plant(Pose2::new(5.0, 5.0, 0.0));
         p.step(Twist { v: 1.0, omega: 0.0 }, 0.1, &map, &mut r);
         // from rest at 0.5 m/s2 for 0.1 s: 0.05 m/s, held over the tick: 5 mm
-        assert!((p.twist().v - 0.05).abs() < 1e-12 && (p.pose().x - 5.005).abs() < 1e-12);
-        assert_eq!(p.wall_impact(), None);
+        assert!((p.twist.v - 0.05).abs() < 1e-12 && (p.pose.x - 5.005).abs() < 1e-12);
+        assert_eq!(p.wall_impact, None);
     }
 
     #[test]
@@ -147,8 +125,8 @@ mod tests {
             for _ in 0..1500 {
                 let wanted = Twist { v: 1.0, omega: 0.6 * uniform(&mut r) - 0.3 };
                 p.step(wanted, 0.1, &map, &mut r);
-                assert!(wall_distance(&map, p.pose().position()) >= 0.3 - 1e-9, "seed {seed}");
-                impacts += u32::from(p.wall_impact().is_some());
+                assert!(wall_distance(&map, p.pose.position()) >= 0.3 - 1e-9, "seed {seed}");
+                impacts += u32::from(p.wall_impact.is_some());
             }
             assert!(impacts > 0, "seed {seed} never met a wall");
         }
@@ -161,10 +139,10 @@ mod tests {
         let mut hit = None;
         for _ in 0..100 {
             p.step(Twist { v: 1.0, omega: 0.0 }, 0.1, &map, &mut r);
-            hit = hit.or(p.wall_impact());
+            hit = hit.or(p.wall_impact);
         }
         // the wall's face is at 9.95, the body's radius 0.3
-        assert!((p.pose().x - 9.65).abs() < 1e-6, "{:?}", p.pose());
+        assert!((p.pose.x - 9.65).abs() < 1e-6, "{:?}", p.pose);
         assert!((hit.unwrap() - 1.0).abs() < 1e-9);
     }
 
@@ -181,8 +159,8 @@ mod tests {
                 (0..(5.0_f64 / dt).round() as u32)
                     .for_each(|_| p.step(Twist { v: 1.0, omega: 0.0 }, dt, &map, &mut r));
                 // the heading error bends the track: along = 5 - integral of (1 - cos), second order
-                along += (p.odometry().x - 5.0).powi(2);
-                heading += p.odometry().heading.powi(2);
+                along += (p.odometry.x - 5.0).powi(2);
+                heading += p.odometry.heading.powi(2);
             }
             let (along, heading) = (along / runs as f64, heading / runs as f64);
             assert!((along / 0.02 - 1.0).abs() < 0.1, "dt {dt}: {along}");

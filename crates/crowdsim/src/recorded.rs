@@ -7,39 +7,27 @@ use curionav_planning::geometry::Point2;
 use crate::scenario::RecordingFormat;
 
 /// A gap in a person's frames longer than this is an absence, seconds; a shorter one is walked straight.
-pub const MAX_GAP_S: f64 = 2.0;
+const MAX_GAP_S: f64 = 2.0;
 /// Most rows of one recording: fifty times the longest of the UCY set.
-pub const MAX_ROWS: usize = 1_000_000;
+const MAX_ROWS: usize = 1_000_000;
 
-/// Why a recording could not be read.
+/// Why a recording could not be read, with the line.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum RecordingError {
-    /// One line is wrong.
-    #[error("line {line}: {problem}")]
-    Line {
-        /// From 1.
-        line: usize,
-        /// What is wrong, and what was expected.
-        problem: String,
-    },
-    /// There is nobody in it.
-    #[error("the recording is empty; give a file with at least one row")]
-    Empty,
-    /// There are more rows than [`MAX_ROWS`].
-    #[error("the recording has more than {MAX_ROWS} rows; cut it")]
-    TooLong,
-    /// Frames per second is not a positive number.
-    #[error("fps is {0}; give the recording's frames per second")]
-    Rate(f64),
+#[error("{0}")]
+pub struct RecordingError(String);
+
+impl RecordingError {
+    fn at(line: usize, problem: &str) -> Self {
+        Self(format!("line {line}: {problem}"))
+    }
 }
 
-/// Everybody of a recording, in the recording's own frame of reference.
+/// All people of a recording, in the recording's own frame of reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     tracks: Vec<Track>,
     first: f64,
     last: f64,
-    rows: usize,
 }
 
 /// One person: times (seconds, ascending) and the positions then.
@@ -65,18 +53,15 @@ impl Recording {
     /// Reads a recording; `fps` turns frame numbers into seconds. Blank lines are skipped; rows may come in
     /// any order. Velocities in the file are ignored: they are smoothed and do not fit the positions.
     pub fn parse(text: &str, format: RecordingFormat, fps: f64) -> Result<Self, RecordingError> {
-        if !(fps > 0.0 && fps.is_finite()) {
-            return Err(RecordingError::Rate(fps));
-        }
         let mut people: BTreeMap<u32, Vec<(f64, Point2, usize)>> = BTreeMap::new();
         let mut rows = 0;
         for (i, text) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
             let (frame, id, position) =
-                row(text, format).map_err(|problem| RecordingError::Line { line: i + 1, problem })?;
+                row(text, format).map_err(|problem| RecordingError::at(i + 1, &problem))?;
             people.entry(id).or_default().push((frame, position, i + 1));
             rows += 1;
             if rows > MAX_ROWS {
-                return Err(RecordingError::TooLong);
+                return Err(RecordingError(format!("the recording has more than {MAX_ROWS} rows; cut it")));
             }
         }
         let tracks = people
@@ -85,22 +70,16 @@ impl Recording {
             .collect::<Result<Vec<_>, _>>()?;
         let ends = tracks.iter().flat_map(|t| [t.times.first(), t.times.last()]).flatten();
         let (first, last) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &t| (a.min(t), b.max(t)));
-        if tracks.is_empty() { Err(RecordingError::Empty) } else { Ok(Self { tracks, first, last, rows }) }
+        if tracks.is_empty() {
+            let empty = "the recording is empty; give a file with at least one row";
+            return Err(RecordingError(empty.to_owned()));
+        }
+        Ok(Self { tracks, first, last })
     }
 
     /// Ids of all people, ascending.
     pub fn ids(&self) -> impl ExactSizeIterator<Item = u32> {
         self.tracks.iter().map(|t| t.id)
-    }
-
-    /// Number of rows read.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Times of the first and the last frame, seconds.
-    pub fn span(&self) -> (f64, f64) {
-        (self.first, self.last)
     }
 
     /// Keeps only these people. The first id that is not in the recording is the error.
@@ -112,7 +91,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Everybody present `time` seconds into the recording, by ascending id. Positions are linear between
+    /// All who are present `time` seconds into the recording, by ascending id. Positions are linear between
     /// frames and exact at them.
     pub fn at(&self, time: f64) -> impl Iterator<Item = RecordedPerson> {
         self.tracks.iter().enumerate().filter_map(move |(index, track)| {
@@ -133,7 +112,7 @@ impl Track {
         frames.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
         if let Some(pair) = frames.windows(2).find(|pair| pair[0].0 == pair[1].0) {
             let problem = format!("person {id} is already at frame {} in line {}", pair[0].0, pair[0].2);
-            return Err(RecordingError::Line { line: pair[1].2, problem });
+            return Err(RecordingError::at(pair[1].2, &problem));
         }
         let times = frames.iter().map(|(frame, ..)| frame / fps).collect();
         let positions = frames.iter().map(|(_, position, _)| *position).collect();
@@ -163,34 +142,24 @@ impl Track {
 
 /// (frame, id, position) of one line.
 fn row(line: &str, format: RecordingFormat) -> Result<(f64, u32, Point2), String> {
-    let mut numbers = [0.0; 8];
-    let columns = match format {
-        RecordingFormat::Obsmat => 8,
-        RecordingFormat::Text => 4,
+    let (columns, y) = match format {
+        RecordingFormat::Obsmat => (8, 4),
+        RecordingFormat::Text => (4, 3),
     };
-    let mut found = 0;
-    for word in line.split_whitespace() {
-        let number: f64 = word.parse().map_err(|_| format!("`{word}` is not a number"))?;
-        if !number.is_finite() {
-            return Err(format!("`{word}` is not finite"));
-        }
-        if let Some(slot) = numbers.get_mut(found) {
-            *slot = number;
-        }
-        found += 1;
-    }
-    if found != columns {
-        return Err(format!("has {found} columns; this format has {columns}"));
+    let number = |word: &str| match word.parse::<f64>() {
+        Ok(number) if number.is_finite() => Ok(number),
+        Ok(_) => Err(format!("`{word}` is not finite")),
+        Err(_) => Err(format!("`{word}` is not a number")),
+    };
+    let numbers = line.split_whitespace().map(number).collect::<Result<Vec<_>, _>>()?;
+    if numbers.len() != columns {
+        return Err(format!("has {} columns; this format has {columns}", numbers.len()));
     }
     let id = numbers[1];
     if id < 0.0 || id.fract() != 0.0 || id > f64::from(u32::MAX) {
         return Err(format!("{id} is not an id; ids are whole numbers from 0"));
     }
-    let (x, y) = match format {
-        RecordingFormat::Obsmat => (numbers[2], numbers[4]),
-        RecordingFormat::Text => (numbers[2], numbers[3]),
-    };
-    Ok((numbers[0], id as u32, Point2::new(x, y)))
+    Ok((numbers[0], id as u32, Point2::new(numbers[2], numbers[y])))
 }
 
 #[cfg(test)]
@@ -219,7 +188,7 @@ mod tests {
     #[test]
     fn people_appear_and_vanish_and_are_absent_in_long_gaps() {
         let r = Recording::parse(TWO, RecordingFormat::Text, 25.0).unwrap();
-        assert_eq!(r.span(), (0.0, 4.0));
+        assert_eq!((r.first, r.last), (0.0, 4.0));
         assert_eq!(people(&r, -0.1), []);
         assert_eq!(people(&r, 1.0), []); // frames 20 to 90 are 2.8 s apart
         assert_eq!(people(&r, 0.8), [(0, 2.0, 2.0)]);
@@ -242,7 +211,8 @@ mod tests {
             let message = error.unwrap_err().to_string();
             assert!(message.starts_with("line 3: ") && message.contains(word), "{message}");
         }
-        assert_eq!(Recording::parse("\n", RecordingFormat::Text, 25.0), Err(RecordingError::Empty));
+        let empty = Recording::parse("\n", RecordingFormat::Text, 25.0).unwrap_err();
+        assert!(empty.to_string().contains("empty"), "{empty}");
     }
 
     #[test]
@@ -270,7 +240,8 @@ mod tests {
         ] {
             let Some(text) = published(file) else { return };
             let r = Recording::parse(&text, format, 25.0).unwrap();
-            assert_eq!((r.rows(), r.ids().len()), (rows, people), "{file}");
+            let read: usize = r.tracks.iter().map(|track| track.times.len()).sum();
+            assert_eq!((read, r.ids().len()), (rows, people), "{file}");
         }
     }
 
@@ -278,7 +249,7 @@ mod tests {
     fn zara01_walks_at_walking_speed() {
         let Some(text) = published("zara01/obsmat.txt") else { return };
         let r = Recording::parse(&text, RecordingFormat::Obsmat, 25.0).unwrap();
-        let (first, last) = r.span();
+        let Recording { first, last, .. } = r;
         assert!((last - first - 360.0).abs() < 5.0, "{first} to {last}");
         let mut speeds = Vec::new();
         for tick in 0..3600 {

@@ -5,14 +5,14 @@ use curionav_planning::geometry::Point2;
 use crate::scenario::{WalkMode, Walker};
 
 /// A walker stops short of the robot by this much more than the sum of the radii, metres.
-pub const WAITING_MARGIN: f64 = 0.1;
+pub(crate) const WAITING_MARGIN: f64 = 0.1;
 
 /// A walker on its way. Walkers pass through each other; routes keep clear of walls, which
 /// [`crate::Scenario::check`] makes sure of.
 #[derive(Debug, Clone)]
-pub struct WalkerState {
+pub(crate) struct WalkerState {
     /// Corners of a full cycle; the first again at the end when it repeats.
-    corners: Vec<Point2>,
+    pub(crate) corners: Vec<Point2>,
     /// Metres walked when each corner is reached.
     reached_at: Vec<f64>,
     /// Metres walked at which there is a rest, ascending; within (0, length].
@@ -30,7 +30,7 @@ pub struct WalkerState {
 
 impl WalkerState {
     /// The walker at t = 0.
-    pub fn new(walker: &Walker) -> Self {
+    pub(crate) fn new(walker: &Walker) -> Self {
         let mut corners = walker.route.clone();
         let way = walker.route.windows(2).map(|w| w[0].distance(w[1])).sum();
         match walker.mode {
@@ -38,11 +38,12 @@ impl WalkerState {
             WalkMode::Loop => corners.extend(walker.route.first()),
             WalkMode::Once | WalkMode::Stand => {}
         }
-        let mut reached_at = vec![0.0];
+        let (mut length, mut reached_at) = (0.0, vec![0.0]);
         for pair in corners.windows(2) {
-            reached_at.push(reached_at.last().copied().unwrap_or(0.0) + pair[0].distance(pair[1]));
+            length += pair[0].distance(pair[1]);
+            reached_at.push(length);
         }
-        let length = reached_at.last().copied().unwrap_or(0.0);
+        let offset = walker.start_offset;
         let repeats = matches!(walker.mode, WalkMode::BackAndForth | WalkMode::Loop);
         let rests = if walker.mode == WalkMode::BackAndForth { vec![way, length] } else { vec![length] };
         Self {
@@ -52,11 +53,7 @@ impl WalkerState {
             repeats,
             speed: walker.speed,
             pause_s: walker.pause_s,
-            walked: if repeats && walker.start_offset >= length {
-                0.0
-            } else {
-                walker.start_offset.min(length)
-            },
+            walked: if repeats && offset >= length { 0.0 } else { offset.min(length) },
             resting: 0.0,
             waits: false,
             stands: walker.mode == WalkMode::Stand || length <= 0.0,
@@ -64,7 +61,7 @@ impl WalkerState {
     }
 
     /// Where the walker is.
-    pub fn position(&self) -> Point2 {
+    pub(crate) fn position(&self) -> Point2 {
         let leg = self.leg();
         let (a, b) = (self.corners[leg], self.corners[(leg + 1).min(self.corners.len() - 1)]);
         let length = a.distance(b);
@@ -73,7 +70,7 @@ impl WalkerState {
     }
 
     /// How the walker moves, m/s: zero while it rests, waits, stands or has arrived.
-    pub fn velocity(&self) -> (f64, f64) {
+    pub(crate) fn velocity(&self) -> (f64, f64) {
         if self.stands || self.waits || self.resting > 0.0 || self.has_arrived() {
             return (0.0, 0.0);
         }
@@ -84,8 +81,8 @@ impl WalkerState {
     }
 
     /// Walks for `dt` seconds; waits instead when the robot is ahead and the step would end within
-    /// `keep_off` metres of it (D11). A robot beside or behind stops nobody.
-    pub fn step(&mut self, dt: f64, robot: Point2, keep_off: f64) {
+    /// `keep_off` metres of it (D11). A robot beside or behind stops no walker.
+    pub(crate) fn step(&mut self, dt: f64, robot: Point2, keep_off: f64) {
         if self.stands {
             return;
         }
@@ -128,11 +125,6 @@ impl WalkerState {
 
     fn length(&self) -> f64 {
         self.reached_at.last().copied().unwrap_or(0.0)
-    }
-
-    /// Corners of a full cycle; the first again at the end when it repeats.
-    pub(crate) fn corners(&self) -> &[Point2] {
-        &self.corners
     }
 
     /// The leg being walked: the last whose first corner is reached.
@@ -204,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_behind_stops_nobody() {
+    fn a_robot_behind_stops_no_walker() {
         let mut w = walker(WalkMode::Once, 1.0, 0.0);
         w.step(0.1, Point2::new(0.7, 0.0), 0.65);
         assert_at(&w, 1.1, 0.0);

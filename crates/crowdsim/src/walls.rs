@@ -5,11 +5,11 @@ use curionav_planning::occupancy::{Cell, StaticMap};
 
 /// Distances beyond this one are read from the map's distance field, within a cell's diagonal; nearer
 /// ones are exact, metres.
-pub const EXACT_WITHIN: f64 = 1.0;
+const EXACT_WITHIN: f64 = 1.0;
 
 /// Distance from a point to the nearest area that is not known to be free, metres; 0 inside it and
 /// outside the map. Unknown space counts as wall: the robot cannot leave the known world.
-pub fn wall_distance(map: &StaticMap, p: Point2) -> f64 {
+pub(crate) fn wall_distance(map: &StaticMap, p: Point2) -> f64 {
     let grid = &map.grid;
     let Some((column, row)) = grid.locate(p) else { return 0.0 };
     let centres = map.to_obstacle.cell(grid.index(column, row));

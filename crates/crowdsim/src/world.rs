@@ -12,6 +12,7 @@ use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
 use crate::scenario::Scenario;
+use crate::time_to_collision::time_to_collision;
 use crate::walls::wall_distance;
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
@@ -43,7 +44,7 @@ pub struct Observation {
     pub people: People,
 }
 
-/// What really is at one tick: for metrics, never for a planner.
+/// What really is at one tick: for measures, never for a planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
     /// Ticks since the start.
@@ -54,8 +55,8 @@ pub struct Truth {
     pub pose: Pose2,
     /// The robot's speed and turn rate.
     pub twist: Twist,
-    /// Distance between the centres of the robot and the nearest person, metres; infinite with nobody
-    /// there.
+    /// Distance between the centres of the robot and the nearest person, metres; infinite without
+    /// people.
     pub person_distance: f64,
     /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
     pub person_clearance: f64,
@@ -65,6 +66,8 @@ pub struct Truth {
     pub wall_impact: Option<f64>,
     /// Ids of the people whose disc overlaps the robot's (D11), ascending.
     pub touching: Vec<u32>,
+    /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
+    pub time_to_collision: f64,
 }
 
 /// The simulated world. Same scenario, map, recordings, seed and commands: same run, bit for bit.
@@ -93,10 +96,9 @@ impl World {
     ) -> Result<Self, FieldError> {
         scenario.check()?;
         scenario.check_on(&map)?;
-        let robot = &scenario.robot;
-        let start = robot.start;
+        let plant = |start| Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, start);
         let mut world = Self {
-            plant: Plant::new(robot.model.clone(), scenario.odometry_noise, start),
+            plant: plant(scenario.robot.start),
             lidar: Lidar::new(scenario.laser),
             walkers: Walkers::new(scenario, &map),
             recordings: chosen(scenario, recordings)?,
@@ -107,9 +109,8 @@ impl World {
             seed,
             tick: 0,
         };
-        world.people = world.everybody();
-        let start = world.draw_start();
-        world.plant = Plant::new(world.scenario.robot.model.clone(), world.scenario.odometry_noise, start);
+        world.people = world.all_people();
+        world.plant = plant(world.draw_start());
         Ok(world)
     }
 
@@ -133,13 +134,7 @@ impl World {
         self.tick as f64 * self.scenario.clock.tick_s
     }
 
-    /// Whether the scenario's time limit has passed.
-    pub fn is_time_up(&self) -> bool {
-        // half a tick of slack for the rounding of the limit
-        self.time() + 0.5 * self.scenario.clock.tick_s > self.scenario.clock.time_limit_s
-    }
-
-    /// Everybody there is.
+    /// All people there are.
     pub fn people(&self) -> &People {
         &self.people
     }
@@ -147,21 +142,21 @@ impl World {
     /// What the sensors say now.
     pub fn observe(&self) -> Observation {
         let mut noise = rng(self.seed, LASER_STREAM + self.tick);
-        let pose = self.plant.pose();
+        let pose = self.plant.pose;
         let what = self.scenario.perception.people;
         Observation {
             tick: self.tick,
             stamp: self.time(),
             ranges: self.lidar.scan(&self.map, pose, &self.people, &mut noise),
-            odometry: self.plant.odometry(),
-            twist: self.plant.twist(),
+            odometry: self.plant.odometry,
+            twist: self.plant.twist,
             people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),
         }
     }
 
     /// What really is now.
     pub fn truth(&self) -> Truth {
-        let pose = self.plant.pose();
+        let (pose, twist) = (self.plant.pose, self.plant.twist);
         let contact = self.contact_distance();
         let distances: Vec<f64> =
             (0..self.people.len()).map(|i| self.people.position(i).distance(pose.position())).collect();
@@ -172,12 +167,13 @@ impl World {
             tick: self.tick,
             time: self.time(),
             pose,
-            twist: self.plant.twist(),
+            twist,
             person_distance,
             person_clearance: person_distance - contact,
             wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
-            wall_impact: self.plant.wall_impact(),
+            wall_impact: self.plant.wall_impact,
             touching,
+            time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
         }
     }
 
@@ -186,19 +182,19 @@ impl World {
         let dt = self.scenario.clock.tick_s;
         let mut noise = rng(self.seed, ODOMETRY_STREAM + self.tick);
         self.plant.step(command, dt, &self.map, &mut noise);
-        let robot = robot_body(self.plant.pose(), self.plant.twist(), self.plant.radius());
+        let robot = robot_body(self.plant.pose, self.plant.twist, self.plant.radius());
         let people = &self.people;
-        let others = (self.walkers.len()..people.len()).map(|i| passer_by(people, i));
+        let others = (self.scenario.walkers.len()..people.len()).map(|i| passer_by(people, i));
         self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
-        self.people = self.everybody();
+        self.people = self.all_people();
     }
 
     /// Puts live people into the world in place of those given before; their ids are counted from
     /// [`FIRST_LIVE_ID`]. They stay where they are until told otherwise.
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
-        self.people = self.everybody();
+        self.people = self.all_people();
     }
 
     /// Distance between centres at which the robot touches a person, metres.
@@ -206,7 +202,7 @@ impl World {
         self.plant.radius() + self.scenario.people.radius
     }
 
-    fn everybody(&self) -> People {
+    fn all_people(&self) -> People {
         let mut all = People { radius: self.scenario.people.radius, ..People::default() };
         let mut add = |id: u32, p: Point2, v: (f64, f64)| {
             all.id.push(id);
@@ -215,11 +211,9 @@ impl World {
             all.vx.push(v.0);
             all.vy.push(v.1);
         };
-        for i in 0..self.walkers.len() {
-            let (position, velocity) = self.walkers.state(i);
-            add(i as u32, position, velocity);
-        }
-        let mut first = self.walkers.len() as u32;
+        let walkers = self.walkers.states();
+        let mut first = walkers.len() as u32;
+        (0..).zip(walkers).for_each(|(id, (position, velocity))| add(id, position, velocity));
         for (setup, recording) in self.scenario.recorded.iter().zip(&self.recordings) {
             let time = setup.start_s + self.time();
             let turn = Pose2::new(0.0, 0.0, setup.pose.heading);
@@ -276,7 +270,7 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
             recording.keep(ids).map_err(|id| {
                 FieldError::new(
                     format!("recorded[{i}].ids"),
-                    format!("nobody in {} has id {id}", setup.file),
+                    format!("no person in {} has id {id}", setup.file),
                     "list ids of the recording",
                 )
             })?;

@@ -136,3 +136,23 @@ fn progress_bar(limit_s: f64) -> ProgressBar {
     }
     bar
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use curionav_runtime::exit::{BAD_INPUT, NO_NETWORK};
+    use curionav_schemas::{Clock, Refusal};
+
+    use super::*;
+    use crate::package::{self, Choice};
+
+    #[test]
+    fn a_refusal_that_may_pass_is_no_bad_input() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/quickstart.toml");
+        let package = package::read(&file, &Choice::default(), Clock::Lockstep, 1.0).unwrap();
+        let status = |why: Refusal| injection_error(AskError::Rejected(why.into()), &package, "world").code;
+        assert_eq!((status(Refusal::Busy), status(Refusal::Overloaded)), (NO_NETWORK, NO_NETWORK));
+        assert_eq!(status(Refusal::invalid("it is wrong")), BAD_INPUT);
+    }
+}

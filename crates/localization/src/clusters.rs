@@ -32,12 +32,8 @@ struct Rival {
 
 impl Clusters {
     pub(crate) fn new(params: &LocalizerParams) -> Self {
-        let most = params.particles_max;
-        Self {
-            histogram: Histogram::new(most, params.bin_position, params.bin_heading),
-            of: Vec::with_capacity(most),
-            rival: None,
-        }
+        let histogram = Histogram::new(params.bin_position, params.bin_heading);
+        Self { histogram, of: Vec::new(), rival: None }
     }
 
     /// Finds the clusters; returns the heaviest.
@@ -100,12 +96,9 @@ impl Clusters {
         motion: &Motion,
         params: &LocalizerParams,
     ) -> bool {
-        let (scans, metres) = match self.rival {
-            Some(r) if reaches(r.pose.compose(motion.displacement), &r.covariance, pose) => {
-                (r.scans + 1, r.metres + motion.travel)
-            }
-            _ => (1, 0.0),
-        };
+        let is_same = |r: &Rival| reaches(r.pose.compose(motion.displacement), &r.covariance, pose);
+        let before = self.rival.filter(is_same).map(|r| (r.scans + 1, r.metres + motion.travel));
+        let (scans, metres) = before.unwrap_or((1, 0.0));
         let wins = scans >= params.takeover_scans && metres >= params.takeover_metres;
         self.rival = (!wins).then_some(Rival { pose, covariance: *covariance, scans, metres });
         wins
@@ -120,15 +113,11 @@ impl Clusters {
             let terms = [w, w * particles.x[i], w * particles.y[i], w * cos, w * s];
             sums[c as usize].iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         }
-        let mut best: Option<usize> = None;
-        for (c, [w, x, y, cos, sin]) in sums.iter().copied().enumerate() {
-            if w > best.map_or(0.0, |b| sums[b][0])
-                && reaches(mean, covariance, Pose2::new(x / w, y / w, atan2(sin, cos)))
-            {
-                best = Some(c);
-            }
-        }
-        best.map(|b| b as u32)
+        let within = |[w, x, y, cos, sin]: [f64; 5]| {
+            w > 0.0 && reaches(mean, covariance, Pose2::new(x / w, y / w, atan2(sin, cos)))
+        };
+        let candidates = (0..sums.len()).filter(|c| within(sums[*c])).rev();
+        candidates.max_by(|a, b| sums[*a][0].total_cmp(&sums[*b][0])).map(|c| c as u32)
     }
 }
 

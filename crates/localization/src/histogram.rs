@@ -1,43 +1,38 @@
 //! The belief as a sparse histogram of poses, and its clusters: sets of connected bins.
 
+use std::collections::BTreeMap;
+
 use curionav_planning::geometry::Pose2;
 
-/// Histogram over (x, y, heading) with a hash table whose storage lives as long as the filter. Bins are
-/// numbered in the order in which they were first hit, so nothing depends on the hash.
+/// Histogram over (x, y, heading). Bins are numbered in the order in which they were first hit.
 pub(crate) struct Histogram {
     bin_position: f64,
     sectors: i64,
-    /// Bin number + 1, or 0; a power of two in size, at least twice the bins there can be.
-    table: Vec<u32>,
-    shift: u32,
-    slots: Vec<u32>,
-    bins: Vec<[i64; 3]>,
+    numbers: BTreeMap<Bin, u32>,
+    bins: Vec<Bin>,
     weight: Vec<f64>,
     parent: Vec<u32>,
 }
 
+/// Column, row and sector.
+type Bin = [i64; 3];
+
 impl Histogram {
-    /// For at most `capacity` bins of `bin_position` metres squared and about `bin_heading` radians.
-    pub(crate) fn new(capacity: usize, bin_position: f64, bin_heading: f64) -> Self {
-        let size = (2 * capacity.max(8)).next_power_of_two();
+    /// Of bins of `bin_position` metres squared and about `bin_heading` radians.
+    pub(crate) fn new(bin_position: f64, bin_heading: f64) -> Self {
         Self {
             bin_position,
             sectors: (std::f64::consts::TAU / bin_heading).round().max(4.0) as i64,
-            table: vec![0; size],
-            shift: 64 - size.trailing_zeros(),
-            slots: Vec::with_capacity(capacity),
-            bins: Vec::with_capacity(capacity),
-            weight: Vec::with_capacity(capacity),
-            parent: Vec::with_capacity(capacity),
+            numbers: BTreeMap::new(),
+            bins: Vec::new(),
+            weight: Vec::new(),
+            parent: Vec::new(),
         }
     }
 
     /// Empties it.
     pub(crate) fn clear(&mut self) {
-        for &slot in &self.slots {
-            self.table[slot as usize] = 0;
-        }
-        self.slots.clear();
+        self.numbers.clear();
         self.bins.clear();
         self.weight.clear();
         self.parent.clear();
@@ -56,36 +51,15 @@ impl Histogram {
             (pose.y / self.bin_position).floor() as i64,
             sector.rem_euclid(self.sectors),
         ];
-        let slot = self.slot(&bin);
-        let number = match self.table[slot] {
-            0 => {
-                let number = self.bins.len() as u32;
-                self.table[slot] = number + 1;
-                self.slots.push(slot as u32);
-                self.bins.push(bin);
-                self.weight.push(0.0);
-                self.parent.push(number);
-                number
-            }
-            occupied => occupied - 1,
-        };
+        let number = *self.numbers.entry(bin).or_insert_with(|| {
+            let number = self.bins.len() as u32;
+            self.bins.push(bin);
+            self.weight.push(0.0);
+            self.parent.push(number);
+            number
+        });
         self.weight[number as usize] += weight;
         number
-    }
-
-    /// Where the bin is, or where it would be put.
-    fn slot(&self, bin: &[i64; 3]) -> usize {
-        let key = (bin[0] as u64)
-            .wrapping_mul(0x9E37_79B9_7F4A_7C15)
-            .wrapping_add(bin[1] as u64)
-            .wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
-            .wrapping_add(bin[2] as u64)
-            .wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        let mut slot = (key >> self.shift) as usize;
-        while self.table[slot] != 0 && self.bins[self.table[slot] as usize - 1] != *bin {
-            slot = (slot + 1) & (self.table.len() - 1);
-        }
-        slot
     }
 
     /// Joins bins that touch, corners included; heading wraps around.
@@ -94,9 +68,8 @@ impl Histogram {
             let [x, y, sector] = self.bins[number];
             for step in FORWARD_NEIGHBOURS {
                 let next = [x + step[0], y + step[1], (sector + step[2]).rem_euclid(self.sectors)];
-                let found = self.table[self.slot(&next)];
-                if found != 0 {
-                    let (a, b) = (self.root(number as u32), self.root(found - 1));
+                if let Some(&found) = self.numbers.get(&next) {
+                    let (a, b) = (self.root(number as u32), self.root(found));
                     self.parent[a.max(b) as usize] = a.min(b);
                 }
             }
@@ -123,13 +96,9 @@ impl Histogram {
                 self.weight[bin] = 0.0;
             }
         }
-        let mut best: Option<usize> = None;
-        for bin in 0..self.bins.len() {
-            if best.is_none_or(|b| self.weight[bin] > self.weight[b]) {
-                best = Some(bin);
-            }
-        }
-        best.map(|b| b as u32)
+        // The last of equals in reverse is the first.
+        let bins = (0..self.bins.len()).rev();
+        bins.max_by(|a, b| self.weight[*a].total_cmp(&self.weight[*b])).map(|bin| bin as u32)
     }
 }
 
@@ -159,7 +128,7 @@ mod tests {
     fn clusters_equal_flood_fill_over_all_pairs() {
         for seed in 0..30 {
             let mut r = rng(seed, 0);
-            let mut h = Histogram::new(64, 0.5, 10.0_f64.to_radians());
+            let mut h = Histogram::new(0.5, 10.0_f64.to_radians());
             h.add(Pose2::new(9.0, 9.0, 0.0), 1.0);
             h.clear();
             for _ in 0..60 {
@@ -194,7 +163,7 @@ mod tests {
 
     #[test]
     fn heading_bins_touch_across_the_turn() {
-        let mut h = Histogram::new(8, 0.5, 10.0_f64.to_radians());
+        let mut h = Histogram::new(0.5, 10.0_f64.to_radians());
         h.add(Pose2::new(0.1, 0.1, 3.1), 0.2);
         h.add(Pose2::new(0.1, 0.1, -3.1), 0.2);
         h.add(Pose2::new(3.1, 0.1, 0.0), 0.3);

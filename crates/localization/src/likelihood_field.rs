@@ -23,7 +23,8 @@ pub(crate) struct LikelihoodField {
     scores: Vec<f32>,
     /// Distance to the nearest occupied cell's centre, cells.
     clear: Vec<f32>,
-    perfect: f32,
+    /// Score of a beam that ends right on a surface, the greatest there is.
+    pub(crate) perfect: f32,
     origin: Pose2,
     cells_per_metre: f64,
 }
@@ -35,6 +36,14 @@ pub(crate) struct FieldPose {
     row: f32,
     cos: f32,
     sin: f32,
+}
+
+impl FieldPose {
+    /// Column and row of the point (x, y) metres of the robot frame.
+    #[inline]
+    fn place(self, x: f32, y: f32) -> (f32, f32) {
+        (self.column + (self.cos * x - self.sin * y), self.row + (self.sin * x + self.cos * y))
+    }
 }
 
 impl LikelihoodField {
@@ -49,38 +58,28 @@ impl LikelihoodField {
             }) as f32
         };
         let (width, height) = map.to_occupied.size();
-        let stride = width + 2;
-        let mut scores = vec![score(params.max_distance); stride * (height + 2)];
-        for (row, distances) in to_surface(map).chunks_exact(width).enumerate() {
-            let start = (row + 1) * stride + 1;
-            for (slot, &d) in scores[start..start + width].iter_mut().zip(distances) {
-                *slot = score(f64::from(d));
+        let (stride, cells_per_metre) = (width + 2, 1.0 / map.grid.resolution());
+        let bordered = |metres: &[f32], border: f32, value: &dyn Fn(f64) -> f32| {
+            let mut cells = vec![border; stride * (height + 2)];
+            for (row, distances) in metres.chunks_exact(width).enumerate() {
+                let start = (row + 1) * stride + 1;
+                for (cell, &d) in cells[start..start + width].iter_mut().zip(distances) {
+                    *cell = value(f64::from(d));
+                }
             }
-        }
-        // Beyond the map nothing is known to be met.
-        let mut clear = vec![BEYOND; stride * (height + 2)];
-        let cells_per_metre = 1.0 / map.grid.resolution();
-        for (row, distances) in map.to_occupied.metres().chunks_exact(width).enumerate() {
-            let start = (row + 1) * stride + 1;
-            for (slot, &d) in clear[start..start + width].iter_mut().zip(distances) {
-                *slot = (f64::from(d) * cells_per_metre) as f32;
-            }
-        }
+            cells
+        };
         Self {
-            clear,
+            // Beyond the map nothing is known to be met.
+            clear: bordered(map.to_occupied.metres(), BEYOND, &|d| (d * cells_per_metre) as f32),
             last_column: width as i32 + 1,
             last_row: height as i32 + 1,
             stride,
-            scores,
+            scores: bordered(&to_surface(map), score(params.max_distance), &score),
             perfect: score(0.0),
             origin: map.grid.origin(),
             cells_per_metre,
         }
-    }
-
-    /// Score of a beam that ends right on a surface, the greatest there is.
-    pub(crate) fn perfect(&self) -> f32 {
-        self.perfect
     }
 
     /// A robot pose, ready for [`Self::score`].
@@ -98,29 +97,28 @@ impl LikelihoodField {
     /// Score of a beam that ends at (x, y) metres in the robot frame.
     #[inline]
     pub(crate) fn score(&self, pose: FieldPose, x: f32, y: f32) -> f32 {
-        let column = pose.column + (pose.cos * x - pose.sin * y);
-        let row = pose.row + (pose.sin * x + pose.cos * y);
+        let (column, row) = pose.place(x, y);
+        self.scores[self.index(column, row)]
+    }
+
+    #[inline]
+    fn index(&self, column: f32, row: f32) -> usize {
         // The cast cuts towards zero: what lies between -1 and 0 is border too.
         let column = (column as i32).clamp(0, self.last_column) as usize;
         let row = (row as i32).clamp(0, self.last_row) as usize;
-        self.scores[row * self.stride + column]
+        row * self.stride + column
     }
 
     /// Whether an obstacle lies between two points of the robot frame, metres, or the first is in one: steps
     /// as long as the distance field says nothing can be met.
     pub(crate) fn blocked(&self, pose: FieldPose, from: (f32, f32), to: (f32, f32)) -> bool {
-        let place = |(x, y): (f32, f32)| {
-            (pose.column + (pose.cos * x - pose.sin * y), pose.row + (pose.sin * x + pose.cos * y))
-        };
-        let ((x, y), (to_x, to_y)) = (place(from), place(to));
+        let ((x, y), (to_x, to_y)) = (pose.place(from.0, from.1), pose.place(to.0, to.1));
         let (dx, dy) = (to_x - x, to_y - y);
         let length = (dx * dx + dy * dy).sqrt();
         let mut travelled = 0.0;
         loop {
             let share = if length > 0.0 { travelled / length } else { 0.0 };
-            let column = ((x + share * dx) as i32).clamp(0, self.last_column) as usize;
-            let row = ((y + share * dy) as i32).clamp(0, self.last_row) as usize;
-            let clear = self.clear[row * self.stride + column];
+            let clear = self.clear[self.index(x + share * dx, y + share * dy)];
             if clear < 0.5 {
                 return true;
             }

@@ -61,13 +61,6 @@ struct Anchor {
     covariance: Matrix3<f64>,
 }
 
-/// What a filter update follows on.
-#[derive(Debug, Clone, Copy)]
-struct Due {
-    motion: Motion,
-    seconds: f64,
-}
-
 /// Most poses drawn anew in one update: each is the best of many.
 const SEARCH_LIMIT: f64 = 300.0;
 
@@ -90,7 +83,7 @@ impl Localizer {
             field: LikelihoodField::new(&map, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
             beams: BeamDirections::new(laser),
-            particles: Particles::with_capacity(most),
+            particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
             health: Health { outside_weight: 1.0, scan_fit: 1.0, particles: most, converged: false },
@@ -99,9 +92,9 @@ impl Localizer {
             credit: 1.0,
             streams: 0,
             updates_since_resampling: 0,
-            weighting: Weighting::with_capacity(most, params.beams),
+            weighting: Weighting::default(),
             clusters: Clusters::new(&params),
-            spare: Particles::with_capacity(most),
+            spare: Particles::default(),
             seen: Selection::default(),
             map,
             noise,
@@ -154,8 +147,8 @@ impl Localizer {
     /// enough since the last one, or `update_max_interval` has passed (D7).
     pub fn update(&mut self, odometry: Pose2, twist: Twist, stamp: f64, scan: &Scan) -> Estimate {
         let due = self.dead_reckon(odometry, stamp);
-        let observed = due.is_some_and(|due| {
-            let observed = self.filter(&due, scan);
+        let observed = due.is_some_and(|(motion, seconds)| {
+            let observed = self.filter(&motion, seconds, scan);
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
@@ -171,8 +164,8 @@ impl Localizer {
     }
 
     /// Moves the estimate of the last filter update along with odometry, its covariance by `A Sigma A' +
-    /// M'`. When a filter update is due, returns what happened since the last one.
-    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<Due> {
+    /// M'`. When a filter update is due, returns the motion and the seconds since the last one.
+    fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<(Motion, f64)> {
         let fresh = self.anchor.is_none();
         let anchor = *self.anchor.get_or_insert(Anchor {
             odometry,
@@ -199,18 +192,19 @@ impl Localizer {
             return None;
         }
         self.credit = (self.credit + moved).min(1.0);
-        Some(Due { motion, seconds: waited.max(0.0) })
+        Some((motion, waited.max(0.0)))
     }
 
-    /// One filter update; whether a scan was taken in.
-    fn filter(&mut self, due: &Due, scan: &Scan) -> bool {
+    /// One filter update after this motion and time; whether a scan was taken in.
+    fn filter(&mut self, motion: &Motion, seconds: f64, scan: &Scan) -> bool {
         let mut random = self.next_stream();
-        self.particles.advance(&due.motion, &self.noise, &mut random);
+        self.particles.advance(motion, &self.noise, &mut random);
         self.beams.adopt(&scan.laser);
         self.beams.select(scan.ranges, self.streams, &self.params, &mut self.seen);
         let observed = !self.seen.ends.is_empty();
         if observed {
-            let ambiguous = self.is_ambiguous();
+            // Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
+            let ambiguous = self.health.outside_weight > 0.0 || !self.is_narrow();
             let used = self.weighting.apply(
                 &mut self.particles,
                 &self.field,
@@ -221,9 +215,9 @@ impl Localizer {
             );
             self.credit = (self.credit - used / self.params.temper).max(0.0);
         }
-        self.describe(observed.then_some(&due.motion));
+        self.describe(observed.then_some(motion));
         if observed {
-            self.check_fit(scan.laser.robot_from_laser, due);
+            self.check_fit(scan.laser.robot_from_laser, motion.travel, seconds);
         }
         self.updates_since_resampling += 1;
         if self.updates_since_resampling >= self.params.resample_interval {
@@ -232,19 +226,19 @@ impl Localizer {
         observed
     }
 
-    /// Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
-    fn is_ambiguous(&self) -> bool {
+    /// Whether the position is known to `converged_sigma`.
+    fn is_narrow(&self) -> bool {
         let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
-        self.health.outside_weight > 0.0 || belief.position_sigma() > self.params.converged_sigma
+        belief.position_sigma() <= self.params.converged_sigma
     }
 
     /// Holds the scan against the new estimate.
-    fn check_fit(&mut self, laser: Pose2, due: &Due) {
+    fn check_fit(&mut self, laser: Pose2, metres: f64, seconds: f64) {
         let fit = ScanFit::of(&self.map, self.pose, laser, &self.seen.ends, self.params.agreement_distance);
         if let Some(share) = fit.share() {
             self.health.scan_fit = share;
             let evidence = (fit.agree + fit.through) as f64 / self.seen.looked_at as f64;
-            self.recovery.observe(share, evidence, due.motion.travel, due.seconds, &self.params);
+            self.recovery.observe(share, evidence, metres, seconds, &self.params);
         }
     }
 
@@ -263,11 +257,10 @@ impl Localizer {
             self.covariance = covariance;
         }
         let inside = chosen.map_or(0.0, |c| self.clusters.weight(&self.particles, c));
-        let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
         self.health.outside_weight = (1.0 - inside).clamp(0.0, 1.0);
         self.health.particles = self.particles.len();
-        self.health.converged = belief.position_sigma() <= self.params.converged_sigma
-            && self.health.outside_weight <= self.params.converged_outside;
+        self.health.converged =
+            self.is_narrow() && self.health.outside_weight <= self.params.converged_outside;
     }
 
     /// Draws a new set when the weights have become uneven, the belief needs more or far fewer particles,

@@ -52,11 +52,6 @@ impl Motion {
 }
 
 impl Particles {
-    pub(crate) fn with_capacity(n: usize) -> Self {
-        let empty = || Vec::with_capacity(n);
-        Self { x: empty(), y: empty(), heading: empty(), weight: empty() }
-    }
-
     pub(crate) fn len(&self) -> usize {
         self.x.len()
     }

@@ -7,9 +7,9 @@ use curionav_planning::numerics::sin_cos;
 #[derive(Default)]
 pub(crate) struct Pieces {
     /// Number of the piece of every beam.
-    number: Vec<u32>,
+    pub(crate) number: Vec<u32>,
     /// Distance between the ends of a piece's first and last beam, metres.
-    width: Vec<f64>,
+    pub(crate) width: Vec<f64>,
 }
 
 /// Neighbouring ranges differ by more than this, metres, where one thing ends and another begins ...
@@ -42,16 +42,6 @@ impl Pieces {
             }
         }
     }
-
-    /// The piece a beam belongs to.
-    pub(crate) fn of(&self, beam: usize) -> u32 {
-        self.number[beam]
-    }
-
-    /// How wide a piece is, metres.
-    pub(crate) fn width(&self, piece: u32) -> f64 {
-        self.width[piece as usize]
-    }
 }
 
 #[cfg(test)]
@@ -68,20 +58,20 @@ mod tests {
         let mut pieces = Pieces::default();
         pieces.split(&ranges, step, |r| r < 4.9);
         assert_eq!(
-            (pieces.of(0), pieces.of(22), pieces.of(23), pieces.of(37), pieces.of(60)),
+            (pieces.number[0], pieces.number[22], pieces.number[23], pieces.number[37], pieces.number[60]),
             (0, 0, 1, 1, 2)
         );
         // 2 * 1.5 m * sin 7 degrees, and 3 m * (tan 30 - tan 8)
-        assert!((pieces.width(1) - 0.3656).abs() < 1e-3);
-        assert!((pieces.width(0) - 1.3104).abs() < 1e-3 && (pieces.width(2) - 1.3104).abs() < 1e-3);
+        assert!((pieces.width[1] - 0.3656).abs() < 1e-3);
+        assert!((pieces.width[0] - 1.3104).abs() < 1e-3 && (pieces.width[2] - 1.3104).abs() < 1e-3);
     }
 
     #[test]
     fn beams_that_meet_nothing_part_pieces() {
         let mut pieces = Pieces::default();
         pieces.split(&[2.0, 2.0, 5.0, 5.0, 2.0, f32::NAN, 2.0], 0.01, |r| r > 0.0 && r < 4.9);
-        let numbers: Vec<u32> = (0..7).map(|i| pieces.of(i)).collect();
+        let numbers: Vec<u32> = (0..7).map(|i| pieces.number[i]).collect();
         assert_eq!(numbers, [0, 0, 1, 2, 3, 4, 5]);
-        assert_eq!(pieces.width(1), 0.0);
+        assert_eq!(pieces.width[1], 0.0);
     }
 }

@@ -29,7 +29,7 @@ pub(crate) enum Search {
     /// Around the estimate, this many start deviations of position wide, one of heading: odometry goes on
     /// being right while an estimate goes wrong, so the robot is not far.
     Around(f64),
-    /// All over the map: somebody has carried the robot.
+    /// All over the map: a person has carried the robot.
     Everywhere,
 }
 

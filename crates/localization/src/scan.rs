@@ -105,12 +105,13 @@ impl BeamDirections {
                 continue;
             }
             selection.ends.push(Point2::new(origin.x + range * d.x, origin.y + range * d.y));
-            let number = self.pieces.of(i);
+            let number = self.pieces.number[i];
             match selection.pieces.last_mut() {
                 Some(piece) if last == Some(number) => piece.beams += 1,
-                _ => selection
-                    .pieces
-                    .push(Piece { beams: 1, narrow: self.pieces.width(number) <= params.person_width }),
+                _ => {
+                    let narrow = self.pieces.width[number as usize] <= params.person_width;
+                    selection.pieces.push(Piece { beams: 1, narrow });
+                }
             }
             last = Some(number);
         }

@@ -8,10 +8,9 @@ use curionav_planning::occupancy::StaticMap;
 pub(crate) struct ScanFit {
     /// Beams that end near a mapped obstacle with nothing in between.
     pub(crate) agree: usize,
-    /// Beams that would have had to pass through a mapped obstacle. No person can cause them.
+    /// Beams that would have had to pass through a mapped obstacle. No person can cause them. A beam that ends in the
+    /// open counts as neither: a person may stand there, or the pose is wrong.
     pub(crate) through: usize,
-    /// Beams that end in the open: a person may stand there, or the pose is wrong.
-    pub(crate) short: usize,
 }
 
 impl ScanFit {
@@ -26,8 +25,6 @@ impl ScanFit {
                 fit.through += 1;
             } else if distance(map, to) <= tolerance {
                 fit.agree += 1;
-            } else {
-                fit.short += 1;
             }
         }
         fit
@@ -73,9 +70,9 @@ mod tests {
         let map = StaticMap::new(OccupancyGrid::new(60, 60, 0.1, Pose2::default(), cells).unwrap());
         let pose = Pose2::new(2.0, 3.0, 0.0);
         let fit = |range: f64| ScanFit::of(&map, pose, Pose2::default(), &[Point2::new(range, 0.0)], 0.3);
-        assert_eq!(fit(2.0), ScanFit { agree: 1, through: 0, short: 0 });
-        assert_eq!(fit(1.0), ScanFit { agree: 0, through: 0, short: 1 });
-        assert_eq!(fit(3.0), ScanFit { agree: 0, through: 1, short: 0 });
+        assert_eq!(fit(2.0), ScanFit { agree: 1, through: 0 });
+        assert_eq!(fit(1.0), ScanFit { agree: 0, through: 0 });
+        assert_eq!(fit(3.0), ScanFit { agree: 0, through: 1 });
         assert_eq!(fit(1.0).share(), None);
         // off the map behind the wall
         assert_eq!(fit(9.0).through, 1);

@@ -1,37 +1,21 @@
 //! Weighting particles by a scan: which beams count, and how much the scan is worth.
 
-use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::{exp, ln};
 
 use crate::likelihood_field::{FieldPose, LikelihoodField};
 use crate::params::{LaserLikelihood, LocalizerParams};
 use crate::particles::Particles;
-use crate::scan::{Piece, Selection};
+use crate::scan::Selection;
 
-/// Scores of every (beam, particle) and what is derived from them; storage lives as long as the filter.
+/// What the weights are made from; storage lives as long as the filter.
 #[derive(Default)]
 pub(crate) struct Weighting {
-    poses: Vec<FieldPose>,
-    /// Row per beam, column per particle.
-    scores: Vec<f32>,
-    total: Vec<f32>,
+    /// Log-likelihood of the beams by particle, less the greatest.
     log: Vec<f64>,
     prior: Vec<f64>,
-    piece: Vec<f32>,
 }
 
 impl Weighting {
-    pub(crate) fn with_capacity(particles: usize, beams: usize) -> Self {
-        Self {
-            poses: Vec::with_capacity(particles),
-            scores: Vec::with_capacity(particles * beams),
-            total: Vec::with_capacity(particles),
-            log: Vec::with_capacity(particles),
-            prior: Vec::with_capacity(particles),
-            piece: Vec::with_capacity(particles),
-        }
-    }
-
     /// Multiplies the weights by the likelihood of the beams (at least one), to the power `exponent` or
     /// less, and normalises. An ambiguous belief is also held against what the beams passed. Returns the exponent used.
     pub(crate) fn apply(
@@ -43,12 +27,34 @@ impl Weighting {
         ambiguous: bool,
         params: &LocalizerParams,
     ) -> f64 {
-        self.look_up(particles, field, &seen.ends);
-        self.sum_logs(particles.len(), &seen.pieces, field.perfect(), params);
-        if ambiguous && params.model == LaserLikelihood::Prob {
-            self.refute(field, seen, params);
-        }
-        self.take_logs(params.model);
+        let is_prob = params.model == LaserLikelihood::Prob;
+        let person = ln(params.person_likelihood) as f32;
+        let penalty = ln(params.through_likelihood) as f32;
+        // What is narrow may be a person, whom the map does not know: it is explained by whichever is likelier, and so
+        // speaks against no pose by more than the odds of a person, however many beams met it. That a beam would have
+        // had to pass through an obstacle is the one thing about a pose that no person can explain.
+        let log = |i: usize| {
+            let pose = field.pose(particles.x[i], particles.y[i], particles.heading[i]);
+            let mut scores = seen.ends.iter().map(|end| field.score(pose, end.x as f32, end.y as f32));
+            let mut sum = 0.0;
+            for piece in &seen.pieces {
+                let beams = scores.by_ref().take(piece.beams);
+                if piece.narrow && is_prob {
+                    let floor = person + piece.beams as f32 * field.perfect;
+                    sum += beams.fold(0.0, |sum, score| sum + score).max(floor);
+                } else {
+                    sum = beams.fold(sum, |sum, score| sum + score);
+                }
+            }
+            if ambiguous && is_prob {
+                sum += penalty * through(field, seen, pose) as f32;
+            }
+            if is_prob { f64::from(sum) } else { ln(1.0 + f64::from(sum)) }
+        };
+        self.log.clear();
+        self.log.extend((0..particles.len()).map(log));
+        let greatest = self.log.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
+        self.log.iter_mut().for_each(|l| *l -= greatest);
         self.prior.clear();
         self.prior.extend_from_slice(&particles.weight);
         let floor = params.temper_ess * particles.len() as f64;
@@ -64,64 +70,6 @@ impl Weighting {
         }
         self.reweigh(particles, low, floor);
         low
-    }
-
-    fn look_up(&mut self, particles: &Particles, field: &LikelihoodField, ends: &[Point2]) {
-        self.poses.clear();
-        self.poses.extend(
-            (0..particles.len()).map(|i| field.pose(particles.x[i], particles.y[i], particles.heading[i])),
-        );
-        self.scores.clear();
-        for end in ends {
-            let (x, y) = (end.x as f32, end.y as f32);
-            self.scores.extend(self.poses.iter().map(|&pose| field.score(pose, x, y)));
-        }
-    }
-
-    /// Adds up the beams of each particle. What is narrow may be a person, whom the map does not know: it
-    /// is explained by whichever is likelier, and so speaks against no pose by more than the odds of
-    /// a person, however many beams met it.
-    fn sum_logs(&mut self, n: usize, pieces: &[Piece], perfect: f32, params: &LocalizerParams) {
-        self.total.clear();
-        self.total.resize(n, 0.0);
-        let person = ln(params.person_likelihood) as f32;
-        let mut rows = self.scores.chunks_exact(n);
-        for piece in pieces {
-            if piece.narrow && params.model == LaserLikelihood::Prob {
-                self.piece.clear();
-                self.piece.resize(n, 0.0);
-                for row in rows.by_ref().take(piece.beams) {
-                    self.piece.iter_mut().zip(row).for_each(|(sum, score)| *sum += score);
-                }
-                let floor = person + piece.beams as f32 * perfect;
-                for (sum, score) in self.total.iter_mut().zip(&self.piece) {
-                    *sum += score.max(floor);
-                }
-            } else {
-                for row in rows.by_ref().take(piece.beams) {
-                    self.total.iter_mut().zip(row).for_each(|(sum, score)| *sum += score);
-                }
-            }
-        }
-    }
-
-    /// Takes from every particle for each beam that would have had to pass through an obstacle to get where
-    /// it got: the one thing about a pose that no person can explain.
-    fn refute(&mut self, field: &LikelihoodField, seen: &Selection, params: &LocalizerParams) {
-        let penalty = ln(params.through_likelihood) as f32;
-        for (sum, &pose) in self.total.iter_mut().zip(&self.poses) {
-            *sum += penalty * through(field, seen, pose) as f32;
-        }
-    }
-
-    fn take_logs(&mut self, model: LaserLikelihood) {
-        self.log.clear();
-        self.log.extend(self.total.iter().map(|&sum| match model {
-            LaserLikelihood::Prob => f64::from(sum),
-            LaserLikelihood::Plain => ln(1.0 + f64::from(sum)),
-        }));
-        let greatest = self.log.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
-        self.log.iter_mut().for_each(|l| *l -= greatest);
     }
 
     /// Weights from the prior with this exponent; whether the effective size stays at least `floor`.
@@ -155,7 +103,7 @@ pub(crate) fn log_likelihood(
     for piece in &seen.pieces {
         let score: f32 =
             ends.by_ref().take(piece.beams).map(|e| field.score(pose, e.x as f32, e.y as f32)).sum();
-        let floor = ln(params.person_likelihood) as f32 + piece.beams as f32 * field.perfect();
+        let floor = ln(params.person_likelihood) as f32 + piece.beams as f32 * field.perfect;
         sum += if piece.narrow { score.max(floor) } else { score };
     }
     let penalty = ln(params.through_likelihood) as f32;
@@ -177,7 +125,8 @@ const BISECTIONS: usize = 10;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_planning::geometry::Pose2;
+    use crate::scan::Piece;
+    use curionav_planning::geometry::{Point2, Pose2};
     use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use nalgebra::Matrix3;
 

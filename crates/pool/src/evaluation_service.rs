@@ -80,3 +80,19 @@ pub fn answer(
         slots: 1,
     })
 }
+
+/// Declares `run`, which serves one term.
+#[macro_export]
+macro_rules! evaluation_service {
+    ($term:literal) => {
+        /// Serves until `shutdown`; `on_ready` is called once requests are answered.
+        pub fn run<'a>(
+            config: &'a curionav_runtime::config::ServiceConfig,
+            session: &'a zenoh::Session,
+            shutdown: curionav_runtime::shutdown::Shutdown,
+            on_ready: curionav_runtime::process::OnReady,
+        ) -> curionav_runtime::process::Running<'a> {
+            Box::pin($crate::evaluation_service::run($term, config, session, shutdown, on_ready))
+        }
+    };
+}

@@ -12,6 +12,7 @@ pub mod map_store;
 pub mod membership;
 pub mod metrics;
 pub mod metrics_endpoint;
+pub mod mission_follower;
 pub mod print;
 pub mod probe;
 pub mod process;

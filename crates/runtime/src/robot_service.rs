@@ -185,6 +185,11 @@ impl Preparation {
         Self { run: mission.run, revision: mission.revision, outcome }
     }
 
+    /// Whether it was for the run of `mission`.
+    pub fn is_of_run(&self, mission: &Mission) -> bool {
+        self.run == mission.run
+    }
+
     /// Whether there is nothing left to prepare for `mission`.
     pub fn is_for(&self, mission: &Mission) -> bool {
         (self.run, self.revision) == (mission.run, mission.revision)

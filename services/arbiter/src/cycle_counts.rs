@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use curionav_runtime::metrics::{Counter, Durations, Metrics, Tally};
-use curionav_schemas::{Action, Decision, Evaluated};
+use curionav_schemas::Decision;
 
-use crate::report::Account;
+use crate::report::CycleOutcome;
 use curionav_pool::peers::{Peers, ZenohPeers};
 use curionav_pool::pool::Pool;
 
@@ -34,34 +34,24 @@ impl CycleCounts {
         }
     }
 
-    /// One more decision, with its account if it was planned.
-    pub(crate) fn record(&self, decision: &Decision, account: Option<&Account>) {
-        let action = match decision.action {
-            Action::Follow => "follow",
-            Action::Hold => "hold",
-            Action::Stop => "stop",
-        };
-        self.decisions.add(&[action]);
+    /// One more decision, with what it was made from if it was planned.
+    pub(crate) fn record(&self, decision: &Decision, outcome: Option<&CycleOutcome>) {
+        self.decisions.add(&[decision.action.into()]);
         for reason in &decision.degraded {
             self.degraded.add(&[reason.code()]);
         }
         for (term, by) in &decision.evaluated {
-            let by = match by {
-                Evaluated::Pool => "pool",
-                Evaluated::Local => "local",
-                Evaluated::None => "none",
-            };
-            self.evaluations.add(&[term, by]);
+            self.evaluations.add(&[term, by.into()]);
         }
-        let Some(account) = account else { return };
-        self.unplanned.inc_by(account.gap);
+        let Some(CycleOutcome { timings, gap, .. }) = outcome else { return };
+        self.unplanned.inc_by(*gap);
         let stage = |stage, us| self.stages.record(stage, Duration::from_micros(us));
-        stage("generate", account.timings.generate_us);
+        stage("generate", timings.generate_us);
         // Terms are evaluated side by side.
-        if let Some(us) = account.timings.evaluate_us.iter().map(|t| t.us).max() {
+        if let Some(us) = timings.evaluate_us.iter().map(|t| t.us).max() {
             stage("evaluate", us);
         }
-        stage("arbitrate", account.timings.arbitrate_us);
+        stage("arbitrate", timings.arbitrate_us);
     }
 
     /// From now on the mission asks pools for these.
@@ -72,19 +62,16 @@ impl CycleCounts {
     pub(crate) fn register(&self, metrics: &mut Metrics, pool: &Arc<Pool<ZenohPeers>>) {
         metrics.tally("decisions", "Decisions, by what the robot is told", &self.decisions);
         metrics.tally("degraded", "Decisions made while something was missing, by what", &self.degraded);
-        metrics.tally(
-            "evaluations",
-            "Decisions in which a term counted, by what scored it",
-            &self.evaluations,
-        );
+        let help = "Decisions in which a term counted, by what scored it";
+        metrics.tally("evaluations", help, &self.evaluations);
         metrics.durations("stage_duration_seconds", "Time of each stage of a cycle", &self.stages);
         let help = "Planning ticks without a cycle: skipped, or not planned";
         metrics.count("unplanned_ticks", help, self.unplanned.clone());
         metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
-        let (of, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
+        let (pool, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
         let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {
             let roles = roles.lock().unwrap_or_else(PoisonError::into_inner).clone();
-            roles.into_iter().map(|role| (role.clone(), count(&of, &role) as f64)).collect()
+            roles.into_iter().map(|role| (role.clone(), count(&pool, &role) as f64)).collect()
         };
         let also = counted.clone();
         metrics.gauges("pool_alive", "Replicas alive, of the roles the mission needs", "pool", move || {

@@ -36,9 +36,9 @@ pub(crate) async fn evaluate<P: Peers>(
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
 ) -> EvaluationOutcome {
-    let active: Vec<String> =
-        context.profile.active_terms(scene.uncertain).map(|(m, _)| m.to_owned()).collect();
-    let remote: Vec<String> = active.iter().filter(|m| !terms::is_local(m)).cloned().collect();
+    let active = context.profile.active_terms(scene.uncertain).map(|(term, _)| term.to_owned());
+    let active: Vec<String> = active.collect();
+    let remote: Vec<String> = active.iter().filter(|term| !terms::is_local(term)).cloned().collect();
     let started = pool.peers.now();
     let stage = Budget::of_stage(started, &context.mission);
     let request = |term: &str, range| context.evaluate_request(term, id, scene_message, candidates, range);
@@ -47,24 +47,21 @@ pub(crate) async fn evaluate<P: Peers>(
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =
-        active.iter().map(String::as_str).filter(|m| !scores.missing(m).is_empty()).collect();
+        active.iter().map(String::as_str).filter(|term| !scores.missing(term).is_empty()).collect();
     let is_over = || stage.is_over(pool.peers.now());
     let local =
         pool.peers.compute(|| in_process::score(context, scene, candidates, &missing, &mut scores, &is_over));
     let all = (pool.peers.now() - started).as_micros() as u64;
-    let evaluated: BTreeMap<String, Evaluated> = active
-        .iter()
-        .map(|term| {
-            let how = if local.contains(term.as_str()) {
-                Evaluated::Local
-            } else if missing.contains(&term.as_str()) && scores.missing(term).len() == candidates.len() {
-                Evaluated::None
-            } else {
-                Evaluated::Pool
-            };
-            (term.clone(), how)
-        })
-        .collect();
+    let how = |term: &str| {
+        if local.contains(term) {
+            Evaluated::Local
+        } else if missing.contains(&term) && scores.missing(term).len() == candidates.len() {
+            Evaluated::None
+        } else {
+            Evaluated::Pool
+        }
+    };
+    let evaluated: BTreeMap<_, _> = active.iter().map(|term| (term.clone(), how(term))).collect();
     times.extend(local.iter().map(|term| ((*term).to_owned(), all)));
     let times = times.into_iter().map(|(term, us)| TermTime { term, us }).collect();
     let shortfalls = evaluated.iter().filter_map(|(term, how)| shortfall(term, *how, &scores)).collect();
@@ -72,12 +69,12 @@ pub(crate) async fn evaluate<P: Peers>(
 }
 
 fn shortfall(term: &str, how: Evaluated, scores: &Scores) -> Option<Degradation> {
-    let name = || term.to_owned();
+    let name = term.to_owned();
     match how {
-        Evaluated::Local if !terms::is_local(term) => Some(Degradation::EvaluatedLocally { term: name() }),
-        Evaluated::None => Some(Degradation::NotEvaluated { term: name() }),
+        Evaluated::Local if !terms::is_local(term) => Some(Degradation::EvaluatedLocally { term: name }),
+        Evaluated::None => Some(Degradation::NotEvaluated { term: name }),
         Evaluated::Pool if !scores.missing(term).is_empty() => {
-            Some(Degradation::PartlyEvaluated { term: name() })
+            Some(Degradation::PartlyEvaluated { term: name })
         }
         _ => None,
     }

@@ -1,17 +1,17 @@
 //! Where a cycle's candidates come from: each tree grown by a replica, or in process.
 
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::generation::Tree;
-use curionav_planning::geometry::Pose2;
 use curionav_planning::scene::Scene;
-use curionav_schemas::{Degradation, GenerateRequest};
+use curionav_schemas::{self as wire, Degradation, Reject};
 use futures_util::future::join_all;
 
 use curionav_pool::budget::Budget;
-use curionav_pool::context::PlanContext;
+use curionav_pool::context::{self, PlanContext};
 use curionav_pool::dispatch::{self, Generated};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
+
+use crate::memory::Memory;
 
 /// What came of a cycle's growth.
 pub(crate) struct GenerationOutcome {
@@ -21,16 +21,20 @@ pub(crate) struct GenerationOutcome {
     pub(crate) shortfalls: Vec<Degradation>,
 }
 
-/// Grows `trees` side by side, each as its request in `requests` asks; a tree that no process grew stays as it was.
-pub(crate) async fn grow<P: Peers>(
+/// Grows the trees side by side; a tree that no process grew stays as it was.
+pub(crate) async fn generate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
+    memory: &mut Memory,
     scene: &Scene,
-    requests: &[GenerateRequest],
-    previous: &[Pose2],
-    trees: &mut [Option<Tree>],
-) -> GenerationOutcome {
-    let peers = &*pool.peers;
+    scene_message: &wire::Scene,
+) -> Result<GenerationOutcome, Reject> {
+    let (id, peers) = (memory.id(), &*pool.peers);
+    let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
+    memory.trees.resize(context.profile.trees as usize, None);
+    let requests = (memory.trees.iter().enumerate())
+        .map(|(i, tree)| context.generate_request(id, scene_message, i, tree.as_ref(), &previous))
+        .collect::<Result<Vec<_>, _>>()?;
     let shape = (context.profile.steps, context.profile.dt);
     let stage = Budget::of_stage(peers.now(), &context.mission);
     let asked = requests.iter().enumerate();
@@ -40,10 +44,10 @@ pub(crate) async fn grow<P: Peers>(
     .await;
     let mut sets = Vec::new();
     let (mut is_local, mut is_cut) = (false, false);
-    for (index, (tree, answer)) in trees.iter_mut().zip(answers).enumerate() {
+    for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let is_over = || stage.is_over(peers.now());
-            let here = || context.generate(scene, index, tree.clone(), previous, &is_over);
+            let here = || context.generate(scene, index, tree.clone(), &previous, &is_over);
             let (grown, cut) = context.in_process.then(|| peers.compute(here))?;
             is_local = true;
             Some(Generated { candidates: grown.candidates, tree: grown.tree, cut })
@@ -53,18 +57,11 @@ pub(crate) async fn grow<P: Peers>(
         *tree = Some(grown);
         is_cut |= cut;
     }
-    let mut shortfalls = Vec::new();
-    if sets.len() < requests.len() {
-        shortfalls.push(if sets.is_empty() {
-            Degradation::NotGenerated
-        } else {
-            Degradation::PartlyGenerated
-        });
-    } else if is_local {
-        shortfalls.push(Degradation::GeneratedLocally);
-    }
-    if is_cut {
-        shortfalls.push(Degradation::CutShort);
-    }
-    GenerationOutcome { candidates: CandidateSet::concat(shape.0, shape.1, sets), shortfalls }
+    let missing = match sets.len() {
+        0 => Some(Degradation::NotGenerated),
+        grown if grown < requests.len() => Some(Degradation::PartlyGenerated),
+        _ => is_local.then_some(Degradation::GeneratedLocally),
+    };
+    let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();
+    Ok(GenerationOutcome { candidates: CandidateSet::concat(shape.0, shape.1, sets), shortfalls })
 }

@@ -1,4 +1,4 @@
-//! Scoring in the arbiter itself: what is at home there always, and what no replica has scored.
+//! Scoring in the arbiter itself: local terms always, and what no replica has scored.
 
 use std::collections::BTreeSet;
 
@@ -12,9 +12,9 @@ use curionav_pool::context::PlanContext;
 /// Candidates scored in one go: what is done when time runs out is kept.
 const CHUNK: usize = 16;
 
-/// Scores what is missing of `terms_to_score` until `is_over`, and says of which terms_to_score it scored some. What is
-/// at home here is never cut short: nobody else computes it. Of the others the most promising candidates come first, each
-/// under every term, so that what is done in time can be followed.
+/// Scores what is missing of `terms_to_score` until `is_over`, and says under which of them it scored any candidate.
+/// Local terms are never cut short, because no replica computes them. Of the others the most promising candidates come
+/// first, each under every term, so that what is done in time can be followed.
 pub(crate) fn score<'a>(
     context: &PlanContext,
     scene: &Scene,
@@ -24,10 +24,10 @@ pub(crate) fn score<'a>(
     is_over: &dyn Fn() -> bool,
 ) -> BTreeSet<&'a str> {
     let mut scored = BTreeSet::new();
-    let (own, others): (Vec<&str>, Vec<&str>) = terms_to_score.iter().partition(|m| terms::is_local(m));
-    let everybody: Vec<usize> = (0..candidates.len()).collect();
+    let (own, others): (Vec<&str>, Vec<&str>) = terms_to_score.iter().partition(|term| terms::is_local(term));
+    let all: Vec<usize> = (0..candidates.len()).collect();
     for term in own {
-        if score_some(context, scene, candidates, term, &everybody, scores, &|| false) {
+        if score_some(context, scene, candidates, term, &all, scores, &|| false) {
             scored.insert(term);
         }
     }

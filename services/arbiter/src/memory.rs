@@ -5,12 +5,12 @@ use curionav_planning::generation::Tree;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, Reject};
 
-use crate::succession::{Order, Succession};
+use crate::epoch::{DecisionId, Epoch};
 
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
 pub struct Memory {
-    succession: Succession,
+    epoch: Epoch,
     /// Rises with every cycle.
     pub seq: u64,
     /// Tick of the last cycle that planned.
@@ -25,7 +25,7 @@ pub struct Memory {
 impl Memory {
     /// The memory of an arbiter that has just started. `nonce` should differ from that of any other arbiter.
     pub fn new(nonce: u64) -> Self {
-        Self { succession: Succession::new(nonce), ..Self::default() }
+        Self { epoch: Epoch::new(nonce), ..Self::default() }
     }
 
     /// The memory that was carried into a recorded cycle: what is planned next is that cycle. Trees are only what
@@ -33,7 +33,7 @@ impl Memory {
     pub fn recall(memory: wire::Memory) -> Result<Self, Reject> {
         let previous = memory.previous.map(convert::previous).transpose()?;
         Ok(Self {
-            succession: Succession::resume(memory.epoch),
+            epoch: Epoch::resume(memory.epoch),
             seq: memory.seq.saturating_sub(1),
             planned: None,
             driven: memory.driven,
@@ -49,7 +49,7 @@ impl Memory {
     pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
         wire::Memory {
             robot: mission.order.robot.clone(),
-            epoch: self.succession.epoch(),
+            epoch: self.epoch.number(),
             seq: self.seq + 1,
             run: mission.run,
             revision: mission.revision,
@@ -66,23 +66,23 @@ impl Memory {
 
     /// The memory at the start of a mission: sequence numbers go on, nothing else does.
     pub fn fresh(&self) -> Self {
-        Self { succession: self.succession.fresh(), seq: self.seq, ..Self::default() }
+        Self { epoch: self.epoch.fresh(), seq: self.seq, ..Self::default() }
     }
 
     /// Outranks the arbiter whose decision the driver has obeyed last, if any.
-    pub fn succeed(&mut self, obeyed: Option<Order>) {
-        self.succession.succeed(obeyed, self.seq);
+    pub fn succeed(&mut self, obeyed: Option<DecisionId>) {
+        self.epoch.succeed(obeyed, self.seq);
     }
 
     /// Takes note of a command of the driver: of which decision, and when.
-    pub fn hear(&mut self, command: &wire::Twist) {
-        self.succession.hear((command.epoch, command.seq), command.stamp, self.seq);
+    pub fn observe_command(&mut self, command: &wire::Twist) {
+        self.epoch.observe_command((command.epoch, command.seq), command.stamp, self.seq);
         self.driven = Some(command.clone());
     }
 
     /// (epoch, seq) of the newest decision.
-    pub fn id(&self) -> Order {
-        (self.succession.epoch(), self.seq)
+    pub fn id(&self) -> DecisionId {
+        (self.epoch.number(), self.seq)
     }
 
     /// Planning ticks of `period` ticks each between the last cycle and that of `tick`, which had no cycle.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use curionav_planning::arbitration::{self, Explanation, Lack, Previous, Scores, Verdict, explain};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::collision::{Collision, Obstacle};
-use curionav_planning::evaluation::hccdm::Hccdm;
+use curionav_planning::evaluation::hccdm::{Component, Hccdm};
 use curionav_planning::scene::Scene;
 use curionav_runtime::convert;
 use curionav_schemas::{
@@ -87,7 +87,7 @@ pub fn stop(
 }
 
 /// All that a cycle's report is made from: it is made only if something listens.
-pub struct Account {
+pub struct CycleOutcome {
     pub(crate) scene_message: wire::Scene,
     pub(crate) scene: Scene,
     pub(crate) candidates: CandidateSet,
@@ -102,7 +102,7 @@ pub struct Account {
     pub(crate) driven: Option<Twist>,
 }
 
-impl Account {
+impl CycleOutcome {
     /// The report of the cycle that ended in `decision`.
     pub fn report(self, context: &PlanContext, decision: Decision) -> CycleReport {
         let arbitration = context.arbitration(&self.scene, &self.candidates, self.previous.as_ref());
@@ -134,21 +134,16 @@ impl Account {
             margin: explanation.margin,
             decision,
             timings: self.timings,
-            crowds: crowds
-                .components()
-                .iter()
-                .map(|c| Crowd {
-                    x: c.centre.x,
-                    y: c.centre.y,
-                    sigma: c.variance,
-                    weight: c.weight,
-                    members: c.members.len() as u32,
-                })
-                .collect(),
+            crowds: crowds.components().iter().map(crowd).collect(),
             driven: self.driven,
             gap: self.gap,
         }
     }
+}
+
+fn crowd(component: &Component) -> Crowd {
+    let Component { centre, variance, weight, members, .. } = component;
+    Crowd { x: centre.x, y: centre.y, sigma: *variance, weight: *weight, members: members.len() as u32 }
 }
 
 /// The indices of the candidates that have a cost, and the costs.

@@ -1,21 +1,4 @@
 //! Curiosity for negative content: what each candidate costs people, by the human comfort and crowd density
 //! map (eqs. 16 to 18).
 
-use curionav_pool::evaluation_service;
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::process::{OnReady, Running};
-use curionav_runtime::shutdown::Shutdown;
-use zenoh::Session;
-
-/// The term it serves, part of its keys.
-pub const TERM: &str = "cnc";
-
-/// Serves until `shutdown`; `on_ready` is called once requests are answered.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
-    Box::pin(evaluation_service::run(TERM, config, session, shutdown, on_ready))
-}
+curionav_pool::evaluation_service!("cnc");

@@ -7,37 +7,22 @@ use curionav_runtime::metrics::{Metrics, Tally};
 use curionav_schemas::{CommandReason, Mission, MissionState};
 use tokio::sync::watch;
 
-/// What commands are made from, and when each was taken, seconds of the robot's clock.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Stamps {
-    pub(crate) odometry: Option<f64>,
-    pub(crate) scan: Option<f64>,
-    pub(crate) belief: Option<f64>,
-    pub(crate) decision: Option<f64>,
-}
+/// What commands are made from, by stream, and when each was taken, seconds of the robot's clock.
+pub(crate) type Stamps = [(&'static str, Option<f64>); 4];
 
-impl Stamps {
-    /// How old each is at `now` of the robot's clock, by stream.
-    fn ages(&self, now: f64) -> Vec<(String, f64)> {
-        let streams = [
-            ("odom", self.odometry),
-            ("scan", self.scan),
-            ("belief", self.belief),
-            ("decision", self.decision),
-        ];
-        let age = |(stream, stamp): (&str, Option<f64>)| Some((stream.to_owned(), (now - stamp?).max(0.0)));
-        streams.into_iter().filter_map(age).collect()
-    }
+/// How old each stream is at `now` of the robot's clock.
+fn ages(stamps: &Stamps, now: f64) -> Vec<(String, f64)> {
+    let age =
+        |(stream, stamp): &(&str, Option<f64>)| Some(((*stream).to_owned(), (now - (*stamp)?).max(0.0)));
+    stamps.iter().filter_map(age).collect()
 }
-
-/// The stamps of the last tick, when that was, and how fast the robot's clock goes.
-type LastTick = Arc<Mutex<Option<(Stamps, Instant, f64)>>>;
 
 /// Counts since the start.
 #[derive(Debug)]
 pub(crate) struct CommandCounts {
     commands: Tally,
-    last: LastTick,
+    /// The stamps of the last command, when it was given by both clocks, and how fast the robot's clock goes.
+    last: Arc<Mutex<Option<(Stamps, f64, Instant, f64)>>>,
 }
 
 impl CommandCounts {
@@ -50,10 +35,11 @@ impl CommandCounts {
         self.commands.add(&[reason.code()]);
     }
 
-    /// What the newest command was made from; `time_scale` robot seconds pass in a second.
-    pub(crate) fn tick(&self, stamps: Stamps, time_scale: f64) {
+    /// What the newest command was made from at `now` of the robot's clock, of which `time_scale` seconds pass in a
+    /// second.
+    pub(crate) fn tick(&self, stamps: Stamps, now: f64, time_scale: f64) {
         *self.last.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some((stamps, Instant::now(), time_scale));
+            Some((stamps, now, Instant::now(), time_scale));
     }
 
     pub(crate) fn register(&self, metrics: &mut Metrics, missions: watch::Receiver<Option<Mission>>) {
@@ -61,12 +47,10 @@ impl CommandCounts {
         let last = Arc::clone(&self.last);
         let help = "Age of what the base is driven by, by the robot's clock; it grows while nothing comes";
         metrics.gauges("input_age_seconds", help, "stream", move || {
-            let Some((stamps, at, time_scale)) = *last.lock().unwrap_or_else(PoisonError::into_inner) else {
-                return Vec::new();
-            };
-            stamps
-                .odometry
-                .map_or_else(Vec::new, |then| stamps.ages(then + at.elapsed().as_secs_f64() * time_scale))
+            let last = *last.lock().unwrap_or_else(PoisonError::into_inner);
+            last.map_or_else(Vec::new, |(stamps, then, at, time_scale)| {
+                ages(&stamps, then + at.elapsed().as_secs_f64() * time_scale)
+            })
         });
         let of = missions.clone();
         metrics.gauge("mission_revision", "Revision of the mission; 0 without one", move || {
@@ -84,8 +68,10 @@ mod tests {
 
     #[test]
     fn what_has_not_come_has_no_age_and_what_comes_early_is_not_older_than_now() {
-        let stamps = Stamps { odometry: Some(10.0), scan: Some(9.75), belief: None, decision: Some(10.5) };
-        let ages = stamps.ages(10.25);
-        assert_eq!(ages, [("odom".into(), 0.25), ("scan".into(), 0.5), ("decision".into(), 0.0)]);
+        let stamps = [("odom", Some(10.0)), ("scan", Some(9.75)), ("belief", None), ("decision", Some(10.5))];
+        assert_eq!(
+            ages(&stamps, 10.25),
+            [("odom".into(), 0.25), ("scan".into(), 0.5), ("decision".into(), 0.0)]
+        );
     }
 }

@@ -9,9 +9,9 @@ use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 use crate::proximity::guard;
 
 /// Beliefs older than this stop the robot, seconds of the robot's clock.
-pub const BELIEF_AGE_MAX: f64 = 0.5;
+const BELIEF_AGE_MAX: f64 = 0.5;
 /// Scans older than this stop the robot, seconds of the robot's clock.
-pub const SCAN_AGE_MAX: f64 = 0.5;
+const SCAN_AGE_MAX: f64 = 0.5;
 
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
@@ -48,48 +48,46 @@ pub struct Command {
 
 /// The command of one tick. Whatever is missing or old stops the robot.
 pub fn command(inputs: &Inputs<'_>) -> Command {
-    let now = inputs.odometry.stamp;
     let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
-    let stop = |reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason };
-    let Some(decision) = inputs.decision else { return stop(CommandReason::NoDecision) };
-    if decision.action == Action::Stop {
-        return stop(if decision.arrived { CommandReason::Arrived } else { CommandReason::ToldToStop });
-    }
-    let age = now - decision.stamp;
-    if age > decision.valid_for_s {
-        return stop(CommandReason::DecisionExpired);
-    }
-    if age < -FUTURE_MAX {
-        return stop(CommandReason::DecisionOfAnotherRun);
-    }
-    let Some((belief, at_belief)) = inputs.belief else { return stop(CommandReason::NoBelief) };
-    let Some(made_from) = inputs.made_from else { return stop(CommandReason::DecisionBeliefUnknown) };
-    if now - belief.stamp > BELIEF_AGE_MAX {
-        return stop(CommandReason::BeliefTooOld);
-    }
-    if now - belief.stamp < -FUTURE_MAX {
-        return stop(CommandReason::BeliefOfAnotherRun);
-    }
-    let Some((scan, at_scan)) = inputs.scan else { return stop(CommandReason::NoScan) };
-    if now - scan.stamp > SCAN_AGE_MAX {
-        return stop(CommandReason::ScanTooOld);
-    }
-    if now - scan.stamp < -FUTURE_MAX {
-        return stop(CommandReason::ScanOfAnotherRun);
-    }
-    let pose = now_pose(belief, at_belief, inputs.odometry);
-    let Ok(reference) = convert::trajectory(decision, made_from) else {
-        return stop(CommandReason::DecisionInvalid);
+    tracked(inputs, moving)
+        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason })
+}
+
+/// The command that tracks the decision, or the reason to stop instead.
+fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason> {
+    let Inputs { odometry, robot, period, .. } = *inputs;
+    let age = |stamp: f64, most: f64, too_old, of_another_run| match odometry.stamp - stamp {
+        age if age > most => Err(too_old),
+        age if age < -FUTURE_MAX => Err(of_another_run),
+        age => Ok(age),
     };
-    let wanted =
-        track(&reference, age, pose, moving, inputs.robot, inputs.period, &TrackingParams::default());
-    let scan_from_robot = pose_of(at_scan).relative(pose_of(inputs.odometry));
-    let guarded = guard(wanted, scan, scan_from_robot, inputs.robot, inputs.period);
-    if guarded == wanted {
+    let decision = inputs.decision.ok_or(CommandReason::NoDecision)?;
+    if decision.action == Action::Stop {
+        return Err(if decision.arrived { CommandReason::Arrived } else { CommandReason::ToldToStop });
+    }
+    let decision_age = age(
+        decision.stamp,
+        decision.valid_for_s,
+        CommandReason::DecisionExpired,
+        CommandReason::DecisionOfAnotherRun,
+    )?;
+    let (belief, at_belief) = inputs.belief.ok_or(CommandReason::NoBelief)?;
+    let made_from = inputs.made_from.ok_or(CommandReason::DecisionBeliefUnknown)?;
+    age(belief.stamp, BELIEF_AGE_MAX, CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun)?;
+    let (scan, at_scan) = inputs.scan.ok_or(CommandReason::NoScan)?;
+    age(scan.stamp, SCAN_AGE_MAX, CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun)?;
+    let reference = convert::trajectory(decision, made_from).map_err(|_| CommandReason::DecisionInvalid)?;
+    // The believed pose moved on by what odometry has measured since.
+    let pose = Pose2::new(belief.x, belief.y, belief.heading)
+        .compose(pose_of(at_belief).relative(pose_of(odometry)));
+    let wanted = track(&reference, decision_age, pose, moving, robot, period, &TrackingParams::default());
+    let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
+    let guarded = guard(wanted, scan, scan_from_robot, robot, period);
+    Ok(if guarded == wanted {
         Command { twist: wanted, reason: CommandReason::Tracking }
     } else {
-        Command { twist: inputs.robot.limit(moving, guarded, inputs.period), reason: CommandReason::TooClose }
-    }
+        Command { twist: robot.limit(moving, guarded, period), reason: CommandReason::TooClose }
+    })
 }
 
 /// How the base will be moving when a command of now reaches it: as measured, and one period on towards the
@@ -105,12 +103,6 @@ fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
     let v = robot.limit(moving, Twist::default(), period).v;
     let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
     robot.limit(moving, Twist { v, omega }, period)
-}
-
-/// The believed pose moved on by what odometry has measured since.
-fn now_pose(belief: &Belief, then: &Odometry, now: &Odometry) -> Pose2 {
-    let moved = pose_of(then).relative(pose_of(now));
-    Pose2::new(belief.x, belief.y, belief.heading).compose(moved)
 }
 
 fn pose_of(odometry: &Odometry) -> Pose2 {

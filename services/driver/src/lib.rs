@@ -4,23 +4,10 @@
 
 mod command_counts;
 pub mod control;
-pub mod desk;
+pub mod decision_fence;
 mod mission_key;
-pub mod obedience;
+pub mod mission_state;
 pub mod proximity;
 mod service;
 
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::process::{OnReady, Running};
-use curionav_runtime::shutdown::Shutdown;
-use zenoh::Session;
-
-/// Drives one robot until `shutdown`; `on_ready` is called once it does.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
-    Box::pin(service::run(config, session, shutdown, on_ready))
-}
+pub use service::run;

@@ -1,7 +1,5 @@
 //! The driver as a program of its own; `curionav driver` runs the same.
 
-use curionav_runtime::process::service_main;
-
 fn main() -> std::process::ExitCode {
-    service_main("driver", curionav_driver::run)
+    curionav_runtime::process::service_main("driver", curionav_driver::run)
 }

@@ -11,7 +11,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use zenoh::Session;
 
-use crate::desk::Desk;
+use crate::mission_state::CurrentMission;
 
 /// Between two times the mission is said.
 const MISSION_REPEATED: Duration = Duration::from_secs(1);
@@ -32,23 +32,23 @@ pub(crate) fn serve(
     let key = keys::robot(robot, "mission")?;
     let published = Arc::new(Topic::<Mission>::new(session, &key, Flow::State)?);
     let since_epoch = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    let desk = Arc::new(Mutex::new(Desk::new(since_epoch.as_millis() as u64)));
+    let current = Arc::new(Mutex::new(CurrentMission::new(since_epoch.as_millis() as u64)));
     let mut repeating = JoinSet::new();
-    let (topic, known) = (Arc::clone(&published), Arc::clone(&desk));
+    let (topic, known) = (Arc::clone(&published), Arc::clone(&current));
     repeating.spawn(async move {
         loop {
             tokio::time::sleep(MISSION_REPEATED).await;
             // Held while it is published, so that no older mission is said after a newer one.
-            let desk = locked(&known);
-            if let Some(mission) = desk.mission() {
+            let current = locked(&known);
+            if let Some(mission) = current.mission() {
                 topic.publish(mission, mission.order.clock);
             }
         }
     });
-    let state = Arc::clone(&desk);
-    let change = move |changing: &dyn Fn(&mut Desk) -> Result<Mission, Reject>| {
-        let mut desk = locked(&desk);
-        let mission = changing(&mut desk)?;
+    let state = Arc::clone(&current);
+    let change = move |changing: &dyn Fn(&mut CurrentMission) -> Result<Mission, Reject>| {
+        let mut current = locked(&current);
+        let mission = changing(&mut current)?;
         changed.send_replace(Some(mission.clone()));
         published.publish(&mission, mission.order.clock);
         Ok(mission)
@@ -63,19 +63,19 @@ pub(crate) fn serve(
             &keys::mission_command(robot)?,
             QUEUE,
             refused,
-            move |command: MissionCommand, _| commanding(&|desk| desk.command(command.clone())),
+            move |command: MissionCommand, _| commanding(&|current| current.command(command.clone())),
         )?,
         serve_counted(
             session,
             &keys::mission_ready(robot)?,
             QUEUE,
             refused,
-            move |readiness: Readiness, _| reporting(&|desk| desk.readiness(readiness.clone())),
+            move |readiness: Readiness, _| reporting(&|current| current.readiness(readiness.clone())),
         )?,
     ];
     Ok((servers, repeating))
 }
 
-fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
-    desk.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked(current: &Mutex<CurrentMission>) -> MutexGuard<'_, CurrentMission> {
+    current.lock().unwrap_or_else(PoisonError::into_inner)
 }

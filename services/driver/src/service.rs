@@ -1,13 +1,13 @@
 //! The driver on its robot.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::Twist;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
-use curionav_runtime::process::OnReady;
+use curionav_runtime::process::{OnReady, Running};
 use curionav_runtime::robot_service::{RobotService, is_over};
 use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
@@ -18,16 +18,13 @@ use curionav_schemas::{
 use tokio::sync::watch;
 use zenoh::Session;
 
-use crate::command_counts::{CommandCounts, Stamps};
+use crate::command_counts::CommandCounts;
 use crate::control::{Inputs, command, on_arrival};
+use crate::decision_fence::{Admission, DecisionFence};
 use crate::mission_key;
-use crate::obedience::{Obedience, Taken};
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
-
-/// Run and revision of a mission.
-type Begun = (u64, u64);
 
 struct Driver {
     service: RobotService,
@@ -37,85 +34,91 @@ struct Driver {
     scans: Latest<Scan>,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
-    /// The newest decision obeyed, for an arbiter that restarts.
-    obeyed: watch::Sender<Obedience>,
+    /// Shared with the queryable that tells an arbiter whom to outrank.
+    fence: watch::Sender<DecisionFence>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     /// Tick of the last command, and the command.
     told: Option<(u64, Twist)>,
     /// Why the last command was given, and since which stamp every command has been given for this reason.
     reason: Option<(CommandReason, f64)>,
-    /// Run and revision it has reported ready for.
-    begun: Begun,
+    /// Run and revision that it has reported ready for.
+    begun: (u64, u64),
     counts: CommandCounts,
 }
 
-/// Drives one robot until `shutdown`. `on_ready` is called once missions are taken.
-pub(crate) async fn run(
-    config: &ServiceConfig,
-    session: &Session,
+/// Drives one robot until `shutdown`; `on_ready` is called once it takes missions.
+pub fn run<'a>(
+    config: &'a ServiceConfig,
+    session: &'a Session,
     mut shutdown: Shutdown,
     on_ready: OnReady,
-) -> anyhow::Result<()> {
-    let service = tokio::select! {
-        () = shutdown.requested() => return Ok(()),
-        service = RobotService::with_control("driver", config, session) => service?,
-    };
-    let (mission_sender, missions) = watch::channel(None);
-    let refused = service.counts.refused.clone();
-    let _desk = mission_key::serve(session, &config.robot, &refused, mission_sender)?;
-    let (obeyed, last) = watch::channel(Obedience::default());
-    let key = service.key("decision")?;
-    let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
-        last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
-    })?;
-    let mut driver = Driver {
-        missions,
-        odometry: Latest::new(service.inbox("odom")?),
-        beliefs: Latest::new(service.inbox("belief")?),
-        scans: Latest::new(service.inbox("scan")?),
-        decisions: Latest::new(service.inbox("decision")?),
-        commands: service.topic("cmd", Flow::Control)?,
-        service,
-        obeyed,
-        odometry_of: BTreeMap::new(),
-        belief_of: BTreeMap::new(),
-        told: None,
-        reason: None,
-        begun: (0, 0),
-        counts: CommandCounts::new(),
-    };
-    let mut metrics = driver.service.metrics();
-    driver.counts.register(&mut metrics, driver.missions.clone());
-    let announced = driver.service.announce(metrics)?;
-    on_ready(announced.metrics_address());
-    loop {
-        let silence = driver.silence();
-        let another = other_mission(driver.missions.clone(), driver.begun);
-        tokio::select! {
-            biased;
-            () = shutdown.requested() => break,
-            () = another => driver.begin().await?,
-            odometry = driver.odometry.next() => match odometry.cloned() {
-                Some(odometry) => {
-                    let over = run_over(driver.missions.clone());
+) -> Running<'a> {
+    Box::pin(async move {
+        let service = tokio::select! {
+            () = shutdown.requested() => return Ok(()),
+            service = RobotService::with_control("driver", config, session) => service?,
+        };
+        let (mission_sender, missions) = watch::channel(None);
+        let refused = service.counts.refused.clone();
+        let _mission = mission_key::serve(session, &config.robot, &refused, mission_sender)?;
+        let (fence, last) = watch::channel(DecisionFence::default());
+        let key = service.key("decision")?;
+        let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
+            last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
+        })?;
+        let driver = Driver {
+            missions,
+            odometry: Latest::new(service.inbox("odom")?),
+            beliefs: Latest::new(service.inbox("belief")?),
+            scans: Latest::new(service.inbox("scan")?),
+            decisions: Latest::new(service.inbox("decision")?),
+            commands: service.topic("cmd", Flow::Control)?,
+            service,
+            fence,
+            odometry_of: BTreeMap::new(),
+            belief_of: BTreeMap::new(),
+            told: None,
+            reason: None,
+            begun: (0, 0),
+            counts: CommandCounts::new(),
+        };
+        let mut metrics = driver.service.metrics();
+        driver.counts.register(&mut metrics, driver.missions.clone());
+        let announced = driver.service.announce(metrics)?;
+        on_ready(announced.metrics_address());
+        driver.serve(shutdown).await
+    })
+}
+
+impl Driver {
+    async fn serve(mut self, mut shutdown: Shutdown) -> anyhow::Result<()> {
+        loop {
+            let (silence, begun) = (self.silence(), self.begun);
+            let another = mission_that(self.missions.clone(), |m| (m.run, m.revision) != begun);
+            tokio::select! {
+                biased;
+                () = shutdown.requested() => break,
+                () = another => self.begin().await?,
+                odometry = self.odometry.next() => {
+                    let Some(odometry) = odometry.cloned() else { break };
+                    // When the run is over or another has begun, no answer of its ticks is awaited.
+                    let run = self.mission().map_or(0, |m| m.run);
+                    let over = mission_that(self.missions.clone(), |m| m.run != run || is_over(m));
                     tokio::select! {
                         biased;
-                        () = driver.tick(odometry) => {}
+                        () = self.tick(odometry) => {}
                         () = over => {}
                         () = shutdown.requested() => break,
                     }
                 }
-                None => break,
-            },
-            () = tokio::time::sleep(silence) => driver.stop_in_silence(),
+                () = tokio::time::sleep(silence) => self.stop_in_silence(),
+            }
         }
+        self.stop_in_silence();
+        Ok(())
     }
-    driver.stop_in_silence();
-    Ok(())
-}
 
-impl Driver {
     fn mission(&self) -> Option<Mission> {
         self.missions.borrow().clone()
     }
@@ -123,26 +126,23 @@ impl Driver {
     /// After how long without odometry the base is told to stop: five ticks in real time; in lockstep time
     /// stands still.
     fn silence(&self) -> Duration {
-        match self.mission() {
-            Some(m) if m.order.clock == Clock::Realtime => {
-                Duration::from_secs_f64(5.0 * m.order.tick_s / m.order.time_scale)
-            }
-            _ => Duration::from_secs(3600),
-        }
+        let realtime = self.mission().filter(|m| m.order.clock == Clock::Realtime);
+        let seconds = realtime.map_or(3600.0, |m| 5.0 * m.order.tick_s / m.order.time_scale);
+        Duration::from_secs_f64(seconds)
     }
 
     fn stop_in_silence(&mut self) {
         let Some(mission) = self.mission() else { return };
         let Some((_, odometry)) = self.odometry_of.last_key_value() else { return };
-        let odometry = odometry.clone();
-        self.publish(&mission, &odometry, Twist::default(), CommandReason::NoOdometry);
+        self.publish(&mission, &odometry.clone(), Twist::default(), CommandReason::NoOdometry);
     }
 
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
-        let arrived = std::time::Instant::now();
+        let arrived = Instant::now();
+        let (clock, period) = (mission.order.clock, mission.order.tick_s);
         self.measured(&odometry);
-        if mission.order.clock == Clock::Realtime {
+        if clock == Clock::Realtime {
             for newer in self.odometry.drain() {
                 self.measured(&newer);
                 odometry = newer;
@@ -152,52 +152,50 @@ impl Driver {
             }
         }
         let tick = odometry.tick;
-        if let Some(belief) = self.beliefs.of_tick(tick, mission.order.clock).await {
+        if let Some(belief) = self.beliefs.of_tick(tick, clock).await {
             remember(&mut self.belief_of, belief.tick, belief.clone());
         }
-        let plan_tick = tick - tick % u64::from(mission.order.plan_every.max(1));
         // In lockstep every planning tick has its decision; in between, the last one stands. In real time
         // each one counts: an arbiter that was replaced but lives on must not hide its successor's.
-        if mission.order.clock == Clock::Realtime {
-            for decision in self.decisions.drain() {
-                self.obey(Some(decision));
-            }
+        if clock == Clock::Realtime {
+            self.decisions.drain().into_iter().for_each(|decision| self.admit(decision));
         } else {
-            let decision = self.decisions.of_tick(plan_tick, mission.order.clock).await.cloned();
-            self.obey(decision);
+            let plan_tick = tick - tick % u64::from(mission.order.plan_every.max(1));
+            let decision = self.decisions.of_tick(plan_tick, clock).await.cloned();
+            decision.into_iter().for_each(|decision| self.admit(decision));
         }
-        let scan = self.scans.of_tick(tick, mission.order.clock).await.cloned();
+        let scan = self.scans.of_tick(tick, clock).await.cloned();
         let robot = convert::robot_model(&mission.order.robot_model);
         // In lockstep the base has carried out every command before it measures.
-        let recent = self.told.filter(|(at, _)| mission.order.clock == Clock::Realtime && at + 1 >= tick);
+        let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at + 1 >= tick);
         let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
-            self.obeyed.send_modify(Obedience::lapse);
+            self.fence.send_modify(DecisionFence::lapse);
         }
         if mission.state != MissionState::Running {
-            let moving = on_arrival(&odometry, on_its_way, &robot, mission.order.tick_s);
-            let twist = robot.limit(moving, Twist::default(), mission.order.tick_s);
+            let moving = on_arrival(&odometry, on_its_way, &robot, period);
+            let twist = robot.limit(moving, Twist::default(), period);
             self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
             return;
         }
-        let obeyed = self.obeyed.borrow().in_force().cloned();
+        let decision = self.fence.borrow().in_force().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
-        let stamps = Stamps {
-            odometry: Some(odometry.stamp),
-            scan: scan.as_ref().map(|s| s.stamp),
-            belief: belief.map(|b| b.stamp),
-            decision: obeyed.as_ref().map(|d| d.stamp),
-        };
-        self.counts.tick(stamps, mission.order.time_scale);
+        let stamps = [
+            ("odom", Some(odometry.stamp)),
+            ("scan", scan.as_ref().map(|s| s.stamp)),
+            ("belief", belief.map(|b| b.stamp)),
+            ("decision", decision.as_ref().map(|d| d.stamp)),
+        ];
+        self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
         let command = command(&Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
-            decision: obeyed.as_ref(),
-            made_from: obeyed.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
+            decision: decision.as_ref(),
+            made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
-            period: mission.order.tick_s,
+            period,
             on_its_way,
         });
         self.publish(&mission, &odometry, command.twist, command.reason);
@@ -216,7 +214,7 @@ impl Driver {
         self.service.report(mission.revision, &Ok(())).await
     }
 
-    /// Forgets what belongs to a clock that is over, but whom it has obeyed.
+    /// Forgets what belongs to a clock that is over, but not which decision the next one has to outrank.
     fn forget(&mut self) {
         self.beliefs.clear();
         self.scans.clear();
@@ -225,7 +223,7 @@ impl Driver {
         self.belief_of.clear();
         self.told = None;
         self.reason = None;
-        self.obeyed.send_modify(Obedience::lapse);
+        self.fence.send_modify(DecisionFence::lapse);
     }
 
     /// Takes note of odometry. A base that was restarted in mid-run begins at tick 0 again, and so does its clock.
@@ -238,52 +236,35 @@ impl Driver {
         remember(&mut self.odometry_of, odometry.tick, odometry.clone());
     }
 
-    /// Takes a decision unless a newer one, or a newer arbiter's, has been taken.
-    fn obey(&mut self, decision: Option<Decision>) {
-        let Some(decision) = decision else { return };
-        let (id, mut taken) = ((decision.epoch, decision.seq), Taken::Older);
-        self.obeyed.send_if_modified(|obeyed| {
-            taken = obeyed.take(decision);
-            taken == Taken::Obeyed
+    fn admit(&mut self, decision: Decision) {
+        let (id, mut admission) = ((decision.epoch, decision.seq), Admission::Older);
+        self.fence.send_if_modified(|fence| {
+            admission = fence.admit(decision);
+            admission == Admission::Admitted
         });
-        if taken == Taken::OutOfReach {
+        if admission == Admission::OutOfReach {
             tracing::warn!(?id, "a decision refused: no arbiter has such an epoch");
             self.service.counts.refuse(&Refusal::EpochOutOfReach.at("epoch"));
         }
     }
 
     fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: CommandReason) {
+        let Odometry { tick, stamp, .. } = *odometry;
         // A clock that has begun anew makes every reason a new one.
-        let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= odometry.stamp);
-        let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, odometry.stamp)));
-        let (epoch, seq) = self.obeyed.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
-        let command = wire::Twist {
-            epoch,
-            seq,
-            tick: odometry.tick,
-            stamp: odometry.stamp,
-            v: twist.v,
-            omega: twist.omega,
-            reason,
-            since,
-        };
+        let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= stamp);
+        let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, stamp)));
+        let (epoch, seq) = self.fence.borrow().newest().map_or((0, 0), |d| (d.epoch, d.seq));
+        let command = wire::Twist { epoch, seq, tick, stamp, v: twist.v, omega: twist.omega, reason, since };
         self.counts.command(reason);
         self.commands.publish(&command, mission.order.clock);
-        self.told = Some((odometry.tick, twist));
+        self.told = Some((tick, twist));
     }
 }
 
-/// Completes when the mission is of another run or revision than `begun`.
-async fn other_mission(mut missions: watch::Receiver<Option<Mission>>, begun: Begun) {
-    // The desk lives as long as this service: an error cannot be.
-    let _ = missions.wait_for(|m| m.as_ref().is_some_and(|m| (m.run, m.revision) != begun)).await;
-}
-
-/// Completes when the run at hand is over or another has begun: no answer of its ticks is awaited then.
-async fn run_over(mut missions: watch::Receiver<Option<Mission>>) {
-    let run = missions.borrow().as_ref().map_or(0, |m| m.run);
-    let over = |m: &Option<Mission>| m.as_ref().is_some_and(|m| m.run != run || is_over(m));
-    let _ = missions.wait_for(over).await;
+/// Completes once the mission is such.
+async fn mission_that(mut missions: watch::Receiver<Option<Mission>>, such: impl Fn(&Mission) -> bool) {
+    // The mission is served for as long as this service lives: waiting for it cannot fail.
+    let _ = missions.wait_for(|m| m.as_ref().is_some_and(&such)).await;
 }
 
 /// Keeps the newest few. What is left of a clock that is over would count as newer for ever.

@@ -1,6 +1,6 @@
-//! People that somebody else plays: taken in tick by tick, from whoever publishes them.
+//! People that another program plays: taken in tick by tick, as they are published.
 //!
-//! With every tick the simulator says where the robot really is, on `world/{world}/robot`; whoever plays the
+//! With every tick the simulator says where the robot really is, on `world/{world}/robot`; the program that plays the
 //! crowd answers with the people of that tick on `world/{world}/people`. In lockstep the tick waits for them.
 
 use std::collections::BTreeSet;
@@ -11,8 +11,7 @@ use anyhow::bail;
 use curionav_crowdsim::World;
 use curionav_crowdsim::scenario::PeopleKind;
 use curionav_crowdsim::world::FIRST_LIVE_ID;
-use curionav_planning::geometry::Pose2;
-use curionav_planning::scene::People;
+use curionav_planning::geometry::{Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::Latest;
 use curionav_runtime::serve::ServeCounts;
@@ -21,9 +20,9 @@ use curionav_schemas::limits::MAX_PEOPLE;
 use curionav_schemas::{self as wire, Clock, Frame, Mission, Odometry, keys};
 use zenoh::Session;
 
-/// In lockstep the tick is announced again after this long: whoever plays the crowd may just have started.
+/// In lockstep the tick is announced again after this long: the program that plays the crowd may just have started.
 const ANNOUNCE_PERIOD: Duration = Duration::from_millis(500);
-/// In real time people are where they were last seen for so long, seconds; then nobody knows where they are.
+/// In real time people are where they were last seen for so long, seconds; then it is not known where they are.
 const AGE_MAX: f64 = 0.5;
 
 /// The crowd of a world, as far as it comes from outside.
@@ -52,14 +51,14 @@ impl LiveCrowd {
         })
     }
 
-    /// Forgets whoever came before this run.
+    /// Forgets the people of the run before.
     pub(crate) fn begin(&mut self) {
         self.people.clear();
         (self.heard, self.known) = (Instant::now(), false);
     }
 
     /// Puts the people of this tick into the world; in real time the newest. Whether it is known where people
-    /// are: false while those of a live crowd are too old. Fails when nobody plays the crowd any more.
+    /// are: false while those of a live crowd are too old. Fails when no program plays the crowd any more.
     pub(crate) async fn take_in(&mut self, world: &mut World, mission: &Mission) -> anyhow::Result<bool> {
         if world.scenario().people.kind != PeopleKind::Live {
             return Ok(true);
@@ -77,11 +76,9 @@ impl LiveCrowd {
         loop {
             let people = self.people.of_tick(tick, Clock::Lockstep);
             if let Ok(Some(message)) = tokio::time::timeout(ANNOUNCE_PERIOD, people).await {
-                match joining(message, world) {
-                    Ok(people) => world.replace_live_people(&people),
-                    Err(reason) => bail!("people of tick {tick} on {}: {reason}", self.key),
-                }
-                return Ok(());
+                let joined = join(message, world);
+                return joined
+                    .map_err(|reason| anyhow::anyhow!("people of tick {tick} on {}: {reason}", self.key));
             }
             if began.elapsed().as_secs_f64() >= patience {
                 let refused = self.counts.refused.total() - refused;
@@ -94,17 +91,13 @@ impl LiveCrowd {
     }
 
     fn newest(&mut self, world: &mut World, time_scale: f64) -> anyhow::Result<bool> {
-        if let Some(message) = self.people.drain().pop() {
-            match joining(&message, world) {
-                Ok(people) => {
-                    world.replace_live_people(&people);
-                    (self.heard, self.known) = (Instant::now(), true);
-                }
-                Err(reason) => {
-                    self.counts.refused.add(&["invalid"]);
-                    tracing::warn!(key = self.key, reason, "people not used");
-                }
+        match self.people.drain().pop().map(|message| join(&message, world)) {
+            Some(Ok(())) => (self.heard, self.known) = (Instant::now(), true),
+            Some(Err(reason)) => {
+                self.counts.refused.add(&["invalid"]);
+                tracing::warn!(key = self.key, reason, "people not used");
             }
+            None => {}
         }
         let age = self.heard.elapsed().as_secs_f64();
         let patience = world.scenario().people.live_patience_s;
@@ -117,21 +110,14 @@ impl LiveCrowd {
     /// Says what tick it is and where the robot really is.
     fn announce(&self, world: &World, clock: Clock) {
         let truth = world.truth();
-        let message = Odometry {
-            tick: truth.tick,
-            stamp: truth.time,
-            x: truth.pose.x,
-            y: truth.pose.y,
-            heading: truth.pose.heading,
-            v: truth.twist.v,
-            omega: truth.twist.omega,
-        };
+        let (Pose2 { x, y, heading }, Twist { v, omega }) = (truth.pose, truth.twist);
+        let message = Odometry { tick: truth.tick, stamp: truth.time, x, y, heading, v, omega };
         self.robot.publish(&message, clock);
     }
 }
 
-/// The people of a message, if they can join those of the world.
-fn joining(message: &wire::People, world: &World) -> Result<People, String> {
+/// Puts the people of a message into the world, if they can join those who are there.
+fn join(message: &wire::People, world: &mut World) -> Result<(), String> {
     if message.frame != Frame::Map {
         return Err("frame must be `map`: a world knows no other".into());
     }
@@ -147,5 +133,6 @@ fn joining(message: &wire::People, world: &World) -> Result<People, String> {
     if others + ids.len() > MAX_PEOPLE {
         return Err(format!("{} people beside {others} others, at most {MAX_PEOPLE} in all", ids.len()));
     }
-    Ok(convert::people(message, Pose2::default()))
+    world.replace_live_people(&convert::people(message, Pose2::default()));
+    Ok(())
 }

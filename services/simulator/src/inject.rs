@@ -4,41 +4,13 @@ use curionav_crowdsim::scenario::{Recorded, Scenario};
 use curionav_crowdsim::{Recording, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
-use curionav_planning::parameters::{FieldError, Ranged, read_table};
+use curionav_planning::parameters::{Ranged, read_table};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{
-    self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value, words,
-};
+use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value};
 
 /// Roles that must report ready before a run starts.
 const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
-
-/// What is wrong with an injected scenario: field, problem and mend.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{field}: {problem}")]
-pub struct InjectError {
-    /// Path of the field.
-    pub field: String,
-    /// What is wrong and what would be right.
-    pub problem: String,
-}
-
-impl From<InjectError> for Reject {
-    fn from(error: InjectError) -> Self {
-        Refusal::invalid(error.problem).at(error.field)
-    }
-}
-
-impl From<FieldError> for InjectError {
-    fn from(error: FieldError) -> Self {
-        Self { field: error.field, problem: format!("{}; {}", error.problem, error.mend) }
-    }
-}
-
-fn fault(field: impl Into<String>, problem: impl ToString) -> InjectError {
-    InjectError { field: field.into(), problem: problem.to_string() }
-}
 
 /// A scenario ready to be played.
 pub struct Prepared {
@@ -56,60 +28,46 @@ pub struct Prepared {
 
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
-pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, InjectError> {
-    let scenario: Scenario =
-        convert::from_value("scenario", &request.scenario).map_err(|r| refused("scenario", &r))?;
-    scenario.check()?;
-    let params = check_localizer(&scenario)?;
-    let profile = profile(request)?;
+pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, Reject> {
+    let scenario: Scenario = convert::from_value("scenario", &request.scenario)?;
+    scenario.check().map_err(convert::refusal)?;
+    let localizer = localizer(&scenario)?;
+    let profile: Profile = convert::parameters("profile", &request.profile)?;
     let grid = {
         let text = String::from_utf8_lossy(file(request, "map.file", &scenario.map.file)?);
-        let yaml = MapYaml::parse(&text).map_err(|e| fault("map.file", e))?;
+        let yaml = MapYaml::parse(&text).map_err(|e| Refusal::invalid(e).at("map.file"))?;
         let image = yaml.image.rsplit('/').next().unwrap_or(&yaml.image);
-        load_map(&yaml, file(request, "map.file: image", image)?).map_err(|e| fault("map.file", e))?
+        let image = file(request, "map.file: image", image)?;
+        load_map(&yaml, image).map_err(|e| Refusal::invalid(e).at("map.file"))?
     };
-    let recordings = scenario
-        .recorded
-        .iter()
-        .enumerate()
-        .map(|(i, r)| recording(request, i, r))
+    let recordings = (scenario.recorded.iter().enumerate())
+        .map(|(i, recorded)| recording(request, i, recorded))
         .collect::<Result<_, _>>()?;
-    let map_message = convert::occupancy_grid_to_wire(&grid);
+    let map = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
-    let world = World::new(&scenario, StaticMap::new(grid), recordings, seed)?;
-    let order = order(request, &scenario, &profile, params, map_message.map, robot, seed)?;
-    Ok(Prepared { world, map: map_message, order, profile, seed })
-}
-
-/// A refusal of the field `field`, which says what is wrong and not which field that is.
-fn refused(field: &str, reject: &Reject) -> InjectError {
-    fault(field, words::say("refusal", &reject.why))
-}
-
-fn profile(request: &InjectRequest) -> Result<Profile, InjectError> {
-    let profile: Profile =
-        convert::from_value("profile", &request.profile).map_err(|r| refused("profile", &r))?;
-    profile.check().map_err(|e| e.below("profile"))?;
-    Ok(profile)
+    let world = World::new(&scenario, StaticMap::new(grid), recordings, seed).map_err(convert::refusal)?;
+    let order = order(request, &scenario, &profile, localizer, map.map, robot, seed)?;
+    Ok(Prepared { world, map, order, profile, seed })
 }
 
 /// The localiser's parameters as they travel, once they have been read and found sensible.
-fn check_localizer(scenario: &Scenario) -> Result<Value, InjectError> {
+fn localizer(scenario: &Scenario) -> Result<Value, Reject> {
     let Some(table) = &scenario.localizer else { return Ok(Value::Map(Vec::new())) };
-    read_table::<LocalizerParams>(table).map_err(|e| e.below("localizer"))?;
-    convert::to_value(table).map_err(|r| refused("localizer", &r))
+    read_table::<LocalizerParams>(table).map_err(|e| convert::refusal(e.below("localizer")))?;
+    convert::to_value(table)
 }
 
-fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [u8], InjectError> {
-    let missing = || fault(field, format!("`{name}` is not among the files sent with the scenario"));
-    request.files.get(name).map(|bytes| bytes.as_slice()).ok_or_else(missing)
+fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [u8], Reject> {
+    let missing = || format!("`{name}` is not among the files sent with the scenario");
+    let bytes = request.files.get(name).ok_or_else(|| Refusal::invalid(missing()).at(field))?;
+    Ok(bytes.as_slice())
 }
 
-fn recording(request: &InjectRequest, index: usize, recorded: &Recorded) -> Result<Recording, InjectError> {
+fn recording(request: &InjectRequest, index: usize, recorded: &Recorded) -> Result<Recording, Reject> {
     let field = format!("recorded[{index}].file");
     let text = String::from_utf8_lossy(file(request, &field, &recorded.file)?);
     Recording::parse(&text, recorded.format, recorded.fps)
-        .map_err(|e| fault(field, format!("{}: {e}", recorded.file)))
+        .map_err(|e| Refusal::invalid(format!("{}: {e}", recorded.file)).at(field))
 }
 
 /// Ticks between plans. In real time the arbiter plans ten times a second of the wall's clock, if ticks come that
@@ -133,25 +91,25 @@ fn order(
     map: MapId,
     robot: &str,
     seed: u64,
-) -> Result<MissionOrder, InjectError> {
-    let sigma = scenario.robot.initial_sigma;
+) -> Result<MissionOrder, Reject> {
+    let setup = &scenario.robot;
     let mut covariance = vec![0.0; 9];
-    for (i, sigma) in sigma.iter().enumerate() {
+    for (i, sigma) in setup.initial_sigma.iter().enumerate() {
         covariance[4 * i] = sigma * sigma;
     }
     Ok(MissionOrder {
         robot: robot.to_owned(),
         map,
-        initial_pose: convert::pose_to_wire(scenario.robot.start),
+        initial_pose: convert::pose_to_wire(setup.start),
         initial_covariance: covariance.into(),
-        goal_x: scenario.robot.goal.x,
-        goal_y: scenario.robot.goal.y,
-        goal_heading: scenario.robot.goal_heading,
-        goal_tolerance: scenario.robot.goal_tolerance,
-        profile: convert::to_value(profile).map_err(|r| refused("profile", &r))?,
+        goal_x: setup.goal.x,
+        goal_y: setup.goal.y,
+        goal_heading: setup.goal_heading,
+        goal_tolerance: setup.goal_tolerance,
+        profile: convert::to_value(profile)?,
         localizer,
         laser: convert::laser_to_wire(&scenario.laser),
-        robot_model: convert::robot_model_to_wire(&scenario.robot.model),
+        robot_model: convert::robot_model_to_wire(&setup.model),
         odometry_noise: convert::noise_to_wire(&scenario.odometry_noise),
         seed,
         clock: request.clock,
@@ -160,4 +118,19 @@ fn order(
         plan_every: plan_every(scenario, request),
         require: REQUIRED.map(String::from).to_vec(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn a_refusal_names_its_field_once() {
+        let scenario = Value::Map(vec![("nme".into(), "a".into())]);
+        let request = InjectRequest { scenario, ..golden::inject_request() };
+        let reject = prepare(&request, "robot").err().unwrap();
+        assert_eq!(reject.field.as_deref(), Some("scenario"));
+        assert_eq!(reject.to_string().matches("scenario").count(), 1, "{reject}");
+    }
 }

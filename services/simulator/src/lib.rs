@@ -8,18 +8,5 @@ mod record;
 mod run;
 mod service;
 
-use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::process::{OnReady, Running};
-use curionav_runtime::shutdown::Shutdown;
-pub use inject::{InjectError, Prepared, prepare};
-use zenoh::Session;
-
-/// Simulates one world until `shutdown`; `on_ready` is called once it does.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
-    Box::pin(service::run(config, session, shutdown, on_ready))
-}
+pub use inject::{Prepared, prepare};
+pub use service::run;

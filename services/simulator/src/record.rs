@@ -1,53 +1,34 @@
-//! What a run leaves behind: metrics, the decisions' digest, and the trace for pictures and files.
+//! What a run leaves behind: measures, the decisions' digest, and the trace for pictures and files.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use curionav_crowdsim::metrics::social::Task;
-use curionav_crowdsim::metrics::{Metrics, MetricsParams, Recorder};
+use curionav_crowdsim::measures::social::{Task, social_measures};
+use curionav_crowdsim::measures::{Measures, Row};
 use curionav_crowdsim::outcome::Outcome;
-use curionav_crowdsim::{SocialMetrics, SocialParams, Track, Truth, World};
+use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
-use curionav_runtime::convert;
 use curionav_runtime::latency::Latency;
 use curionav_schemas::limits::MAX_MAGNITUDE;
-use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace, Value};
+use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace};
 use sha2::{Digest, Sha256};
 
-/// Columns of the trace, one row a tick.
-const COLUMNS: [&str; 17] = [
-    "time_s",
-    "true_x",
-    "true_y",
-    "true_heading",
-    "belief_x",
-    "belief_y",
-    "belief_heading",
-    "cov_xx",
-    "cov_xy",
-    "cov_yy",
-    "cov_hh",
-    "v",
-    "omega",
-    "person_distance",
-    "person_clearance",
-    "wall_clearance",
-    "outside_weight",
-];
-/// Stands for "nobody there" in the trace, metres: numbers on the wire are finite.
-const NOBODY: f64 = 1e3;
+/// Columns of the trace, one row per tick.
+const COLUMNS: usize = 17;
+/// Stands for an infinite distance in trace and measures, metres: numbers on the wire are finite.
+const FAR_AWAY: f64 = 1e3;
 
 /// Collects one run.
 pub(crate) struct Record {
-    recorder: Recorder,
-    track: Track,
+    measured: Vec<Row>,
     digest: Sha256,
     cycles: u64,
     degraded: u64,
     latency: Latency,
     longest: Duration,
-    rows: Vec<[f64; COLUMNS.len()]>,
+    columns: [&'static str; COLUMNS],
+    rows: Vec<[f64; COLUMNS]>,
     people: Vec<Vec<(u32, f32, f32)>>,
     started: Instant,
 }
@@ -55,13 +36,13 @@ pub(crate) struct Record {
 impl Record {
     pub(crate) fn new() -> Self {
         Self {
-            recorder: Recorder::new(MetricsParams::default()),
-            track: Track::default(),
+            measured: Vec::new(),
             digest: Sha256::new(),
             cycles: 0,
             degraded: 0,
             latency: Latency::default(),
             longest: Duration::ZERO,
+            columns: [""; COLUMNS],
             rows: Vec::new(),
             people: Vec::new(),
             started: Instant::now(),
@@ -85,31 +66,31 @@ impl Record {
     }
 
     /// One tick.
-    pub(crate) fn tick(&mut self, truth: &Truth, belief: &Belief, world: &World) {
-        let people = world.people();
-        self.track.record(truth, people, world.scenario().robot.model.radius());
+    pub(crate) fn tick(&mut self, truth: Truth, belief: &Belief, world: &World) {
+        let (people, c) = (world.people(), &belief.covariance);
+        let row = [
+            ("time_s", truth.time),
+            ("true_x", truth.pose.x),
+            ("true_y", truth.pose.y),
+            ("true_heading", truth.pose.heading),
+            ("belief_x", belief.x),
+            ("belief_y", belief.y),
+            ("belief_heading", belief.heading),
+            ("cov_xx", c[0]),
+            ("cov_xy", c[1]),
+            ("cov_yy", c[4]),
+            ("cov_hh", c[8]),
+            ("v", truth.twist.v),
+            ("omega", truth.twist.omega),
+            ("person_distance", truth.person_distance.min(FAR_AWAY)),
+            ("person_clearance", truth.person_clearance.min(FAR_AWAY)),
+            ("wall_clearance", truth.wall_clearance.min(FAR_AWAY)),
+            ("outside_weight", belief.health.outside_weight),
+        ];
+        self.columns = row.map(|(column, _)| column);
+        self.rows.push(row.map(|(_, value)| value));
         let estimate = Pose2::new(belief.x, belief.y, belief.heading);
-        let c = &belief.covariance;
-        self.recorder.record(truth, estimate, c[0] + c[4] + c[8]);
-        self.rows.push([
-            truth.time,
-            truth.pose.x,
-            truth.pose.y,
-            truth.pose.heading,
-            estimate.x,
-            estimate.y,
-            estimate.heading,
-            c[0],
-            c[1],
-            c[4],
-            c[8],
-            truth.twist.v,
-            truth.twist.omega,
-            truth.person_distance.min(NOBODY),
-            truth.person_clearance.min(NOBODY),
-            truth.wall_clearance.min(NOBODY),
-            belief.health.outside_weight,
-        ]);
+        self.measured.push(Row { truth, estimate, trace: c[0] + c[4] + c[8] });
         self.people.push(
             (0..people.len()).map(|i| (people.id[i], people.x[i] as f32, people.y[i] as f32)).collect(),
         );
@@ -135,8 +116,8 @@ impl Record {
                 Outcome::Timeout => wire::Outcome::Timeout,
                 Outcome::Lost => wire::Outcome::Lost,
             },
-            measures: measures(&self.recorder.metrics()),
-            social: social(&self.track, world, outcome, goal),
+            measures: measures(&Measures::of(&self.measured)),
+            social: social(&self.measured, world, outcome, goal),
             cycles: Cycles {
                 count: self.cycles,
                 degraded: self.degraded,
@@ -148,7 +129,7 @@ impl Record {
             decisions_sha256: hex,
             trace: Trace {
                 rows: self.rows.len() as u32,
-                columns: COLUMNS.map(String::from).to_vec(),
+                columns: self.columns.map(String::from).to_vec(),
                 values: self.rows.concat().into(),
                 people: people_trace(&self.people),
             },
@@ -156,7 +137,7 @@ impl Record {
     }
 }
 
-fn measures(m: &Metrics) -> wire::Measures {
+fn measures(m: &Measures) -> wire::Measures {
     wire::Measures {
         rmse_m: m.rmse_m,
         tcm: m.tcm,
@@ -168,36 +149,26 @@ fn measures(m: &Metrics) -> wire::Measures {
         length_m: m.length_m,
         time_s: m.time_s,
         collisions: m.collisions,
-        clearance_min_m: m.clearance_min_m.min(NOBODY),
+        clearance_min_m: m.clearance_min_m.min(FAR_AWAY),
     }
 }
 
 /// Spacing of the shortest way whose length is measured, metres.
 const WAY_SPACING: f64 = 0.1;
 
-/// The measures of social navigation by name; yes is 1, no is 0, and none is left out.
-fn social(track: &Track, world: &World, outcome: Outcome, goal: Point2) -> BTreeMap<String, f64> {
+/// The measures of social navigation by name.
+fn social(rows: &[Row], world: &World, outcome: Outcome, goal: Point2) -> BTreeMap<String, f64> {
     let (map, radius) = (world.map(), world.scenario().robot.model.radius());
     let field = GeodesicField::new(map, goal, radius);
-    let start = track.rows().first().map_or(goal, |row| row.pose.position());
+    let start = rows.first().map_or(goal, |row| row.truth.pose.position());
     let way = field.descend(start, WAY_SPACING);
     let driven: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     let rest = way.last().map_or(0.0, |end| end.distance(goal));
     let task = Task { outcome, shortest_m: driven + rest, to_go: &|p| field.at(p), robot_radius: radius };
-    let measures = SocialMetrics::of(track, &task, &SocialParams::default());
-    let named = convert::to_value(&measures).ok().and_then(|value| value.into_map().ok()).unwrap_or_default();
-    named
-        .into_iter()
-        .filter_map(|(name, value)| {
-            let number = match value {
-                Value::Bool(yes) => f64::from(u8::from(yes)),
-                Value::Integer(count) => i128::from(count) as f64,
-                Value::Float(number) => number,
-                _ => return None,
-            };
-            Some((name.into_text().ok()?, number)).filter(|(_, number)| number.abs() < MAX_MAGNITUDE)
-        })
-        .collect()
+    let truth: Vec<&Truth> = rows.iter().map(|row| &row.truth).collect();
+    let measures = social_measures(&truth, &task).into_iter();
+    let sendable = measures.filter(|(_, value)| value.abs() < MAX_MAGNITUDE);
+    sendable.map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 /// Rows of (id, x, y) as a rectangle with a presence mask.

@@ -15,9 +15,8 @@ use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, Decision, Mission, MissionCommand, MissionEnd, MissionOrder, MissionState,
-    Odometry, Refusal, RunResult, Scan, keys,
+    Odometry, Refusal, RunResult, Scan, Validate, keys,
 };
-use tokio::sync::watch;
 use zenoh::Session;
 
 use crate::crowd::LiveCrowd;
@@ -43,36 +42,12 @@ pub(crate) struct Streams {
     odometry: Topic<Odometry>,
     people: Topic<wire::People>,
     crowd: LiveCrowd,
-    heard: Heard,
+    /// When each service was last heard of, in real time.
+    heard: BTreeMap<&'static str, Instant>,
 }
 
-/// When each service was last heard of, in real time.
-#[derive(Debug, Default)]
-struct Heard(BTreeMap<&'static str, Instant>);
-
-impl Heard {
-    fn note(&mut self, what: &'static str, now: bool) {
-        let last = self.0.entry(what).or_insert_with(Instant::now);
-        if now {
-            *last = Instant::now();
-        }
-    }
-
-    /// What has not come for so long that its sender must be lost.
-    fn silent(&self) -> Option<&'static str> {
-        self.0.iter().find(|(_, last)| last.elapsed() > LOCKSTEP_PATIENCE).map(|(what, _)| *what)
-    }
-}
-
-/// How far a run is: tick, seconds, metres to the goal.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(crate) struct Progress {
-    pub(crate) tick: u64,
-    pub(crate) time_s: f64,
-    pub(crate) distance_to_goal: f64,
-    /// Whether ticks have begun.
-    pub(crate) running: bool,
-}
+/// Takes the tick, the seconds of the run and the metres to the goal.
+pub(crate) type Progress<'a> = &'a (dyn Fn(u64, f64, f64) + Send + Sync);
 
 impl Streams {
     /// Those of `robot` and of a live crowd; what they refuse is added to `counts`.
@@ -94,7 +69,7 @@ impl Streams {
             odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
             people: Topic::new(session, &key("people")?, Flow::Sensor)?,
             crowd,
-            heard: Heard::default(),
+            heard: BTreeMap::new(),
         })
     }
 
@@ -102,21 +77,17 @@ impl Streams {
     pub(crate) async fn play(
         &mut self,
         prepared: Prepared,
-        progress: &watch::Sender<Progress>,
+        progress: Progress<'_>,
     ) -> Result<RunResult, MissionEnd> {
         let Prepared { mut world, order, profile, seed, .. } = prepared;
-        let mission = match self.begin(order).await {
-            Ok(mission) => mission,
-            Err(error) => {
-                // What never began must not begin later, with nobody to watch it.
-                if let Err(error) = self.request(&MissionCommand::Cancel).await {
-                    tracing::debug!(%error, "nothing to cancel");
-                }
-                return Err(error);
+        let begun = self.begin(order).await;
+        if begun.is_err() {
+            // What never began must not begin later, when nothing watches it.
+            if let Err(error) = self.request(&MissionCommand::Cancel).await {
+                tracing::debug!(%error, "nothing to cancel");
             }
-        };
-        let mut record = Record::new();
-        let mut mission = mission;
+        }
+        let (mut mission, mut record) = (begun?, Record::new());
         let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
         let end = match &outcome {
             Ok(Outcome::Reached) => MissionEnd::Reached,
@@ -156,38 +127,28 @@ impl Streams {
         let mut current = accepted.clone();
         let wait = async {
             while current.state == MissionState::Preparing {
-                let Some(next) = self.missions.next().await else {
-                    return Err(failed("the session is closed"));
-                };
-                if next.run == accepted.run {
-                    current = next;
+                match self.missions.next().await {
+                    Some(next) if next.run == accepted.run => current = next,
+                    Some(_) => {}
+                    None => return Err(failed("the session is closed")),
                 }
             }
             Ok(())
         };
-        match tokio::time::timeout(READY_TIMEOUT, wait).await {
-            Ok(waited) => waited?,
-            Err(_) => {
-                let missing: Vec<&str> = current
-                    .order
-                    .require
-                    .iter()
-                    .filter(|r| !current.ready.contains(r))
-                    .map(String::as_str)
-                    .collect();
-                return Err(failed(format!(
-                    "not ready within {} s: {}",
-                    READY_TIMEOUT.as_secs(),
-                    missing.join(", ")
-                )));
-            }
-        }
+        let Ok(waited) = tokio::time::timeout(READY_TIMEOUT, wait).await else {
+            let required = current.order.require.iter().map(String::as_str);
+            let missing: Vec<&str> =
+                required.filter(|role| !current.ready.iter().any(|r| r == role)).collect();
+            let seconds = READY_TIMEOUT.as_secs();
+            return Err(failed(format!("not ready within {seconds} s: {}", missing.join(", "))));
+        };
+        waited?;
         // What is here was said before any tick of this run.
         self.beliefs.clear();
         self.decisions.clear();
         self.commands.clear();
         self.crowd.begin();
-        self.heard = Heard::default();
+        self.heard.clear();
         ended(&current).map_or(Ok(current), Err)
     }
 
@@ -196,7 +157,7 @@ impl Streams {
         world: &mut World,
         mission: &mut Mission,
         record: &mut Record,
-        progress: &watch::Sender<Progress>,
+        progress: Progress<'_>,
     ) -> Result<Outcome, MissionEnd> {
         let realtime = mission.order.clock == Clock::Realtime;
         let period = Duration::from_secs_f64(mission.order.tick_s / mission.order.time_scale);
@@ -220,8 +181,7 @@ impl Streams {
                 known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
             };
-            let observation = world.observe();
-            self.publish(&observation, world, mission.order.clock, people_known);
+            self.publish(world, mission.order.clock, people_known)?;
             let (belief, decisions, command) = tokio::select! {
                 answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
                 () = end_of_mission(&missions, &mut changed) => continue,
@@ -230,15 +190,10 @@ impl Streams {
             believed = belief.or(believed);
             // Before the first belief, in real time, the robot knows what it was told.
             let belief = believed.clone().unwrap_or_else(|| convert::initial_belief(mission));
-            record.tick(&truth, &belief, world);
+            record.tick(truth.clone(), &belief, world);
             // The scenario's, unless the robot was sent elsewhere on the way.
             let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-            progress.send_replace(Progress {
-                tick: truth.tick,
-                time_s: truth.time,
-                distance_to_goal: truth.pose.position().distance(goal),
-                running: true,
-            });
+            progress(truth.tick, truth.time, truth.pose.position().distance(goal));
             for decision in &decisions {
                 record.decision(decision);
                 if decision.arrived {
@@ -252,75 +207,75 @@ impl Streams {
         }
     }
 
-    /// What the sensors say; of people nothing while nobody knows where they are.
-    fn publish(&self, observation: &Observation, world: &World, clock: Clock, people_known: bool) {
-        let (tick, stamp) = (observation.tick, observation.stamp);
+    /// What the sensors say; of people nothing while it is not known where they are.
+    fn publish(&self, world: &World, clock: Clock, people_known: bool) -> Result<(), MissionEnd> {
+        let Observation { tick, stamp, ranges, odometry, twist, people } = world.observe();
         let laser = &world.scenario().laser;
-        if people_known {
-            self.people.publish(&convert::people_to_wire(&observation.people, tick, stamp), clock);
+        let people = people_known.then(|| convert::people_to_wire(&people, tick, stamp));
+        let scan = Scan {
+            tick,
+            stamp,
+            angle_min: laser.bearing(0),
+            angle_increment: laser.bearing(1) - laser.bearing(0),
+            range_max: laser.range_max,
+            laser: convert::pose_to_wire(laser.robot_from_laser),
+            ranges: ranges.into(),
+        };
+        valid(&scan)?;
+        let Pose2 { x, y, heading } = odometry;
+        let Twist { v, omega } = twist;
+        if let Some(people) = people {
+            self.people.publish(&people, clock);
         }
-        self.scans.publish(
-            &Scan {
-                tick,
-                stamp,
-                angle_min: laser.bearing(0),
-                angle_increment: laser.bearing(1) - laser.bearing(0),
-                range_max: laser.range_max,
-                laser: convert::pose_to_wire(laser.robot_from_laser),
-                ranges: observation.ranges.as_slice().into(),
-            },
-            clock,
-        );
-        let odometry = observation.odometry;
-        self.odometry.publish(
-            &Odometry {
-                tick,
-                stamp,
-                x: odometry.x,
-                y: odometry.y,
-                heading: odometry.heading,
-                v: observation.twist.v,
-                omega: observation.twist.omega,
-            },
-            clock,
-        );
+        self.scans.publish(&scan, clock);
+        self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v, omega }, clock);
+        Ok(())
     }
 
     /// In lockstep the belief, decision and command of this very tick; in real time the newest.
-    async fn answers(
-        &mut self,
-        world: &World,
-        mission: &Mission,
-    ) -> anyhow::Result<(Option<Belief>, Vec<Decision>, Twist)> {
-        let tick = world.tick();
-        if mission.order.clock == Clock::Realtime {
+    async fn answers(&mut self, world: &World, mission: &Mission) -> anyhow::Result<Answers> {
+        let (tick, clock) = (world.tick(), mission.order.clock);
+        if clock == Clock::Realtime {
             let decisions = self.decisions.drain();
             let belief = self.beliefs.newest().cloned();
             let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
             let command = self.commands.newest().filter(fresh).map(twist);
-            self.heard.note("command from the driver", command.is_some());
-            self.heard.note("decision from the arbiter", !decisions.is_empty());
-            self.heard.note(
-                "belief from the localizer",
-                belief.as_ref().is_some_and(|b| world.time() - b.stamp < 1.0),
-            );
-            if let Some(silent) = self.heard.silent() {
-                bail!("no {silent} for {} s", LOCKSTEP_PATIENCE.as_secs());
+            let believes = belief.as_ref().is_some_and(|b| world.time() - b.stamp < 1.0);
+            let now = Instant::now();
+            for (what, is_heard) in
+                [(BELIEF, believes), (COMMAND, command.is_some()), (DECISION, !decisions.is_empty())]
+            {
+                let last = self.heard.entry(what).or_insert(now);
+                if is_heard {
+                    *last = now;
+                }
+                if now - *last > LOCKSTEP_PATIENCE {
+                    bail!("no {what} for {} s", LOCKSTEP_PATIENCE.as_secs());
+                }
             }
             return Ok((belief, decisions, command.unwrap_or_default()));
         }
-        let silent = |who: &str| format!("no {who} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
-        let belief = self.beliefs.of_tick(tick, mission.order.clock).await.cloned();
-        let belief = belief.with_context(|| silent("belief from the localizer"))?;
+        let silent =
+            |what: &str| format!("no {what} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
+        let belief = self.beliefs.of_tick(tick, clock).await.cloned();
+        let belief = belief.with_context(|| silent(BELIEF))?;
         let mut decisions = Vec::new();
         if tick.is_multiple_of(u64::from(mission.order.plan_every)) {
-            let decision = self.decisions.of_tick(tick, mission.order.clock).await.cloned();
-            decisions.push(decision.with_context(|| silent("decision from the arbiter"))?);
+            let decision = self.decisions.of_tick(tick, clock).await.cloned();
+            decisions.push(decision.with_context(|| silent(DECISION))?);
         }
-        let command = self.commands.of_tick(tick, mission.order.clock).await.map(twist);
-        Ok((Some(belief), decisions, command.with_context(|| silent("command from the driver"))?))
+        let command = self.commands.of_tick(tick, clock).await.map(twist);
+        Ok((Some(belief), decisions, command.with_context(|| silent(COMMAND))?))
     }
 }
+
+/// A belief, if there is one, the decisions, and what the base is to do.
+type Answers = (Option<Belief>, Vec<Decision>, Twist);
+
+/// What a run cannot do without.
+const BELIEF: &str = "belief from the localizer";
+const DECISION: &str = "decision from the arbiter";
+const COMMAND: &str = "command from the driver";
 
 /// Why the run cannot go on, if its mission has ended.
 fn ended(mission: &Mission) -> Option<MissionEnd> {
@@ -330,6 +285,11 @@ fn ended(mission: &Mission) -> Option<MissionEnd> {
 
 fn failed(detail: impl ToString) -> MissionEnd {
     MissionEnd::WorldFailed { reject: Refusal::failed(detail).into() }
+}
+
+/// Services refuse an invalid scan, and in lockstep they would wait for a valid one in vain.
+fn valid(scan: &Scan) -> Result<(), MissionEnd> {
+    scan.validate().map_err(|reject| MissionEnd::WorldFailed { reject: reject.within("scan") })
 }
 
 /// Completes when the mission has ended: its ticks are no longer answered.
@@ -344,4 +304,19 @@ async fn end_of_mission(missions: &Inbox<Mission>, changed: &mut Mission) {
 
 fn twist(command: &wire::Twist) -> Twist {
     Twist { v: command.v, omega: command.omega }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_schemas::golden;
+
+    #[test]
+    fn an_invalid_scan_ends_the_run_and_says_what_is_wrong_with_it() {
+        let mut scan = golden::scan();
+        assert!(valid(&scan).is_ok());
+        scan.ranges.0[1] = f32::NAN;
+        let Err(MissionEnd::WorldFailed { reject }) = valid(&scan) else { panic!("it is published") };
+        assert_eq!(reject.field.as_deref(), Some("scan.ranges"));
+    }
 }

@@ -1,7 +1,5 @@
 //! The generator as a program of its own; `curionav generator` runs the same.
 
-use curionav_runtime::process::service_main;
-
 fn main() -> std::process::ExitCode {
-    service_main("generator", curionav_trajectory_generator::run)
+    curionav_runtime::process::service_main("generator", curionav_trajectory_generator::run)
 }

@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicU64;
 use std::time::Duration;
 
 use curionav_arbiter::cycle;
+use curionav_arbiter::epoch::DecisionId;
 use curionav_arbiter::memory::Memory;
-use curionav_arbiter::succession::Order;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
 use tokio::sync::oneshot;
@@ -55,17 +55,17 @@ async fn plan(
     }
     let mut planned: Option<u64> = None;
     loop {
-        seat.heard.notified().await;
-        let (belief, people, commands) = {
-            let mut desk = seat.desk.lock().unwrap();
-            (desk.belief.clone(), desk.people.clone(), std::mem::take(&mut desk.commands))
+        seat.arrived.notified().await;
+        let (belief, people, command) = {
+            let latest = seat.latest.lock().unwrap();
+            (latest.belief.clone(), latest.people.clone(), latest.command.clone())
         };
-        commands.iter().for_each(|command| memory.hear(command));
         let Some(belief) = belief else { continue };
         let period = u64::from(world.mission.order.plan_every);
         if planned.is_some_and(|last| belief.tick < last + period) {
             continue;
         }
+        command.iter().for_each(|command| memory.observe_command(command));
         planned = Some(belief.tick);
         let (decision, account) =
             cycle::decide(pool, Some(context), &mut memory, &world.mission, belief, people).await;
@@ -77,7 +77,7 @@ async fn plan(
 }
 
 /// What the driver answers when it is asked whose decision it has obeyed last; nothing without an answer.
-async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<Order>> {
+async fn last_obeyed(world: &Arc<World>, timeout: Duration) -> Option<Option<DecisionId>> {
     let (sender, answer) = oneshot::channel();
     let sender = std::sync::Mutex::new(Some(sender));
     world.send(move |world| {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_driver::control::{Inputs, command};
-use curionav_driver::obedience::{Obedience, Taken};
+use curionav_driver::decision_fence::{Admission, DecisionFence};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
 use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People};
@@ -42,7 +42,7 @@ pub(super) struct Robot {
     pub(super) base: Base,
     command: Option<wire::Twist>,
     inbox: Vec<Decision>,
-    obedience: Obedience,
+    fence: DecisionFence,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,
     /// Every decision obeyed, with the time it was taken up and which life of the driver that was.
@@ -59,7 +59,7 @@ impl Robot {
             base: Base::new(mission),
             command: None,
             inbox: Vec::new(),
-            obedience: Obedience::default(),
+            fence: DecisionFence::default(),
             odometry_of: BTreeMap::new(),
             belief_of: BTreeMap::new(),
             taken: Vec::new(),
@@ -75,7 +75,7 @@ impl Robot {
 
     /// A decision that no arbiter has made.
     pub(super) fn receive_foreign(&mut self, epoch: Epoch) {
-        let obeyed = self.obedience.newest().map(|d| d.epoch);
+        let obeyed = self.fence.newest().map(|d| d.epoch);
         let (epoch, seq) = match epoch {
             Epoch::Last => (u64::MAX, u64::MAX),
             Epoch::Farthest => (obeyed.map_or(MAX_FIRST_EPOCH, |epoch| epoch + MAX_EPOCH_STEP), 1),
@@ -86,7 +86,7 @@ impl Robot {
     }
 
     pub(super) fn obeyed(&self) -> Option<Decision> {
-        self.obedience.newest().cloned()
+        self.fence.newest().cloned()
     }
 
     pub(super) fn waiting(&self) -> usize {
@@ -95,7 +95,7 @@ impl Robot {
 
     /// All that the driver knew is gone.
     pub(super) fn crash_driver(&mut self) {
-        self.obedience = Obedience::default();
+        self.fence = DecisionFence::default();
         self.belief_of.clear();
         self.odometry_of.clear();
         self.inbox.clear();
@@ -110,14 +110,14 @@ impl Robot {
             remember(&mut self.belief_of, belief.tick, belief);
         }
         for decision in std::mem::take(&mut self.inbox) {
-            match self.obedience.take(decision.clone()) {
-                Taken::Obeyed => self.taken.push((self.base.now(), self.lives, decision)),
-                Taken::Older => {}
-                Taken::OutOfReach => self.refused += 1,
+            match self.fence.admit(decision.clone()) {
+                Admission::Admitted => self.taken.push((self.base.now(), self.lives, decision)),
+                Admission::Older => {}
+                Admission::OutOfReach => self.refused += 1,
             }
         }
         let scan = self.base.scan();
-        let obeyed = self.obedience.newest();
+        let obeyed = self.fence.newest();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let command = command(&Inputs {
             odometry: &odometry,
@@ -146,7 +146,7 @@ impl Robot {
     fn roll(&mut self, command: Option<wire::Twist>) {
         let newest = self.command.as_ref().map(|c| (c.stamp, Twist { v: c.v, omega: c.omega }));
         let distance = self.base.roll(newest);
-        let decision = self.obedience.newest().filter(|d| d.action != Action::Stop);
+        let decision = self.fence.newest().filter(|d| d.action != Action::Stop);
         let strayed = decision.map_or(0.0, |d| strayed(d, self.base.now(), self.base.pose));
         self.driven.push(Driven { now: self.base.now(), distance, v: self.base.twist.v, command, strayed });
     }
@@ -200,7 +200,7 @@ fn tell_of_command(world: &Arc<World>, command: &wire::Twist) {
     let seats = world.state().arbiters.clone();
     for seat in seats {
         let command = command.clone();
-        world.send(move |_| seat.desk.lock().unwrap().commands.push(command.clone()));
+        world.send(move |_| seat.latest.lock().unwrap().command = Some(command.clone()));
     }
 }
 
@@ -210,15 +210,15 @@ fn tell_arbiters(world: &Arc<World>, belief: Option<Belief>, people: Option<Peop
     for seat in seats {
         let (belief, people, to) = (belief.clone(), people.clone(), Arc::clone(&seat));
         world.send(move |_| {
-            let mut desk = to.desk.lock().unwrap();
-            if people.as_ref().is_some_and(|new| desk.people.as_ref().is_none_or(|old| new.tick > old.tick)) {
-                desk.people.clone_from(&people);
+            let mut latest = to.latest.lock().unwrap();
+            if people.as_ref().is_some_and(|new| latest.people.as_ref().is_none_or(|old| new.tick > old.tick)) {
+                latest.people.clone_from(&people);
             }
-            if belief.as_ref().is_some_and(|new| desk.belief.as_ref().is_none_or(|old| new.tick > old.tick)) {
-                desk.belief.clone_from(&belief);
+            if belief.as_ref().is_some_and(|new| latest.belief.as_ref().is_none_or(|old| new.tick > old.tick)) {
+                latest.belief.clone_from(&belief);
             }
-            drop(desk);
-            to.heard.notify_one();
+            drop(latest);
+            to.arrived.notify_one();
         });
     }
 }

@@ -32,17 +32,17 @@ pub(super) type Name = (String, String);
 
 /// What one arbiter has heard of the robot, and how to wake it.
 #[derive(Default)]
-pub(super) struct Desk {
+pub(super) struct Heard {
     pub(super) belief: Option<Belief>,
     pub(super) people: Option<People>,
-    /// Of the driver, since it was last read.
-    pub(super) commands: Vec<Twist>,
+    /// The driver's newest.
+    pub(super) command: Option<Twist>,
 }
 
 #[derive(Default)]
 pub(super) struct ArbiterSeat {
-    pub(super) desk: Mutex<Desk>,
-    pub(super) heard: Notify,
+    pub(super) latest: Mutex<Heard>,
+    pub(super) arrived: Notify,
     pub(super) members: Notify,
     pub(super) task: Mutex<Option<TaskId>>,
 }

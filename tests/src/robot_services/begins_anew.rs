@@ -1,7 +1,7 @@
 //! A clock that begins anew: another run, or a base that was restarted in mid-run.
 
 use curionav_planning::geometry::Pose2;
-use curionav_schemas::{CommandReason, MissionState, Reason};
+use curionav_schemas::{CommandReason, CycleReport, MissionState, Reason};
 
 use super::base::Base;
 use super::test_bench::TestBench;
@@ -94,4 +94,29 @@ async fn a_base_that_was_restarted_in_mid_run_is_where_it_was() {
         let belief = base.belief_at(tick, Pose2::default()).await;
         assert!((belief.x - START.x - 3.0).abs() < 0.7, "tick {tick}: x = {:.2} m", belief.x);
     }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_command_of_the_run_before_does_not_pass_for_what_was_driven() {
+    let services = [curionav_driver::run, curionav_trajectory_generator::run, curionav_arbiter::run];
+    let mut bench = TestBench::start(&services, true).await;
+    bench.host_map();
+    let base = Base::of(&bench);
+    let reports = bench.inbox::<CycleReport>("report");
+    bench.set_mission(&["arbiter"]).await;
+    bench.runs().await;
+    base.command(20, None).await;
+    let next = bench.set_mission(&["arbiter"]).await;
+    bench.mission_that(|m| m.run == next.run && m.state == MissionState::Running).await;
+    while reports.try_next().is_some() {}
+    let mut tick = 0;
+    let report = loop {
+        base.say_people(tick);
+        base.decision(tick).await;
+        tick += 1;
+        if let Some(report) = reports.try_next() {
+            break report;
+        }
+    };
+    assert_eq!(report.driven, None);
 }

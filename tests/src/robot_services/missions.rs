@@ -1,7 +1,14 @@
 //! What services make of missions: new goals, maps that are not there yet, pools that never come.
 
+use std::time::Instant;
+
+use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::process::Service;
-use curionav_schemas::{MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus};
+use curionav_runtime::topic::Flow;
+use curionav_schemas::{
+    Clock, MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus, Twist,
+};
+use curionav_testing::golden;
 
 use super::test_bench::TestBench;
 use crate::faults::corridor_map::START;
@@ -79,4 +86,16 @@ async fn services_that_wait_end_when_they_are_asked_to() {
     bench.set_mission(&["localizer"]).await;
     bench.status_that("localizer", waits_for_a_map).await;
     assert!(bench.end().await, "it goes on waiting for a map");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_standby_arbiter_that_lags_in_lockstep_does_not_wait_for_what_has_passed() {
+    let bench = TestBench::start(&[], true).await;
+    let commands = bench.topic::<Twist>("cmd", Flow::Control);
+    let mut heard = Latest::new(bench.inbox::<Twist>("cmd"));
+    commands.publish(&Twist { tick: 5, ..golden::twist() }, Clock::Lockstep);
+    assert!(heard.of_tick(5, Clock::Lockstep).await.is_some());
+    let begun = Instant::now();
+    assert!(heard.of_tick(2, Clock::Lockstep).await.is_none());
+    assert!(begun.elapsed() < LOCKSTEP_PATIENCE / 2, "it waited for {:?}", begun.elapsed());
 }

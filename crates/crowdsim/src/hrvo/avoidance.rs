@@ -1,63 +1,42 @@
-//! One body among others: whom it minds and which velocity it takes.
+//! One body among others: which of them it minds, and which velocity it takes.
 
 use super::velocity_obstacle::{Body, VelocityObstacle};
 use super::{HrvoParams, Velocity, choice};
 
-/// Buffers of [`Self::velocity`], kept so that no step allocates.
-#[derive(Debug, Clone, Default)]
-pub struct Avoidance {
-    /// (squared distance, index) of those minded, nearest first.
-    neighbors: Vec<(f64, usize)>,
-    obstacles: Vec<VelocityObstacle>,
+/// The velocity `bodies[me]` takes, before limits of acceleration. `walls` come before all bodies.
+pub(crate) fn velocity(
+    me: usize,
+    bodies: &[Body],
+    walls: impl Iterator<Item = VelocityObstacle>,
+    max_speed: f64,
+    dt: f64,
+    params: &HrvoParams,
+) -> Velocity {
+    let cone =
+        |other: usize| VelocityObstacle::of_body(&bodies[me], &bodies[other], dt, params.uncertainty_offset);
+    let obstacles: Vec<_> = walls.chain(neighbors(me, bodies, params).map(cone)).collect();
+    choice::choose(bodies[me].preferred, max_speed, &obstacles)
 }
 
-impl Avoidance {
-    /// The velocity `bodies[me]` takes, before limits of acceleration. `walls` come before everybody.
-    pub fn velocity(
-        &mut self,
-        me: usize,
-        bodies: &[Body],
-        walls: &[VelocityObstacle],
-        max_speed: f64,
-        dt: f64,
-        params: &HrvoParams,
-    ) -> Velocity {
-        self.find_neighbors(me, bodies, params);
-        self.obstacles.clear();
-        self.obstacles.extend_from_slice(walls);
-        let cone = |&(_, other): &(f64, usize)| {
-            VelocityObstacle::of_body(&bodies[me], &bodies[other], dt, params.uncertainty_offset)
-        };
-        self.obstacles.extend(self.neighbors.iter().map(cone));
-        choice::choose(bodies[me].preferred, max_speed, &self.obstacles)
+/// The nearest others within reach, nearest first, the lower index of equals; only those that overlap
+/// if any do: parting comes first. A scan, because a crowd is some forty people.
+fn neighbors(me: usize, bodies: &[Body], params: &HrvoParams) -> impl Iterator<Item = usize> {
+    let Body { position, radius, .. } = bodies[me];
+    let reach = params.neighbor_distance * params.neighbor_distance;
+    let others = bodies.iter().enumerate().filter(|(index, _)| *index != me);
+    let mut near: Vec<(f64, usize)> = others
+        .map(|(index, other)| (position.distance_squared(other.position), index))
+        .filter(|(far, _)| *far < reach)
+        .collect();
+    let overlaps = |(far, index): &(f64, usize)| {
+        let touch = radius + bodies[*index].radius;
+        *far < touch * touch
+    };
+    if near.iter().any(overlaps) {
+        near.retain(overlaps);
     }
-
-    /// The nearest others within reach, nearest first, the lower index of equals; only those that overlap
-    /// if anybody does: parting comes first. A scan, because a crowd is some forty people.
-    fn find_neighbors(&mut self, me: usize, bodies: &[Body], params: &HrvoParams) {
-        let at = bodies[me].position;
-        let most = params.max_neighbors as usize;
-        let reach = params.neighbor_distance * params.neighbor_distance;
-        let mut overlapping = false;
-        self.neighbors.clear();
-        for (index, other) in bodies.iter().enumerate().filter(|(index, _)| *index != me) {
-            let far = at.distance_squared(other.position);
-            let touch = bodies[me].radius + other.radius;
-            let overlaps = far < touch * touch;
-            if far >= reach || (overlapping && !overlaps) {
-                continue;
-            }
-            if overlaps && !overlapping {
-                overlapping = true;
-                self.neighbors.clear();
-            }
-            let place = self.neighbors.partition_point(|(nearer, _)| *nearer <= far);
-            if place < most {
-                self.neighbors.truncate(most - 1);
-                self.neighbors.insert(place, (far, index));
-            }
-        }
-    }
+    near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    near.into_iter().take(params.max_neighbors as usize).map(|(_, index)| index)
 }
 
 #[cfg(test)]
@@ -75,9 +54,7 @@ mod tests {
             yields: true,
         };
         let bodies: Vec<Body> = x.iter().map(at).collect();
-        let mut avoidance = Avoidance::default();
-        avoidance.find_neighbors(0, &bodies, &HrvoParams { max_neighbors, ..HrvoParams::default() });
-        avoidance.neighbors.iter().map(|(_, index)| *index).collect()
+        neighbors(0, &bodies, &HrvoParams { max_neighbors, ..HrvoParams::default() }).collect()
     }
 
     #[test]
@@ -88,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn who_overlaps_is_minded_alone() {
+    fn those_who_overlap_are_minded_alone() {
         assert_eq!(minded(&[0.0, 0.6, 0.4, 1.0, -0.3], 10), [4, 2]);
     }
 }

@@ -9,13 +9,13 @@ use super::velocity_obstacle::VelocityObstacle;
 /// cross each other or the circle of the greatest speed; the nearest admissible velocity is always one of
 /// them. When all are forbidden, obstacles give way in reverse order: taken is a candidate whose first
 /// violated obstacle comes latest in the list, so sort it by urgency.
-pub fn choose(preferred: Velocity, max_speed: f64, obstacles: &[VelocityObstacle]) -> Velocity {
-    let mut search = Search::new(preferred, obstacles);
+pub(crate) fn choose(preferred: Velocity, max_speed: f64, obstacles: &[VelocityObstacle]) -> Velocity {
+    let mut search = Search { preferred, obstacles, admissible: None, forbidden: None };
     let speed = preferred.norm();
     let clipped = if speed < max_speed { preferred } else { preferred * (max_speed / speed) };
     search.consider(clipped, [NONE; 2]);
-    if search.is_perfect() {
-        return clipped;
+    if search.admissible.is_some() {
+        return clipped; // Nothing can be nearer.
     }
     let limit = max_speed * max_speed;
     for (i, obstacle) in obstacles.iter().enumerate() {
@@ -47,7 +47,8 @@ pub fn choose(preferred: Velocity, max_speed: f64, obstacles: &[VelocityObstacle
             }
         }
     }
-    search.best()
+    let forced = search.forbidden.map(|(_, _, velocity)| velocity);
+    search.admissible.map(|(_, velocity)| velocity).or(forced).unwrap_or_default()
 }
 
 /// Stands for "no obstacle" among those a candidate lies on.
@@ -64,11 +65,7 @@ struct Search<'a> {
     forbidden: Option<(usize, f64, Velocity)>,
 }
 
-impl<'a> Search<'a> {
-    fn new(preferred: Velocity, obstacles: &'a [VelocityObstacle]) -> Self {
-        Self { preferred, obstacles, admissible: None, forbidden: None }
-    }
-
+impl Search<'_> {
     /// Weighs a candidate that lies on the rims of the obstacles `on`; those are not asked.
     fn consider(&mut self, velocity: Velocity, on: [usize; 2]) {
         let far = (velocity - self.preferred).norm_squared();
@@ -87,16 +84,6 @@ impl<'a> Search<'a> {
                 }
             }
         }
-    }
-
-    /// Whether nothing can be nearer.
-    fn is_perfect(&self) -> bool {
-        self.admissible.is_some()
-    }
-
-    fn best(&self) -> Velocity {
-        let forced = self.forbidden.map(|(_, _, velocity)| velocity);
-        self.admissible.map(|(_, velocity)| velocity).or(forced).unwrap_or_default()
     }
 }
 

@@ -3,7 +3,7 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::StaticMap;
 
-use super::avoidance::Avoidance;
+use super::avoidance::velocity;
 use super::route::Route;
 use super::velocity_obstacle::{Body, VelocityObstacle};
 use super::wall_rim::{NearWall, WallRim};
@@ -20,19 +20,14 @@ const ROUNDING_M: f64 = 1e-9;
 
 /// The people of `[[walkers]]` as they walk under `motion = "hrvo"`. All choose at once, then all move.
 #[derive(Debug, Clone)]
-pub struct HrvoCrowd {
+pub(crate) struct HrvoCrowd {
     params: HrvoParams,
     walkers: Vec<Person>,
-    /// The walkers in their order, then whoever else was seen at the last step.
+    /// The walkers in their order, then the others that were seen at the last step.
     bodies: Vec<Body>,
     /// Distance from a wall that a walker's centre keeps, metres.
     wall_gap: f64,
     rim: WallRim,
-    avoidance: Avoidance,
-    chosen: Vec<Velocity>,
-    near_walls: Vec<NearWall>,
-    nearest_walls: Vec<Option<NearWall>>,
-    wall_obstacles: Vec<VelocityObstacle>,
 }
 
 #[derive(Debug, Clone)]
@@ -43,8 +38,8 @@ struct Person {
 }
 
 impl HrvoCrowd {
-    /// Everybody at the start of the route, standing.
-    pub fn new(walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
+    /// All walkers at the starts of their routes, standing.
+    pub(crate) fn new(walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
         let mut bodies = Vec::with_capacity(walkers.len() + 1);
         let mut persons = Vec::with_capacity(walkers.len());
         for walker in walkers {
@@ -62,21 +57,16 @@ impl HrvoCrowd {
             bodies,
             wall_gap: (people.radius - diagonal).max(0.01),
             rim: WallRim::new(map),
-            avoidance: Avoidance::default(),
-            chosen: Vec::new(),
-            near_walls: Vec::new(),
-            nearest_walls: Vec::new(),
-            wall_obstacles: Vec::new(),
         }
     }
 
     /// The walkers, in the scenario's order.
-    pub fn people(&self) -> &[Body] {
+    pub(crate) fn people(&self) -> &[Body] {
         &self.bodies[..self.walkers.len()]
     }
 
-    /// Everybody walks for `dt` seconds, seeing each other and `others`, who move by their own law.
-    pub fn step(&mut self, dt: f64, map: &StaticMap, others: impl IntoIterator<Item = Body>) {
+    /// All walk for `dt` seconds, seeing each other and `others`, who move by their own law.
+    pub(crate) fn step(&mut self, dt: f64, map: &StaticMap, others: impl IntoIterator<Item = Body>) {
         self.bodies.truncate(self.walkers.len());
         self.bodies.extend(others);
         for (person, body) in self.walkers.iter_mut().zip(&mut self.bodies) {
@@ -85,61 +75,68 @@ impl HrvoCrowd {
                 body.preferred = person.preferred(body, map, dt);
             }
         }
-        self.chosen.clear();
-        self.nearest_walls.clear();
-        for i in 0..self.walkers.len() {
-            let velocity = self.choose(i, dt, map);
-            self.chosen.push(velocity);
-        }
-        // One after the other, seeing where those before have gone, so that nobody steps into anybody.
-        for i in 0..self.walkers.len() {
-            let velocity = self.clipped(i, dt, map);
+        let chosen: Vec<_> = (0..self.walkers.len()).map(|i| self.choose(i, dt, map)).collect();
+        // One after the other, seeing where those before have gone, so that none steps into another.
+        for (i, (velocity, wall)) in chosen.into_iter().enumerate() {
+            let velocity = self.clipped(i, velocity, wall, dt, map);
             let body = &mut self.bodies[i];
             (body.velocity, body.position) = (velocity, moved(body.position, velocity, dt));
         }
     }
 
     /// The velocity of one walker for this step: chosen among what others and walls leave, as far as it can
-    /// be taken up.
-    fn choose(&mut self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
+    /// be taken up; and the nearest wall.
+    fn choose(&self, i: usize, dt: f64, map: &StaticMap) -> (Velocity, Option<NearWall>) {
         let (person, body) = (&self.walkers[i], self.bodies[i]);
         if person.stands {
-            self.nearest_walls.push(None);
-            return Velocity::zeros();
+            return (Velocity::zeros(), None);
         }
         let max_speed = person.speed * self.params.max_speed_factor;
         let horizon = self.params.wall_horizon_s;
-        self.rim.nearest(map, body.position, body.radius + max_speed * horizon, &mut self.near_walls);
-        self.nearest_walls.push(self.near_walls.first().copied());
-        self.wall_obstacles.clear();
+        let walls = self.rim.nearest(map, body.position, body.radius + max_speed * horizon);
         let forbidden =
             |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
-        self.wall_obstacles.extend(self.near_walls.iter().map(forbidden));
-        let wanted =
-            self.avoidance.velocity(i, &self.bodies, &self.wall_obstacles, max_speed, dt, &self.params);
+        let obstacles = walls.iter().map(forbidden);
+        let wanted = velocity(i, &self.bodies, obstacles, max_speed, dt, &self.params);
         let change = wanted - body.velocity;
         let most = self.params.max_accel * dt;
-        if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted }
+        let taken_up =
+            if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted };
+        (taken_up, walls.first().copied())
     }
 
-    /// What is left of a walker's velocity when its step must end clear of walls and of everybody: without
+    /// What is left of a walker's velocity when its step must end clear of walls and of people: without
     /// its parts towards what is in the way, then shorter, then none.
-    fn clipped(&self, i: usize, dt: f64, map: &StaticMap) -> Velocity {
-        let mut velocity = self.chosen[i];
+    fn clipped(
+        &self,
+        i: usize,
+        mut velocity: Velocity,
+        wall: Option<NearWall>,
+        dt: f64,
+        map: &StaticMap,
+    ) -> Velocity {
+        let in_the_way = |velocity| self.in_the_way(i, velocity, wall, dt, map);
         for _ in 0..SLIDES {
-            let Some(towards) = self.in_the_way(i, velocity, dt, map) else { return velocity };
+            let Some(towards) = in_the_way(velocity) else { return velocity };
             velocity -= towards * velocity.dot(&towards).max(0.0);
         }
-        let shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
-        shorter.into_iter().find(|v| self.in_the_way(i, *v, dt, map).is_none()).unwrap_or_default()
+        let mut shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
+        shorter.find(|v| in_the_way(*v).is_none()).unwrap_or_default()
     }
 
-    /// The direction of a wall or person too near to where this step would end, if there is one. Who is too
-    /// near already may go wherever that gets no worse.
-    fn in_the_way(&self, i: usize, velocity: Velocity, dt: f64, map: &StaticMap) -> Option<Velocity> {
+    /// The direction of a wall or person too near to where this step would end, if there is one. A walker
+    /// that is too near already may go wherever that gets no worse.
+    fn in_the_way(
+        &self,
+        i: usize,
+        velocity: Velocity,
+        wall: Option<NearWall>,
+        dt: f64,
+        map: &StaticMap,
+    ) -> Option<Velocity> {
         let body = &self.bodies[i];
         let end = moved(body.position, velocity, dt);
-        let wall = self.nearest_walls[i].filter(|wall| {
+        let wall = wall.filter(|wall| {
             let keep = self.wall_gap.min(wall.distance);
             wall_distance(map, end) < keep - ROUNDING_M
         });

@@ -6,19 +6,19 @@
 //! (walls, which the method itself lacks), [`route`] (where a person wants to go) and [`HrvoCrowd`] (all
 //! of them, step by step).
 
-pub mod avoidance;
-pub mod choice;
+pub(crate) mod avoidance;
+pub(crate) mod choice;
 mod crowd;
 mod params;
-pub mod route;
-pub mod velocity_obstacle;
-pub mod wall_rim;
+pub(crate) mod route;
+pub(crate) mod velocity_obstacle;
+pub(crate) mod wall_rim;
 
-pub use crowd::HrvoCrowd;
-pub use params::HrvoParams;
+pub(crate) use crowd::HrvoCrowd;
+pub(crate) use params::HrvoParams;
 
 /// A velocity in the map frame, m/s.
-pub type Velocity = nalgebra::Vector2<f64>;
+pub(crate) type Velocity = nalgebra::Vector2<f64>;
 
 #[cfg(test)]
 mod reference_tests;

@@ -34,7 +34,7 @@ curionav_planning::parameters! {
 
 impl HrvoParams {
     /// Whether all values are the default's.
-    pub fn is_default(&self) -> bool {
+    pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }

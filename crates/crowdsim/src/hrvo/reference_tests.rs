@@ -7,7 +7,7 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::random::{rng, uniform};
 
-use super::avoidance::Avoidance;
+use super::avoidance::velocity;
 use super::velocity_obstacle::Body;
 use super::{HrvoParams, Velocity};
 
@@ -93,8 +93,7 @@ impl Reference {
     /// How far the velocity chosen from the state of `step` is from the library's, m/s.
     fn deviation(&self, agent: usize, step: usize, noise: f64, seed: u64) -> f64 {
         let bodies = self.seen_by(agent, step, noise, seed);
-        let mut avoidance = Avoidance::default();
-        let chosen = avoidance.velocity(agent, &bodies, &[], self.max_speed, self.dt, &self.params);
+        let chosen = velocity(agent, &bodies, std::iter::empty(), self.max_speed, self.dt, &self.params);
         (chosen - self.rows[step + 1][agent].1).norm()
     }
 }

@@ -6,7 +6,7 @@ use curionav_planning::occupancy::{Cell, StaticMap};
 use crate::scenario::{WalkMode, Walker};
 use crate::walkers::WalkerState;
 
-/// A corner that came no nearer for this long is given up for the next one, seconds: somebody stands there.
+/// A corner that came no nearer for this long is given up for the next one, seconds: a person stands there.
 const PATIENCE_S: f64 = 8.0;
 /// Coming nearer by less than this is none, metres.
 const NEARER_M: f64 = 0.1;
@@ -15,7 +15,7 @@ const HALVINGS: i32 = 4;
 
 /// A route under way.
 #[derive(Debug, Clone)]
-pub struct Route {
+pub(crate) struct Route {
     /// Corners of a full cycle; the first again at the end when it repeats.
     corners: Vec<Point2>,
     /// The leg being walked leads from this corner to the next.
@@ -33,11 +33,11 @@ pub struct Route {
 
 impl Route {
     /// The route at t = 0 and where on it the person is.
-    pub fn new(walker: &Walker) -> (Self, Point2) {
+    pub(crate) fn new(walker: &Walker) -> (Self, Point2) {
         let script = WalkerState::new(walker);
         let back_and_forth = walker.mode == WalkMode::BackAndForth;
+        let position = script.position();
         let route = Self {
-            corners: script.corners().to_vec(),
             leg: script.leg(),
             turn: back_and_forth.then(|| walker.route.len() - 1),
             repeats: back_and_forth || walker.mode == WalkMode::Loop,
@@ -46,18 +46,19 @@ impl Route {
             resting: 0.0,
             nearest: f64::INFINITY,
             stuck_s: 0.0,
+            corners: script.corners,
         };
-        (route, script.position())
+        (route, position)
     }
 
     /// The corner the person walks to, or stays at; none while it rests.
-    pub fn corner(&self) -> Option<Point2> {
+    pub(crate) fn corner(&self) -> Option<Point2> {
         (self.resting <= 0.0).then(|| self.corners[(self.leg + 1).min(self.corners.len() - 1)])
     }
 
     /// The point to walk to from `at`: the corner if it is in sight past walls, else the farthest point of
     /// the leg that is. Legs keep clear of walls, so a person pushed aside finds back to its own.
-    pub fn aim(&self, at: Point2, map: &StaticMap, radius: f64) -> Option<Point2> {
+    pub(crate) fn aim(&self, at: Point2, map: &StaticMap, radius: f64) -> Option<Point2> {
         let corner = self.corner()?;
         if in_sight(map, at, corner, radius) {
             return Some(corner);
@@ -74,7 +75,7 @@ impl Route {
 
     /// `dt` seconds have passed and the person is at `at`: rests, turns to the next corner when this one is
     /// nearer than `goal_radius`, or when it is out of reach.
-    pub fn advance(&mut self, at: Point2, goal_radius: f64, dt: f64) {
+    pub(crate) fn advance(&mut self, at: Point2, goal_radius: f64, dt: f64) {
         if self.resting > 0.0 {
             self.resting -= dt;
             return;
@@ -116,7 +117,7 @@ fn in_sight(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
         let share = if length > 0.0 { (s / length).min(1.0) } else { 1.0 };
         let p = Point2::new(from.x + share * (to.x - from.x), from.y + share * (to.y - from.y));
         let distance = map.to_obstacle.at(&map.grid, p);
-        // Who was pushed nearer to a wall than that may look out from there.
+        // A person who was pushed nearer to a wall than that may look out from there.
         let leaving = s < radius && map.grid.at(p) == Cell::Free;
         if distance < radius && !leaving {
             return false;

@@ -146,7 +146,7 @@ fn nobody_walks_into_walls_and_all_go_round() {
 fn robot_among(count: u32, speed: f64, robot_speed: f64, seed: u64) -> f64 {
     let map = map(|_, _| false);
     let mut r = rng(seed, 0);
-    // nobody starts within 3 m of the middle, where the standing robot is
+    // none starts within 3 m of the middle, where the standing robot is
     let mut any = || {
         let (angle, far) = (std::f64::consts::TAU * uniform(&mut r), 3.0 + 4.0 * uniform(&mut r));
         let (s, c) = sin_cos(angle);

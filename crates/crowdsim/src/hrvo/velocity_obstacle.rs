@@ -6,12 +6,12 @@ use super::Velocity;
 
 /// A disc that moves and is seen by others.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub(crate) struct Body {
     /// Map frame, metres.
     pub position: Point2,
     /// m/s.
     pub velocity: Velocity,
-    /// The velocity it would have with nobody around, m/s: it decides on which side others pass.
+    /// The velocity it would have with no others around, m/s: it decides on which side others pass.
     pub preferred: Velocity,
     /// Metres.
     pub radius: f64,
@@ -22,7 +22,7 @@ pub struct Body {
 
 /// A cone of forbidden velocities: those strictly between the rays from `apex` along its two sides.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct VelocityObstacle {
+pub(crate) struct VelocityObstacle {
     /// m/s.
     pub apex: Velocity,
     /// Direction of the right-hand side, seen from the apex; unit length.
@@ -41,7 +41,7 @@ impl VelocityObstacle {
     /// the method's authors, whose trajectories this reproduces: there the apex lies as far behind the
     /// other's velocity, along the left side, as the geometry puts it before. `offset`: see
     /// [`super::HrvoParams::uncertainty_offset`].
-    pub fn of_body(me: &Body, other: &Body, dt: f64, offset: f64) -> Self {
+    pub(crate) fn of_body(me: &Body, other: &Body, dt: f64, offset: f64) -> Self {
         let apart = Velocity::new(other.position.x - me.position.x, other.position.y - me.position.y);
         let distance = apart.norm();
         let reach = me.radius + other.radius;
@@ -73,7 +73,7 @@ impl VelocityObstacle {
 
     /// What a wall forbids whose nearest point is in direction `towards` (unit length): a speed towards it
     /// that closes the gap, metres, within `horizon` seconds. All of the avoiding is ours.
-    pub fn of_wall(towards: Velocity, gap: f64, horizon: f64) -> Self {
+    pub(crate) fn of_wall(towards: Velocity, gap: f64, horizon: f64) -> Self {
         Self::half_plane(towards * (gap / horizon), towards)
     }
 
@@ -83,7 +83,7 @@ impl VelocityObstacle {
     }
 
     /// Whether the velocity is forbidden.
-    pub fn holds(&self, velocity: Velocity) -> bool {
+    pub(crate) fn holds(&self, velocity: Velocity) -> bool {
         let from_apex = velocity - self.apex;
         self.right.perp(&from_apex) > 0.0 && self.left.perp(&from_apex) < 0.0
     }

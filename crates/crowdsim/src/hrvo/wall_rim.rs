@@ -7,11 +7,11 @@ use curionav_planning::occupancy::{Cell, StaticMap};
 use super::Velocity;
 
 /// Most walls minded at once: a person in a dead end has three around it, a doorway adds one.
-pub const MAX_WALLS: usize = 4;
+const MAX_WALLS: usize = 4;
 
 /// A wall near a person.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NearWall {
+pub(crate) struct NearWall {
     /// Direction of its nearest point, map frame, unit length.
     pub towards: Velocity,
     /// Distance of that point, metres.
@@ -20,20 +20,18 @@ pub struct NearWall {
 
 /// The cells where free space ends, row by row, in which walls near a point are found fast.
 #[derive(Debug, Clone)]
-pub struct WallRim {
+pub(crate) struct WallRim {
     /// Where each row's cells begin in `columns`; one more than rows.
     row_starts: Vec<usize>,
     /// Columns of rim cells, ascending within a row.
     columns: Vec<usize>,
     /// Cosine and sine of the grid's heading in the map frame.
     turn: (f64, f64),
-    /// Offsets of wall points near the person, cells; kept between calls.
-    points: Vec<(f64, f64)>,
 }
 
 impl WallRim {
     /// The rim of a map: cells that are not free beside cells that are.
-    pub fn new(map: &StaticMap) -> Self {
+    pub(crate) fn new(map: &StaticMap) -> Self {
         let grid = &map.grid;
         let (width, height) = (grid.width(), grid.height());
         let mut row_starts = vec![0];
@@ -53,14 +51,13 @@ impl WallRim {
             row_starts.push(columns.len());
         }
         let (sine, cosine) = sin_cos(grid.origin().heading);
-        Self { row_starts, columns, turn: (cosine, sine), points: Vec::new() }
+        Self { row_starts, columns, turn: (cosine, sine) }
     }
 
-    /// The walls around `at` within `reach` metres, nearest first, written into `found`: the nearest point,
-    /// then the nearest of those not behind a line through a nearer one across the view of it, and so on.
+    /// The walls around `at` within `reach` metres, nearest first: the nearest point, then the nearest of those not behind a line through a nearer one across the view of it, and so on.
     /// A straight wall counts once, a corner of the room twice.
-    pub fn nearest(&mut self, map: &StaticMap, at: Point2, reach: f64, found: &mut Vec<NearWall>) {
-        found.clear();
+    pub(crate) fn nearest(&self, map: &StaticMap, at: Point2, reach: f64) -> Vec<NearWall> {
+        let mut found = Vec::new();
         let grid = &map.grid;
         let cell = grid.resolution();
         // The field says centre to centre: areas may be a diagonal nearer.
@@ -68,20 +65,14 @@ impl WallRim {
             let (x, y) = grid.grid_from_map(at);
             let border = x.min(y).min(grid.width() as f64 - x).min(grid.height() as f64 - y);
             if border * cell > reach {
-                return;
+                return found;
             }
         }
-        self.collect(map, at, reach / cell);
+        let mut points = self.points(map, at, reach / cell);
         let (cosine, sine) = self.turn;
         while found.len() < MAX_WALLS {
-            let mut nearest: Option<(f64, (f64, f64))> = None;
-            for &(x, y) in &self.points {
-                let far = x * x + y * y;
-                if far > 0.0 && nearest.is_none_or(|(least, _)| far < least) {
-                    nearest = Some((far, (x, y)));
-                }
-            }
-            let Some((squared, (x, y))) = nearest else { break };
+            let squares = points.iter().map(|&(x, y)| (x * x + y * y, (x, y))).filter(|(far, _)| *far > 0.0);
+            let Some((squared, (x, y))) = squares.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { break };
             let distance = squared.sqrt();
             let (ux, uy) = (x / distance, y / distance);
             found.push(NearWall {
@@ -89,18 +80,19 @@ impl WallRim {
                 distance: distance * cell,
             });
             // A cell of slack: a slanting wall is a staircase.
-            self.points.retain(|(px, py)| px * ux + py * uy < distance - 1.0);
+            points.retain(|(px, py)| px * ux + py * uy < distance - 1.0);
         }
+        found
     }
 
     /// The nearest points of the rim cells and of the map's border within `reach` cells, as offsets.
-    fn collect(&mut self, map: &StaticMap, at: Point2, reach: f64) {
-        self.points.clear();
+    fn points(&self, map: &StaticMap, at: Point2, reach: f64) -> Vec<(f64, f64)> {
         let (width, height) = (map.grid.width(), map.grid.height());
         let (x, y) = map.grid.grid_from_map(at);
         let squared = reach * reach;
         let border = [(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];
-        self.points.extend(border.into_iter().filter(|(dx, dy)| dx * dx + dy * dy <= squared));
+        let near = |(dx, dy): &(f64, f64)| dx * dx + dy * dy <= squared;
+        let mut points: Vec<_> = border.into_iter().filter(near).collect();
         let row = |y: f64| (y.max(0.0) as usize).min(height - 1);
         let first_column = (x - reach - 1.0).max(0.0) as usize;
         for r in row(y - reach)..=row(y + reach) {
@@ -110,12 +102,10 @@ impl WallRim {
                 if c as f64 > x + reach {
                     break;
                 }
-                let dx = offset_to(x, c as f64);
-                if dx * dx + dy * dy <= squared {
-                    self.points.push((dx, dy));
-                }
+                points.extend(Some((offset_to(x, c as f64), dy)).filter(near));
             }
         }
+        points
     }
 }
 
@@ -139,9 +129,7 @@ mod tests {
     }
 
     fn near(map: &StaticMap, x: f64, y: f64, reach: f64) -> Vec<NearWall> {
-        let mut found = Vec::new();
-        WallRim::new(map).nearest(map, Point2::new(x, y), reach, &mut found);
-        found
+        WallRim::new(map).nearest(map, Point2::new(x, y), reach)
     }
 
     #[test]

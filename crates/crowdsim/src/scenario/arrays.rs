@@ -2,7 +2,7 @@
 
 use serde::de::{Deserialize, Deserializer, Error};
 
-/// Not one number more: whoever writes a heading behind a goal would not be told that nobody reads it.
+/// Not one number more: a heading written behind a goal would be ignored without a word.
 fn exactly<const N: usize, E: Error>(numbers: Vec<f64>) -> Result<[f64; N], E> {
     let count = numbers.len();
     let wanted = format!("{N} numbers");

@@ -178,19 +178,6 @@ fn ids_are_unique_and_ascending_and_live_people_are_people() {
 }
 
 #[test]
-fn the_time_limit_is_met_to_the_tick() {
-    let mut s = scenario(0.0, 0.0);
-    s.clock.time_limit_s = 0.3;
-    let mut world = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap();
-    let mut ticks = 0;
-    while !world.is_time_up() {
-        world.step(Twist::default());
-        ticks += 1;
-    }
-    assert_eq!(ticks, 3);
-}
-
-#[test]
 fn recordings_must_fit_the_scenario() {
     let mut s = scenario(0.0, 0.0);
     let error = World::new(&s, hall(Point2::default()), Vec::new(), 0).unwrap_err();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
-use curionav_schemas::{Clock, Message, OccupancyGrid};
+use curionav_schemas::{Clock, Message, OccupancyGrid, words};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -150,7 +150,7 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
         let choice = Choice { planner: Some(planner.source.clone()), seed: None };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
         let prepared = curionav_simulator::prepare(&package.request, "robot")
-            .map_err(|e| package.fault(Some(&e.field), &e.problem))?;
+            .map_err(|reject| package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))?;
         digests.push(digest(&package));
         first.get_or_insert((package, prepared));
     }

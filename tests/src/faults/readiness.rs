@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use curionav_arbiter::muster::muster;
+use curionav_arbiter::readiness::await_pool;
 use curionav_planning::profile::{Condition, Profile, Term};
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
@@ -19,14 +19,14 @@ use super::world::{ArbiterSeat, SimulatedPeers, World};
 const LONG: Duration = Duration::from_secs(120);
 
 /// A mission with a term that is not built in, for a pool of some generators, CPC, CNC and of that term.
-struct Muster {
+struct PoolAtStart {
     pool: [usize; 3],
     foreign: usize,
     in_process: bool,
     has_run: bool,
 }
 
-impl Muster {
+impl PoolAtStart {
     /// What came of it, and after how many seconds; nothing if it still waits.
     fn outcome(&self) -> Option<(Result<(), Reject>, f64)> {
         let (fields, map) = corridor_map::fields();
@@ -48,12 +48,12 @@ impl Muster {
         let outcome = Arc::new(Mutex::new(None));
         let (told, clock) = (Arc::clone(&outcome), world.executor.clone());
         world.executor.spawn(async move {
-            let mustered = tokio::select! {
+            let ready = tokio::select! {
                 biased;
-                mustered = muster(&pool, &context) => mustered,
+                ready = await_pool(&pool, &context) => ready,
                 () = pool.keep_ready(&context) => unreachable!("it goes on for ever"),
             };
-            *told.lock().unwrap() = Some((mustered, clock.now().as_secs_f64()));
+            *told.lock().unwrap() = Some((ready, clock.now().as_secs_f64()));
         });
         world.executor.run(LONG);
         world.executor.end();
@@ -63,7 +63,7 @@ impl Muster {
 
 #[test]
 fn a_whole_pool_is_waited_for_no_longer_than_it_takes() {
-    let all = Muster { pool: [2, 2, 2], foreign: 1, in_process: false, has_run: false };
+    let all = PoolAtStart { pool: [2, 2, 2], foreign: 1, in_process: false, has_run: false };
     let (outcome, after) = all.outcome().unwrap();
     assert!(outcome.is_ok() && after < 2.0, "{outcome:?} after {after} s");
 }
@@ -72,16 +72,16 @@ fn a_whole_pool_is_waited_for_no_longer_than_it_takes() {
 fn what_can_be_replaced_is_waited_for_for_five_seconds() {
     // Whichever it is: generators, CPC, CNC, all of them.
     for pool in [[0, 2, 2], [2, 0, 2], [2, 2, 0], [0, 0, 0]] {
-        let without = Muster { pool, foreign: 1, in_process: true, has_run: false };
+        let without = PoolAtStart { pool, foreign: 1, in_process: true, has_run: false };
         let (outcome, after) = without.outcome().unwrap();
         assert!(outcome.is_ok() && (5.0..5.5).contains(&after), "{pool:?}: {outcome:?} after {after} s");
     }
 }
 
 #[test]
-fn a_metric_nobody_computes_refuses_the_mission_whatever_else_is_missing() {
+fn a_term_that_no_replica_computes_refuses_the_mission_whatever_else_is_missing() {
     for (pool, in_process) in [([2, 2, 2], true), ([0, 2, 2], true), ([0, 0, 0], true), ([0, 2, 2], false)] {
-        let without = Muster { pool, foreign: 0, in_process, has_run: false };
+        let without = PoolAtStart { pool, foreign: 0, in_process, has_run: false };
         let (outcome, after) = without.outcome().unwrap();
         let reject = outcome.unwrap_err();
         let detail = "none is alive, or none answers".to_owned();
@@ -92,13 +92,25 @@ fn a_metric_nobody_computes_refuses_the_mission_whatever_else_is_missing() {
 }
 
 #[test]
-fn a_mission_that_has_been_under_way_is_not_given_up_for_who_is_out_of_reach() {
-    let later = Muster { pool: [2, 2, 2], foreign: 0, in_process: true, has_run: true };
+fn a_mission_that_has_been_under_way_is_not_given_up_for_replicas_out_of_reach() {
+    let later = PoolAtStart { pool: [2, 2, 2], foreign: 0, in_process: true, has_run: true };
     assert!(later.outcome().unwrap().0.unwrap_err().why.is_transient());
 }
 
 #[test]
 fn what_must_not_be_replaced_is_waited_for_without_limit() {
-    let without = Muster { pool: [0, 2, 2], foreign: 1, in_process: false, has_run: false };
+    let without = PoolAtStart { pool: [0, 2, 2], foreign: 1, in_process: false, has_run: false };
     assert!(without.outcome().is_none());
+}
+
+#[test]
+fn a_term_whose_name_is_no_part_of_a_key_is_refused_at_once() {
+    let (fields, map) = corridor_map::fields();
+    let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
+    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
+    let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+    profile.terms.insert("com/fort".to_owned(), term);
+    mission.order.profile = convert::to_value(&profile).unwrap();
+    let refused = PlanContext::new(mission, &fields, true).err();
+    assert_eq!(refused, Some(Refusal::NotAName { found: "com/fort".into() }.at("profile.terms")));
 }

@@ -1,4 +1,4 @@
-//! Waiting for the pool before a mission: for every replica that is alive, and for one of each role.
+//! Readiness of the pool before a mission: of every replica that is alive, and of one of each role.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -11,15 +11,15 @@ use curionav_pool::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
-/// How long it waits for a term that is not built in. Nobody else can compute it, so the mission is then refused.
+/// How long it waits for a term that is not built in. Only its replicas compute it, so the mission is then refused.
 const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// Between two looks.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// Completes once every replica that is alive is ready and there is one of each role. What the arbiter can compute
-/// itself is waited for only so long, a term that is not built in longer: without it nothing can be followed, and
-/// the mission is refused. What could be computed here but must not be is waited for without limit.
-pub async fn muster<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
+/// Completes once every replica that is alive is ready and there is one of each role. A role that the arbiter can
+/// replace is awaited for a short time, a term that is not built in for a longer one: without it nothing can be
+/// followed, and the mission is refused. With `in_process = false`, built-in roles are awaited indefinitely.
+pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
     let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
     let started = pool.peers.now();
     let mut done_without = BTreeSet::new();
@@ -51,7 +51,7 @@ pub async fn muster<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(
     }
 }
 
-/// How long to wait for a term that is not built in: less if one who computes it says that it never will.
+/// How long to wait for a term that is not built in: less if one of its replicas says that it never will be ready.
 fn patience<P: Peers>(pool: &Pool<P>, role: &str) -> Duration {
     let refused = pool.refusal(role).is_some_and(|(_, reject)| !reject.why.is_transient());
     if refused { POOL_PATIENCE } else { FOREIGN_PATIENCE }

@@ -1,0 +1,148 @@
+//! The paper's nine measures of a run, collisions and the least gap; the standard social measures are in [`social`].
+//!
+//! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
+//! row before it; the first has none.
+
+mod kinematics;
+pub mod social;
+
+use std::collections::BTreeMap;
+
+use curionav_planning::geometry::Pose2;
+
+use crate::world::Truth;
+
+/// `Thr_c`: the localiser has converged while the trace of its covariance is at most this, m2 + rad2. It is the
+/// threshold that switches CPC on in the shipped planners (A9, A10); runs are judged by it whatever the planner's own
+/// threshold is.
+const CONVERGED_TRACE: f64 = 0.1;
+/// The trace must stay converged this long to count, seconds.
+const CONVERGED_FOR_S: f64 = 1.0;
+/// Another loss of convergence is counted only after the trace fell below this share of `Thr_c`.
+const REARM_SHARE: f64 = 0.8;
+/// Comfortable distance between centres, metres (A16).
+const COMFORT_DISTANCE: f64 = 1.5;
+/// A contact counts as a collision when the robot is faster than this, m/s (D11).
+const COLLISION_SPEED: f64 = 0.05;
+/// A contact with a wall lasts until the gap exceeds this, metres.
+const WALL_RELEASE: f64 = 0.02;
+
+/// The measures of one run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measures {
+    /// Root mean square of the position error of the estimate, metres.
+    pub rmse_m: f64,
+    /// Share of the run before the localiser first converged, 0 to 1; 1 when it never did.
+    pub tcm: f64,
+    /// Times the localiser lost convergence again.
+    pub nm: u32,
+    /// Share of the run with a person nearer than the comfortable distance, 0 to 1.
+    pub td: f64,
+    /// Least distance to a person, metres; none when no person was ever there.
+    pub md_m: Option<f64>,
+    /// Times a person came nearer than the comfortable distance.
+    pub nt: u32,
+    /// Mean speed, m/s.
+    pub vel_mps: f64,
+    /// Length of the way driven, metres.
+    pub length_m: f64,
+    /// Duration, seconds.
+    pub time_s: f64,
+    /// Contacts with people or walls in which the robot was moving; one for each episode (D11).
+    pub collisions: u32,
+    /// Least gap between the robot's body and a wall or a person, metres; negative for an overlap.
+    pub clearance_min_m: f64,
+}
+
+/// One tick of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// What really was.
+    pub truth: Truth,
+    /// The localiser's mean pose.
+    pub estimate: Pose2,
+    /// The trace of its covariance, m2 + rad2.
+    pub trace: f64,
+}
+
+impl Measures {
+    /// The measures of a whole run, row by row.
+    pub fn of(rows: &[Row]) -> Self {
+        let steps = || rows.windows(2).map(|pair| (&pair[0].truth, &pair[1].truth));
+        let is_near = |truth: &Truth| truth.person_distance < COMFORT_DISTANCE;
+        let start = rows.first().map_or(0.0, |row| row.truth.time);
+        let time = rows.last().map_or(start, |row| row.truth.time) - start;
+        let share = |part: f64| if time > 0.0 { part / time } else { 0.0 };
+        let error = |row: &Row| row.estimate.position().distance_squared(row.truth.pose.position());
+        let length = total(steps().map(|(a, b)| a.pose.position().distance(b.pose.position())));
+        let gaps = rows.iter().map(|row| row.truth.wall_clearance.min(row.truth.person_clearance));
+        let (converged, losses) = convergence(rows);
+        Self {
+            rmse_m: (total(rows.iter().map(error)) / rows.len().max(1) as f64).sqrt(),
+            tcm: converged.map_or(1.0, |since| share(since - start)),
+            nm: losses,
+            td: share(total(steps().filter(|(_, b)| is_near(b)).map(|(a, b)| b.time - a.time))),
+            md_m: rows.iter().map(|row| row.truth.person_distance).reduce(f64::min).filter(|d| d.is_finite()),
+            // A person who is near from the first row on has not come near.
+            nt: steps().filter(|(a, b)| !is_near(a) && is_near(b)).count() as u32,
+            vel_mps: share(length),
+            length_m: length,
+            time_s: time,
+            collisions: collisions(rows),
+            clearance_min_m: gaps.fold(f64::INFINITY, f64::min),
+        }
+    }
+}
+
+/// The sum; of nothing it is 0 and not the -0 that `sum` gives.
+fn total(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, |sum, value| sum + value)
+}
+
+/// When the localiser first converged, and how often it lost convergence again.
+fn convergence(rows: &[Row]) -> (Option<f64>, u32) {
+    // When the trace fell to the threshold for good, or is on trial since; and whether it has stayed there long enough.
+    let (mut since, mut is_certain) = (None, false);
+    let (mut losses, mut is_lost) = (0, false);
+    for Row { truth: Truth { time, .. }, trace, .. } in rows {
+        let low = *trace <= CONVERGED_TRACE;
+        if !is_certain {
+            since = if low { since.or(Some(*time)) } else { None };
+            // Half a microsecond for the rounding of times that are multiples of a tick.
+            is_certain = since.is_some_and(|since| time - since >= CONVERGED_FOR_S - 5e-7);
+            continue;
+        }
+        if !low && !is_lost {
+            losses += 1;
+            is_lost = true;
+        }
+        if *trace < REARM_SHARE * CONVERGED_TRACE {
+            is_lost = false;
+        }
+    }
+    (since, losses)
+}
+
+/// Contacts that are collisions; each is an episode with one person or with walls.
+fn collisions(rows: &[Row]) -> u32 {
+    let mut collisions = 0;
+    // What is touched, a person or walls, and whether the episode has been counted.
+    let mut touched: BTreeMap<Option<u32>, bool> = BTreeMap::new();
+    for Row { truth, .. } in rows {
+        let is_moving = truth.twist.v > COLLISION_SPEED;
+        let lasts = touched.contains_key(&None) && truth.wall_clearance <= WALL_RELEASE;
+        let is_hit = truth.wall_impact.is_some_and(|speed| speed > COLLISION_SPEED);
+        let wall = (truth.wall_impact.is_some() || lasts).then_some((None, is_hit));
+        let people = truth.touching.iter().map(|id| (Some(*id), is_moving));
+        let count = |(what, counts)| {
+            let was_counted = touched.get(&what) == Some(&true);
+            collisions += u32::from(counts && !was_counted);
+            (what, was_counted || counts)
+        };
+        touched = people.chain(wall).map(count).collect();
+    }
+    collisions
+}
+
+#[cfg(test)]
+mod tests;

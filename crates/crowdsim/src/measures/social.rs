@@ -1,0 +1,206 @@
+//! The standard measures of social navigation, from the true track of a run.
+//!
+//! Francis et al., "Principles and Guidelines for Evaluating Social Robot Navigation Algorithms" (2023),
+//! Table 1; the zones of HuNavSim (Perez-Higueras et al., 2023); and freezing. Where they leave open what
+//! is measured, it is said here.
+
+use std::collections::BTreeMap;
+
+use curionav_planning::geometry::{Point2, wrap_angle};
+
+use super::kinematics::{Spread, differences};
+use super::total;
+use crate::outcome::Outcome;
+use crate::world::Truth;
+
+/// Length of the windows in which progress is looked for, seconds (Francis et al.).
+const PROGRESS_WINDOW_S: f64 = 5.0;
+/// A window in which the way to the goal got shorter by less than this is a failure, metres.
+const PROGRESS_LEAST_M: f64 = 0.1;
+/// Slower than this the robot is stalled, m/s.
+const STALLED_SPEED: f64 = 0.05;
+/// A stall of this length is a freeze, seconds: longer than letting one person pass takes.
+const FREEZE_FOR_S: f64 = 3.0;
+/// Personal space of space compliance, metres of gap.
+const COMPLIANCE_GAP: f64 = 0.5;
+/// Where intimate, personal and social distance end, metres of gap (Hall; HuNavSim's numbers).
+const ZONES: [f64; 3] = [0.45, 1.2, 3.6];
+/// The robot is stopped when slower than this, m/s and rad/s (HuNavSim).
+const STOPPED: [f64; 2] = [0.001, 0.01];
+
+/// What the track is judged against.
+pub struct Task<'a> {
+    /// How the run ended.
+    pub outcome: Outcome,
+    /// Length of the shortest way from start to goal, metres: `L*`.
+    pub shortest_m: f64,
+    /// Length of the shortest way from a point to the goal, metres.
+    pub to_go: &'a dyn Fn(Point2) -> f64,
+    /// The robot's radius, metres.
+    pub robot_radius: f64,
+}
+
+/// The social measures of one run by name, from the truth of every tick; yes is 1, no is 0, and what there is none of is
+/// left out. Shares are of the rows of the track, 0 to 1; a gap is between bodies, a distance between centres.
+pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static str, f64> {
+    let length_m = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
+    let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();
+    let accelerations = differences(&speeds);
+    let jerks = differences(&accelerations);
+    let of = |rows: &[(f64, f64)], averaged: fn(f64) -> f64| {
+        Spread::of(rows.iter().map(|(_, value)| *value), averaged)
+    };
+    let speed = of(&speeds, |v| v);
+    // A robot that starts and ends at rest has a mean acceleration of nothing: here magnitudes are averaged.
+    let (acceleration, jerk) = (of(&accelerations, f64::abs), of(&jerks, f64::abs));
+    let clearing = Spread::of(rows.iter().map(|r| r.wall_clearance), |gap| gap);
+    let count = |holds: &dyn Fn(&Truth) -> bool| rows.iter().filter(|r| holds(r)).count() as u32;
+    let share = |from: f64, to: f64| {
+        let within = count(&|r| r.person_clearance >= from && r.person_clearance < to);
+        if rows.is_empty() { 0.0 } else { f64::from(within) / rows.len() as f64 }
+    };
+    let walls = count(&|r| r.wall_impact.is_some() || r.wall_clearance < 0.0);
+    let humans = count(&|r| r.person_clearance < 0.0);
+    let success = task.outcome == Outcome::Reached && walls + humans == 0;
+    let [intimate, personal, social] = ZONES;
+    let (freezes, frozen_s) = freezing(rows);
+    let [stopped_v, stopped_omega] = STOPPED;
+    let turns = steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs());
+    let is_stopped = |r: &Truth| r.twist.v.abs() < stopped_v && r.twist.omega.abs() < stopped_omega;
+    let measures = [
+        // Whether the goal was reached in time without touching anything (Francis et al.: S).
+        ("success", f64::from(u8::from(success))),
+        // Steps in which a wall stopped the robot or overlapped it (WC).
+        ("wall_collision_steps", f64::from(walls)),
+        // Steps in contact with another robot (AC): 0 while a scenario has one robot.
+        ("agent_collision_steps", 0.0),
+        // Steps in contact with a person, whether or not the robot moved (HC).
+        ("human_collision_steps", f64::from(humans)),
+        // Whether the time limit passed (TO).
+        ("timeout", f64::from(u8::from(task.outcome == Outcome::Timeout))),
+        // Windows of 5 s, one after the other, in which the shortest way to the goal got shorter by less than
+        // 0.1 m (FP).
+        ("failures_to_progress", f64::from(failures_to_progress(rows, task.to_go))),
+        // Time slower than 0.05 m/s, seconds (ST).
+        ("stalled_s", time_with(rows, |r| r.twist.v.abs() < STALLED_SPEED)),
+        // Duration, seconds (T).
+        ("time_s", time_with(rows, |_| true)),
+        // Length of the way driven, metres (PL).
+        ("length_m", length_m),
+        // Success weighted by path length (SPL): 0 without success, else the length of the shortest way clear
+        // of walls over the way driven, at most 1.
+        ("spl", if success { spl(task.shortest_m, length_m) } else { 0.0 }),
+        // Least, mean and greatest speed, m/s (V).
+        ("speed_min_mps", speed.least),
+        ("speed_avg_mps", speed.mean),
+        ("speed_max_mps", speed.most),
+        // Least, that is hardest braking, mean magnitude and greatest acceleration along the track, m/s2 (A).
+        ("accel_min_mps2", acceleration.least),
+        ("accel_avg_mps2", acceleration.mean),
+        ("accel_max_mps2", acceleration.most),
+        // Least, mean magnitude and greatest jerk along the track, m/s3 (J).
+        ("jerk_min_mps3", jerk.least),
+        ("jerk_avg_mps3", jerk.mean),
+        ("jerk_max_mps3", jerk.most),
+        // Least and mean gap to the nearest wall, metres (CD).
+        ("clearing_distance_min_m", clearing.least),
+        ("clearing_distance_avg_m", clearing.mean),
+        // Share of steps with a person's gap under 0.5 m (SC): less is better, as Francis et al. define it; others
+        // call the complement by this name.
+        ("space_compliance", share(f64::NEG_INFINITY, COMPLIANCE_GAP)),
+        // Least distance to a person, metres (DH); none when no person was ever there.
+        ("human_distance_min_m", least(rows.iter().map(|r| r.person_distance))),
+        // Least time to a contact if all go on at constant velocity, seconds (TTC); none when no
+        // contact was ever ahead.
+        ("time_to_collision_min_s", least(rows.iter().map(|r| r.time_to_collision))),
+        // Shares of steps whose closest person's gap is under 0.45 m, under 1.2 m and under 3.6 m (HuNavSim).
+        ("intimate_share", share(f64::NEG_INFINITY, intimate)),
+        ("personal_share", share(intimate, personal)),
+        ("social_share", share(personal, social)),
+        // Time slower than 0.001 m/s and 0.01 rad/s, seconds (HuNavSim).
+        ("stopped_s", time_with(rows, is_stopped)),
+        // Sum of all changes of heading, radians.
+        ("heading_change_rad", total(turns)),
+        // Mean gap to the closest person, metres, overlaps as 0; none when no person was ever there.
+        ("closest_person_avg_m", mean(rows.iter().map(|r| r.person_clearance.max(0.0)))),
+        // Least distance from the robot's body to a person's centre, metres (HuNavSim's minimum distance).
+        ("people_distance_min_m", least(rows.iter().map(|r| r.person_distance - task.robot_radius))),
+        // Times the robot stood slower than 0.05 m/s for 3 s or longer before the end: it froze.
+        ("freezes", f64::from(freezes)),
+        // Time in these, seconds.
+        ("frozen_s", frozen_s),
+    ];
+    measures.into_iter().filter(|(_, value)| value.is_finite()).collect()
+}
+
+fn steps<'a>(rows: &'a [&'a Truth]) -> impl Iterator<Item = (&'a Truth, &'a Truth)> {
+    rows.windows(2).map(|pair| (pair[0], pair[1]))
+}
+
+/// Time of the rows for which this holds; a row stands for the time since the one before it.
+fn time_with(rows: &[&Truth], holds: impl Fn(&Truth) -> bool) -> f64 {
+    total(steps(rows).filter(|(_, b)| holds(b)).map(|(a, b)| b.time - a.time))
+}
+
+/// The least of those that are finite; infinite if there is none.
+fn least(values: impl Iterator<Item = f64>) -> f64 {
+    values.filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min)
+}
+
+/// The mean of those that are finite; not a number if there is none.
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, n) = values.filter(|v| v.is_finite()).fold((0.0, 0_u32), |(sum, n), v| (sum + v, n + 1));
+    sum / f64::from(n)
+}
+
+fn spl(shortest: f64, driven: f64) -> f64 {
+    let longer = driven.max(shortest);
+    if longer > 0.0 { shortest / longer } else { 1.0 }
+}
+
+/// Half a microsecond for the rounding of times that are multiples of a tick.
+const ROUNDING_S: f64 = 5e-7;
+
+fn failures_to_progress(rows: &[&Truth], to_go: &dyn Fn(Point2) -> f64) -> u32 {
+    let Some(first) = rows.first() else { return 0 };
+    let (mut began, mut before) = (first.time, to_go(first.pose.position()));
+    let mut failures = 0;
+    for row in rows {
+        if row.time - began < PROGRESS_WINDOW_S - ROUNDING_S {
+            continue;
+        }
+        let now = to_go(row.pose.position());
+        let progress = before - now;
+        // From one place without a way to the goal to another is no progress.
+        failures += u32::from(progress.is_nan() || progress < PROGRESS_LEAST_M);
+        (began, before) = (row.time, now);
+    }
+    failures
+}
+
+/// Number of freezes and the time in them. A stall lasts from its first slow row to its last.
+fn freezing(rows: &[&Truth]) -> (u32, f64) {
+    let (mut freezes, mut frozen) = (0, 0.0);
+    let mut since: Option<f64> = None;
+    let mut close = |since: Option<f64>, until: f64| {
+        if let Some(length) = since.map(|s| until - s).filter(|l| *l >= FREEZE_FOR_S - ROUNDING_S) {
+            freezes += 1;
+            frozen += length;
+        }
+    };
+    let mut last = 0.0;
+    for row in rows {
+        if row.twist.v.abs() < STALLED_SPEED {
+            since = since.or(Some(row.time));
+        } else {
+            close(since.take(), last);
+        }
+        last = row.time;
+    }
+    close(since, last);
+    (freezes, frozen)
+}
+
+#[cfg(test)]
+#[path = "social_tests.rs"]
+mod tests;

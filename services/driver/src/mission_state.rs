@@ -1,0 +1,211 @@
+//! What the robot is to do: the mission, and how commands and reports of readiness change it. It lives in the driver,
+//! the one service without which nothing moves, so that pausing works whatever else has failed.
+
+use curionav_runtime::convert;
+use curionav_schemas::{
+    Mission, MissionCommand, MissionEnd, MissionOrder, MissionState, Readiness, Refusal, Reject,
+};
+
+/// Holds the mission and its revision; every change is a new value to publish.
+#[derive(Debug)]
+pub struct CurrentMission {
+    mission: Option<Mission>,
+    /// Number of the next run: unlike any run of a driver that was here before.
+    next_run: u64,
+    /// Asked to pause and not to resume since: a new goal does not change that.
+    paused: bool,
+}
+
+impl CurrentMission {
+    /// No mission yet. `first_run` must differ from every run number used before on this robot, for
+    /// services that have outlived an earlier driver: milliseconds of the wall clock will do.
+    pub fn new(first_run: u64) -> Self {
+        Self { mission: None, next_run: first_run, paused: false }
+    }
+
+    /// The mission as it stands.
+    pub fn mission(&self) -> Option<&Mission> {
+        self.mission.as_ref()
+    }
+
+    /// Applies a command; answers with the mission as it then stands.
+    pub fn command(&mut self, command: MissionCommand) -> Result<Mission, Reject> {
+        match command {
+            MissionCommand::Set { order } => {
+                convert::check_order(&order)?;
+                self.set(*order);
+            }
+            MissionCommand::Goal { x, y, heading } => {
+                let mission = self.current()?;
+                mission.revision += 1;
+                (mission.order.goal_x, mission.order.goal_y, mission.order.goal_heading) = (x, y, heading);
+                (mission.state, mission.end) = (MissionState::Preparing, None);
+                mission.ready.clear();
+            }
+            MissionCommand::Pause => {
+                self.change(MissionState::Running, MissionState::Paused)?;
+                self.paused = true;
+            }
+            MissionCommand::Resume => {
+                self.change(MissionState::Paused, MissionState::Running)?;
+                self.paused = false;
+            }
+            MissionCommand::Cancel => {
+                let mission = self.current()?;
+                if mission.state == MissionState::Finished {
+                    return Err(Refusal::AlreadyFinished.into());
+                }
+                (mission.state, mission.end) = (MissionState::Cancelled, Some(MissionEnd::Cancelled));
+            }
+            MissionCommand::Finish { revision, end } => finish(self.of_revision(revision)?, end),
+        }
+        self.current().cloned()
+    }
+
+    /// Takes note of what has become of a service's preparing; answers with the mission as it then stands.
+    pub fn readiness(&mut self, readiness: Readiness) -> Result<Mission, Reject> {
+        let Readiness { role, instance, revision, refused } = readiness;
+        let paused = self.paused;
+        let mission = self.of_revision(revision)?;
+        // A role that the mission does not require can neither begin it nor end it.
+        let required = mission.order.require.contains(&role);
+        if let Some(reject) = refused.filter(|_| required) {
+            finish(mission, MissionEnd::Unprepared { role, instance, reject });
+            return Ok(mission.clone());
+        }
+        if required && !mission.ready.contains(&role) {
+            mission.ready.push(role);
+            mission.ready.sort();
+        }
+        let all_ready = mission.order.require.iter().all(|r| mission.ready.contains(r));
+        if mission.state == MissionState::Preparing && all_ready {
+            mission.has_run = true;
+            mission.state = if paused { MissionState::Paused } else { MissionState::Running };
+        }
+        Ok(mission.clone())
+    }
+
+    fn set(&mut self, order: MissionOrder) {
+        self.mission = Some(Mission {
+            run: self.next_run,
+            revision: self.mission.as_ref().map_or(1, |m| m.revision + 1),
+            order,
+            ready: Vec::new(),
+            state: MissionState::Preparing,
+            has_run: false,
+            end: None,
+        });
+        self.next_run += 1;
+        self.paused = false;
+    }
+
+    fn current(&mut self) -> Result<&mut Mission, Reject> {
+        self.mission.as_mut().ok_or_else(|| Refusal::NoMission.into())
+    }
+
+    fn of_revision(&mut self, revision: u64) -> Result<&mut Mission, Reject> {
+        let mission = self.current()?;
+        if mission.revision == revision {
+            return Ok(mission);
+        }
+        Err(Refusal::StaleRevision { found: revision, current: mission.revision }.into())
+    }
+
+    fn change(&mut self, from: MissionState, to: MissionState) -> Result<(), Reject> {
+        let mission = self.current()?;
+        if mission.state != from && mission.state != to {
+            return Err(Refusal::WrongState { found: mission.state, needed: from }.into());
+        }
+        mission.state = to;
+        Ok(())
+    }
+}
+
+fn finish(mission: &mut Mission, end: MissionEnd) {
+    (mission.state, mission.end) = (MissionState::Finished, Some(end));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_testing::golden;
+
+    fn current() -> CurrentMission {
+        let mut current = CurrentMission::new(7);
+        let mut order = golden::mission().order;
+        order.require = vec!["arbiter".into(), "localizer".into()];
+        current.command(MissionCommand::Set { order: Box::new(order) }).unwrap();
+        current
+    }
+
+    fn ready(role: &str, revision: u64) -> Readiness {
+        Readiness { role: role.into(), instance: "a".into(), revision, refused: None }
+    }
+
+    #[test]
+    fn it_runs_once_every_required_role_is_ready_for_this_revision() {
+        let mut current = current();
+        assert_eq!(current.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
+        assert!(current.readiness(ready("localizer", 7)).is_err());
+        assert_eq!(current.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Preparing);
+        assert_eq!(current.readiness(ready("localizer", 1)).unwrap().state, MissionState::Running);
+    }
+
+    #[test]
+    fn a_new_goal_is_a_new_revision_to_prepare_for() {
+        let mut current = current();
+        current.readiness(ready("arbiter", 1)).unwrap();
+        current.readiness(ready("localizer", 1)).unwrap();
+        let mission = current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        assert_eq!((mission.revision, mission.state, mission.ready.len()), (2, MissionState::Preparing, 0));
+    }
+
+    #[test]
+    fn pausing_is_undone_by_resuming_and_by_nothing_else() {
+        let mut current = current();
+        assert!(current.command(MissionCommand::Pause).is_err());
+        current.readiness(ready("arbiter", 1)).unwrap();
+        current.readiness(ready("localizer", 1)).unwrap();
+        assert_eq!(current.command(MissionCommand::Pause).unwrap().state, MissionState::Paused);
+        assert_eq!(current.readiness(ready("arbiter", 1)).unwrap().state, MissionState::Paused);
+        assert_eq!(current.command(MissionCommand::Resume).unwrap().state, MissionState::Running);
+    }
+
+    #[test]
+    fn a_new_goal_leaves_a_paused_robot_paused() {
+        let mut current = current();
+        current.readiness(ready("arbiter", 1)).unwrap();
+        current.readiness(ready("localizer", 1)).unwrap();
+        current.command(MissionCommand::Pause).unwrap();
+        current.command(MissionCommand::Goal { x: 1.0, y: 1.0, heading: None }).unwrap();
+        current.readiness(ready("arbiter", 2)).unwrap();
+        assert_eq!(current.readiness(ready("localizer", 2)).unwrap().state, MissionState::Paused);
+    }
+
+    #[test]
+    fn a_role_that_can_never_be_ready_ends_the_mission_and_says_why() {
+        let mut current = current();
+        let refused = Refusal::PoseLost.at("localizer");
+        let (role, instance) = ("localizer".to_owned(), "a".to_owned());
+        let mission =
+            current.readiness(Readiness { refused: Some(refused.clone()), ..ready(&role, 1) }).unwrap();
+        let end = MissionEnd::Unprepared { role, instance, reject: refused };
+        assert_eq!((mission.state, mission.end), (MissionState::Finished, Some(end)));
+        assert_eq!(current.command(MissionCommand::Cancel).unwrap_err().why, Refusal::AlreadyFinished);
+        let anew = current.command(MissionCommand::Goal { x: 3.0, y: 4.0, heading: None }).unwrap();
+        assert_eq!((anew.state, anew.end), (MissionState::Preparing, None));
+    }
+
+    #[test]
+    fn a_role_that_is_not_required_ends_nothing() {
+        let mut current = current();
+        let refused = Some(Refusal::PoseLost.into());
+        let mission = current.readiness(Readiness { refused, ..ready("viewer", 1) }).unwrap();
+        assert_eq!((mission.state, mission.end), (MissionState::Preparing, None));
+    }
+
+    #[test]
+    fn without_a_mission_there_is_nothing_to_pause() {
+        assert!(CurrentMission::new(1).command(MissionCommand::Pause).is_err());
+    }
+}
