@@ -10,84 +10,66 @@ use curionav_planning::random::{Rng, standard_normal};
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
 
-/// A planar scanner with its beams' directions worked out.
-#[derive(Debug, Clone)]
-pub(crate) struct Lidar {
-    model: LaserModel,
-    /// Unit vectors in the laser frame.
-    directions: Vec<(f64, f64)>,
+/// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
+/// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
+/// not depend on what the others see.
+pub(crate) fn scan(
+    laser: &LaserModel,
+    map: &StaticMap,
+    robot: Pose2,
+    people: &People,
+    rng: &mut Rng,
+) -> Vec<f32> {
+    let range_max = laser.range_max;
+    let noisy = |range: f64| {
+        let noise = laser.range_sigma * standard_normal(rng);
+        (if range < range_max { (range + noise).clamp(0.0, range_max) } else { range_max }) as f32
+    };
+    ranges(laser, map, robot, people).into_iter().map(noisy).collect()
 }
 
-impl Lidar {
-    /// A scanner of this model.
-    pub(crate) fn new(model: LaserModel) -> Self {
-        let directions = (0..model.beams)
-            .map(|i| {
-                let (s, c) = sin_cos(model.bearing(i));
-                (c, s)
-            })
-            .collect();
-        Self { model, directions }
+/// The same without noise.
+fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
+    let map_from_laser = robot.compose(laser.robot_from_laser);
+    let rays = Rays::new(map, map_from_laser.position());
+    let (s, c) = sin_cos(map_from_laser.heading);
+    let directions: Vec<(f64, f64)> = (0..laser.beams).map(|beam| direction(laser, beam)).collect();
+    let cast = |&(x, y): &(f64, f64)| rays.range((c * x - s * y, s * x + c * y), laser.range_max);
+    let mut ranges: Vec<f64> = directions.iter().map(cast).collect();
+    for i in 0..people.len() {
+        let centre = map_from_laser.inverse_transform(people.position(i));
+        shorten(laser, &directions, &mut ranges, centre, people.radius);
     }
+    ranges
+}
 
-    /// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
-    /// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
-    /// not depend on what the others see.
-    pub(crate) fn scan(&self, map: &StaticMap, robot: Pose2, people: &People, rng: &mut Rng) -> Vec<f32> {
-        let range_max = self.model.range_max;
-        self.ranges(map, robot, people)
-            .into_iter()
-            .map(|range| {
-                let noise = self.model.range_sigma * standard_normal(rng);
-                if range < range_max {
-                    (range + noise).clamp(0.0, range_max) as f32
-                } else {
-                    range_max as f32
-                }
-            })
-            .collect()
+/// The unit vector of a beam, laser frame.
+fn direction(laser: &LaserModel, beam: u32) -> (f64, f64) {
+    let (s, c) = sin_cos(laser.bearing(beam));
+    (c, s)
+}
+
+/// Shortens the beams that meet a disc, laser frame. Only beams inside the angle that the disc subtends
+/// are looked at.
+fn shorten(laser: &LaserModel, directions: &[(f64, f64)], ranges: &mut [f64], centre: Point2, radius: f64) {
+    let distance = centre.distance(Point2::default());
+    if distance - radius >= laser.range_max {
+        return;
     }
-
-    /// The same without noise.
-    pub(crate) fn ranges(&self, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
-        let laser = robot.compose(self.model.robot_from_laser);
-        let range_max = self.model.range_max;
-        let rays = Rays::new(map, laser.position());
-        let (s, c) = sin_cos(laser.heading);
-        let mut ranges: Vec<f64> = self
-            .directions
-            .iter()
-            .map(|&(x, y)| rays.range((c * x - s * y, s * x + c * y), range_max))
-            .collect();
-        for i in 0..people.len() {
-            let centre = laser.inverse_transform(people.position(i));
-            self.shorten(&mut ranges, centre, people.radius);
-        }
-        ranges
-    }
-
-    /// Shortens the beams that meet a disc, laser frame. Only beams inside the angle that the disc subtends
-    /// are looked at.
-    fn shorten(&self, ranges: &mut [f64], centre: Point2, radius: f64) {
-        let distance = centre.distance(Point2::default());
-        if distance - radius >= self.model.range_max {
-            return;
-        }
-        let half = if distance > radius {
-            atan2(radius, (distance * distance - radius * radius).sqrt())
-        } else {
-            std::f64::consts::PI
-        };
-        let gap = self.model.bearing(1) - self.model.bearing(0);
-        let middle = (atan2(centre.y, centre.x) - self.model.bearing(0)) / gap;
-        let (half, turn) = (half / gap + 1.0, std::f64::consts::TAU / gap);
-        for middle in [middle - turn, middle, middle + turn] {
-            // Casts saturate: a window outside the field of view is empty.
-            let (first, last) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
-            let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
-            let window = ranges.iter_mut().zip(&self.directions).skip(first).take(count);
-            window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
-        }
+    let half = if distance > radius {
+        atan2(radius, (distance * distance - radius * radius).sqrt())
+    } else {
+        std::f64::consts::PI
+    };
+    let gap = laser.bearing(1) - laser.bearing(0);
+    let middle = (atan2(centre.y, centre.x) - laser.bearing(0)) / gap;
+    let (half, turn) = (half / gap + 1.0, std::f64::consts::TAU / gap);
+    for middle in [middle - turn, middle, middle + turn] {
+        // Casts saturate: a window outside the field of view is empty.
+        let (first, last) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
+        let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
+        let window = ranges.iter_mut().zip(directions).skip(first).take(count);
+        window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
     }
 }
 
@@ -236,11 +218,10 @@ mod tests {
     fn a_person_in_front_shortens_the_beam_to_its_skin() {
         let map =
             StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), vec![0; 10_000]).unwrap());
-        let lidar = Lidar::new(LaserModel::default());
         let robot = Pose2::new(5.0, 5.0, std::f64::consts::FRAC_PI_2);
         let people =
             People { id: vec![1], x: vec![5.0], y: vec![7.0], vx: vec![0.0], vy: vec![0.0], radius: 0.25 };
-        let ranges = lidar.ranges(&map, robot, &people);
+        let ranges = ranges(&LaserModel::default(), &map, robot, &people);
         assert!((ranges[90] - 1.75).abs() < 1e-9); // 2 m to the centre less the radius
         // the disc subtends asin(0.25 / 2) = 7.18 degrees on either side: beams 83 to 97 of one degree
         let hit: Vec<usize> = (0..181).filter(|&i| ranges[i] < 5.0).collect();
@@ -261,12 +242,12 @@ mod tests {
             let people =
                 People { id: (0..n as u32).collect(), x, y, vx: nowhere.clone(), vy: nowhere, radius: 0.25 };
             let fov = [1.0, std::f64::consts::PI, 5.5, std::f64::consts::TAU][seed as usize % 4];
-            let lidar = Lidar::new(LaserModel { fov, beams: 91, ..LaserModel::default() });
+            let laser = LaserModel { fov, beams: 91, ..LaserModel::default() };
             let robot = Pose2::new(5.0, 5.0, 0.4 * seed as f64);
-            for (i, range) in lidar.ranges(&map, robot, &people).into_iter().enumerate() {
+            for (i, range) in ranges(&laser, &map, robot, &people).into_iter().enumerate() {
                 let nearest = (0..n)
                     .map(|k| robot.inverse_transform(people.position(k)))
-                    .map(|p| disc_range(p, 0.25, lidar.directions[i]))
+                    .map(|p| disc_range(p, 0.25, direction(&laser, i as u32)))
                     .fold(5.0, f64::min);
                 assert!((range - nearest).abs() < 1e-9, "seed {seed}, beam {i}");
             }
@@ -278,12 +259,12 @@ mod tests {
         let mut cells = vec![0; 10_000];
         (0..100).for_each(|row| cells[row * 100 + 80] = 100);
         let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap());
-        let lidar = Lidar::new(LaserModel { beams: 3, ..LaserModel::default() });
+        let laser = LaserModel { beams: 3, ..LaserModel::default() };
         let mut r = rng(5, 0);
         let robot = Pose2::new(5.0, 5.0, 0.0);
         let mut sum = 0.0;
         for _ in 0..4000 {
-            let scan = lidar.scan(&map, robot, &no_people(), &mut r);
+            let scan = scan(&laser, &map, robot, &no_people(), &mut r);
             assert_eq!((scan[0], scan[2]), (5.0, 5.0)); // along the wall: nothing within 5 m
             sum += (f64::from(scan[1]) - 3.0).powi(2); // the wall's face is at x = 8
         }

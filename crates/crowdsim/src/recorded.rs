@@ -99,11 +99,10 @@ impl Recording {
         })
     }
 
-    /// The same as if the recording began again after its last frame.
-    pub fn at_repeating(&self, time: f64) -> impl Iterator<Item = RecordedPerson> {
+    /// The time within the recording if it began again after its last frame, seconds.
+    pub fn wrapped(&self, time: f64) -> f64 {
         let length = self.last - self.first;
-        let wrapped = if length > 0.0 { self.first + (time - self.first).rem_euclid(length) } else { time };
-        self.at(wrapped)
+        if length > 0.0 { self.first + (time - self.first).rem_euclid(length) } else { time }
     }
 }
 
@@ -194,7 +193,7 @@ mod tests {
         assert_eq!(people(&r, 0.8), [(0, 2.0, 2.0)]);
         assert_eq!(people(&r, 4.0), [(0, 9.0, 10.0)]);
         assert_eq!(people(&r, 4.1), []);
-        let again: Vec<_> = r.at_repeating(4.2).map(|p| p.position).collect();
+        let again: Vec<_> = r.at(r.wrapped(4.2)).map(|p| p.position).collect();
         assert!(again[0].distance(Point2::new(0.5, 1.0)) < 1e-9);
     }
 

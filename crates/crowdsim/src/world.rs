@@ -6,7 +6,7 @@ use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
-use crate::lidar::Lidar;
+use crate::lidar::scan;
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
@@ -55,8 +55,7 @@ pub struct Truth {
     pub pose: Pose2,
     /// The robot's speed and turn rate.
     pub twist: Twist,
-    /// Distance between the centres of the robot and the nearest person, metres; infinite without
-    /// people.
+    /// Distance between the centres of the robot and the nearest person, metres; infinite without people.
     pub person_distance: f64,
     /// Gap between the robot's body and the nearest person's, metres; negative when they overlap.
     pub person_clearance: f64,
@@ -78,7 +77,6 @@ pub struct World {
     seed: u64,
     tick: u64,
     plant: Plant,
-    lidar: Lidar,
     walkers: Walkers,
     recordings: Vec<Recording>,
     live: People,
@@ -99,7 +97,6 @@ impl World {
         let plant = |start| Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, start);
         let mut world = Self {
             plant: plant(scenario.robot.start),
-            lidar: Lidar::new(scenario.laser),
             walkers: Walkers::new(scenario, &map),
             recordings: chosen(scenario, recordings)?,
             live: People::default(),
@@ -147,7 +144,7 @@ impl World {
         Observation {
             tick: self.tick,
             stamp: self.time(),
-            ranges: self.lidar.scan(&self.map, pose, &self.people, &mut noise),
+            ranges: scan(&self.scenario.laser, &self.map, pose, &self.people, &mut noise),
             odometry: self.plant.odometry,
             twist: self.plant.twist,
             people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),
@@ -158,11 +155,9 @@ impl World {
     pub fn truth(&self) -> Truth {
         let (pose, twist) = (self.plant.pose, self.plant.twist);
         let contact = self.contact_distance();
-        let distances: Vec<f64> =
-            (0..self.people.len()).map(|i| self.people.position(i).distance(pose.position())).collect();
-        let person_distance = distances.iter().copied().fold(f64::INFINITY, f64::min);
-        let touching =
-            self.people.id.iter().zip(&distances).filter(|(_, d)| **d < contact).map(|(id, _)| *id).collect();
+        let distance = |i: usize| self.people.position(i).distance(pose.position());
+        let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
+        let touched = (0..self.people.len()).filter(|i| distance(*i) < contact);
         Truth {
             tick: self.tick,
             time: self.time(),
@@ -172,7 +167,7 @@ impl World {
             person_clearance: person_distance - contact,
             wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
-            touching,
+            touching: touched.map(|i| self.people.id[i]).collect(),
             time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
         }
     }
@@ -217,14 +212,9 @@ impl World {
         for (setup, recording) in self.scenario.recorded.iter().zip(&self.recordings) {
             let time = setup.start_s + self.time();
             let turn = Pose2::new(0.0, 0.0, setup.pose.heading);
-            let mut place = |index: usize, position: Point2, velocity: Point2| {
-                let velocity = turn.transform(velocity);
-                add(first + index as u32, setup.pose.transform(position), (velocity.x, velocity.y));
-            };
-            if setup.r#loop {
-                recording.at_repeating(time).for_each(|p| place(p.index, p.position, p.velocity));
-            } else {
-                recording.at(time).for_each(|p| place(p.index, p.position, p.velocity));
+            for p in recording.at(if setup.r#loop { recording.wrapped(time) } else { time }) {
+                let velocity = turn.transform(p.velocity);
+                add(first + p.index as u32, setup.pose.transform(p.position), (velocity.x, velocity.y));
             }
             first += recording.ids().len() as u32;
         }
@@ -259,20 +249,14 @@ impl World {
 fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Recording>, FieldError> {
     if recordings.len() != scenario.recorded.len() {
         let (wanted, found) = (scenario.recorded.len(), recordings.len());
-        return Err(FieldError::new(
-            "recorded",
-            format!("names {wanted} recordings, {found} came along"),
-            "send every recording with the scenario",
-        ));
+        let problem = format!("names {wanted} recordings, {found} came along");
+        return Err(FieldError::new("recorded", problem, "send every recording with the scenario"));
     }
     for (i, (setup, recording)) in scenario.recorded.iter().zip(&mut recordings).enumerate() {
         if let Some(ids) = &setup.ids {
             recording.keep(ids).map_err(|id| {
-                FieldError::new(
-                    format!("recorded[{i}].ids"),
-                    format!("no person in {} has id {id}", setup.file),
-                    "list ids of the recording",
-                )
+                let problem = format!("no person in {} has id {id}", setup.file);
+                FieldError::new(format!("recorded[{i}].ids"), problem, "list ids of the recording")
             })?;
         }
     }

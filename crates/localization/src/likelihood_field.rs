@@ -141,14 +141,11 @@ fn to_surface(map: &StaticMap) -> Vec<f32> {
     let (width, height) = map.to_occupied.size();
     let complement =
         (0..width * height).map(|i| if map.grid.cell(i) == Cell::Occupied { 0 } else { 100 }).collect();
-    let inside =
-        OccupancyGrid::new(width, height, map.grid.resolution(), Pose2::new(0.0, 0.0, 0.0), complement)
-            .map(|grid| DistanceField::to_occupied(&grid));
-    match inside {
-        Ok(inside) => outside.iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect(),
-        // The same shape as the map itself has passed the same check.
-        Err(_) => outside.to_vec(),
-    }
+    let inverse = OccupancyGrid::new(width, height, map.grid.resolution(), Pose2::default(), complement);
+    // It has the shape of the map itself, which has passed the same check.
+    let Ok(inverse) = inverse else { return outside.to_vec() };
+    let inside = DistanceField::to_occupied(&inverse);
+    outside.iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect()
 }
 
 #[cfg(test)]

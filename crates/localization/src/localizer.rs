@@ -18,9 +18,9 @@ use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};
 use crate::resampling::{needed, systematic};
-use crate::scan::{BeamDirections, Scan, Selection};
+use crate::scan::{Scan, Selection};
 use crate::scan_fit::ScanFit;
-use crate::weighting::Weighting;
+use crate::weighting::weigh;
 
 /// Adaptive Monte Carlo localisation on one map with one laser.
 pub struct Localizer {
@@ -30,7 +30,6 @@ pub struct Localizer {
     seed: u64,
     field: LikelihoodField,
     free: FreeSpace,
-    beams: BeamDirections,
 
     particles: Particles,
     pose: Pose2,
@@ -45,9 +44,7 @@ pub struct Localizer {
     streams: u64,
     updates_since_resampling: u32,
 
-    weighting: Weighting,
     clusters: Clusters,
-    spare: Particles,
     seen: Selection,
 }
 
@@ -82,7 +79,6 @@ impl Localizer {
         let mut localizer = Self {
             field: LikelihoodField::new(&map, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
-            beams: BeamDirections::new(laser),
             particles: Particles::default(),
             pose: Pose2::default(),
             covariance: Matrix3::zeros(),
@@ -92,9 +88,7 @@ impl Localizer {
             credit: 1.0,
             streams: 0,
             updates_since_resampling: 0,
-            weighting: Weighting::default(),
             clusters: Clusters::new(&params),
-            spare: Particles::default(),
             seen: Selection::default(),
             map,
             noise,
@@ -113,7 +107,7 @@ impl Localizer {
     /// Starts over around a known pose.
     pub fn initialise(&mut self, pose: Pose2, covariance: &Matrix3<f64>) {
         let mut random = self.next_stream();
-        self.particles.draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
+        self.particles = Particles::draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
         self.clusters.settle();
         self.anchor = None;
@@ -167,20 +161,13 @@ impl Localizer {
     /// M'`. When a filter update is due, returns the motion and the seconds since the last one.
     fn dead_reckon(&mut self, odometry: Pose2, stamp: f64) -> Option<(Motion, f64)> {
         let fresh = self.anchor.is_none();
-        let anchor = *self.anchor.get_or_insert(Anchor {
-            odometry,
-            stamp,
-            pose: self.pose,
-            covariance: self.covariance,
-        });
+        let now = Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance };
+        let anchor = *self.anchor.get_or_insert(now);
         let motion = Motion::between(anchor.odometry, odometry, &self.noise);
         if !motion.is_none() {
             self.pose = anchor.pose.compose(motion.displacement);
-            let displacement = Vector3::new(
-                self.pose.x - anchor.pose.x,
-                self.pose.y - anchor.pose.y,
-                motion.displacement.heading,
-            );
+            let (dx, dy) = (self.pose.x - anchor.pose.x, self.pose.y - anchor.pose.y);
+            let displacement = Vector3::new(dx, dy, motion.displacement.heading);
             let process = self.noise.process_covariance(motion.travel, motion.turn);
             self.covariance = propagate(&anchor.covariance, displacement, &process);
         }
@@ -199,21 +186,15 @@ impl Localizer {
     fn filter(&mut self, motion: &Motion, seconds: f64, scan: &Scan) -> bool {
         let mut random = self.next_stream();
         self.particles.advance(motion, &self.noise, &mut random);
-        self.beams.adopt(&scan.laser);
-        self.beams.select(scan.ranges, self.streams, &self.params, &mut self.seen);
+        self.seen = Selection::of(scan, self.streams, &self.params);
         let observed = !self.seen.ends.is_empty();
         if observed {
             // Whether the belief reaches so far that obstacles may hide in it what others of its poses see.
             let ambiguous = self.health.outside_weight > 0.0 || !self.is_narrow();
-            let used = self.weighting.apply(
-                &mut self.particles,
-                &self.field,
-                &self.seen,
-                self.params.temper * self.credit.max(self.params.rest_temper),
-                ambiguous,
-                &self.params,
-            );
-            self.credit = (self.credit - used / self.params.temper).max(0.0);
+            let params = &self.params;
+            let exponent = params.temper * self.credit.max(params.rest_temper);
+            let used = weigh(&mut self.particles, &self.field, &self.seen, exponent, ambiguous, params);
+            self.credit = (self.credit - used / params.temper).max(0.0);
         }
         self.describe(observed.then_some(motion));
         if observed {
@@ -283,8 +264,7 @@ impl Localizer {
         let (position, heading) = (self.params.roughening_position, self.params.roughening_heading);
         let searching = (lost * wanted as f64).min(SEARCH_LIMIT) as usize;
         let weight = 1.0 / wanted as f64;
-        let (old, new) = (&self.particles, &mut self.spare);
-        new.clear();
+        let (old, mut new) = (&self.particles, Particles::default());
         systematic(&old.weight, wanted - searching, start, |i| {
             let pose = Pose2::new(
                 old.x[i] + position * standard_normal(random),
@@ -293,23 +273,19 @@ impl Localizer {
             );
             new.push(pose, weight);
         });
-        let around = match search {
-            Search::Around(width) => {
-                let mut covariance = self.start_covariance();
-                covariance[(0, 0)] *= width * width;
-                covariance[(1, 1)] *= width * width;
-                Some(covariance)
-            }
-            _ => None,
-        };
-        for _ in 0..searching {
-            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match &around {
-                Some(covariance) => normal(self.pose, covariance, random),
-                None => self.free.draw(&self.map.grid, random),
-            });
-            self.spare.push(pose, weight);
+        let mut around = self.start_covariance();
+        if let Search::Around(width) = search {
+            around[(0, 0)] *= width * width;
+            around[(1, 1)] *= width * width;
         }
-        std::mem::swap(&mut self.particles, &mut self.spare);
+        for _ in 0..searching {
+            let pose = draw_fitting(&self.field, &self.seen, &self.params, || match search {
+                Search::Around(_) => normal(self.pose, &around, random),
+                _ => self.free.draw(&self.map.grid, random),
+            });
+            new.push(pose, weight);
+        }
+        self.particles = new;
         self.health.particles = self.particles.len();
     }
 

@@ -56,13 +56,6 @@ impl Particles {
         self.x.len()
     }
 
-    pub(crate) fn clear(&mut self) {
-        self.x.clear();
-        self.y.clear();
-        self.heading.clear();
-        self.weight.clear();
-    }
-
     pub(crate) fn push(&mut self, pose: Pose2, weight: f64) {
         self.x.push(pose.x);
         self.y.push(pose.y);
@@ -71,17 +64,10 @@ impl Particles {
     }
 
     /// `n` equal draws from the normal distribution around `mean`.
-    pub(crate) fn draw_gaussian(
-        &mut self,
-        n: usize,
-        mean: Pose2,
-        covariance: &Matrix3<f64>,
-        random: &mut Rng,
-    ) {
-        self.clear();
-        for _ in 0..n {
-            self.push(normal(mean, covariance, random), 1.0 / n as f64);
-        }
+    pub(crate) fn draw_gaussian(n: usize, mean: Pose2, covariance: &Matrix3<f64>, random: &mut Rng) -> Self {
+        let mut drawn = Self::default();
+        (0..n).for_each(|_| drawn.push(normal(mean, covariance, random), 1.0 / n as f64));
+        drawn
     }
 
     /// Moves every particle by the measured motion and a draw of its noise (D6): variances along, across
@@ -144,13 +130,13 @@ mod tests {
     #[test]
     fn draws_have_the_mean_and_covariance_asked_for() {
         let covariance = Matrix3::new(0.2, 0.05, 0.03, 0.05, 0.1, -0.02, 0.03, -0.02, 0.06);
-        let mut p = Particles::default();
-        p.draw_gaussian(100_000, Pose2::new(1.0, 2.0, 3.1), &covariance, &mut rng(1, 0));
+        let p = Particles::draw_gaussian(100_000, Pose2::new(1.0, 2.0, 3.1), &covariance, &mut rng(1, 0));
         let (mean, found) = moments(&p, |_| true).unwrap();
         assert!((mean.x - 1.0).abs() < 0.01 && (mean.y - 2.0).abs() < 0.01);
         assert!(wrap_angle(mean.heading - 3.1).abs() < 0.005);
         assert!((found - covariance).norm() < 0.005, "{found}");
-        p.draw_gaussian(10, Pose2::new(1.0, 2.0, 0.5), &Matrix3::zeros(), &mut rng(1, 0));
+        let exact = (Pose2::new(1.0, 2.0, 0.5), Matrix3::zeros());
+        let p = Particles::draw_gaussian(10, exact.0, &exact.1, &mut rng(1, 0));
         assert!(p.x.iter().all(|&x| x == 1.0) && p.heading.iter().all(|&a| a == 0.5));
     }
 
@@ -158,8 +144,8 @@ mod tests {
     fn one_long_step_spreads_like_many_short_ones() {
         let noise = OdometryNoise::default();
         let spread = |steps: u32| {
-            let mut p = Particles::default();
-            p.draw_gaussian(50_000, Pose2::default(), &Matrix3::zeros(), &mut rng(2, 0));
+            let start = Pose2::default();
+            let mut p = Particles::draw_gaussian(50_000, start, &Matrix3::zeros(), &mut rng(2, 0));
             let mut random = rng(2, 1);
             let d = 0.4 / f64::from(steps);
             let motion = Motion { displacement: Pose2::new(d, 0.0, 0.0), travel: d, turn: 0.0 };

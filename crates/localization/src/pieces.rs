@@ -20,10 +20,8 @@ const JUMP_PER_METRE: f64 = 0.05;
 impl Pieces {
     /// Splits a sweep. `met` says of a range whether its beam met anything; `step` is the angle between
     /// neighbouring beams, radians.
-    pub(crate) fn split(&mut self, ranges: &[f32], step: f64, met: impl Fn(f64) -> bool) {
-        self.number.clear();
-        self.width.clear();
-        let mut first = 0;
+    pub(crate) fn split(ranges: &[f32], step: f64, met: impl Fn(f64) -> bool) -> Self {
+        let (mut pieces, mut first) = (Self::default(), 0);
         for i in 0..ranges.len() {
             let range = f64::from(ranges[i]);
             let joins = i > 0 && {
@@ -32,15 +30,16 @@ impl Pieces {
             };
             if !joins {
                 first = i;
-                self.width.push(0.0);
+                pieces.width.push(0.0);
             }
-            self.number.push(self.width.len() as u32 - 1);
-            if let Some(width) = self.width.last_mut() {
+            pieces.number.push(pieces.width.len() as u32 - 1);
+            if let Some(width) = pieces.width.last_mut() {
                 let (a, b) = (f64::from(ranges[first]), range);
                 let (_, cos) = sin_cos(step * (i - first) as f64);
                 *width = (a * a + b * b - 2.0 * a * b * cos).max(0.0).sqrt();
             }
         }
+        pieces
     }
 }
 
@@ -55,8 +54,7 @@ mod tests {
         let ranges: Vec<f32> = (-30..=30)
             .map(|i: i32| if i.abs() <= 7 { 1.5 } else { (3.0 / (f64::from(i) * step).cos()) as f32 })
             .collect();
-        let mut pieces = Pieces::default();
-        pieces.split(&ranges, step, |r| r < 4.9);
+        let pieces = Pieces::split(&ranges, step, |r| r < 4.9);
         assert_eq!(
             (pieces.number[0], pieces.number[22], pieces.number[23], pieces.number[37], pieces.number[60]),
             (0, 0, 1, 1, 2)
@@ -68,8 +66,7 @@ mod tests {
 
     #[test]
     fn beams_that_meet_nothing_part_pieces() {
-        let mut pieces = Pieces::default();
-        pieces.split(&[2.0, 2.0, 5.0, 5.0, 2.0, f32::NAN, 2.0], 0.01, |r| r > 0.0 && r < 4.9);
+        let pieces = Pieces::split(&[2.0, 2.0, 5.0, 5.0, 2.0, f32::NAN, 2.0], 0.01, |r| r > 0.0 && r < 4.9);
         let numbers: Vec<u32> = (0..7).map(|i| pieces.number[i]).collect();
         assert_eq!(numbers, [0, 0, 1, 2, 3, 4, 5]);
         assert_eq!(pieces.width[1], 0.0);

@@ -58,19 +58,14 @@ impl Recovery {
             self.doubted_seconds += seconds.clamp(0.0, params.update_max_interval);
             self.doubted_metres += metres;
         } else {
-            self.doubted_seconds = 0.0;
-            self.doubted_metres = 0.0;
+            (self.doubted_seconds, self.doubted_metres) = (0.0, 0.0);
         }
     }
 
     /// Share of particles to draw anew while searching.
     pub(crate) fn share(&self, params: &LocalizerParams) -> f64 {
-        match self.means {
-            Some((fast, slow)) if slow > 0.0 => {
-                (1.0 - params.recovery_gain * fast / slow).clamp(0.0, params.recovery_share_max)
-            }
-            _ => 0.0,
-        }
+        let Some((fast, slow)) = self.means.filter(|(_, slow)| *slow > 0.0) else { return 0.0 };
+        (1.0 - params.recovery_gain * fast / slow).clamp(0.0, params.recovery_share_max)
     }
 
     /// Where to draw them.

@@ -42,79 +42,47 @@ pub(crate) struct Piece {
     pub(crate) narrow: bool,
 }
 
-/// Unit vectors of all beams in the robot frame.
-pub(crate) struct BeamDirections {
-    laser: LaserModel,
-    directions: Vec<Point2>,
-    pieces: Pieces,
-}
-
-impl BeamDirections {
-    pub(crate) fn new(laser: LaserModel) -> Self {
-        let directions = (0..laser.beams)
-            .map(|i| {
-                let (s, c) = sin_cos(laser.robot_from_laser.heading + laser.bearing(i));
-                Point2::new(c, s)
-            })
-            .collect();
-        Self { laser, directions, pieces: Pieces::default() }
-    }
-
-    /// Follows a scanner that differs from the announced one.
-    pub(crate) fn adopt(&mut self, laser: &LaserModel) {
-        if self.laser != *laser {
-            *self = Self::new(*laser);
-        }
-    }
-
-    /// Takes evenly spaced beams into `selection`. `turn` moves the choice on by one beam, so that
-    /// successive updates see different beams and do not repeat each other's errors.
-    pub(crate) fn select(
-        &mut self,
-        ranges: &[f32],
-        turn: u64,
-        params: &LocalizerParams,
-        selection: &mut Selection,
-    ) {
-        selection.ends.clear();
-        selection.pieces.clear();
-        selection.free.clear();
-        let available = ranges.len().min(self.directions.len());
+impl Selection {
+    /// Takes evenly spaced beams of a scan. `turn` moves the choice on by one beam, so that successive updates see
+    /// different beams and do not repeat each other's errors.
+    pub(crate) fn of(scan: &Scan<'_>, turn: u64, params: &LocalizerParams) -> Self {
+        let Scan { ranges, laser: model } = scan;
+        let available = ranges.len().min(model.beams as usize);
         let used = params.beams.min(available);
-        selection.looked_at = used;
+        let laser = model.robot_from_laser.position();
+        let mut selection = Self { laser, looked_at: used, ..Self::default() };
         if used == 0 {
-            return;
+            return selection;
         }
-        let range_max = self.laser.range_max;
+        let range_max = model.range_max;
         let met = |range: f64| range > 0.0 && range < range_max - 1e-6;
-        let step = self.laser.bearing(1) - self.laser.bearing(0);
-        self.pieces.split(&ranges[..available], step, met);
+        let step = model.bearing(1) - model.bearing(0);
+        let pieces = Pieces::split(&ranges[..available], step, met);
         let offset = (turn % (available / used) as u64) as usize;
-        let origin = self.laser.robot_from_laser.position();
-        selection.laser = origin;
         let mut last = None;
         for k in 0..used {
             let i = k * available / used + offset;
             let range = f64::from(ranges[i]);
-            let d = self.directions[i];
+            let (sin, cos) = sin_cos(model.robot_from_laser.heading + model.bearing(i as u32));
             let seen = range.min(range_max) - params.agreement_distance;
             if k % FREE_EVERY == turn as usize % FREE_EVERY && seen > 0.0 {
-                selection.free.push(Point2::new(origin.x + seen * d.x, origin.y + seen * d.y));
+                selection.free.push(Point2::new(laser.x + seen * cos, laser.y + seen * sin));
             }
             if !met(range) {
                 continue;
             }
-            selection.ends.push(Point2::new(origin.x + range * d.x, origin.y + range * d.y));
-            let number = self.pieces.number[i];
+            selection.ends.push(Point2::new(laser.x + range * cos, laser.y + range * sin));
+            let number = pieces.number[i];
             match selection.pieces.last_mut() {
                 Some(piece) if last == Some(number) => piece.beams += 1,
                 _ => {
-                    let narrow = self.pieces.width[number as usize] <= params.person_width;
+                    let narrow = pieces.width[number as usize] <= params.person_width;
                     selection.pieces.push(Piece { beams: 1, narrow });
                 }
             }
             last = Some(number);
         }
+        selection
     }
 }
 
@@ -128,19 +96,18 @@ mod tests {
     #[test]
     fn beams_that_meet_nothing_are_left_out_and_all_beams_get_their_turn() {
         let laser = LaserModel::default();
-        let mut beams = BeamDirections::new(laser);
+        let select =
+            |ranges: &[f32], turn| Selection::of(&Scan { ranges, laser }, turn, &LocalizerParams::default());
         let mut ranges = vec![5.0_f32; 181];
-        let params = LocalizerParams::default();
-        let mut seen = Selection::default();
-        beams.select(&ranges, 0, &params, &mut seen);
+        let mut seen = select(&ranges, 0);
         assert_eq!((seen.looked_at, seen.ends.len()), (30, 0));
         // Straight ahead is beam 90 = 3 * 30 + 0: k = 15, 15 * 181 / 30 = 90, offset 0.
         ranges[90] = 2.0;
-        beams.select(&ranges, 6, &params, &mut seen);
+        seen = select(&ranges, 6);
         assert_eq!(seen.pieces, [Piece { beams: 1, narrow: true }]);
         assert!((seen.ends[0].x - 2.0).abs() < 1e-9 && seen.ends[0].y.abs() < 1e-9);
         ranges.fill(f32::NAN);
-        beams.select(&ranges, 0, &params, &mut seen);
+        seen = select(&ranges, 0);
         assert!(seen.ends.is_empty() && seen.pieces.is_empty());
     }
 }

@@ -7,89 +7,77 @@ use crate::params::{LaserLikelihood, LocalizerParams};
 use crate::particles::Particles;
 use crate::scan::Selection;
 
-/// What the weights are made from; storage lives as long as the filter.
-#[derive(Default)]
-pub(crate) struct Weighting {
-    /// Log-likelihood of the beams by particle, less the greatest.
-    log: Vec<f64>,
-    prior: Vec<f64>,
-}
-
-impl Weighting {
-    /// Multiplies the weights by the likelihood of the beams (at least one), to the power `exponent` or
-    /// less, and normalises. An ambiguous belief is also held against what the beams passed. Returns the exponent used.
-    pub(crate) fn apply(
-        &mut self,
-        particles: &mut Particles,
-        field: &LikelihoodField,
-        seen: &Selection,
-        exponent: f64,
-        ambiguous: bool,
-        params: &LocalizerParams,
-    ) -> f64 {
-        let is_prob = params.model == LaserLikelihood::Prob;
-        let person = ln(params.person_likelihood) as f32;
-        let penalty = ln(params.through_likelihood) as f32;
-        // What is narrow may be a person, whom the map does not know: it is explained by whichever is likelier, and so
-        // speaks against no pose by more than the odds of a person, however many beams met it. That a beam would have
-        // had to pass through an obstacle is the one thing about a pose that no person can explain.
-        let log = |i: usize| {
-            let pose = field.pose(particles.x[i], particles.y[i], particles.heading[i]);
-            let mut scores = seen.ends.iter().map(|end| field.score(pose, end.x as f32, end.y as f32));
-            let mut sum = 0.0;
-            for piece in &seen.pieces {
-                let beams = scores.by_ref().take(piece.beams);
-                if piece.narrow && is_prob {
-                    let floor = person + piece.beams as f32 * field.perfect;
-                    sum += beams.fold(0.0, |sum, score| sum + score).max(floor);
-                } else {
-                    sum = beams.fold(sum, |sum, score| sum + score);
-                }
-            }
-            if ambiguous && is_prob {
-                sum += penalty * through(field, seen, pose) as f32;
-            }
-            if is_prob { f64::from(sum) } else { ln(1.0 + f64::from(sum)) }
-        };
-        self.log.clear();
-        self.log.extend((0..particles.len()).map(log));
-        let greatest = self.log.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
-        self.log.iter_mut().for_each(|l| *l -= greatest);
-        self.prior.clear();
-        self.prior.extend_from_slice(&particles.weight);
-        let floor = params.temper_ess * particles.len() as f64;
-        if self.reweigh(particles, exponent, floor) {
-            return exponent;
-        }
-        // Bisection for the greatest exponent that leaves enough particles alive. The prior's own
-        // effective size may already be less; then the scan waits for the next resampling.
-        let (mut low, mut high) = (0.0, exponent);
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (low + high);
-            if self.reweigh(particles, middle, floor) { low = middle } else { high = middle }
-        }
-        self.reweigh(particles, low, floor);
-        low
-    }
-
-    /// Weights from the prior with this exponent; whether the effective size stays at least `floor`.
-    fn reweigh(&self, particles: &mut Particles, exponent: f64, floor: f64) -> bool {
+/// Multiplies the weights by the likelihood of the beams (at least one), to the power `exponent` or
+/// less, and normalises. An ambiguous belief is also held against what the beams passed. Returns the exponent used.
+pub(crate) fn weigh(
+    particles: &mut Particles,
+    field: &LikelihoodField,
+    seen: &Selection,
+    exponent: f64,
+    ambiguous: bool,
+    params: &LocalizerParams,
+) -> f64 {
+    let is_prob = params.model == LaserLikelihood::Prob;
+    let person = ln(params.person_likelihood) as f32;
+    let penalty = ln(params.through_likelihood) as f32;
+    // What is narrow may be a person, whom the map does not know: it is explained by whichever is likelier, and so
+    // speaks against no pose by more than the odds of a person, however many beams met it. That a beam would have
+    // had to pass through an obstacle is the one thing about a pose that no person can explain.
+    let log = |i: usize| {
+        let pose = field.pose(particles.x[i], particles.y[i], particles.heading[i]);
+        let mut scores = seen.ends.iter().map(|end| field.score(pose, end.x as f32, end.y as f32));
         let mut sum = 0.0;
-        for ((weight, prior), log) in particles.weight.iter_mut().zip(&self.prior).zip(&self.log) {
-            *weight = prior * exp(exponent * log);
-            sum += *weight;
+        for piece in &seen.pieces {
+            let beams = scores.by_ref().take(piece.beams);
+            if piece.narrow && is_prob {
+                let floor = person + piece.beams as f32 * field.perfect;
+                sum += beams.fold(0.0, |sum, score| sum + score).max(floor);
+            } else {
+                sum = beams.fold(sum, |sum, score| sum + score);
+            }
         }
-        // The best particle's factor is 1, but its prior may be nothing: then the scan is ignored.
-        if sum > f64::MIN_POSITIVE {
-            particles.weight.iter_mut().for_each(|w| *w /= sum);
-        } else {
-            particles.weight.copy_from_slice(&self.prior);
+        if ambiguous && is_prob {
+            sum += penalty * through(field, seen, pose) as f32;
         }
-        particles.effective_size() >= floor
+        if is_prob { f64::from(sum) } else { ln(1.0 + f64::from(sum)) }
+    };
+    let floor = params.temper_ess * particles.len() as f64;
+    let mut logs: Vec<f64> = (0..particles.len()).map(log).collect();
+    let greatest = logs.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
+    logs.iter_mut().for_each(|l| *l -= greatest);
+    let prior = particles.weight.clone();
+    let mut reweigh = |exponent| reweigh(particles, &prior, &logs, exponent, floor);
+    if reweigh(exponent) {
+        return exponent;
     }
+    // Bisection for the greatest exponent that leaves enough particles alive. The prior's own
+    // effective size may already be less; then the scan waits for the next resampling.
+    let (mut low, mut high) = (0.0, exponent);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        if reweigh(middle) { low = middle } else { high = middle }
+    }
+    reweigh(low);
+    low
 }
 
-/// Log-likelihood of the beams at one pose, as [`Weighting::apply`] finds it for an ambiguous belief (prob
+/// Weights from the prior with this exponent; whether the effective size stays at least `floor`.
+fn reweigh(particles: &mut Particles, prior: &[f64], logs: &[f64], exponent: f64, floor: f64) -> bool {
+    let mut sum = 0.0;
+    for ((weight, prior), log) in particles.weight.iter_mut().zip(prior).zip(logs) {
+        *weight = prior * exp(exponent * log);
+        sum += *weight;
+    }
+    // The best particle's factor is 1, but its prior may be nothing: then the scan is ignored.
+    if sum > f64::MIN_POSITIVE {
+        particles.weight.iter_mut().for_each(|w| *w /= sum);
+    } else {
+        particles.weight.copy_from_slice(prior);
+    }
+    particles.effective_size() >= floor
+}
+
+/// Log-likelihood of the beams at one pose, as [`weigh`] finds it for an ambiguous belief (prob
 /// model) before tempering. None if it is not above `least`, which is often known before the slow part.
 pub(crate) fn log_likelihood(
     field: &LikelihoodField,
@@ -148,10 +136,9 @@ mod tests {
     }
 
     fn cloud(n: usize) -> Particles {
-        let mut p = Particles::default();
         let spread = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.25, 0.25, 0.01));
-        p.draw_gaussian(n, Pose2::new(3.0, 3.0, 0.0), &spread, &mut curionav_planning::random::rng(1, 0));
-        p
+        let mut random = curionav_planning::random::rng(1, 0);
+        Particles::draw_gaussian(n, Pose2::new(3.0, 3.0, 0.0), &spread, &mut random)
     }
 
     #[test]
@@ -161,7 +148,7 @@ mod tests {
         let ends: Vec<_> = (-4..=4).map(|k| Point2::new(2.0, 0.2 * f64::from(k))).collect();
         let mut p = cloud(50);
         let before = p.clone();
-        Weighting::default().apply(&mut p, &field, &wall(ends.clone()), 0.5, false, &params);
+        weigh(&mut p, &field, &wall(ends.clone()), 0.5, false, &params);
         let reference: Vec<f64> = (0..50)
             .map(|i| {
                 let pose = Pose2::new(before.x[i], before.y[i], before.heading[i]);
@@ -191,7 +178,7 @@ mod tests {
         let field = LikelihoodField::new(&map, 5.0, &params);
         let ends: Vec<_> = (0..200).map(|k| Point2::new(2.0, 0.013 * f64::from(k) - 1.3)).collect();
         let mut p = cloud(500);
-        Weighting::default().apply(&mut p, &field, &wall(ends), 1.0, false, &params);
+        weigh(&mut p, &field, &wall(ends), 1.0, false, &params);
         let effective = p.effective_size();
         assert!((50.0..60.0).contains(&effective), "{effective}");
         assert!((p.weight.iter().sum::<f64>() - 1.0).abs() < 1e-9);
@@ -215,7 +202,7 @@ mod tests {
         let mut p = cloud(80);
         let logs: Vec<f64> =
             (0..p.len()).map(|i| alone(&field, &seen, Pose2::new(p.x[i], p.y[i], p.heading[i]))).collect();
-        Weighting::default().apply(&mut p, &field, &seen, 0.5, true, &params);
+        weigh(&mut p, &field, &seen, 0.5, true, &params);
         let sum: f64 = logs.iter().map(|l| (0.5 * l).exp()).sum();
         for (w, l) in p.weight.iter().zip(&logs) {
             assert!((w - (0.5 * l).exp() / sum).abs() < 1e-5);

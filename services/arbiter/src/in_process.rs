@@ -23,14 +23,31 @@ pub(crate) fn score<'a>(
     scores: &mut Scores,
     is_over: &dyn Fn() -> bool,
 ) -> BTreeSet<&'a str> {
-    let mut scored = BTreeSet::new();
-    let (own, others): (Vec<&str>, Vec<&str>) = terms_to_score.iter().partition(|term| terms::is_local(term));
-    let all: Vec<usize> = (0..candidates.len()).collect();
-    for term in own {
-        if score_some(context, scene, candidates, term, &all, scores, &|| false) {
-            scored.insert(term);
+    // Scores those of `indices` that `term` has not scored; whether any were.
+    let score_some = |term: &str, indices: &[usize], scores: &mut Scores, is_over: &dyn Fn() -> bool| {
+        let Some(evaluator) = context.local(term) else { return false };
+        let is_missing = |i: &usize| scores.cost(term, *i).is_none();
+        let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
+        match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
+            Ok(costs) => {
+                for (&index, cost) in missing.iter().zip(&costs) {
+                    if let Err(error) = scores.insert(term, index, &[*cost]) {
+                        tracing::error!(%error, "own scores not used");
+                    }
+                }
+                !missing.is_empty()
+            }
+            Err(stopped) => {
+                tracing::warn!(term, %stopped, "in-process evaluation ran out of time");
+                false
+            }
         }
-    }
+    };
+    let (local, others): (Vec<&str>, Vec<&str>) =
+        terms_to_score.iter().partition(|term| terms::is_local(term));
+    let all: Vec<usize> = (0..candidates.len()).collect();
+    let mut scored: BTreeSet<&str> =
+        local.into_iter().filter(|term| score_some(term, &all, scores, &|| false)).collect();
     if !context.in_process || others.is_empty() {
         return scored;
     }
@@ -39,40 +56,12 @@ pub(crate) fn score<'a>(
             if is_over() {
                 return scored;
             }
-            if score_some(context, scene, candidates, term, chunk, scores, is_over) {
+            if score_some(term, chunk, scores, is_over) {
                 scored.insert(term);
             }
         }
     }
     scored
-}
-
-/// Scores those of `indices` that `term` has not scored; whether any were.
-fn score_some(
-    context: &PlanContext,
-    scene: &Scene,
-    candidates: &CandidateSet,
-    term: &str,
-    indices: &[usize],
-    scores: &mut Scores,
-    is_over: &dyn Fn() -> bool,
-) -> bool {
-    let Some(evaluator) = context.local(term) else { return false };
-    let missing: Vec<usize> = indices.iter().copied().filter(|&i| scores.cost(term, i).is_none()).collect();
-    match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
-        Ok(costs) => {
-            for (&index, cost) in missing.iter().zip(&costs) {
-                if let Err(error) = scores.insert(term, index, &[*cost]) {
-                    tracing::error!(%error, "own scores not used");
-                }
-            }
-            !missing.is_empty()
-        }
-        Err(stopped) => {
-            tracing::warn!(term, %stopped, "in-process evaluation ran out of time");
-            false
-        }
-    }
 }
 
 /// All candidates, the one of least cost under the other terms first; those that lack one of these last.

@@ -32,21 +32,21 @@ impl Memory {
     /// they were if the generator is.
     pub fn recall(memory: wire::Memory) -> Result<Self, Reject> {
         let previous = memory.previous.map(convert::previous).transpose()?;
+        let trees = memory.trees.into_iter().map(convert::tree);
         Ok(Self {
             epoch: Epoch::resume(memory.epoch),
             seq: memory.seq.saturating_sub(1),
             planned: None,
             driven: memory.driven,
             observer: Observer { uncertain: memory.uncertain, members: memory.members.0 },
-            trees: (memory.trees.into_iter().map(convert::tree))
-                .map(|tree| Some(tree).filter(|t| !t.is_empty()))
-                .collect(),
+            trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
             previous,
         })
     }
 
     /// What is carried into the next cycle of `mission`, for a recorder.
     pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
+        let trees = self.trees.iter().cloned().map(Option::unwrap_or_default);
         wire::Memory {
             robot: mission.order.robot.clone(),
             epoch: self.epoch.number(),
@@ -58,9 +58,7 @@ impl Memory {
             members: self.observer.members.as_slice().into(),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
-            trees: (self.trees.iter().cloned().map(Option::unwrap_or_default))
-                .map(convert::tree_to_wire)
-                .collect(),
+            trees: trees.map(convert::tree_to_wire).collect(),
         }
     }
 
@@ -69,9 +67,9 @@ impl Memory {
         Self { epoch: self.epoch.fresh(), seq: self.seq, ..Self::default() }
     }
 
-    /// Outranks the arbiter whose decision the driver has obeyed last, if any.
-    pub fn succeed(&mut self, obeyed: Option<DecisionId>) {
-        self.epoch.succeed(obeyed, self.seq);
+    /// Outranks the arbiter whose decision the driver has followed last, if any.
+    pub fn succeed(&mut self, followed: Option<DecisionId>) {
+        self.epoch.succeed(followed, self.seq);
     }
 
     /// Takes note of a command of the driver: of which decision, and when.

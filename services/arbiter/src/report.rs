@@ -15,58 +15,63 @@ use curionav_schemas::{
 
 use curionav_pool::context::PlanContext;
 
+use crate::epoch::DecisionId;
+
 /// The decision as it goes to the driver.
 pub(crate) fn decision(
-    id: (u64, u64),
+    id: DecisionId,
     scene: &Scene,
     decision: &arbitration::Decision,
     evaluated: BTreeMap<String, Evaluated>,
     degraded: Vec<Degradation>,
     elapsed_us: u64,
 ) -> Decision {
-    let trajectory = &decision.trajectory;
+    let (trajectory, states) = (&decision.trajectory, decision.trajectory.states());
     Decision {
-        epoch: id.0,
-        seq: id.1,
-        tick: scene.tick,
-        stamp: scene.stamp,
         valid_for_s: decision.valid_for,
         action: match decision.action {
             arbitration::Action::Follow => Action::Follow,
             arbitration::Action::Hold => Action::Hold,
             arbitration::Action::Stop => Action::Stop,
         },
-        reason: reason_to_wire(&decision.reason),
         arrived: decision.arrived,
         candidate: decision.candidate,
-        dt: trajectory.dt(),
-        x: trajectory.states().x.as_slice().into(),
-        y: trajectory.states().y.as_slice().into(),
-        heading: trajectory.states().heading.as_slice().into(),
-        v: trajectory.states().v.as_slice().into(),
-        omega: trajectory.states().omega.as_slice().into(),
+        x: states.x.as_slice().into(),
+        y: states.y.as_slice().into(),
+        heading: states.heading.as_slice().into(),
+        v: states.v.as_slice().into(),
+        omega: states.omega.as_slice().into(),
         uncertainty: scene.belief.uncertainty(),
         uncertain: scene.uncertain,
         evaluated,
         degraded,
         elapsed_us,
+        ..standstill(id, (scene.tick, scene.stamp), trajectory.dt(), reason_to_wire(&decision.reason))
     }
 }
 
 /// A stop that no cycle led to: the mission is not running, or an input is missing.
-pub fn stop(
-    id: (u64, u64),
+pub(crate) fn stop(
+    id: DecisionId,
     belief: &wire::Belief,
     dt: f64,
     reason: Reason,
     degraded: Option<Degradation>,
 ) -> Decision {
-    let none = wire::F64Array::default;
     Decision {
-        epoch: id.0,
-        seq: id.1,
-        tick: belief.tick,
-        stamp: belief.stamp,
+        uncertainty: belief.covariance.iter().step_by(4).sum(),
+        degraded: degraded.into_iter().collect(),
+        ..standstill(id, (belief.tick, belief.stamp), dt, reason)
+    }
+}
+
+fn standstill((epoch, seq): DecisionId, (tick, stamp): (u64, f64), dt: f64, reason: Reason) -> Decision {
+    let none = F64Array::default;
+    Decision {
+        epoch,
+        seq,
+        tick,
+        stamp,
         valid_for_s: 0.0,
         action: Action::Stop,
         reason,
@@ -78,10 +83,10 @@ pub fn stop(
         heading: none(),
         v: none(),
         omega: none(),
-        uncertainty: belief.covariance.iter().step_by(4).sum(),
+        uncertainty: 0.0,
         uncertain: false,
         evaluated: BTreeMap::new(),
-        degraded: degraded.into_iter().collect(),
+        degraded: Vec::new(),
         elapsed_us: 0,
     }
 }

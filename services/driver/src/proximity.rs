@@ -18,15 +18,10 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
     if command.v <= 0.0 {
         return command;
     }
-    let points = points(
-        scan,
-        scan_from_robot,
-        robot.radius() + MARGIN + robot.v_max * period + robot.stopping_distance(robot.v_max),
-    );
     let reach = robot.radius() + MARGIN;
-    let mut pose = Pose2::default();
-    let mut twist = command;
-    let mut time = 0.0;
+    let farthest = reach + robot.v_max * period + robot.stopping_distance(robot.v_max);
+    let points = points(scan, scan_from_robot, farthest);
+    let (mut pose, mut twist, mut time) = (Pose2::default(), command, 0.0);
     let hits = |pose: Pose2| {
         points.iter().any(|p| {
             let now = pose.position().distance(*p);

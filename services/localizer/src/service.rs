@@ -74,17 +74,17 @@ pub fn run<'a>(
 
 /// What the newest belief says of itself.
 fn register_health(metrics: &mut Metrics, newest: &Arc<Mutex<Option<Belief>>>) {
-    let of = |number: fn(&Belief) -> f64| {
+    let mut gauge = |name, help, number: fn(&Belief) -> f64| {
         let newest = Arc::clone(newest);
-        move || newest.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(number)
+        let read = move || newest.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(number);
+        metrics.gauge(name, help, read);
     };
     let help = "Trace of the position's covariance, square metres";
-    metrics.gauge("belief_trace_m2", help, of(|b| b.covariance[0] + b.covariance[4]));
-    let help = "How well the scan fits the map at the mean, 0 to 1";
-    metrics.gauge("belief_scan_fit", help, of(|b| b.health.scan_fit));
+    gauge("belief_trace_m2", help, |b| b.covariance[0] + b.covariance[4]);
+    gauge("belief_scan_fit", "How well the scan fits the map at the mean, 0 to 1", |b| b.health.scan_fit);
     let help = "Weight of the particles outside the heaviest cluster, 0 to 1";
-    metrics.gauge("belief_outside_weight", help, of(|b| b.health.outside_weight));
-    metrics.gauge("belief_particles", "Particles in use", of(|b| f64::from(b.health.particles)));
+    gauge("belief_outside_weight", help, |b| b.health.outside_weight);
+    gauge("belief_particles", "Particles in use", |b| f64::from(b.health.particles));
 }
 
 impl MissionFollower for Localization {

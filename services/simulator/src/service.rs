@@ -39,7 +39,19 @@ pub fn run<'a>(
         let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
-        let inject = serve_injection(config, session, &key("scenario")?, status.clone(), sender)?;
+        let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
+        let runs = AtomicU64::new(0);
+        let inject = serve(session, &key("scenario")?, 1, 4, move |request: InjectRequest, _| {
+            if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
+                return Err(Refusal::Busy.into());
+            }
+            let prepared = prepare(&request, &robot)?;
+            let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
+            let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
+            sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
+            shared.send_replace(fresh.clone());
+            Ok(fresh)
+        })?;
         let counts = inject.counts();
         let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(shown.borrow().clone()))?;
         let (robot, shown) = (config.robot.clone(), status.clone());
@@ -85,29 +97,6 @@ fn idle(world: &str) -> RunStatus {
         error: None,
         result: None,
     }
-}
-
-fn serve_injection(
-    config: &ServiceConfig,
-    session: &Session,
-    key: &str,
-    status: SharedStatus,
-    sender: mpsc::Sender<Prepared>,
-) -> anyhow::Result<Server> {
-    let (robot, world) = (config.robot.clone(), config.world.clone());
-    let runs = AtomicU64::new(0);
-    let server = serve(session, key, 1, 4, move |request: InjectRequest, _| {
-        if matches!(status.borrow().state, RunState::Preparing | RunState::Running) {
-            return Err(Refusal::Busy.into());
-        }
-        let prepared = prepare(&request, &robot)?;
-        let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
-        let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
-        sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
-        status.send_replace(fresh.clone());
-        Ok(fresh)
-    })?;
-    Ok(server)
 }
 
 async fn play(

@@ -6,7 +6,7 @@ use curionav_planning::occupancy::StaticMap;
 use super::avoidance::velocity;
 use super::route::Route;
 use super::velocity_obstacle::{Body, VelocityObstacle};
-use super::wall_rim::{NearWall, WallRim};
+use super::wall_rim::{NearWall, nearest_walls};
 use super::{HrvoParams, Velocity};
 use crate::scenario::{PeopleParams, WalkMode, Walker};
 use crate::walls::wall_distance;
@@ -27,7 +27,6 @@ pub(crate) struct HrvoCrowd {
     bodies: Vec<Body>,
     /// Distance from a wall that a walker's centre keeps, metres.
     wall_gap: f64,
-    rim: WallRim,
 }
 
 #[derive(Debug, Clone)]
@@ -40,24 +39,17 @@ struct Person {
 impl HrvoCrowd {
     /// All walkers at the starts of their routes, standing.
     pub(crate) fn new(walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
-        let mut bodies = Vec::with_capacity(walkers.len() + 1);
-        let mut persons = Vec::with_capacity(walkers.len());
-        for walker in walkers {
+        let start = |walker: &Walker| {
             let (route, position) = Route::new(walker);
             let stands = walker.mode == WalkMode::Stand;
-            persons.push(Person { route, speed: walker.speed, stands });
             let (velocity, radius) = (Velocity::zeros(), people.radius);
-            bodies.push(Body { position, velocity, preferred: velocity, radius, yields: !stands });
-        }
+            let body = Body { position, velocity, preferred: velocity, radius, yields: !stands };
+            (Person { route, speed: walker.speed, stands }, body)
+        };
+        let (walkers, bodies) = walkers.iter().map(start).unzip();
         // Routes keep their distance from centres of cells; measured exactly that can be a diagonal less.
         let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
-        Self {
-            params: people.hrvo,
-            walkers: persons,
-            bodies,
-            wall_gap: (people.radius - diagonal).max(0.01),
-            rim: WallRim::new(map),
-        }
+        Self { params: people.hrvo, walkers, bodies, wall_gap: (people.radius - diagonal).max(0.01) }
     }
 
     /// The walkers, in the scenario's order.
@@ -93,7 +85,7 @@ impl HrvoCrowd {
         }
         let max_speed = person.speed * self.params.max_speed_factor;
         let horizon = self.params.wall_horizon_s;
-        let walls = self.rim.nearest(map, body.position, body.radius + max_speed * horizon);
+        let walls = nearest_walls(map, body.position, body.radius + max_speed * horizon);
         let forbidden =
             |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
         let obstacles = walls.iter().map(forbidden);

@@ -96,14 +96,14 @@ impl Route {
         (self.nearest, self.stuck_s) = (f64::INFINITY, 0.0);
         let reached = self.leg + 1;
         let ends = reached + 1 >= self.corners.len();
+        if ends && !self.repeats {
+            self.arrived = true;
+            return;
+        }
         if ends || self.turn == Some(reached) {
             self.resting = self.pause_s;
         }
-        match (ends, self.repeats) {
-            (false, _) => self.leg = reached,
-            (true, true) => self.leg = 0,
-            (true, false) => (self.arrived, self.resting) = (true, 0.0),
-        }
+        self.leg = if ends { 0 } else { reached };
     }
 }
 

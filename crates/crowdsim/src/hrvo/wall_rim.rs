@@ -18,95 +18,60 @@ pub(crate) struct NearWall {
     pub distance: f64,
 }
 
-/// The cells where free space ends, row by row, in which walls near a point are found fast.
-#[derive(Debug, Clone)]
-pub(crate) struct WallRim {
-    /// Where each row's cells begin in `columns`; one more than rows.
-    row_starts: Vec<usize>,
-    /// Columns of rim cells, ascending within a row.
-    columns: Vec<usize>,
-    /// Cosine and sine of the grid's heading in the map frame.
-    turn: (f64, f64),
+/// The walls around `at` within `reach` metres, nearest first: the nearest point, then the nearest of those not behind
+/// a line through a nearer one across the view of it, and so on. A straight wall counts once, a corner of the room twice.
+pub(crate) fn nearest_walls(map: &StaticMap, at: Point2, reach: f64) -> Vec<NearWall> {
+    let mut found = Vec::new();
+    let grid = &map.grid;
+    let cell = grid.resolution();
+    // The field says centre to centre: areas may be a diagonal nearer.
+    if map.to_obstacle.at(grid, at) > reach + std::f64::consts::SQRT_2 * cell {
+        let (x, y) = grid.grid_from_map(at);
+        let border = x.min(y).min(grid.width() as f64 - x).min(grid.height() as f64 - y);
+        if border * cell > reach {
+            return found;
+        }
+    }
+    let mut points = rim_points(map, at, reach / cell);
+    let (sine, cosine) = sin_cos(grid.origin().heading);
+    while found.len() < MAX_WALLS {
+        let squares = points.iter().map(|&(x, y)| (x * x + y * y, (x, y))).filter(|(far, _)| *far > 0.0);
+        let Some((squared, (x, y))) = squares.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { break };
+        let distance = squared.sqrt();
+        let (ux, uy) = (x / distance, y / distance);
+        found.push(NearWall {
+            towards: Velocity::new(cosine * ux - sine * uy, sine * ux + cosine * uy),
+            distance: distance * cell,
+        });
+        // A cell of slack: a slanting wall is a staircase.
+        points.retain(|(px, py)| px * ux + py * uy < distance - 1.0);
+    }
+    found
 }
 
-impl WallRim {
-    /// The rim of a map: cells that are not free beside cells that are.
-    pub(crate) fn new(map: &StaticMap) -> Self {
-        let grid = &map.grid;
-        let (width, height) = (grid.width(), grid.height());
-        let mut row_starts = vec![0];
-        let mut columns = Vec::new();
-        for row in 0..height {
-            for column in 0..width {
-                let beside_free = || {
-                    (row.saturating_sub(1)..=(row + 1).min(height - 1)).any(|r| {
-                        (column.saturating_sub(1)..=(column + 1).min(width - 1))
-                            .any(|c| grid.cell(grid.index(c, r)) == Cell::Free)
-                    })
-                };
-                if grid.cell(grid.index(column, row)) != Cell::Free && beside_free() {
-                    columns.push(column);
-                }
-            }
-            row_starts.push(columns.len());
+/// The nearest points of the map's border and of the cells where free space ends, within `reach` cells, as offsets.
+fn rim_points(map: &StaticMap, at: Point2, reach: f64) -> Vec<(f64, f64)> {
+    let grid = &map.grid;
+    let (width, height) = (grid.width(), grid.height());
+    let (x, y) = grid.grid_from_map(at);
+    let near = |(dx, dy): &(f64, f64)| dx * dx + dy * dy <= reach * reach;
+    let border = [(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];
+    let mut points: Vec<_> = border.into_iter().filter(near).collect();
+    let is_free = |column, row| grid.cell(grid.index(column, row)) == Cell::Free;
+    let around = |i: usize, count: usize| i.saturating_sub(1)..=(i + 1).min(count - 1);
+    let is_rim = |column: usize, row: usize| {
+        let beside_free = || around(row, height).any(|r| around(column, width).any(|c| is_free(c, r)));
+        !is_free(column, row) && beside_free()
+    };
+    let within = |from: f64, to: f64, count: usize| {
+        (from.max(0.0) as usize).min(count - 1)..=(to.max(0.0) as usize).min(count - 1)
+    };
+    for row in within(y - reach, y + reach, height) {
+        for column in within(x - reach - 1.0, x + reach, width).filter(|column| is_rim(*column, row)) {
+            points.extend(Some((offset_to(x, column as f64), offset_to(y, row as f64))).filter(near));
         }
-        let (sine, cosine) = sin_cos(grid.origin().heading);
-        Self { row_starts, columns, turn: (cosine, sine) }
     }
-
-    /// The walls around `at` within `reach` metres, nearest first: the nearest point, then the nearest of those not behind a line through a nearer one across the view of it, and so on.
-    /// A straight wall counts once, a corner of the room twice.
-    pub(crate) fn nearest(&self, map: &StaticMap, at: Point2, reach: f64) -> Vec<NearWall> {
-        let mut found = Vec::new();
-        let grid = &map.grid;
-        let cell = grid.resolution();
-        // The field says centre to centre: areas may be a diagonal nearer.
-        if map.to_obstacle.at(grid, at) > reach + std::f64::consts::SQRT_2 * cell {
-            let (x, y) = grid.grid_from_map(at);
-            let border = x.min(y).min(grid.width() as f64 - x).min(grid.height() as f64 - y);
-            if border * cell > reach {
-                return found;
-            }
-        }
-        let mut points = self.points(map, at, reach / cell);
-        let (cosine, sine) = self.turn;
-        while found.len() < MAX_WALLS {
-            let squares = points.iter().map(|&(x, y)| (x * x + y * y, (x, y))).filter(|(far, _)| *far > 0.0);
-            let Some((squared, (x, y))) = squares.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { break };
-            let distance = squared.sqrt();
-            let (ux, uy) = (x / distance, y / distance);
-            found.push(NearWall {
-                towards: Velocity::new(cosine * ux - sine * uy, sine * ux + cosine * uy),
-                distance: distance * cell,
-            });
-            // A cell of slack: a slanting wall is a staircase.
-            points.retain(|(px, py)| px * ux + py * uy < distance - 1.0);
-        }
-        found
-    }
-
-    /// The nearest points of the rim cells and of the map's border within `reach` cells, as offsets.
-    fn points(&self, map: &StaticMap, at: Point2, reach: f64) -> Vec<(f64, f64)> {
-        let (width, height) = (map.grid.width(), map.grid.height());
-        let (x, y) = map.grid.grid_from_map(at);
-        let squared = reach * reach;
-        let border = [(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];
-        let near = |(dx, dy): &(f64, f64)| dx * dx + dy * dy <= squared;
-        let mut points: Vec<_> = border.into_iter().filter(near).collect();
-        let row = |y: f64| (y.max(0.0) as usize).min(height - 1);
-        let first_column = (x - reach - 1.0).max(0.0) as usize;
-        for r in row(y - reach)..=row(y + reach) {
-            let cells = &self.columns[self.row_starts[r]..self.row_starts[r + 1]];
-            let dy = offset_to(y, r as f64);
-            for &c in &cells[cells.partition_point(|c| *c < first_column)..] {
-                if c as f64 > x + reach {
-                    break;
-                }
-                points.extend(Some((offset_to(x, c as f64), dy)).filter(near));
-            }
-        }
-        points
-    }
+    points
 }
 
 /// Offset from `x` to the nearest point of [from, from + 1].
@@ -129,7 +94,7 @@ mod tests {
     }
 
     fn near(map: &StaticMap, x: f64, y: f64, reach: f64) -> Vec<NearWall> {
-        WallRim::new(map).nearest(map, Point2::new(x, y), reach)
+        nearest_walls(map, Point2::new(x, y), reach)
     }
 
     #[test]

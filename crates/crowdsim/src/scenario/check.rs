@@ -14,11 +14,9 @@ impl Scenario {
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
         if !connected(map, self.robot.start.position(), self.robot.goal, radius) {
-            return Err(FieldError::new(
-                "robot.goal",
-                format!("cannot be reached from the start by a robot of radius {radius} m"),
-                "move the goal or the start, or widen the passage between them",
-            ));
+            let problem = format!("cannot be reached from the start by a robot of radius {radius} m");
+            let mend = "move the goal or the start, or widen the passage between them";
+            return Err(FieldError::new("robot.goal", problem, mend));
         }
         for (i, walker) in self.walkers.iter().enumerate() {
             walker_fits(map, &format!("walkers[{i}]"), walker, self.people.radius)?;
@@ -29,19 +27,13 @@ impl Scenario {
 
 fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<(), FieldError> {
     if map.grid.locate(p).is_none() {
-        return Err(FieldError::new(
-            field,
-            format!("({}, {}) lies outside the map", p.x, p.y),
-            "give a point inside the map",
-        ));
+        let problem = format!("({}, {}) lies outside the map", p.x, p.y);
+        return Err(FieldError::new(field, problem, "give a point inside the map"));
     }
     let clearance = map.to_obstacle.clearance(&map.grid, p);
     if clearance < radius {
-        return Err(FieldError::new(
-            field,
-            format!("({}, {}) is {clearance:.2} m from a wall or unknown space", p.x, p.y),
-            format!("keep the robot's radius, {radius} m, clear"),
-        ));
+        let problem = format!("({}, {}) is {clearance:.2} m from a wall or unknown space", p.x, p.y);
+        return Err(FieldError::new(field, problem, format!("keep the robot's radius, {radius} m, clear")));
     }
     Ok(())
 }
@@ -81,12 +73,11 @@ fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Re
             let s = k as f64 / steps;
             let p = Point2::new(corner.x + s * (next.x - corner.x), corner.y + s * (next.y - corner.y));
             if map.grid.at(p) != Cell::Free || map.to_obstacle.at(&map.grid, p) < radius {
-                let corner = i.min(walker.route.len() - 1);
-                return Err(FieldError::new(
-                    format!("{field}.route[{corner}]"),
-                    format!("the way from here touches a wall or unknown space at ({:.2}, {:.2})", p.x, p.y),
-                    format!("keep the people's radius, {radius} m, clear"),
-                ));
+                let field = format!("{field}.route[{}]", i.min(walker.route.len() - 1));
+                let place = format!("({:.2}, {:.2})", p.x, p.y);
+                let problem = format!("the way from here touches a wall or unknown space at {place}");
+                let mend = format!("keep the people's radius, {radius} m, clear");
+                return Err(FieldError::new(field, problem, mend));
             }
         }
     }
