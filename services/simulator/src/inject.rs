@@ -123,7 +123,7 @@ fn order(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn a_refusal_names_its_field_once() {

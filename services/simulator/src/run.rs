@@ -309,7 +309,7 @@ fn twist(command: &wire::Twist) -> Twist {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_schemas::golden;
+    use curionav_testing::golden;
 
     #[test]
     fn an_invalid_scan_ends_the_run_and_says_what_is_wrong_with_it() {
