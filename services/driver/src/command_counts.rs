@@ -17,12 +17,14 @@ fn ages(stamps: &Stamps, now: f64) -> Vec<(String, f64)> {
     stamps.iter().filter_map(age).collect()
 }
 
+/// The stamps of a command, when it was given by either clock, and how fast the robot's clock goes.
+type Last = (Stamps, f64, Instant, f64);
+
 /// Counts since the start.
 #[derive(Debug)]
 pub(crate) struct CommandCounts {
     commands: Tally,
-    /// The stamps of the last command, when it was given by both clocks, and how fast the robot's clock goes.
-    last: Arc<Mutex<Option<(Stamps, f64, Instant, f64)>>>,
+    last: Arc<Mutex<Option<Last>>>,
 }
 
 impl CommandCounts {
