@@ -211,10 +211,12 @@ fn tell_arbiters(world: &Arc<World>, belief: Option<Belief>, people: Option<Peop
         let (belief, people, to) = (belief.clone(), people.clone(), Arc::clone(&seat));
         world.send(move |_| {
             let mut latest = to.latest.lock().unwrap();
-            if people.as_ref().is_some_and(|new| latest.people.as_ref().is_none_or(|old| new.tick > old.tick)) {
+            if people.as_ref().is_some_and(|new| latest.people.as_ref().is_none_or(|old| new.tick > old.tick))
+            {
                 latest.people.clone_from(&people);
             }
-            if belief.as_ref().is_some_and(|new| latest.belief.as_ref().is_none_or(|old| new.tick > old.tick)) {
+            if belief.as_ref().is_some_and(|new| latest.belief.as_ref().is_none_or(|old| new.tick > old.tick))
+            {
                 latest.belief.clone_from(&belief);
             }
             drop(latest);
