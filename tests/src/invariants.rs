@@ -29,7 +29,7 @@ const KEPT: usize = 20;
 const MOVES: usize = 35;
 
 /// What was found wrong, the first of it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Violations {
     /// Which robot or seed it concerns.
     whose: String,
@@ -59,6 +59,7 @@ impl Violations {
 }
 
 /// Checks what one robot does.
+#[derive(Default)]
 pub(crate) struct Checker {
     /// The missions that the robot may be on, of the same profile.
     contexts: Vec<Arc<PlanContext>>,
@@ -80,18 +81,7 @@ pub(crate) struct Checker {
 impl Checker {
     /// A robot on one of these missions that may go `slack` metres further without control.
     pub(crate) fn new(whose: impl Into<String>, contexts: Vec<Arc<PlanContext>>, slack: f64) -> Self {
-        Self {
-            contexts,
-            slack,
-            decisions: BTreeMap::new(),
-            obeyed: (0, 0),
-            uncontrolled: 0.0,
-            moves: VecDeque::new(),
-            followed: 0,
-            unseen: 0,
-            uncontrolled_most: 0.0,
-            violations: Violations::of(whose),
-        }
+        Self { contexts, slack, violations: Violations::of(whose), ..Self::default() }
     }
 
     /// A decision that an arbiter of this robot has made.

@@ -42,11 +42,12 @@ fn killing_replicas_on_the_way_changes_no_decision() {
 #[test]
 fn in_real_time_the_goal_is_reached_although_replicas_are_killed() {
     let _turn = turn();
-    in_real_time(|speed| plans_all_the_time(&killed_on_the_way(speed), speed));
+    in_real_time(killed_on_the_way);
 }
 
-/// The run of a deployment of which one replica of each role is killed: its JSON, and the stamps of its cycles.
-fn killed_on_the_way(speed: f64) -> (RunJson, Vec<f64>) {
+/// The run of a deployment of which one replica of each role is killed, and whether it was planned at 10 Hz: a cycle may
+/// be skipped on a busy machine, but never is the robot without a new decision for longer than 0.3 s, and none is late.
+fn killed_on_the_way(speed: f64) -> (RunJson, bool) {
     let deployment = Deployment::start(2);
     let endpoint = deployment.endpoint().to_owned();
     let out = tempfile::tempdir().unwrap();
@@ -62,17 +63,13 @@ fn killed_on_the_way(speed: f64) -> (RunJson, Vec<f64>) {
     let (json, status) = running.join().unwrap();
     assert_eq!((json.outcome.as_str(), status), ("reached", 0), "{json:?}");
     let cycles = std::fs::read_to_string(out.path().join("cycles.csv")).unwrap();
-    let stamp = |line: &str| line.split(',').nth(1).unwrap().parse().unwrap();
-    (json, cycles.lines().skip(1).map(stamp).collect())
-}
-
-/// Planned at 10 Hz: a cycle may be skipped on a busy machine, but never is the robot without a new decision for longer
-/// than 0.3 s, and none is late.
-fn plans_all_the_time((json, stamps): &(RunJson, Vec<f64>), speed: f64) -> Result<(), String> {
+    let stamp = |line: &str| line.split(',').nth(1).unwrap().parse::<f64>().unwrap();
+    let stamps: Vec<f64> = cycles.lines().skip(1).map(stamp).collect();
     let longest = stamps.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
     let covered = stamps.last().unwrap() - stamps[0] > json.metrics.time_s - 0.5;
+    println!("{longest:.2} s between plans, longest cycle {:.0} ms", json.cycles.max_ms);
     let holds = covered && longest < 0.35 && json.cycles.max_ms < 300.0 / speed;
-    holds.then_some(()).ok_or_else(|| format!("{longest} s between plans: {json:?}"))
+    (json, holds)
 }
 
 #[test]
