@@ -8,7 +8,7 @@ use curionav_runtime::exit::Exit;
 
 /// The arguments of a command that is left out.
 #[derive(Debug, Args)]
-pub(crate) struct Arguments {
+pub(crate) struct LeftOut {
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _arguments: Vec<OsString>,
 }
@@ -23,18 +23,18 @@ pub(crate) fn error(feature: &str) -> Exit {
 
 #[cfg(not(feature = "lab"))]
 pub(crate) mod lab {
-    use super::Arguments;
+    use super::LeftOut;
     use clap::Subcommand;
     use curionav_runtime::exit::Exit;
 
     #[derive(Debug, Subcommand)]
     pub(crate) enum LabCommand {
         /// Compare planners over many runs (needs a build with `--features lab`).
-        Bench(Arguments),
+        Bench(LeftOut),
         /// Search for better settings of a planner (needs a build with `--features lab`).
-        Tune(Arguments),
+        Tune(LeftOut),
         /// Measure what more replicas bring (needs a build with `--features lab`).
-        Scale(Arguments),
+        Scale(LeftOut),
     }
 
     pub(crate) async fn run(_: LabCommand, _: &str) -> Result<u8, Exit> {
@@ -44,7 +44,7 @@ pub(crate) mod lab {
 
 #[cfg(not(feature = "recording"))]
 pub(crate) mod recording {
-    use super::Arguments;
+    use super::LeftOut;
     use clap::Subcommand;
     use curionav_runtime::config::ServiceConfig;
     use curionav_runtime::exit::Exit;
@@ -54,11 +54,11 @@ pub(crate) mod recording {
     #[derive(Debug, Subcommand)]
     pub(crate) enum RecordingCommand {
         /// Record a robot's messages (needs a build with `--features recording`).
-        Record(Arguments),
+        Record(LeftOut),
         /// Plan recorded cycles again (needs a build with `--features recording`).
-        Replay(Arguments),
+        Replay(LeftOut),
         /// Say why a cycle was decided as it was (needs a build with `--features recording`).
-        Explain(Arguments),
+        Explain(LeftOut),
     }
 
     pub(crate) async fn run(_: RecordingCommand) -> Result<u8, Exit> {

@@ -48,7 +48,7 @@ pub(crate) enum ScenarioCommand {
     },
     /// Write the generated scenarios and their maps (needs a build with `--features lab`).
     #[cfg(not(feature = "lab"))]
-    Generate(crate::left_out::Arguments),
+    Generate(crate::left_out::LeftOut),
 }
 
 pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {

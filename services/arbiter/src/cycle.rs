@@ -17,7 +17,7 @@ use crate::report::{self, CycleOutcome};
 /// Plans once (Alg. 2). A cycle always ends in a decision, which also says what went wrong on the way.
 ///
 /// # Errors
-/// The observation or an answer of the arbiter itself is not valid; the caller stops the robot.
+/// The observation, or what the arbiter has computed itself, is not valid. [`decide`] then decides to stop.
 pub async fn plan<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
@@ -74,12 +74,12 @@ pub async fn plan<P: Peers>(
 pub struct Observation {
     /// The localiser's answer.
     pub belief: wire::Belief,
-    /// All people around, in their own frame.
+    /// All people around, in the frame that the message names: the map's or the robot's.
     pub people: wire::People,
 }
 
-/// People this much older than the belief are no longer acted on, seconds of the robot's clock. Nor are those this much
-/// newer: a belief may lag behind, but these were seen before the base started over.
+/// People whose stamp is farther than this from the belief's are ignored, seconds of the robot's clock. Older ones have
+/// moved on. Newer ones carry stamps of before the robot's clock restarted.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
 /// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and

@@ -318,6 +318,6 @@ mod tests {
         assert!(valid(&scan).is_ok());
         scan.ranges.0[1] = f32::NAN;
         let Err(reject) = valid(&scan) else { panic!("it is published") };
-        assert_eq!(reject.field.as_deref(), Some("scan.ranges"));
+        assert_eq!(reject.field.as_deref(), Some("scan.ranges[1]"));
     }
 }

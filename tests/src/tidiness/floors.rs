@@ -28,7 +28,7 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "crates/runtime" => vec![PLANNING, SCHEMAS],
         // The only crate that may import from its own floor.
         "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
-        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH],
+        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH, TESTING],
         _ if directory.starts_with("services/") => {
             vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TESTING]
         }

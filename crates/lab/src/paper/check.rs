@@ -6,7 +6,8 @@ use curionav_planning::occupancy::{Cell, GeodesicField};
 use super::observability::{hold, look};
 use super::patrol::points;
 use super::report::Report;
-use super::scene::{PaperScene, Route, RouteKind};
+use super::route::{Route, RouteKind};
+use super::scene::PaperScene;
 
 /// Spacing of samples along ways, metres: about two cells.
 const SPACING_M: f64 = 0.1;

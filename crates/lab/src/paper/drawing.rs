@@ -10,7 +10,7 @@ use toml::{Table, Value};
 
 use super::layout::{Layout, Polygon};
 use super::patrol::PatrolParams;
-use super::scene::{Route, RouteKind};
+use super::route::{Route, RouteKind};
 
 /// A floor plan and the task on it, metres and radians.
 pub(super) struct Plan {

@@ -15,6 +15,7 @@ mod observability;
 mod patrol;
 mod published;
 mod report;
+mod route;
 mod scene;
 
 use curionav_crowdsim::scenario::{Clock, Motion, Recorded, RecordingFormat};

@@ -2,36 +2,15 @@
 
 use curionav_crowdsim::Scenario;
 use curionav_crowdsim::scenario::{Clock, MapFile, RobotSetup};
-use curionav_planning::geometry::Point2;
 use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::random::rng;
 use curionav_planning::sensor::LaserModel;
-use serde::Deserialize;
 
 use super::drawing::Plan;
 use super::patrol::{draw, points, rounded};
 use super::published::Published;
-
-/// What kind of way a route is (D16).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum RouteKind {
-    /// Free of people, for the greater part out of reach of any landmark.
-    Bare,
-    /// Along landmarks and through the crowd.
-    Crowded,
-    /// Free of people, along landmarks.
-    Landmarks,
-}
-
-/// One way from start to goal that the scene offers.
-#[derive(Debug, Clone)]
-pub(super) struct Route {
-    pub(super) kind: RouteKind,
-    /// Corners, the start first and the goal last, metres.
-    pub(super) way: Vec<Point2>,
-}
+use super::route::{Route, RouteKind};
 
 /// A finished scene: map, scenario, and what it was meant to be.
 #[derive(Debug, Clone)]

@@ -1,8 +1,9 @@
-//! What a candidate costs: one evaluator per term.
+//! What a candidate costs: one evaluator per term. [`cpc`], [`distance`] and [`risk`] have the terms of these names,
+//! [`hccdm`] has the term `cnc`, which [`crowd_cluster`] and [`enclosing_circle`] help to compute.
 //!
-//! The contract everything hangs on: the cost of a candidate depends on the scene and on that
-//! candidate alone, never on its neighbours in the batch. Then a batch can be cut into shards over any
-//! number of replicas with the same result, bit for bit.
+//! The contract that everything depends on: the cost of a candidate depends on the scene and on that candidate alone,
+//! never on the other candidates of the batch. Then a batch can be split into shards over any number of replicas with the
+//! same result, bit for bit. What an evaluator derives from map, goal, laser and parameters is part of the evaluator.
 
 pub mod cpc;
 pub mod crowd_cluster;
@@ -23,13 +24,13 @@ pub struct Stopped;
 /// Raw cost of each candidate, in the term's own unit, lower is better, finite and not negative.
 pub type Costs = Result<Vec<f64>, Stopped>;
 
-/// Scores candidates under one term, in process or behind a service: the same code, the same costs.
+/// Scores candidates under one term. The arbiter and the services use the same code, so the costs are the same.
 pub trait Evaluator: Send + Sync {
     /// The cost of each candidate. `should_stop` is asked between candidates.
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs;
 }
 
-/// What `cost` says of each candidate by its index, until told to stop.
+/// Calls `cost` with the index of each candidate. If it is told to stop, it gives no costs.
 pub fn each(candidates: &CandidateSet, should_stop: &dyn Fn() -> bool, cost: impl Fn(usize) -> f64) -> Costs {
     let mut costs = Vec::with_capacity(candidates.len());
     for i in 0..candidates.len() {
