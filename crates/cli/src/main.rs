@@ -18,7 +18,6 @@ mod scenario;
 mod service;
 mod status;
 mod up;
-mod within;
 
 use clap::{Parser, Subcommand};
 use curionav_runtime::exit::Exit;

@@ -18,7 +18,6 @@ use zenoh::Session;
 
 use crate::connect::ConnectOptions;
 use crate::required_roles::{self, Alive, Missing, default_pools};
-use crate::within::parse_within;
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
 use instances::Instance;
@@ -48,7 +47,8 @@ pub(crate) struct DoctorOptions {
 }
 
 fn parse_listen(text: &str) -> Result<f64, String> {
-    parse_within(text, 0.1..=60.0, "must be 0.1 to 60 seconds")
+    let within = text.parse::<f64>().ok().filter(|seconds| (0.1..=60.0).contains(seconds));
+    within.ok_or_else(|| "must be 0.1 to 60 seconds".into())
 }
 
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {

@@ -16,6 +16,7 @@ use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::follow;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::print::print;
 
 /// Why a run could not take place.
 #[derive(Debug, Serialize, Deserialize)]
@@ -41,10 +42,7 @@ pub async fn worker(program: &str) -> Result<u8, Exit> {
             Ok(row) => serde_json::to_string(&row),
             Err(exit) => serde_json::to_string(&Refusal { error: exit.line() }),
         };
-        #[expect(clippy::print_stdout, reason = "the answer")]
-        {
-            println!("{}", answer.map_err(|e| Exit::failed(e.into()))?);
-        }
+        print(answer.map_err(|e| Exit::failed(e.into()))?)?;
     }
     embedded.stop().await;
     Ok(SUCCESS)
