@@ -29,6 +29,6 @@ impl ConnectOptions {
 
     /// A session of a client there.
     pub(crate) async fn session(&self) -> Result<Session, Exit> {
-        session::client(&self.config()).await.map_err(|e| Exit::network(e.into()))
+        session::client(&self.config()).await.map_err(Exit::network)
     }
 }

@@ -80,7 +80,7 @@ fn main() -> std::process::ExitCode {
             runtime.shutdown_timeout(std::time::Duration::from_secs(1));
             outcome
         }
-        Err(error) => Err(Exit::network(error.into())),
+        Err(error) => Err(Exit::network(error)),
     };
     match outcome {
         Ok(code) => code.into(),

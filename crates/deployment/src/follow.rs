@@ -41,13 +41,12 @@ pub async fn follow(
     package: &Package,
     keep_reports: bool,
 ) -> Result<Finished, Exit> {
-    let key = |channel| keys::world(&config.world, channel).map_err(|e| Exit::bad_input(e.into()));
+    let key = |channel| keys::world(&config.world, channel).map_err(Exit::bad_input);
     let (run_key, scenario_key) = (key("run")?, key("scenario")?);
-    let topic = |e: curionav_runtime::topic::TopicError| Exit::network(e.into());
-    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(topic)?;
-    let report_key = keys::robot(&config.robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
+    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(Exit::network)?;
+    let report_key = keys::robot(&config.robot, "report").map_err(Exit::bad_input)?;
     let reports = match keep_reports {
-        true => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
+        true => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(Exit::network)?),
         false => None,
     };
     let injected: Result<RunStatus, AskError> =
@@ -94,7 +93,7 @@ pub async fn follow(
 
 fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {
     match error {
-        AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject.into()),
+        AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject),
         AskError::Rejected(reject) => {
             Exit::bad_input(package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
         }

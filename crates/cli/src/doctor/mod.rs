@@ -65,7 +65,7 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
-        Err(error) => return Err(Exit::bad_input(error.into())),
+        Err(error) => return Err(Exit::bad_input(error)),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);

@@ -46,7 +46,7 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         eprintln!("{}: {messages} messages", options.path.display());
         return Ok(SUCCESS);
     }
-    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mut signals = on_signals().map_err(Exit::network)?;
     let session = options.at.session().await?;
     let scope = Scope { robot: options.robot, world: None };
     let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);

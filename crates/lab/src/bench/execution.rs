@@ -36,7 +36,7 @@ impl Execution {
             workers: workers.map_or_else(cores, usize::from),
             program,
             journal,
-            shutdown: on_signals().map_err(|e| Exit::network(e.into()))?,
+            shutdown: on_signals().map_err(Exit::network)?,
             out: out.to_owned(),
         })
     }

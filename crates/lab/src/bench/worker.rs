@@ -42,7 +42,7 @@ pub async fn worker(program: &str) -> Result<u8, Exit> {
             Ok(row) => serde_json::to_string(&row),
             Err(exit) => serde_json::to_string(&Refusal { error: exit.line() }),
         };
-        print(answer.map_err(|e| Exit::failed(e.into()))?)?;
+        print(answer.map_err(Exit::failed)?)?;
     }
     embedded.stop().await;
     Ok(SUCCESS)
@@ -70,7 +70,7 @@ async fn run(
     program: &str,
     line: &str,
 ) -> Result<Row, Exit> {
-    let job: Job = serde_json::from_str(line).map_err(|e| Exit::bad_input(e.into()))?;
+    let job: Job = serde_json::from_str(line).map_err(Exit::bad_input)?;
     let begin = Instant::now();
     let choice = Choice { planner: Some(job.planner_source.clone()), seed: None };
     let mut package =

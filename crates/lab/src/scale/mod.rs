@@ -33,7 +33,7 @@ pub use options::Options;
 /// Bad input if the scenario or the planner cannot be used, the network if a process does not start or answer.
 pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
     options.check()?;
-    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mut signals = on_signals().map_err(Exit::network)?;
     let mut processes = Processes::start(log, options.cpu_quota).await?;
     let measured = tokio::select! {
         measured = measure(&options, &mut processes) => measured,

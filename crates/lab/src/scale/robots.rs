@@ -152,10 +152,9 @@ impl Robots {
         clock: Clock,
     ) -> anyhow::Result<Self> {
         let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
-        let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
+        let connect = async || session::client(&config).await.map_err(Exit::network);
         let host = connect().await?;
-        let map =
-            map_store::host(&host, workload.map.clone(), &refusals()).map_err(|e| Exit::network(e.into()))?;
+        let map = map_store::host(&host, workload.map.clone(), &refusals()).map_err(Exit::network)?;
         let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
         for index in 0..count {
             let session = connect().await?;

@@ -48,7 +48,7 @@ impl Workload {
             let key = keys::robot(&config.robot, "mission")?;
             let mission = fetch::<Mission>(&services.session, &key, Duration::from_secs(2)).await;
             let map = finished.map.with_context(|| format!("{}: no cycle took place", scenario.display()))?;
-            anyhow::Ok((finished.reports, map, mission.map_err(|e| Exit::network(e.into()))?))
+            anyhow::Ok((finished.reports, map, mission.map_err(Exit::network)?))
         };
         let (cycles, map, mission) = match driven.await {
             Ok(driven) => driven,

@@ -92,7 +92,7 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
 /// The next report of a robot, or the one of the cycle asked for.
 async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let robot = options.robot.as_deref().unwrap_or_default();
-    let key = keys::robot(robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
+    let key = keys::robot(robot, "report").map_err(Exit::bad_input)?;
     let session = options.at.session().await?;
     let found = listen(&session, &key, robot, options.cycle).await;
     session::close(&session);
@@ -105,7 +105,7 @@ async fn listen(
     robot: &str,
     cycle: Option<u64>,
 ) -> Result<CycleReport, Exit> {
-    let reports = Inbox::<CycleReport>::new(session, key).map_err(|e| Exit::network(e.into()))?;
+    let reports = Inbox::<CycleReport>::new(session, key).map_err(Exit::network)?;
     loop {
         let Ok(Some(report)) = tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await else {
             return Err(Exit::network(anyhow!(
