@@ -8,10 +8,11 @@ use serde::Serialize;
 use crate::connect::ConnectOptions;
 
 /// What became of one link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
     /// It works: bytes have crossed it.
+    #[default]
     Proven,
     /// Worth knowing; nothing is missing.
     Note,
@@ -19,7 +20,7 @@ pub(crate) enum Verdict {
     Missing,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub(crate) struct Finding {
     /// What it links, or what it belongs to.
     pub(crate) link: String,
@@ -42,15 +43,7 @@ pub(crate) struct Finding {
 
 impl Finding {
     pub(crate) fn proven(link: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self {
-            link: link.into(),
-            verdict: Verdict::Proven,
-            detail: detail.into(),
-            fix: None,
-            round_trip_ms: None,
-            bytes: None,
-            clock_offset_ms: None,
-        }
+        Self { link: link.into(), detail: detail.into(), ..Self::default() }
     }
 
     pub(crate) fn note(link: impl Into<String>, detail: impl Into<String>, fix: impl Into<String>) -> Self {
@@ -104,12 +97,11 @@ impl Display for Report {
             table.add_row([verdict, &finding.link, &finding.detail]);
         }
         writeln!(f, "{table}")?;
-        let mut fixes = self.findings.iter().filter_map(|found| Some((&found.link, found.fix.as_ref()?)));
-        let first = fixes.next();
-        if first.is_some() {
-            writeln!(f, "\nwhat to do:")?;
+        let fix = |found: &Finding| Some(format!("  {}: {}\n", found.link, found.fix.as_ref()?));
+        let fixes: String = self.findings.iter().filter_map(fix).collect();
+        if !fixes.is_empty() {
+            write!(f, "\nwhat to do:\n{fixes}")?;
         }
-        first.into_iter().chain(fixes).try_for_each(|(link, fix)| writeln!(f, "  {link}: {fix}"))?;
         write!(f, "\n{}", self.conclusion)
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use serde::Serialize;
+use strum::IntoStaticStr;
 
 use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
@@ -26,22 +27,20 @@ const LENGTH_MOST: f64 = 1.2;
 const TIME_MOST: Duration = Duration::from_secs(20 * 60);
 
 /// Whether a promise is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "lowercase")]
 pub(crate) enum Verdict {
     Pass,
     Miss,
     /// Runs it needs are not there.
+    #[strum(serialize = "not judged")]
     NotJudged,
 }
 
 impl Verdict {
     pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Miss => "miss",
-            Self::NotJudged => "not judged",
-        }
+        self.into()
     }
 }
 
