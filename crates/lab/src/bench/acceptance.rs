@@ -7,7 +7,7 @@ use strum::IntoStaticStr;
 
 use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
-use super::tally::Tally;
+use super::row::Tally;
 
 /// The planner that is judged, its two ablations, and the planners without curiosity for landmarks.
 const OURS: &str = "curiosity";

@@ -18,7 +18,6 @@ mod results;
 pub(crate) mod row;
 pub(crate) mod statistics;
 mod summary;
-mod tally;
 mod worker;
 mod worker_process;
 
@@ -28,8 +27,7 @@ use curionav_runtime::print::print;
 use execution::Execution;
 use findings::Findings;
 use plan::Plan;
-use row::Row;
-use tally::Tally;
+use row::{Row, Tally};
 use worker_process::Missing;
 
 use crate::out_folder::{folder, write};

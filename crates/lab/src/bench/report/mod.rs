@@ -9,7 +9,7 @@ use super::comparison::Order;
 use super::findings::Findings;
 use super::measure::Measure;
 use super::published::{SLIPS, published};
-use super::tally::Tally;
+use super::row::Tally;
 use crate::plural::count;
 
 /// What the template asks for. It hands over every argument by reference.
