@@ -18,5 +18,4 @@ pub use read::{Item, Reader};
 pub use recorder::{Recorder, Scope, Tally};
 pub use writer::recover;
 
-/// Message encoding of our messages.
 pub(crate) const MESSAGE_ENCODING: &str = "cbor";

@@ -18,7 +18,6 @@ use super::MESSAGE_ENCODING;
 
 /// No record is larger: a chunk of 1 MiB and one message of 25 MiB, with room for other programs' chunks.
 const MAX_RECORD: usize = 256 << 20;
-/// Read from the file at a time.
 const BLOCK: usize = 1 << 20;
 
 /// What a reader is given, in the order in which it was recorded.
@@ -44,7 +43,6 @@ pub struct Reader {
     /// Schema names by id, and by channel (schema, message encoding).
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, (String, String)>,
-    /// Whether it ended before its end.
     cut_short: bool,
 }
 
@@ -119,7 +117,6 @@ impl Reader {
     }
 }
 
-/// The message of that schema, if it is one that is asked for.
 fn item(schema: &str, data: &[u8]) -> anyhow::Result<Option<Item>> {
     let Some((name, _)) = schema.strip_prefix("curionav.").and_then(|rest| rest.rsplit_once('.')) else {
         return Ok(None);

@@ -39,7 +39,6 @@ fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
 }
 
 impl RecordingWriter {
-    /// Starts a file where there is none yet.
     pub(super) fn create(path: &Path) -> anyhow::Result<Self> {
         let mut file = create(path)?;
         // From here on it is an MCAP file, whatever happens.
@@ -64,7 +63,6 @@ impl RecordingWriter {
         self.write(topic, bytes, time)
     }
 
-    /// A message that Foxglove and Rerun can draw.
     pub(super) fn picture<M: Encode>(&mut self, topic: &str, message: &M, time: u64) -> anyhow::Result<()> {
         if !self.channels.contains_key(topic) {
             let schema = M::get_schema().context("a message without a schema")?;
@@ -107,7 +105,6 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Completes the file with its index.
     pub(super) fn finish(mut self) -> anyhow::Result<()> {
         self.file.finish()?;
         let file = self.file.into_inner().into_inner().map_err(|e| e.into_error())?;

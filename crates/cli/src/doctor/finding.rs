@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use crate::connect::ConnectOptions;
 
-/// What became of one link.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
@@ -16,7 +15,6 @@ pub(crate) enum Verdict {
     Proven,
     /// Worth knowing; nothing is missing.
     Note,
-    /// It does not work.
     Missing,
 }
 
@@ -25,9 +23,7 @@ pub(crate) struct Finding {
     /// What it links, or what it belongs to.
     pub(crate) link: String,
     pub(crate) verdict: Verdict,
-    /// What was seen.
     pub(crate) detail: String,
-    /// What to do about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fix: Option<String>,
     /// Median of a handful of questions, ms.
@@ -61,7 +57,6 @@ impl Finding {
 
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
-    /// Whether nothing is missing.
     pub(crate) ok: bool,
     endpoint: String,
     namespace: Option<String>,

@@ -73,7 +73,6 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     Ok(if report.ok { SUCCESS } else { FAILED })
 }
 
-/// Prints the report and gives it back.
 fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Result<Report, Exit> {
     let report = Report::new(&options.at, findings);
     if options.json {

@@ -89,7 +89,6 @@ pub(crate) async fn during<T>(
     Ok((finished?, recording))
 }
 
-/// One line about a finished recording.
 fn summary(path: &Path, tally: &Tally) -> String {
     let size = std::fs::metadata(path).map_or(0.0, |data| data.len() as f64 / 1e6);
     let Tally { written, cycles, lost, refused } = tally;

@@ -14,7 +14,6 @@ const OURS: &str = "curiosity";
 const WITHOUT_CNC: &str = "cpc-only";
 const WITHOUT_CPC: &str = "cnc-only";
 const BLIND: [&str; 4] = ["cnc-only", "distance-only", "risk-rrt", "bi-risk-rrt"];
-/// Scenarios of the whole table.
 const SCENARIOS: usize = 13;
 /// A difference counts below this p.
 pub(crate) const SIGNIFICANT: f64 = 0.01;
@@ -26,7 +25,6 @@ const VEL_LEAST: f64 = 0.87;
 const LENGTH_MOST: f64 = 1.2;
 const TIME_MOST: Duration = Duration::from_secs(20 * 60);
 
-/// Whether a promise is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr)]
 #[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "lowercase")]
@@ -44,7 +42,6 @@ impl Verdict {
     }
 }
 
-/// A promise and what was found.
 #[derive(Debug, Serialize)]
 pub(crate) struct Criterion {
     pub(crate) promise: String,
@@ -194,7 +191,6 @@ impl Judge<'_> {
         self.comparison.paired(measure, a, b, scenario)
     }
 
-    /// Better in the pooled paired test.
     fn better(&self, measure: Measure, name: &str, planner: &str, other: &str) -> Criterion {
         let promise = format!(
             "{name} of `{planner}` is better than that of `{other}`, all runs paired, p < {SIGNIFICANT}"
@@ -258,7 +254,6 @@ impl Judge<'_> {
     }
 }
 
-/// A p value in words, with as many digits as a reader needs.
 pub(crate) fn shown_p(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }

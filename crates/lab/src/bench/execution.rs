@@ -15,9 +15,7 @@ use super::worker_process::{Done, Missing, WorkerProcess, attempt};
 
 /// Runs jobs, each once, also across interruptions.
 pub(crate) struct Execution {
-    /// Processes at a time.
     pub(crate) workers: usize,
-    /// Digest of this program, for the rows.
     program: String,
     journal: Journal,
     shutdown: Shutdown,

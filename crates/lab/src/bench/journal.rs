@@ -54,7 +54,6 @@ impl Journal {
         Ok(Self { file, path: path.to_owned(), rows })
     }
 
-    /// The finished run of that key.
     pub(crate) fn row(&self, key: &str) -> Option<&Row> {
         self.rows.get(key)
     }

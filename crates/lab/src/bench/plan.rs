@@ -21,7 +21,6 @@ pub(crate) struct Job {
     pub(crate) scenario_file: PathBuf,
     /// A built-in profile or a profile file.
     pub(crate) planner_source: String,
-    /// The scenario's name.
     pub(crate) scenario: String,
     /// The planner's name in the results.
     pub(crate) planner: String,
@@ -30,7 +29,6 @@ pub(crate) struct Job {
     pub(crate) trace: Option<PathBuf>,
 }
 
-/// A planner to compare.
 #[derive(Debug)]
 pub(crate) struct Planner {
     /// A built-in profile or a profile file.
@@ -39,7 +37,6 @@ pub(crate) struct Planner {
     pub(crate) name: String,
 }
 
-/// A scenario to compare in, with what pictures need of it.
 #[derive(Debug)]
 pub(crate) struct Scene {
     pub(crate) file: PathBuf,
@@ -169,19 +166,16 @@ pub(crate) fn digest(package: &Package) -> String {
     hex(&Sha256::digest(package.request.encode()))
 }
 
-/// Digest of a run: that of its package and its seed.
 pub(crate) fn key(digest: &str, seed: u64) -> String {
     hex(&Sha256::digest(format!("{digest} {seed}")))[..32].to_owned()
 }
 
-/// Digest of this program's file.
 pub(crate) fn program_digest() -> anyhow::Result<String> {
     let path = std::env::current_exe().context("cannot find this program's file")?;
     let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
     Ok(hex(&Sha256::digest(bytes))[..16].to_owned())
 }
 
-/// Bytes in hexadecimal.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }

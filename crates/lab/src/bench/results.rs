@@ -8,7 +8,6 @@ use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
 use curionav_schemas::Outcome;
 
-/// Names and contents.
 pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
     Ok([
         ("results.csv", results(rows)),

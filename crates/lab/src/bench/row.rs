@@ -6,16 +6,13 @@ use serde::{Deserialize, Serialize};
 /// Seconds from one point of a kept way to the next.
 const WAY_STEP_S: f64 = 0.5;
 
-/// What is kept of every run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Row {
     /// Digest of all that decides the run but the program: scenario, map, recordings, profile, seed.
     pub(crate) key: String,
-    /// Digest of the program that ran it.
     pub(crate) program: String,
     pub(crate) scenario: String,
-    /// The planner as it was asked for.
     pub(crate) planner: String,
     pub(crate) seed: u64,
     pub(crate) outcome: Outcome,

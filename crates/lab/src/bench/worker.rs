@@ -18,7 +18,6 @@ use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
 
-/// Why a run could not take place.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Refusal {
     pub(super) error: String,

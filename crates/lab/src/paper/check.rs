@@ -132,7 +132,6 @@ pub fn check(scene: &PaperScene) -> Report {
     report
 }
 
-/// Measures a route; `direct` is the length of the direct way.
 fn add_route(
     report: &mut Report,
     scene: &PaperScene,

@@ -13,7 +13,6 @@ use super::drawing::Plan;
 use super::patrol::{draw, points, rounded};
 use super::published::Published;
 
-/// What kind of way a route is (D16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum RouteKind {
@@ -25,7 +24,6 @@ pub(super) enum RouteKind {
     Landmarks,
 }
 
-/// One way from start to goal that the scene offers.
 #[derive(Debug, Clone)]
 pub(super) struct Route {
     pub(super) kind: RouteKind,

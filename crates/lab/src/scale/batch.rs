@@ -23,13 +23,10 @@ const WALK: f64 = 0.7;
 /// Attempts to find room for one more person.
 const PLACES: usize = 1000;
 
-/// One batch.
 pub(super) struct Batch {
-    /// The moment.
     pub(super) scene: Scene,
     /// The same, as it travels.
     pub(super) message: wire::Scene,
-    /// What to score.
     pub(super) candidates: CandidateSet,
 }
 

@@ -33,14 +33,11 @@ pub(super) enum Work {
     Generate(Vec<wire::Scene>),
 }
 
-/// What came of one question to the pool.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
-    /// Candidates scored or generated.
     pub(super) candidates: usize,
     /// Parts the question was cut into.
     pub(super) shards: usize,
-    /// Parts that were not answered in time.
     pub(super) unanswered: usize,
     /// Until everything was there.
     pub(super) took: Duration,
@@ -48,9 +45,7 @@ pub(super) struct Answer {
 
 /// One robot's arbiter, as far as pools are concerned.
 pub(super) struct Robot {
-    /// The real pool.
     pub(super) pool: Arc<Pool<ZenohPeers>>,
-    /// The mission made ready.
     pub(super) context: Arc<PlanContext>,
     // Aborted when dropped.
     _keeping_ready: JoinSet<()>,
@@ -137,7 +132,6 @@ pub(super) fn on_a_thread<T: Send + 'static>(
 
 /// Robots behind one router, and the map they share.
 pub(super) struct Robots {
-    /// Each with a link of its own.
     pub(super) all: Vec<Arc<Robot>>,
     sessions: Vec<Session>,
     map: Server,
@@ -165,13 +159,11 @@ impl Robots {
         Ok(robots)
     }
 
-    /// The link of one of them.
     pub(super) fn session(&self, index: usize) -> &Session {
         // The first session hosts the map.
         &self.sessions[index + 1]
     }
 
-    /// Ends their links.
     pub(super) fn leave(self) {
         drop(self.all);
         drop(self.map);

@@ -87,7 +87,6 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// Searches and writes the results; gives the best setting as a profile.
 async fn results(runs: &mut Runs<'_>) -> anyhow::Result<String> {
     let (space, options) = (runs.space, runs.options);
     let base = space.base()?;
@@ -124,7 +123,6 @@ struct Runs<'a> {
     tried: Vec<Tried>,
 }
 
-/// A setting and what came out of it.
 struct Tried {
     setting: Setting,
     repeats: u32,
@@ -167,7 +165,6 @@ impl Trial for Runs<'_> {
 }
 
 impl Runs<'_> {
-    /// Every setting that was tried, in the order of the search.
     fn table(&self) -> anyhow::Result<String> {
         let paths = self.space.parameters.iter().map(|p| p.path.as_str());
         let measures = Measure::ALL.map(Measure::key);

@@ -94,7 +94,6 @@ pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) ->
     Ok(summary)
 }
 
-/// Every service with a part in the decisions must be of this version.
 fn check_service(recording: &str, status: &ServiceStatus) -> anyhow::Result<()> {
     const DECIDE: [&str; 4] = ["arbiter", "generator", "cpc", "cnc"];
     if DECIDE.contains(&status.role.as_str()) {
@@ -120,7 +119,6 @@ const OF_ROBOT_MAX: usize = 64;
 struct Waiting(BTreeMap<String, VecDeque<Memory>>);
 
 impl Waiting {
-    /// Keeps a memory; the oldest one of its robot has to go if there are too many.
     fn put(&mut self, memory: Memory) {
         let of_robot = self.0.entry(memory.robot.clone()).or_default();
         if of_robot.len() == OF_ROBOT_MAX {
@@ -129,7 +127,6 @@ impl Waiting {
         of_robot.push_back(memory);
     }
 
-    /// What this cycle began with, if it is here.
     fn take(&mut self, robot: &str, epoch: u64, seq: u64) -> Option<Memory> {
         let of_robot = self.0.get_mut(robot)?;
         let index = of_robot.iter().position(|memory| (memory.epoch, memory.seq) == (epoch, seq))?;

@@ -20,7 +20,6 @@ struct Page<'a> {
     title: String,
 }
 
-/// The page.
 pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
     let title = format!(
         "{} in {}: {} runs",
@@ -79,14 +78,12 @@ impl Page<'_> {
         self.bench.comparison.is_best(*measure, *scenario, *planner)
     }
 
-    /// Mean and standard deviation.
     fn own(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
         let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
         let sd = if own.runs > 1 { format!("\u{b1}{}", measure.show(own.sd)) } else { String::new() };
         Some((measure.show(own.mean), sd))
     }
 
-    /// Mean and interval.
     fn mean(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
         let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
         Some((measure.show(own.mean), interval(*measure, own.low, own.high)))
@@ -156,7 +153,6 @@ impl Page<'_> {
         self.totals().iter().any(|order| order.pairs > 0)
     }
 
-    /// A scenario's ways, uncertainty and speed.
     fn figure(&self, s: &usize) -> String {
         let scene = &self.bench.scenes[*s];
         let robot = &scene.scenario.robot;
