@@ -25,9 +25,6 @@ pub struct Supervised {
 
 impl Supervised {
     /// Starts this program with `arguments` and waits until it says that it is ready.
-    ///
-    /// # Errors
-    /// If it cannot be started, ends, or is not ready in time.
     pub async fn start(program: &Path, name: &str, arguments: Vec<String>) -> anyhow::Result<(Self, Ready)> {
         let mut child = Command::new(program)
             .args(&arguments)
@@ -70,9 +67,6 @@ impl Supervised {
     }
 
     /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where.
-    ///
-    /// # Errors
-    /// As [`Self::start`].
     pub async fn router(program: &Path, port: u16, log: &str) -> anyhow::Result<(Self, String)> {
         let listen = format!("tcp/127.0.0.1:{port}");
         let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
@@ -89,9 +83,6 @@ impl Supervised {
     }
 
     /// The status with which it has ended by itself; none while it runs.
-    ///
-    /// # Errors
-    /// If the system does not say.
     pub fn ended(&mut self) -> anyhow::Result<Option<String>> {
         Ok(self.child.try_wait()?.map(|status| status.to_string()))
     }

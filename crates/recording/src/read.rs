@@ -43,14 +43,12 @@ pub struct Reader {
     /// Schema names by id, and by channel (schema, message encoding).
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, (String, String)>,
-    cut_short: bool,
+    /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
+    pub cut_short: bool,
 }
 
 impl Reader {
     /// Opens the recording in the file `path`.
-    ///
-    /// # Errors
-    /// If there is no such file or it cannot be read.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let options = LinearReaderOptions::default()
@@ -60,11 +58,6 @@ impl Reader {
         let mcap = LinearReader::new_with_options(options);
         let path = path.to_owned();
         Ok(Self { path, file, mcap, schemas: BTreeMap::new(), channels: BTreeMap::new(), cut_short: false })
-    }
-
-    /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
-    pub fn is_cut_short(&self) -> bool {
-        self.cut_short
     }
 
     /// The next message of interest; none at the end.

@@ -236,7 +236,7 @@ impl Writing {
         }
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
-        let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
+        let others = self.timelines.values().map(|timeline| timeline.latest).max().unwrap_or_default();
         let now = if message.stamp().is_none() && others > 0 { others } else { now };
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
         self.file.contract(key, encoding, payload, time)?;

@@ -49,17 +49,15 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
     let mut signals = on_signals().map_err(Exit::network)?;
     let session = options.at.session().await?;
     let scope = Scope { robot: options.robot, world: None };
-    let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);
-    let ended = match recorder {
-        Ok(mut recorder) => {
-            eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
-            tokio::select! {
-                () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
-                failure = recorder.failure() => Err(Exit::failed(failure)),
-            }
+    let recording = async {
+        let mut recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input)?;
+        eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
+        tokio::select! {
+            () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
+            failure = recorder.failure() => Err(Exit::failed(failure)),
         }
-        Err(exit) => Err(exit),
     };
+    let ended = recording.await;
     session::close(&session);
     let tally = ended?;
     eprintln!("{}", summary(&options.path, &tally));

@@ -24,9 +24,6 @@ pub(super) struct Refusal {
 }
 
 /// Answers jobs until standard input ends; `program` is the digest of this program for the rows.
-///
-/// # Errors
-/// If the services cannot be started.
 pub async fn worker(program: &str) -> Result<u8, Exit> {
     let config = ServiceConfig::default();
     let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;

@@ -65,7 +65,7 @@ pub(super) async fn measure(
         }
     }
     let homes = [&in_process, &*over_processes];
-    let measured = compare(homes, workload, (robots.session(0), &echo), seconds).await?;
+    let measured = compare(homes, workload, (&robots.sessions[1], &echo), seconds).await?;
     drop(over_processes);
     robots.leave();
     processes.dismiss().await;

@@ -133,7 +133,8 @@ pub(super) fn on_a_thread<T: Send + 'static>(
 /// Robots behind one router, and the map they share.
 pub(super) struct Robots {
     pub(super) all: Vec<Arc<Robot>>,
-    sessions: Vec<Session>,
+    /// The first hosts the map, the others belong to the robots.
+    pub(super) sessions: Vec<Session>,
     map: Server,
 }
 
@@ -157,11 +158,6 @@ impl Robots {
             robots.sessions.push(session);
         }
         Ok(robots)
-    }
-
-    pub(super) fn session(&self, index: usize) -> &Session {
-        // The first session hosts the map.
-        &self.sessions[index + 1]
     }
 
     pub(super) fn leave(self) {

@@ -88,7 +88,7 @@ pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) ->
             }
         }
     }
-    summary.cut_short = reader.is_cut_short();
+    summary.cut_short = reader.cut_short;
     summary.recorded_planner = offline.recorded_planner().unwrap_or_default();
     summary.planner = name.unwrap_or_else(|| summary.recorded_planner.clone());
     Ok(summary)
