@@ -19,7 +19,6 @@ use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package};
 use curionav_runtime::exit::Exit;
 
-/// A status is small and kept.
 const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 /// Attempts to cancel, and the time between them.
 const CANCEL_ATTEMPTS: u32 = 5;

@@ -185,7 +185,6 @@ impl Judge<'_> {
         Criterion::new(promise, Some(is_kept), format!("worst {value} in {name}"))
     }
 
-    /// The paired test of two planners by their names; none if not both were run.
     fn paired(&self, measure: Measure, a: &str, b: &str, scenario: Option<usize>) -> Option<Paired> {
         let (a, b) = (self.comparison.planner(a)?, self.comparison.planner(b)?);
         self.comparison.paired(measure, a, b, scenario)

@@ -51,12 +51,12 @@ impl Execution {
         let mut progress = Progress::new(open.len());
         let mut shutdown = self.shutdown.clone();
         let ran = tokio::select! {
-            ran = self.run(open, &mut progress) => Some(ran),
+            ran = self.run(open, &mut progress) => ran,
             // Every worker is killed.
-            () = shutdown.requested() => None,
+            () = shutdown.requested() => Err(self.interrupted(jobs)),
         };
         progress.finish();
-        let mut missing = ran.unwrap_or_else(|| Err(self.interrupted(jobs))).map_err(Exit::failed)?;
+        let mut missing = ran.map_err(Exit::failed)?;
         missing.sort_by_key(|m| jobs.iter().position(|job| job.key == m.job.key));
         Ok(missing)
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
 use curionav_schemas::{Clock, Message, OccupancyGrid, words};
@@ -127,13 +127,9 @@ fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for pattern in patterns {
         let found = glob::glob(pattern).with_context(|| format!("--scenarios: `{pattern}`"))?;
-        let before = files.len();
-        for file in found {
-            files.push(file.context("--scenarios")?);
-        }
-        if files.len() == before {
-            bail!("--scenarios: no file is called `{pattern}`");
-        }
+        let found: Vec<PathBuf> = found.collect::<Result<_, _>>().context("--scenarios")?;
+        ensure!(!found.is_empty(), "--scenarios: no file is called `{pattern}`");
+        files.extend(found);
     }
     files.sort();
     files.dedup();

@@ -34,7 +34,6 @@ fn results(rows: &[&Row]) -> String {
     text
 }
 
-/// What does depend on it.
 fn timings(rows: &[&Row]) -> String {
     let mut text =
         csv_row(["scenario", "planner", "seed", "real_time_factor", "wall_s", "p50_ms", "p99_ms", "max_ms"]);

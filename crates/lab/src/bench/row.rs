@@ -47,7 +47,6 @@ pub(crate) struct Tally {
     pub(crate) reached: usize,
     pub(crate) timeouts: usize,
     pub(crate) lost: usize,
-    /// Runs with a collision.
     pub(crate) collided: usize,
     /// Collisions in all.
     pub(crate) contacts: u32,

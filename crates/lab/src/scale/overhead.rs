@@ -141,7 +141,6 @@ fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2]) -> Measure
     }
 }
 
-/// Where the time of a cycle goes: medians.
 fn stages(home: &str, times: &[wire::Timings]) -> Row {
     let evaluate_us = |t: &wire::Timings| t.total_us.saturating_sub(t.generate_us + t.arbitrate_us);
     vec![

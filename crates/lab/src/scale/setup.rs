@@ -20,7 +20,6 @@ pub(super) struct Measured {
     pub(super) text: String,
 }
 
-/// A service, and the drive that gives it its work.
 pub(super) struct Setup<'a> {
     pub(super) options: &'a Options,
     pub(super) workload: &'a Workload,

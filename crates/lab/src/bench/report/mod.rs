@@ -129,7 +129,6 @@ impl Page<'_> {
             .map(|((title, remark), measures)| (*title, measures, *remark))
     }
 
-    /// The marks that are shown in a table, and what they mean.
     fn slips(&self, measures: &[Measure]) -> Vec<(char, &'static str)> {
         let cells = self.scenarios().flat_map(|(s, _)| self.planners().map(move |p| (s, p)));
         let shown: Vec<char> =
