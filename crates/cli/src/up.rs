@@ -160,9 +160,8 @@ async fn start_and_watch(
             () = tokio::time::sleep(Duration::from_millis(100)) => {}
         }
         for process in running.iter_mut() {
-            let Some(status) = process.ended()? else { continue };
             tokio::select! {
-                revived = process.revive(program, &status, deployment.max_restarts_per_minute) => revived?,
+                revived = process.revive(program, deployment.max_restarts_per_minute) => revived?,
                 () = shutdown.requested() => return Ok(()),
             }
         }
