@@ -18,7 +18,6 @@ pub(crate) struct ConnectOptions {
 }
 
 impl ConnectOptions {
-    /// The configuration of a client there.
     pub(crate) fn config(&self) -> ServiceConfig {
         ServiceConfig {
             connect: vec![self.connect.clone()],
@@ -27,8 +26,7 @@ impl ConnectOptions {
         }
     }
 
-    /// A session of a client there.
     pub(crate) async fn session(&self) -> Result<Session, Exit> {
-        session::client(&self.config()).await.map_err(|e| Exit::network(e.into()))
+        session::client(&self.config()).await.map_err(Exit::network)
     }
 }

@@ -6,14 +6,12 @@ use anyhow::anyhow;
 use clap::Args;
 use curionav_runtime::exit::Exit;
 
-/// The arguments of a command that is left out.
 #[derive(Debug, Args)]
 pub(crate) struct LeftOut {
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _arguments: Vec<OsString>,
 }
 
-/// The error of a command that `feature` brings.
 pub(crate) fn error(feature: &str) -> Exit {
     Exit::bad_input(anyhow!(
         "this program was built without the feature `{feature}`, which brings this command: build it with \
@@ -65,7 +63,6 @@ pub(crate) mod recording {
         Err(super::error("recording"))
     }
 
-    /// Stands for the recording of a run.
     pub(crate) async fn during<T>(
         _: &Session,
         _: &Path,

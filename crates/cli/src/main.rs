@@ -18,7 +18,6 @@ mod scenario;
 mod service;
 mod status;
 mod up;
-mod within;
 
 use clap::{Parser, Subcommand};
 use curionav_runtime::exit::Exit;
@@ -81,7 +80,7 @@ fn main() -> std::process::ExitCode {
             runtime.shutdown_timeout(std::time::Duration::from_secs(1));
             outcome
         }
-        Err(error) => Err(Exit::network(error.into())),
+        Err(error) => Err(Exit::network(error)),
     };
     match outcome {
         Ok(code) => code.into(),

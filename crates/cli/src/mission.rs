@@ -72,7 +72,6 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// Where a mission stands: revision, state and goal.
 pub(crate) fn standing(mission: &Mission) -> String {
     let (revision, state, order) = (mission.revision, mission.state.name(), &mission.order);
     format!("revision {revision}, {state}, goal ({:.2}, {:.2})", order.goal_x, order.goal_y)

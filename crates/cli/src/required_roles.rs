@@ -65,7 +65,6 @@ pub(crate) fn missing(
         .collect()
 }
 
-/// A role that a service must fill.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Need {
     pub(crate) role: String,
@@ -74,7 +73,6 @@ pub(crate) struct Need {
 }
 
 impl Need {
-    /// Every role of `robots`, and of the pools they share.
     fn of(robots: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
         let pool = |role: &String| Self { role: role.clone(), robot: None };
         let of_robot = |robot: &String| {
@@ -83,7 +81,6 @@ impl Need {
         robots.iter().flat_map(of_robot).chain(pools.iter().map(pool)).collect()
     }
 
-    /// What is missing, in words.
     fn words(&self) -> String {
         match &self.robot {
             Some(robot) => format!("{} of robot {robot}", self.role),

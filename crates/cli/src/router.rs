@@ -30,14 +30,13 @@ pub(crate) struct RouterOptions {
 }
 
 pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
-    let mut shutdown = on_end(options.supervised).map_err(|e| Exit::network(e.into()))?;
+    let mut shutdown = on_end(options.supervised).map_err(Exit::network)?;
     let session = session::router(&options.listen, &options.connect, options.config.as_deref())
         .await
-        .map_err(|e| Exit::network(e.into()))?;
+        .map_err(Exit::network)?;
     // No token: a router is no member of a deployment. Its version can be asked for.
     let metrics = Arc::new(Metrics::new("router", &session.zid().to_string(), None));
-    let status =
-        serve_status(&session, metrics, Arc::default(), Vec::new).map_err(|e| Exit::network(e.into()))?;
+    let status = serve_status(&session, metrics, Arc::default(), Vec::new).map_err(Exit::network)?;
     Ready::process("router".into(), session::locators(&session).await).print();
     shutdown.requested().await;
     drop(status);

@@ -19,7 +19,6 @@ use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package};
 use curionav_runtime::exit::Exit;
 
-/// A status is small and kept.
 const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 /// Attempts to cancel, and the time between them.
 const CANCEL_ATTEMPTS: u32 = 5;
@@ -89,7 +88,7 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     };
     config.check().map_err(Exit::bad_input)?;
     let (finished, recording) = if options.connect.is_some() {
-        let session = session::client(&config).await.map_err(|e| Exit::network(e.into()))?;
+        let session = session::client(&config).await.map_err(Exit::network)?;
         let finished = recorded(&session, &config, &package, &options).await;
         session::close(&session);
         finished?
@@ -124,7 +123,7 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
         output::write(directory, &drawn).map_err(Exit::failed)?;
     }
     if options.json {
-        print(output::json(result).map_err(|e| Exit::failed(e.into()))?)?;
+        print(output::json(result).map_err(Exit::failed)?)?;
     } else {
         print(output::table(result))?;
         written.map_or(Ok(()), |(directory, _)| {
@@ -161,8 +160,8 @@ async fn follow_or_cancel(
     package: &Package,
     options: &RunOptions,
 ) -> Result<Finished, Exit> {
-    let mission_key = keys::mission_command(&config.robot).map_err(|e| Exit::bad_input(e.into()))?;
-    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mission_key = keys::mission_command(&config.robot).map_err(Exit::bad_input)?;
+    let mut signals = on_signals().map_err(Exit::network)?;
     tokio::select! {
         finished = follow(session, config, package, options.out.is_some()) => finished,
         () = signals.requested() => {

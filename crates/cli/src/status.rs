@@ -40,9 +40,9 @@ struct Line {
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
     let session = options.at.session().await?;
     let mut lines = Vec::new();
-    for (role, instances) in members(&session).await.map_err(|e| Exit::network(e.into()))? {
+    for (role, instances) in members(&session).await.map_err(Exit::network)? {
         for instance in instances {
-            let key = keys::status(&role, &instance).map_err(|e| Exit::network(e.into()))?;
+            let key = keys::status(&role, &instance).map_err(Exit::network)?;
             let asked = Instant::now();
             let status = fetch::<ServiceStatus>(&session, &key, TIMEOUT).await.ok();
             let round_trip_ms = status.as_ref().map(|_| asked.elapsed().as_secs_f64() * 1e3);

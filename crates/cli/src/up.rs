@@ -25,7 +25,7 @@ pub(crate) struct UpOptions {
 pub(crate) async fn run(options: UpOptions, log: &str) -> Result<u8, Exit> {
     let mut deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?;
     deployment.port = options.port.unwrap_or(deployment.port);
-    let shutdown = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let shutdown = on_signals().map_err(Exit::network)?;
     supervise(&deployment, log, shutdown).await.map_err(Exit::network)?;
     Ok(SUCCESS)
 }
@@ -160,9 +160,8 @@ async fn start_and_watch(
             () = tokio::time::sleep(Duration::from_millis(100)) => {}
         }
         for process in running.iter_mut() {
-            let Some(status) = process.ended()? else { continue };
             tokio::select! {
-                revived = process.revive(program, &status, deployment.max_restarts_per_minute) => revived?,
+                revived = process.revive(program, deployment.max_restarts_per_minute) => revived?,
                 () = shutdown.requested() => return Ok(()),
             }
         }

@@ -41,24 +41,20 @@ pub async fn follow(
     package: &Package,
     keep_reports: bool,
 ) -> Result<Finished, Exit> {
-    let key = |channel| keys::world(&config.world, channel).map_err(|e| Exit::bad_input(e.into()));
+    let key = |channel| keys::world(&config.world, channel).map_err(Exit::bad_input);
     let (run_key, scenario_key) = (key("run")?, key("scenario")?);
-    let topic = |e: curionav_runtime::topic::TopicError| Exit::network(e.into());
-    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(topic)?;
-    let report_key = keys::robot(&config.robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
-    let reports = match keep_reports {
-        true => Some(Inbox::<CycleReport>::new(session, &report_key).map_err(topic)?),
-        false => None,
-    };
+    let news = Inbox::<RunStatus>::new(session, &run_key).map_err(Exit::network)?;
+    let report_key = keys::robot(&config.robot, "report").map_err(Exit::bad_input)?;
+    let reports = keep_reports.then(|| Inbox::<CycleReport>::new(session, &report_key));
+    let reports = reports.transpose().map_err(Exit::network)?;
+    let arrived = || reports.iter().flat_map(|inbox| std::iter::from_fn(|| inbox.try_next()));
     let injected: Result<RunStatus, AskError> =
         ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
     let injected = injected.map_err(|error| injection_error(error, package, &config.world))?;
     let bar = progress_bar(package.scenario.clock.time_limit_s);
     let mut kept = Vec::new();
     let status = loop {
-        if let Some(reports) = &reports {
-            kept.extend(std::iter::from_fn(|| reports.try_next()));
-        }
+        kept.extend(arrived());
         let status = next_status(session, &run_key, &news, injected.run).await?;
         bar.set_position((status.time_s * 10.0) as u64);
         bar.set_message(match status.state {
@@ -70,9 +66,7 @@ pub async fn follow(
         }
     };
     bar.finish_and_clear();
-    if let Some(reports) = &reports {
-        kept.extend(std::iter::from_fn(|| reports.try_next()));
-    }
+    kept.extend(arrived());
     let Some(result) = status.result else {
         let reason = status.error.map(|end| words::say("end", &end));
         let reason = reason.unwrap_or_else(|| "it ended without a result".into());
@@ -94,7 +88,7 @@ pub async fn follow(
 
 fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {
     match error {
-        AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject.into()),
+        AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject),
         AskError::Rejected(reject) => {
             Exit::bad_input(package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
         }

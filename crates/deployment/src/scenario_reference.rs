@@ -31,9 +31,6 @@ Both tables are at the end of this page.
 
 /// Every field of a scenario, of the localiser's parameters and of a planner profile, as Markdown: what it holds, its
 /// default, its range and its meaning.
-///
-/// # Errors
-/// If defaults cannot be written as TOML, which a test would show.
 pub fn scenario_reference() -> anyhow::Result<String> {
     let scenario = Scenario::reference().map_err(|e| anyhow::anyhow!("{e}"))?;
     let localizer = reference(LocalizerParams::FIELDS, &Table::try_from(LocalizerParams::default())?);

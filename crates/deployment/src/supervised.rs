@@ -25,9 +25,6 @@ pub struct Supervised {
 
 impl Supervised {
     /// Starts this program with `arguments` and waits until it says that it is ready.
-    ///
-    /// # Errors
-    /// If it cannot be started, ends, or is not ready in time.
     pub async fn start(program: &Path, name: &str, arguments: Vec<String>) -> anyhow::Result<(Self, Ready)> {
         let mut child = Command::new(program)
             .args(&arguments)
@@ -70,9 +67,6 @@ impl Supervised {
     }
 
     /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where.
-    ///
-    /// # Errors
-    /// As [`Self::start`].
     pub async fn router(program: &Path, port: u16, log: &str) -> anyhow::Result<(Self, String)> {
         let listen = format!("tcp/127.0.0.1:{port}");
         let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
@@ -88,19 +82,12 @@ impl Supervised {
         self.child.id().unwrap_or(0)
     }
 
-    /// The status with which it has ended by itself; none while it runs.
-    ///
-    /// # Errors
-    /// If the system does not say.
-    pub fn ended(&mut self) -> anyhow::Result<Option<String>> {
-        Ok(self.child.try_wait()?.map(|status| status.to_string()))
-    }
-
-    /// Starts it again after it has ended with `status`.
+    /// Starts it again if it has ended by itself.
     ///
     /// # Errors
     /// If it has ended more than `limit` times within a minute.
-    pub async fn revive(&mut self, program: &Path, status: &str, limit: usize) -> anyhow::Result<()> {
+    pub async fn revive(&mut self, program: &Path, limit: usize) -> anyhow::Result<()> {
+        let Some(status) = self.child.try_wait()? else { return Ok(()) };
         let now = Instant::now();
         while self.restarts.front().is_some_and(|t| now.duration_since(*t) > Duration::from_secs(60)) {
             self.restarts.pop_front();
@@ -108,7 +95,7 @@ impl Supervised {
         if self.restarts.len() >= limit {
             bail!("{} ended {} times within a minute (last: {status}); giving up", self.name, limit + 1);
         }
-        tracing::warn!(process = %self.name, status, "ended, started again");
+        tracing::warn!(process = %self.name, %status, "ended, started again");
         self.restarts.push_back(now);
         // One that fails to start has ended again: the next round counts it.
         match Supervised::start(program, &self.name, self.arguments.clone()).await {

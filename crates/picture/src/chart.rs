@@ -25,7 +25,6 @@ pub(super) struct Chart<'a> {
     pub(super) scale: Scale,
     /// From when to when, s.
     pub(super) time: (f64, f64),
-    /// Most numbers along the time axis.
     pub(super) ticks: usize,
     /// From when to when localisation counted as uncertain, s.
     pub(super) uncertain: &'a [(f64, f64)],

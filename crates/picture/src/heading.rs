@@ -26,7 +26,6 @@ pub(super) fn heading(result: &RunResult, width: f64) -> Panel {
     Panel { content, width, height: 100.0 }
 }
 
-/// The outcome in words, and the colour of success or failure.
 fn verdict(result: &RunResult) -> (String, &'static str) {
     let ended = match result.outcome {
         Outcome::Reached => "Goal reached",

@@ -48,7 +48,6 @@ fn drawable(map: &OccupancyGrid) -> (Vec<Block>, Vec<Block>, usize) {
     }
 }
 
-/// The map defined as `id` where `viewport` puts it.
 pub(super) fn map_layer(map: &OccupancyGrid, id: &str, viewport: &Viewport) -> Use {
     let (sin, cos) = sin_cos(map.origin.heading);
     let side = viewport.scale * map.resolution;

@@ -16,6 +16,8 @@ use svg::node::element::Group;
 const MARGIN_M: f64 = 3.0;
 /// A map is shown whole while it has at most this many times the area of the part that matters.
 const WHOLE_UP_TO: f64 = 3.0;
+/// A person's radius when no report tells it, m.
+const PERSON_RADIUS_M: f64 = 0.3;
 /// From one uncertainty ellipse to the next, s.
 const ELLIPSE_EVERY_S: f64 = 2.0;
 
@@ -48,10 +50,11 @@ pub(super) fn overview(
 }
 
 fn people(run: &Run<'_>, trace: &TraceColumns, viewport: &Viewport) -> Group {
+    let radius = run.reports.first().map_or(PERSON_RADIUS_M, |report| report.scene.people.radius);
     let ends = trace.people.iter().filter_map(|track| track.end(&trace.time));
     ends.filter(|(at, _)| viewport.holds(*at, 1.0))
         .fold(tracks(viewport, trace.people.iter().flat_map(Track::stretches)), |group, (at, velocity)| {
-            group.add(person(viewport, at, velocity, run.person_radius()))
+            group.add(person(viewport, at, velocity, radius))
         })
 }
 

@@ -83,18 +83,16 @@ pub(super) fn plots(run: &Run<'_>, trace: &TraceColumns, snapshots: &[Snapshot<'
 
 /// Where localisation was seen to settle and to be lost: each lies between the uncertainties of two cycles.
 fn thresholds(reports: &[CycleReport]) -> Vec<(f64, String)> {
-    let level = |settles: bool| {
+    let level = |settles: bool, name: &str| {
         let after = turn(reports, settles)?;
         let [before, after] =
             [after - 1, after].map(|i| reports[i].decision.uncertainty.max(LEAST_UNCERTAINTY));
-        Some((before * after).sqrt())
+        let level = (before * after).sqrt();
+        Some((level, format!("{name} near {level:.2}")))
     };
-    let named =
-        |level: Option<f64>, name: &str| level.map(|level| (level, format!("{name} near {level:.2}")));
-    named(level(true), "settles").into_iter().chain(named(level(false), "lost")).collect()
+    level(true, "settles").into_iter().chain(level(false, "lost")).collect()
 }
 
-/// From when to when localisation counted as uncertain.
 fn uncertain(reports: &[CycleReport], end: f64) -> Vec<(f64, f64)> {
     let mut spans: Vec<(f64, f64)> = Vec::new();
     for (index, report) in reports.iter().enumerate().filter(|(_, report)| report.scene.uncertain) {

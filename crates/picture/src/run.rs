@@ -2,9 +2,6 @@
 
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult};
 
-/// A person's radius when no report tells it, m.
-const PERSON_RADIUS_M: f64 = 0.3;
-
 /// A run to be drawn; lengths in metres, in the map frame.
 pub struct Run<'a> {
     /// How it went. Without a trace its picture has no tracks.
@@ -19,10 +16,4 @@ pub struct Run<'a> {
     pub robot_radius: f64,
     /// Distance at which the goal counts as reached.
     pub goal_tolerance: f64,
-}
-
-impl Run<'_> {
-    pub(super) fn person_radius(&self) -> f64 {
-        self.reports.first().map_or(PERSON_RADIUS_M, |report| report.scene.people.radius)
-    }
 }

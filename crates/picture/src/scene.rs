@@ -95,7 +95,6 @@ const LEGEND: [&str; 2] = [
     "Thin lines: their routes. Blue: free, with no landmark within the laser's range.",
 ];
 
-/// The description, and what is what, below each other.
 fn lines(description: &str, (left, top): (f64, f64)) -> Group {
     let words = std::iter::once(description).chain(LEGEND).enumerate();
     words.fold(Group::new(), |group, (i, line)| group.add(text((left, top + 16.0 * i as f64), "s", line)))

@@ -23,7 +23,6 @@ const AXIS: f64 = 26.0;
 /// Pixels a character of the captions takes on average.
 const CHARACTER: f64 = 6.2;
 
-/// The cycle within `width` pixels.
 pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>, width: f64) -> Panel {
     let report = shown.report;
     let side = width - AXIS;

@@ -13,7 +13,6 @@ const STANDING: f64 = 0.05;
 /// Most visible crowd; fainter ones in proportion to their weight.
 const CROWD_OPACITY: f64 = 0.55;
 
-/// Text at a point in pixels.
 pub(super) fn text(at: (f64, f64), class: &str, content: impl Into<String>) -> Text {
     Text::new(content).set("class", class).set("x", px(at.0)).set("y", px(at.1))
 }
@@ -103,7 +102,6 @@ pub(super) fn covariance_ellipse(viewport: &Viewport, at: (f64, f64), [xx, xy, y
     filled.set("stroke", BELIEF).set("stroke-width", 0.8)
 }
 
-/// The robot: its outline and where it heads.
 pub(super) fn robot(viewport: &Viewport, at: (f64, f64), heading: f64, radius: f64, colour: &str) -> Group {
     let (sin, cos) = sin_cos(heading);
     let nose = (at.0 + radius * cos, at.1 + radius * sin);
@@ -118,7 +116,6 @@ pub(super) fn goal(viewport: &Viewport, at: (f64, f64), tolerance: f64) -> Group
     Group::new().add(circle.set("stroke-dasharray", "4 2")).add(star(viewport.at(at)))
 }
 
-/// A star of a fixed size, in pixels.
 pub(super) fn star((x, y): (f64, f64)) -> Polygon {
     const POINTS: u32 = 10;
     let corners: Vec<String> = (0..POINTS)

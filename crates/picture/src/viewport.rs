@@ -28,9 +28,7 @@ impl Viewport {
 
     /// The square of `reach` metres around `centre`, `side` pixels wide.
     pub(super) fn around(centre: (f64, f64), reach: f64, side: f64) -> Self {
-        let bounds =
-            Bounds { min: (centre.0 - reach, centre.1 - reach), max: (centre.0 + reach, centre.1 + reach) };
-        Self::fit(bounds, side, side)
+        Self::fit(Bounds::of([centre]).grown(reach), side, side)
     }
 
     pub(super) fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {

@@ -8,7 +8,6 @@ use foxglove::messages::{
     Timestamp, Vector2, Vector3, log, packed_element_field,
 };
 
-/// The frame that everything is in.
 pub(super) const MAP_FRAME: &str = "map";
 /// What stands for an unknown cell of a grid, where 0 is free and 100 occupied.
 const UNKNOWN: u8 = 255;
@@ -23,7 +22,6 @@ fn rotation(heading: f64) -> Option<Quaternion> {
     Some(Quaternion { x: 0.0, y: 0.0, z, w })
 }
 
-/// A pose on the ground, or above it.
 pub(super) fn pose(x: f64, y: f64, z: f64, heading: f64) -> Option<Pose> {
     Some(Pose { position: Some(Vector3 { x, y, z }), orientation: rotation(heading) })
 }

@@ -8,7 +8,6 @@
 mod foxglove_messages;
 mod read;
 mod recorder;
-mod recover;
 pub mod replay;
 mod scene_update;
 mod timeline;
@@ -17,7 +16,6 @@ mod writer;
 
 pub use read::{Item, Reader};
 pub use recorder::{Recorder, Scope, Tally};
-pub use recover::recover;
+pub use writer::recover;
 
-/// Message encoding of our messages.
 pub(crate) const MESSAGE_ENCODING: &str = "cbor";

@@ -18,7 +18,6 @@ use super::MESSAGE_ENCODING;
 
 /// No record is larger: a chunk of 1 MiB and one message of 25 MiB, with room for other programs' chunks.
 const MAX_RECORD: usize = 256 << 20;
-/// Read from the file at a time.
 const BLOCK: usize = 1 << 20;
 
 /// What a reader is given, in the order in which it was recorded.
@@ -44,15 +43,12 @@ pub struct Reader {
     /// Schema names by id, and by channel (schema, message encoding).
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, (String, String)>,
-    /// Whether it ended before its end.
-    cut_short: bool,
+    /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
+    pub cut_short: bool,
 }
 
 impl Reader {
     /// Opens the recording in the file `path`.
-    ///
-    /// # Errors
-    /// If there is no such file or it cannot be read.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let options = LinearReaderOptions::default()
@@ -62,11 +58,6 @@ impl Reader {
         let mcap = LinearReader::new_with_options(options);
         let path = path.to_owned();
         Ok(Self { path, file, mcap, schemas: BTreeMap::new(), channels: BTreeMap::new(), cut_short: false })
-    }
-
-    /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
-    pub fn is_cut_short(&self) -> bool {
-        self.cut_short
     }
 
     /// The next message of interest; none at the end.
@@ -119,7 +110,6 @@ impl Reader {
     }
 }
 
-/// The message of that schema, if it is one that is asked for.
 fn item(schema: &str, data: &[u8]) -> anyhow::Result<Option<Item>> {
     let Some((name, _)) = schema.strip_prefix("curionav.").and_then(|rest| rest.rsplit_once('.')) else {
         return Ok(None);

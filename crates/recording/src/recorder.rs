@@ -21,7 +21,6 @@ use super::timeline::Timeline;
 use super::visible::Visible;
 use super::writer::RecordingWriter;
 
-/// Streams of a robot that are recorded.
 const STREAMS: [&str; 10] =
     ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report", "memory"];
 /// Bytes that may wait to be written: beyond it a slow disk costs messages, not the deployment's memory.
@@ -48,7 +47,6 @@ impl Scope {
         self.robot.as_ref().map_or_else(|| keys::every_robot(stream), |robot| keys::robot(robot, stream))
     }
 
-    /// The keys of everything that is recorded.
     fn keys(&self) -> Result<Vec<String>, keys::KeyError> {
         let run =
             self.world.as_ref().map_or_else(|| keys::every_world("run"), |world| keys::world(world, "run"));
@@ -212,7 +210,6 @@ impl Writing {
         Ok(self.tally)
     }
 
-    /// Writes one message as it came, and its picture.
     fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
         let Arrival { key, encoding, payload } = arrival;
         self.queue.waiting.fetch_sub(payload.len(), Ordering::Relaxed);
@@ -239,7 +236,7 @@ impl Writing {
         }
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
-        let others = self.timelines.values().map(Timeline::latest).max().unwrap_or_default();
+        let others = self.timelines.values().map(|timeline| timeline.latest).max().unwrap_or_default();
         let now = if message.stamp().is_none() && others > 0 { others } else { now };
         let time = self.timelines.entry(owner.to_owned()).or_default().time(message.stamp(), now);
         self.file.contract(key, encoding, payload, time)?;
@@ -275,7 +272,6 @@ impl Writing {
         }
     }
 
-    /// Asks all that answer on `key`, and records the answers.
     fn ask(&mut self, key: String) {
         let (session, queue) = (self.session.clone(), self.queue.clone());
         self.errands.spawn(async move {

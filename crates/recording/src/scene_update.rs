@@ -34,7 +34,6 @@ fn update(name: &str, time: u64, shapes: SceneEntity) -> SceneUpdate {
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
 }
 
-/// A disc or an ellipse on the ground.
 fn flat(name: &str, time: u64, x: f64, y: f64, heading: f64, axes: [f64; 2], color: Color) -> SceneUpdate {
     let cylinders = vec![cylinder(x, y, heading, [axes[0], axes[1], 0.01], color)];
     update(name, time, SceneEntity { cylinders, ..SceneEntity::default() })

@@ -17,8 +17,8 @@ pub(super) struct Timeline {
     late: f64,
     /// Nanoseconds since 1970 at stamp 0, and the newest stamp.
     anchor: Option<(u64, f64)>,
-    /// The latest time given out, nanoseconds.
-    latest: u64,
+    /// The latest time given out, nanoseconds since 1970; 0 if none was.
+    pub(super) latest: u64,
 }
 
 impl Default for Timeline {
@@ -39,11 +39,6 @@ impl Timeline {
         if self.part != part {
             (self.part, self.anchor) = (part, None);
         }
-    }
-
-    /// The latest time given out, nanoseconds since 1970; 0 if none was.
-    pub(super) fn latest(&self) -> u64 {
-        self.latest
     }
 
     /// The time of a message, nanoseconds since 1970: of its stamp, or of the newest one if it has none. `now` is

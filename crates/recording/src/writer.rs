@@ -9,8 +9,9 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use curionav_schemas::CDDL;
 use foxglove::Encode;
+use mcap::read::Options;
 use mcap::records::MessageHeader;
-use mcap::{Compression, WriteOptions, Writer};
+use mcap::{Compression, MessageStream, WriteOptions, Writer};
 
 use super::MESSAGE_ENCODING;
 
@@ -28,7 +29,7 @@ pub(super) struct RecordingWriter {
 }
 
 /// A file where there is none yet, to be written in chunks.
-pub(super) fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
+fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
     let file = File::create_new(path).with_context(|| format!("cannot create {}", path.display()))?;
     let options = WriteOptions::new()
         .library(concat!("curionav ", env!("CARGO_PKG_VERSION")))
@@ -38,7 +39,6 @@ pub(super) fn create(path: &Path) -> anyhow::Result<Writer<BufWriter<File>>> {
 }
 
 impl RecordingWriter {
-    /// Starts a file where there is none yet.
     pub(super) fn create(path: &Path) -> anyhow::Result<Self> {
         let mut file = create(path)?;
         // From here on it is an MCAP file, whatever happens.
@@ -63,7 +63,6 @@ impl RecordingWriter {
         self.write(topic, bytes, time)
     }
 
-    /// A message that Foxglove and Rerun can draw.
     pub(super) fn picture<M: Encode>(&mut self, topic: &str, message: &M, time: u64) -> anyhow::Result<()> {
         if !self.channels.contains_key(topic) {
             let schema = M::get_schema().context("a message without a schema")?;
@@ -106,11 +105,28 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Completes the file with its index.
     pub(super) fn finish(mut self) -> anyhow::Result<()> {
         self.file.finish()?;
         let file = self.file.into_inner().into_inner().map_err(|e| e.into_error())?;
         file.sync_all()?;
         Ok(())
     }
+}
+
+/// Makes a killed recording whole, with an index, for viewers that want one: copies what is left of `killed` into
+/// `whole`, which must not exist. Gives the number of messages. The killed one is read into memory.
+pub fn recover(killed: &Path, whole: &Path) -> anyhow::Result<u64> {
+    let bytes = std::fs::read(killed).with_context(|| format!("cannot read {}", killed.display()))?;
+    let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into())
+        .with_context(|| killed.display().to_string())?;
+    let mut writer = create(whole)?;
+    let mut messages = 0;
+    for message in stream {
+        // The first that cannot be read is where it was killed.
+        let Ok(message) = message else { break };
+        writer.write(&message).with_context(|| format!("cannot write {}", whole.display()))?;
+        messages += 1;
+    }
+    writer.finish()?;
+    Ok(messages)
 }

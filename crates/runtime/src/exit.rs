@@ -20,18 +20,18 @@ pub struct Exit {
 
 impl Exit {
     /// With the status [`FAILED`].
-    pub fn failed(error: anyhow::Error) -> Self {
-        Self { code: FAILED, error }
+    pub fn failed(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: FAILED, error: error.into() }
     }
 
     /// With the status [`BAD_INPUT`].
-    pub fn bad_input(error: anyhow::Error) -> Self {
-        Self { code: BAD_INPUT, error }
+    pub fn bad_input(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: BAD_INPUT, error: error.into() }
     }
 
     /// With the status [`NO_NETWORK`].
-    pub fn network(error: anyhow::Error) -> Self {
-        Self { code: NO_NETWORK, error }
+    pub fn network(error: impl Into<anyhow::Error>) -> Self {
+        Self { code: NO_NETWORK, error: error.into() }
     }
 
     /// The error and its causes on one line.

@@ -142,7 +142,7 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     }
     let mut shutdown = on_end(options.supervised).context("signals").map_err(Exit::network)?;
     let session = connect(&config, options.supervised, &mut shutdown).await;
-    let Some(session) = session.map_err(|e| Exit::network(e.into()))? else { return Ok(()) };
+    let Some(session) = session.map_err(Exit::network)? else { return Ok(()) };
     let name = format!("{role} {}", config.instance);
     let ready: OnReady =
         Box::new(move |metrics| Ready { metrics, ..Ready::process(name, Vec::new()) }.print());
@@ -186,7 +186,7 @@ pub fn service_main(role: &'static str, service: Service) -> std::process::ExitC
     zenoh_threads::provide(Links::OfClient);
     let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
         Ok(runtime) => runtime.block_on(run_service(role, &arguments.options, service)),
-        Err(error) => Err(Exit::network(error.into())),
+        Err(error) => Err(Exit::network(error)),
     };
     match outcome {
         Ok(()) => std::process::ExitCode::SUCCESS,

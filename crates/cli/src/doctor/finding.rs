@@ -7,26 +7,23 @@ use serde::Serialize;
 
 use crate::connect::ConnectOptions;
 
-/// What became of one link.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
     /// It works: bytes have crossed it.
+    #[default]
     Proven,
     /// Worth knowing; nothing is missing.
     Note,
-    /// It does not work.
     Missing,
 }
 
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Default, Serialize)]
 pub(crate) struct Finding {
     /// What it links, or what it belongs to.
     pub(crate) link: String,
     pub(crate) verdict: Verdict,
-    /// What was seen.
     pub(crate) detail: String,
-    /// What to do about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fix: Option<String>,
     /// Median of a handful of questions, ms.
@@ -42,15 +39,7 @@ pub(crate) struct Finding {
 
 impl Finding {
     pub(crate) fn proven(link: impl Into<String>, detail: impl Into<String>) -> Self {
-        Self {
-            link: link.into(),
-            verdict: Verdict::Proven,
-            detail: detail.into(),
-            fix: None,
-            round_trip_ms: None,
-            bytes: None,
-            clock_offset_ms: None,
-        }
+        Self { link: link.into(), detail: detail.into(), ..Self::default() }
     }
 
     pub(crate) fn note(link: impl Into<String>, detail: impl Into<String>, fix: impl Into<String>) -> Self {
@@ -68,7 +57,6 @@ impl Finding {
 
 #[derive(Debug, Serialize)]
 pub(crate) struct Report {
-    /// Whether nothing is missing.
     pub(crate) ok: bool,
     endpoint: String,
     namespace: Option<String>,
@@ -104,12 +92,11 @@ impl Display for Report {
             table.add_row([verdict, &finding.link, &finding.detail]);
         }
         writeln!(f, "{table}")?;
-        let mut fixes = self.findings.iter().filter_map(|found| Some((&found.link, found.fix.as_ref()?)));
-        let first = fixes.next();
-        if first.is_some() {
-            writeln!(f, "\nwhat to do:")?;
+        let fix = |found: &Finding| Some(format!("  {}: {}\n", found.link, found.fix.as_ref()?));
+        let fixes: String = self.findings.iter().filter_map(fix).collect();
+        if !fixes.is_empty() {
+            write!(f, "\nwhat to do:\n{fixes}")?;
         }
-        first.into_iter().chain(fixes).try_for_each(|(link, fix)| writeln!(f, "  {link}: {fix}"))?;
         write!(f, "\n{}", self.conclusion)
     }
 }

@@ -19,12 +19,10 @@ use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
 const WARM_UP_TIMEOUT: Duration = Duration::from_secs(10);
-/// Questions a round trip is the median of.
 const QUESTIONS: usize = 7;
 /// A smaller offset of a clock, or one below a round trip, is not worth saying.
 const OFFSET_WORTH_SAYING_MS: f64 = 100.0;
 
-/// One service that has a liveliness token, and what it says.
 #[derive(Default)]
 pub(super) struct Instance {
     pub(super) role: String,
@@ -109,7 +107,6 @@ impl Instance {
         Ok(findings)
     }
 
-    /// What there is to say about its clock.
     fn clock(&self) -> String {
         let worth_saying = OFFSET_WORTH_SAYING_MS.max(self.round_trip_ms);
         let offset = self.clock_offset_ms.filter(|offset| offset.abs() >= worth_saying);
@@ -192,7 +189,6 @@ impl Instance {
     }
 }
 
-/// Whether decisions and commands have a link of their own.
 fn control_session(link: &str, status: &ServiceStatus) -> Finding {
     let link = format!("{link}: control session");
     let is_control =

@@ -18,7 +18,6 @@ use zenoh::Session;
 
 use crate::connect::ConnectOptions;
 use crate::required_roles::{self, Alive, Missing, default_pools};
-use crate::within::parse_within;
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
 use instances::Instance;
@@ -48,7 +47,8 @@ pub(crate) struct DoctorOptions {
 }
 
 fn parse_listen(text: &str) -> Result<f64, String> {
-    parse_within(text, 0.1..=60.0, "must be 0.1 to 60 seconds")
+    let within = text.parse::<f64>().ok().filter(|seconds| (0.1..=60.0).contains(seconds));
+    within.ok_or_else(|| "must be 0.1 to 60 seconds".into())
 }
 
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
@@ -65,7 +65,7 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
-        Err(error) => return Err(Exit::bad_input(error.into())),
+        Err(error) => return Err(Exit::bad_input(error)),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);
@@ -73,7 +73,6 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     Ok(if report.ok { SUCCESS } else { FAILED })
 }
 
-/// Prints the report and gives it back.
 fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Result<Report, Exit> {
     let report = Report::new(&options.at, findings);
     if options.json {

@@ -24,7 +24,6 @@ const TIMEOUT: Duration = Duration::from_secs(1);
 /// A large map over a slow link.
 const MAP_TIMEOUT: Duration = Duration::from_secs(20);
 
-/// What a robot is to do, and whether it can be planned.
 pub(super) struct Mission {
     robot: String,
     /// Whether its key is answered: that is the driver.
@@ -64,7 +63,6 @@ impl Mission {
         self.context().filter(|_| self.pool_roles().iter().any(|asked| asked == role))
     }
 
-    /// The roles its mission asks pools for; none without a mission.
     pub(super) fn pool_roles(&self) -> Vec<String> {
         let Some(context) = self.context() else { return Vec::new() };
         std::iter::once(generator::ROLE).chain(context.pool_terms()).map(str::to_owned).collect()
@@ -163,7 +161,6 @@ const STREAMS: [(&str, Listen, &str); 6] = [
     ("cmd", Listener::new::<wire::Twist>, "the driver answers odometry with it: look at its log"),
 ];
 
-/// Listens to every stream of every robot at the same time.
 pub(super) async fn streams(
     session: &Session,
     missions: &[Mission],

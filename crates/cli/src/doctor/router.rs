@@ -15,13 +15,11 @@ use super::finding::Finding;
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// Sizes asked with: a question, and a batch of candidates, bytes.
 const SIZES: [usize; 2] = [64, 100_000];
-/// Questions of each size.
 const QUESTIONS: usize = 15;
 /// Routers announce their key when they open; a client hears of it a moment later.
 const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Asks across the router from one session to another, and asks the router itself.
 pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow::Result<Finding> {
     let link = format!("router {}", config.connect.join(", "));
     let Some([small, large]) = round_trips(config, session).await? else {

@@ -17,7 +17,6 @@ pub(super) fn trajectory(result: &RunResult) -> String {
     text
 }
 
-/// One row per planning cycle.
 pub(super) fn cycles(reports: &[CycleReport]) -> String {
     CYCLE_COLUMNS.to_owned() + &reports.iter().map(|report| csv_row(cycle(report))).collect::<String>()
 }

@@ -15,9 +15,6 @@ use std::fs;
 use std::path::Path;
 
 /// Writes `metrics.json`, `trajectory.csv`, `cycles.csv` and `run.svg` into `dir`, which is created if need be.
-///
-/// # Errors
-/// When the directory or a file cannot be written; the error names it.
 pub(crate) fn write(dir: &Path, run: &Run<'_>) -> anyhow::Result<()> {
     fs::create_dir_all(dir).with_context(|| format!("cannot create the directory {}", dir.display()))?;
     let files = [

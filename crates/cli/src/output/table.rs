@@ -8,7 +8,6 @@ const WIDTH: u16 = 80;
 /// Digits of the decisions' digest that are shown: enough to tell two runs apart.
 const DIGEST_SHOWN: usize = 12;
 
-/// The outcome, then each measure with its value, unit and meaning.
 pub(crate) fn table(result: &RunResult) -> String {
     let mut table = Table::new();
     table

@@ -46,20 +46,18 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         eprintln!("{}: {messages} messages", options.path.display());
         return Ok(SUCCESS);
     }
-    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    let mut signals = on_signals().map_err(Exit::network)?;
     let session = options.at.session().await?;
     let scope = Scope { robot: options.robot, world: None };
-    let recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input);
-    let ended = match recorder {
-        Ok(mut recorder) => {
-            eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
-            tokio::select! {
-                () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
-                failure = recorder.failure() => Err(Exit::failed(failure)),
-            }
+    let recording = async {
+        let mut recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input)?;
+        eprintln!("recording into {}; Ctrl-C ends it", options.path.display());
+        tokio::select! {
+            () = signals.requested() => recorder.finish().await.map_err(Exit::failed),
+            failure = recorder.failure() => Err(Exit::failed(failure)),
         }
-        Err(exit) => Err(exit),
     };
+    let ended = recording.await;
     session::close(&session);
     let tally = ended?;
     eprintln!("{}", summary(&options.path, &tally));
@@ -89,7 +87,6 @@ pub(crate) async fn during<T>(
     Ok((finished?, recording))
 }
 
-/// One line about a finished recording.
 fn summary(path: &Path, tally: &Tally) -> String {
     let size = std::fs::metadata(path).map_or(0.0, |data| data.len() as f64 / 1e6);
     let Tally { written, cycles, lost, refused } = tally;

@@ -54,7 +54,7 @@ pub(crate) async fn run(options: ReplayOptions) -> Result<u8, Exit> {
         return Err(Exit::bad_input(anyhow::anyhow!("{}: nothing to plan: {why}", summary.recording)));
     }
     if options.json {
-        print(serde_json::to_string(&summary).map_err(|e| Exit::failed(e.into()))?)?;
+        print(serde_json::to_string(&summary).map_err(Exit::failed)?)?;
     } else {
         print(words(&summary))?;
     }

@@ -3,17 +3,17 @@
 use std::time::Duration;
 
 use serde::Serialize;
+use strum::IntoStaticStr;
 
 use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
-use super::tally::Tally;
+use super::row::Tally;
 
 /// The planner that is judged, its two ablations, and the planners without curiosity for landmarks.
 const OURS: &str = "curiosity";
 const WITHOUT_CNC: &str = "cpc-only";
 const WITHOUT_CPC: &str = "cnc-only";
 const BLIND: [&str; 4] = ["cnc-only", "distance-only", "risk-rrt", "bi-risk-rrt"];
-/// Scenarios of the whole table.
 const SCENARIOS: usize = 13;
 /// A difference counts below this p.
 pub(crate) const SIGNIFICANT: f64 = 0.01;
@@ -25,27 +25,23 @@ const VEL_LEAST: f64 = 0.87;
 const LENGTH_MOST: f64 = 1.2;
 const TIME_MOST: Duration = Duration::from_secs(20 * 60);
 
-/// Whether a promise is kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, IntoStaticStr)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "lowercase")]
 pub(crate) enum Verdict {
     Pass,
     Miss,
     /// Runs it needs are not there.
+    #[strum(serialize = "not judged")]
     NotJudged,
 }
 
 impl Verdict {
     pub(crate) fn word(self) -> &'static str {
-        match self {
-            Self::Pass => "pass",
-            Self::Miss => "miss",
-            Self::NotJudged => "not judged",
-        }
+        self.into()
     }
 }
 
-/// A promise and what was found.
 #[derive(Debug, Serialize)]
 pub(crate) struct Criterion {
     pub(crate) promise: String,
@@ -189,13 +185,11 @@ impl Judge<'_> {
         Criterion::new(promise, Some(is_kept), format!("worst {value} in {name}"))
     }
 
-    /// The paired test of two planners by their names; none if not both were run.
     fn paired(&self, measure: Measure, a: &str, b: &str, scenario: Option<usize>) -> Option<Paired> {
         let (a, b) = (self.comparison.planner(a)?, self.comparison.planner(b)?);
         self.comparison.paired(measure, a, b, scenario)
     }
 
-    /// Better in the pooled paired test.
     fn better(&self, measure: Measure, name: &str, planner: &str, other: &str) -> Criterion {
         let promise = format!(
             "{name} of `{planner}` is better than that of `{other}`, all runs paired, p < {SIGNIFICANT}"
@@ -259,7 +253,6 @@ impl Judge<'_> {
     }
 }
 
-/// A p value in words, with as many digits as a reader needs.
 pub(crate) fn shown_p(p: f64) -> String {
     if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
 }

@@ -35,7 +35,6 @@ pub(crate) struct Paired {
     pub(crate) p: f64,
 }
 
-/// How many pairs of planners are in the paper's order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Order {
     pub(crate) agree: usize,
@@ -75,7 +74,6 @@ impl<'a> Comparison<'a> {
         comparison
     }
 
-    /// The place of a planner in the list.
     pub(crate) fn planner(&self, name: &str) -> Option<usize> {
         self.planners.iter().position(|p| p == name)
     }
@@ -85,7 +83,6 @@ impl<'a> Comparison<'a> {
         self.rows[scenario][planner].values().copied()
     }
 
-    /// The runs of one planner in all scenarios.
     pub(crate) fn all_runs(&self, planner: usize) -> impl Iterator<Item = &'a Row> {
         (0..self.scenarios.len()).flat_map(move |scenario| self.runs(scenario, planner))
     }

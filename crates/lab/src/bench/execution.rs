@@ -15,9 +15,7 @@ use super::worker_process::{Done, Missing, WorkerProcess, attempt};
 
 /// Runs jobs, each once, also across interruptions.
 pub(crate) struct Execution {
-    /// Processes at a time.
     pub(crate) workers: usize,
-    /// Digest of this program, for the rows.
     program: String,
     journal: Journal,
     shutdown: Shutdown,
@@ -36,7 +34,7 @@ impl Execution {
             workers: workers.map_or_else(cores, usize::from),
             program,
             journal,
-            shutdown: on_signals().map_err(|e| Exit::network(e.into()))?,
+            shutdown: on_signals().map_err(Exit::network)?,
             out: out.to_owned(),
         })
     }
@@ -53,12 +51,12 @@ impl Execution {
         let mut progress = Progress::new(open.len());
         let mut shutdown = self.shutdown.clone();
         let ran = tokio::select! {
-            ran = self.run(open, &mut progress) => Some(ran),
+            ran = self.run(open, &mut progress) => ran,
             // Every worker is killed.
-            () = shutdown.requested() => None,
+            () = shutdown.requested() => Err(self.interrupted(jobs)),
         };
         progress.finish();
-        let mut missing = ran.unwrap_or_else(|| Err(self.interrupted(jobs))).map_err(Exit::failed)?;
+        let mut missing = ran.map_err(Exit::failed)?;
         missing.sort_by_key(|m| jobs.iter().position(|job| job.key == m.job.key));
         Ok(missing)
     }

@@ -13,14 +13,12 @@ use super::row::Row;
 use super::statistics::mean;
 use super::worker_process::Missing;
 
-/// What a finished bench has found.
 pub(crate) struct Findings<'a> {
     pub(crate) comparison: Comparison<'a>,
     pub(crate) criteria: Vec<Criterion>,
     pub(crate) scenes: &'a [Scene],
     pub(crate) jobs: &'a [Job],
     pub(crate) missing: &'a [Missing],
-    /// Digests of the programs that made the rows.
     pub(crate) programs: Vec<String>,
     pub(crate) first_seed: u64,
     pub(crate) repeats: u32,
@@ -58,7 +56,6 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Mean over a planner's runs.
     pub(crate) fn real_time_factor(&self, planner: usize) -> Option<f64> {
         let factors: Vec<f64> = self.comparison.all_runs(planner).map(|row| row.real_time_factor).collect();
         mean(&factors)

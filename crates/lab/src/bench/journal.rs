@@ -1,8 +1,8 @@
 //! The finished runs, one line each, so that an interrupted bench goes on where it was.
 
 use std::collections::BTreeMap;
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::fs::{File, TryLockError};
+use std::io::{Read, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -21,13 +21,7 @@ impl Journal {
     /// another program are set aside unless `any_build`.
     pub(crate) fn open(path: &Path, program: &str, any_build: bool) -> anyhow::Result<Self> {
         let named = || format!("cannot use {}", path.display());
-        let mut file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(path)
-            .with_context(named)?;
+        let mut file = File::options().read(true).append(true).create(true).open(path).with_context(named)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => bail!("{} is in use by another process", path.display()),
@@ -37,7 +31,6 @@ impl Journal {
         file.read_to_end(&mut bytes).with_context(named)?;
         let whole = bytes.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
         file.set_len(whole as u64).with_context(named)?;
-        file.seek(SeekFrom::End(0)).with_context(named)?;
         let mut rows = BTreeMap::new();
         for (number, line) in bytes[..whole].split(|b| *b == b'\n').enumerate().filter(|(_, l)| !l.is_empty())
         {
@@ -54,7 +47,6 @@ impl Journal {
         Ok(Self { file, path: path.to_owned(), rows })
     }
 
-    /// The finished run of that key.
     pub(crate) fn row(&self, key: &str) -> Option<&Row> {
         self.rows.get(key)
     }

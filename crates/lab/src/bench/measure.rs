@@ -2,7 +2,6 @@
 
 use super::row::Row;
 
-/// One measure of `curionav run --json`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Measure {
     Rmse,
@@ -41,7 +40,6 @@ impl Measure {
     /// Those of Tables III, IV and V, three a table.
     pub(crate) const PAPER: [Self; 9] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time];
 
-    /// Its key in JSON and CSV.
     pub(crate) fn key(self) -> &'static str {
         NAMES[self as usize].0
     }

@@ -18,17 +18,16 @@ mod results;
 pub(crate) mod row;
 pub(crate) mod statistics;
 mod summary;
-mod tally;
 mod worker;
 mod worker_process;
 
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
+use curionav_runtime::print::print;
 
 use execution::Execution;
 use findings::Findings;
 use plan::Plan;
-use row::Row;
-use tally::Tally;
+use row::{Row, Tally};
 use worker_process::Missing;
 
 use crate::out_folder::{folder, write};
@@ -51,26 +50,21 @@ pub async fn bench(options: Options) -> Result<u8, Exit> {
     for (name, content) in results::files(&bench, &rows).map_err(Exit::failed)? {
         write(&options.out.join(name), &content).map_err(Exit::failed)?;
     }
-    show(&bench);
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
-    {
-        println!("Report and data: {}", options.out.join("report.html").display());
-    }
+    show(&bench)?;
+    print(format_args!("Report and data: {}", options.out.join("report.html").display()))?;
     Ok(if missing.is_empty() { SUCCESS } else { FAILED })
 }
 
-fn show(bench: &Findings<'_>) {
+fn show(bench: &Findings<'_>) -> Result<(), Exit> {
     for Missing { job, reason } in bench.missing {
         eprintln!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed);
     }
     for (p, name) in bench.comparison.planners.iter().enumerate() {
         let Tally { runs, success, timeouts, lost, collided, .. } = Tally::of(bench.comparison.all_runs(p));
-        #[expect(clippy::print_stdout, reason = "what the command is for")]
-        {
-            println!(
-                "{name:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
-                 {timeouts} timeouts, {lost} lost"
-            );
-        }
+        print(format_args!(
+            "{name:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
+             {timeouts} timeouts, {lost} lost"
+        ))?;
     }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
 use curionav_schemas::{Clock, Message, OccupancyGrid, words};
@@ -21,7 +21,6 @@ pub(crate) struct Job {
     pub(crate) scenario_file: PathBuf,
     /// A built-in profile or a profile file.
     pub(crate) planner_source: String,
-    /// The scenario's name.
     pub(crate) scenario: String,
     /// The planner's name in the results.
     pub(crate) planner: String,
@@ -30,7 +29,6 @@ pub(crate) struct Job {
     pub(crate) trace: Option<PathBuf>,
 }
 
-/// A planner to compare.
 #[derive(Debug)]
 pub(crate) struct Planner {
     /// A built-in profile or a profile file.
@@ -39,7 +37,6 @@ pub(crate) struct Planner {
     pub(crate) name: String,
 }
 
-/// A scenario to compare in, with what pictures need of it.
 #[derive(Debug)]
 pub(crate) struct Scene {
     pub(crate) file: PathBuf,
@@ -130,13 +127,9 @@ fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for pattern in patterns {
         let found = glob::glob(pattern).with_context(|| format!("--scenarios: `{pattern}`"))?;
-        let before = files.len();
-        for file in found {
-            files.push(file.context("--scenarios")?);
-        }
-        if files.len() == before {
-            bail!("--scenarios: no file is called `{pattern}`");
-        }
+        let found: Vec<PathBuf> = found.collect::<Result<_, _>>().context("--scenarios")?;
+        ensure!(!found.is_empty(), "--scenarios: no file is called `{pattern}`");
+        files.extend(found);
     }
     files.sort();
     files.dedup();
@@ -169,19 +162,16 @@ pub(crate) fn digest(package: &Package) -> String {
     hex(&Sha256::digest(package.request.encode()))
 }
 
-/// Digest of a run: that of its package and its seed.
 pub(crate) fn key(digest: &str, seed: u64) -> String {
     hex(&Sha256::digest(format!("{digest} {seed}")))[..32].to_owned()
 }
 
-/// Digest of this program's file.
 pub(crate) fn program_digest() -> anyhow::Result<String> {
     let path = std::env::current_exe().context("cannot find this program's file")?;
     let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
     Ok(hex(&Sha256::digest(bytes))[..16].to_owned())
 }
 
-/// Bytes in hexadecimal.
 pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -10,10 +10,7 @@ const LINE_EVERY: Duration = Duration::from_secs(30);
 /// A bar on a terminal, a line now and then elsewhere; on standard error.
 pub(crate) struct Progress {
     bar: ProgressBar,
-    begin: Instant,
     said: Instant,
-    total: usize,
-    done: usize,
 }
 
 impl Progress {
@@ -24,26 +21,21 @@ impl Progress {
             bar.set_style(style);
         }
         bar.set_message("starting");
-        let now = Instant::now();
-        Self { bar, begin: now, said: now, total, done: 0 }
+        Self { bar, said: Instant::now() }
     }
 
     /// One more is done; `what` it was.
     pub(crate) fn step(&mut self, what: &str) {
-        self.done += 1;
-        let left = self.left();
-        self.bar.set_message(format!("{left} left, {what}"));
         self.bar.inc(1);
+        let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
+        // Runs take about the same time each.
+        let each = self.bar.elapsed().div_f64(done as f64);
+        let left = HumanDuration(each.mul_f64(total.saturating_sub(done) as f64));
+        self.bar.set_message(format!("{left} left, {what}"));
         if self.bar.is_hidden() && self.said.elapsed() >= LINE_EVERY {
-            eprintln!("{} of {} runs, {left} left", self.done, self.total);
+            eprintln!("{done} of {total} runs, {left} left");
             self.said = Instant::now();
         }
-    }
-
-    /// Runs take about the same time each.
-    fn left(&self) -> String {
-        let each = self.begin.elapsed().div_f64(self.done.max(1) as f64);
-        HumanDuration(each.mul_f64(self.total.saturating_sub(self.done) as f64)).to_string()
     }
 
     pub(crate) fn finish(&self) {

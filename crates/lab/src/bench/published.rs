@@ -19,7 +19,6 @@ pub(crate) const SLIPS: [(char, &str); 4] = [
     ('d', "equal to the Risk-RRT value beside it and out of line with its column: likely a slip of copying"),
 ];
 
-/// A value of the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Published {
     /// In the unit of `run --json`: TCM and TD as fractions.

@@ -8,7 +8,6 @@ use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
 use curionav_schemas::Outcome;
 
-/// Names and contents.
 pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
     Ok([
         ("results.csv", results(rows)),
@@ -35,7 +34,6 @@ fn results(rows: &[&Row]) -> String {
     text
 }
 
-/// What does depend on it.
 fn timings(rows: &[&Row]) -> String {
     let mut text =
         csv_row(["scenario", "planner", "seed", "real_time_factor", "wall_s", "p50_ms", "p99_ms", "max_ms"]);

@@ -1,4 +1,4 @@
-//! A finished run as the journal keeps it: one line of JSON.
+//! A finished run as the journal keeps it, one line of JSON; and how many ended how.
 
 use curionav_schemas::{Cycles, Measures, Outcome, RunResult};
 use serde::{Deserialize, Serialize};
@@ -6,16 +6,13 @@ use serde::{Deserialize, Serialize};
 /// Seconds from one point of a kept way to the next.
 const WAY_STEP_S: f64 = 0.5;
 
-/// What is kept of every run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Row {
     /// Digest of all that decides the run but the program: scenario, map, recordings, profile, seed.
     pub(crate) key: String,
-    /// Digest of the program that ran it.
     pub(crate) program: String,
     pub(crate) scenario: String,
-    /// The planner as it was asked for.
     pub(crate) planner: String,
     pub(crate) seed: u64,
     pub(crate) outcome: Outcome,
@@ -38,6 +35,37 @@ impl Row {
     /// At the goal without having touched anything.
     pub(crate) fn is_success(&self) -> bool {
         self.is_reached() && self.measures.collisions == 0
+    }
+}
+
+/// Counts of runs, but for `contacts`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Tally {
+    pub(crate) runs: usize,
+    /// At the goal without a collision.
+    pub(crate) success: usize,
+    pub(crate) reached: usize,
+    pub(crate) timeouts: usize,
+    pub(crate) lost: usize,
+    pub(crate) collided: usize,
+    /// Collisions in all.
+    pub(crate) contacts: u32,
+    /// Runs with a cycle that was decided in a degraded mode.
+    pub(crate) degraded: usize,
+}
+
+impl Tally {
+    pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
+        rows.fold(Self::default(), |t, row| Self {
+            runs: t.runs + 1,
+            success: t.success + usize::from(row.is_success()),
+            reached: t.reached + usize::from(row.outcome == Outcome::Reached),
+            timeouts: t.timeouts + usize::from(row.outcome == Outcome::Timeout),
+            lost: t.lost + usize::from(row.outcome == Outcome::Lost),
+            collided: t.collided + usize::from(row.measures.collisions > 0),
+            contacts: t.contacts + row.measures.collisions,
+            degraded: t.degraded + usize::from(row.cycles.degraded > 0),
+        })
     }
 }
 
@@ -89,5 +117,15 @@ pub(crate) mod tests {
         result.trace.columns = ["time_s", "true_x", "true_y"].map(String::from).to_vec();
         result.trace.values = (0..13).flat_map(|i| [f64::from(i) * 0.1, f64::from(i), 0.123456]).collect();
         assert_eq!(way(&result), [[0.0, 0.12], [5.0, 0.12], [10.0, 0.12], [12.0, 0.12]]);
+    }
+
+    #[test]
+    fn a_run_with_a_collision_arrived_but_is_no_success() {
+        let mut rows = [row("a", "b", 1), row("a", "b", 2), row("a", "b", 3)];
+        rows[0].measures.collisions = 3;
+        rows[2].outcome = Outcome::Lost;
+        let tally = Tally::of(rows.iter());
+        assert_eq!((tally.runs, tally.success, tally.reached, tally.lost), (3, 1, 2, 1));
+        assert_eq!((tally.collided, tally.contacts), (1, 3));
     }
 }

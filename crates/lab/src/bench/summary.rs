@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::findings::Findings;
 use super::measure::Measure;
 use super::published::published;
+use super::row::Tally;
 
 /// The figures; keys of measures are those of `curionav run --json`, TCM and TD are fractions.
 pub(super) fn summary(bench: &Findings<'_>) -> Value {
@@ -42,7 +43,7 @@ fn cells(bench: &Findings<'_>) -> Vec<Value> {
                 value["best"] = json!(comparison.is_best(measure, s, p));
                 measures.insert(measure.key().into(), value);
             }
-            let tally = super::Tally::of(comparison.runs(s, p));
+            let tally = Tally::of(comparison.runs(s, p));
             cells
                 .push(json!({"scenario": scenario, "planner": planner, "runs": tally, "measures": measures}));
         }

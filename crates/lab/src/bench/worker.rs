@@ -16,17 +16,14 @@ use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::follow;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::print::print;
 
-/// Why a run could not take place.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Refusal {
     pub(super) error: String,
 }
 
 /// Answers jobs until standard input ends; `program` is the digest of this program for the rows.
-///
-/// # Errors
-/// If the services cannot be started.
 pub async fn worker(program: &str) -> Result<u8, Exit> {
     let config = ServiceConfig::default();
     let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
@@ -41,10 +38,7 @@ pub async fn worker(program: &str) -> Result<u8, Exit> {
             Ok(row) => serde_json::to_string(&row),
             Err(exit) => serde_json::to_string(&Refusal { error: exit.line() }),
         };
-        #[expect(clippy::print_stdout, reason = "the answer")]
-        {
-            println!("{}", answer.map_err(|e| Exit::failed(e.into()))?);
-        }
+        print(answer.map_err(Exit::failed)?)?;
     }
     embedded.stop().await;
     Ok(SUCCESS)
@@ -72,7 +66,7 @@ async fn run(
     program: &str,
     line: &str,
 ) -> Result<Row, Exit> {
-    let job: Job = serde_json::from_str(line).map_err(|e| Exit::bad_input(e.into()))?;
+    let job: Job = serde_json::from_str(line).map_err(Exit::bad_input)?;
     let begin = Instant::now();
     let choice = Choice { planner: Some(job.planner_source.clone()), seed: None };
     let mut package =

@@ -17,13 +17,11 @@ const ATTEMPTS: u32 = 2;
 /// hold up the bench for ever.
 const RUN_LIMIT: Duration = Duration::from_secs(900);
 
-/// A run that could not take place.
 pub(crate) struct Missing {
     pub(crate) job: Job,
     pub(crate) reason: String,
 }
 
-/// The row of a job and the line it came in, or why there is none.
 pub(super) type Done = Result<(Row, String), Missing>;
 
 /// Runs a job in `worker`, or in a fresh process; `program` is the program's digest. Also gives the worker back if it
@@ -101,7 +99,6 @@ impl WorkerProcess {
         Ok((row, line))
     }
 
-    /// Lets it end by itself.
     pub(super) async fn end(mut self) {
         drop(self.jobs);
         let _ = self.child.wait().await;

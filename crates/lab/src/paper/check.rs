@@ -1,11 +1,12 @@
 //! Measures a finished scene against everything the paper and D16 and D17 ask of it.
 
+use std::fmt;
+
 use curionav_planning::geometry::{Point2, Pose2, bearing};
 use curionav_planning::occupancy::{Cell, GeodesicField};
 
 use super::observability::{hold, look};
 use super::patrol::points;
-use super::report::Report;
 use super::route::{Route, RouteKind};
 use super::scene::PaperScene;
 
@@ -18,6 +19,54 @@ const AMONG_M: f64 = 1.5;
 /// Beams on landmarks, weakest direction, that hold the pose: a wall across three degrees of view.
 const LEAST_HOLD: f64 = 3.0;
 const FAR: f64 = f64::INFINITY;
+
+/// A property of a scene and the range it should be in; both ends belong to it.
+#[derive(Debug, Clone)]
+struct Property {
+    what: String,
+    value: f64,
+    least: f64,
+    most: f64,
+}
+
+/// What a scene turned out to be like: lengths in metres, speeds in m/s, angles in radians.
+#[derive(Debug, Clone, Default)]
+pub struct Report {
+    properties: Vec<Property>,
+}
+
+impl Report {
+    fn add(&mut self, what: impl Into<String>, value: f64, (least, most): (f64, f64)) {
+        self.properties.push(Property { what: what.into(), value, least, most });
+    }
+
+    /// What the scene falls short of, one line each; empty when it is as it should be.
+    pub fn faults(&self) -> Vec<String> {
+        self.properties.iter().filter_map(Property::fault).collect()
+    }
+}
+
+impl Property {
+    fn fault(&self) -> Option<String> {
+        let Self { what, value, least, most } = self;
+        if value >= least && value <= most {
+            None
+        } else if least == most {
+            Some(format!("{value} {what}, not {most}"))
+        } else {
+            Some(format!("{what} is {value:.3}, not between {least:.3} and {most:.3}"))
+        }
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for property in &self.properties {
+            writeln!(f, "  {} {:.3}", property.what, property.value)?;
+        }
+        self.faults().iter().try_for_each(|fault| writeln!(f, "  fault: {fault}"))
+    }
+}
 
 /// Measures `scene`.
 pub fn check(scene: &PaperScene) -> Report {
@@ -84,7 +133,6 @@ pub fn check(scene: &PaperScene) -> Report {
     report
 }
 
-/// Measures a route; `direct` is the length of the direct way.
 fn add_route(
     report: &mut Report,
     scene: &PaperScene,

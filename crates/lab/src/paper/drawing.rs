@@ -24,7 +24,6 @@ pub(super) struct Plan {
     pub(super) description: String,
 }
 
-/// A drawing as its file has it.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Drawing {
@@ -32,14 +31,12 @@ struct Drawing {
     start: Pose2,
     goal: Point2,
     frame: Option<Frame>,
-    /// Corners of the floor.
     outline: Vec<Corner>,
     /// Its last corners, where scenarios differ in some of them only.
     #[serde(default)]
     edge: Vec<Corner>,
     masonry: Vec<Shape>,
     furniture: Vec<Shape>,
-    /// Furniture of some scenarios.
     #[serde(default)]
     more: Vec<Shape>,
     /// What is passed on the way from start to goal.

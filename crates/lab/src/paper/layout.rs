@@ -19,20 +19,15 @@ pub(super) type Polygon = Vec<Point2>;
 /// like a glass front or a part of a hall that is not mapped.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Layout {
-    /// The floor.
     pub outline: Polygon,
     /// Where floor ends inside one of these, it ends at a wall; elsewhere the edge is open.
     pub masonry: Vec<Polygon>,
-    /// Solid things on the floor.
     pub furniture: Vec<Polygon>,
 }
 
-/// Cells wanted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Counts {
-    /// Free and occupied.
     pub known: usize,
-    /// Occupied.
     pub occupied: usize,
 }
 
@@ -135,7 +130,6 @@ pub(super) fn contains(polygon: &[Point2], p: Point2) -> bool {
     inside
 }
 
-/// Least and greatest coordinates of a polygon.
 pub(super) fn bounds(polygon: &[Point2]) -> (Point2, Point2) {
     polygon.iter().fold(
         (Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY)),

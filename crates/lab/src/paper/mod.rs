@@ -9,17 +9,16 @@
 
 mod check;
 mod drawing;
-mod files;
 mod layout;
 mod observability;
 mod patrol;
 mod published;
-mod report;
 mod route;
 mod scene;
 
 use curionav_crowdsim::scenario::{Clock, Motion, Recorded, RecordingFormat};
 use curionav_planning::geometry::Pose2;
+use curionav_planning::occupancy::{MapYaml, encode_pgm};
 use curionav_planning::sensor::LaserModel;
 
 use drawing::Plan;
@@ -27,10 +26,8 @@ use layout::Counts;
 use patrol::rounded;
 use published::{CELL_M, Published};
 
-pub use check::check;
-pub use files::committed;
+pub use check::{Report, check};
 pub(crate) use published::PUBLISHED;
-pub use report::Report;
 pub use scene::PaperScene;
 
 /// Seed of the committed scenes.
@@ -91,4 +88,66 @@ fn zara01() -> anyhow::Result<PaperScene> {
         r#loop: false,
     }];
     Ok(scene)
+}
+
+/// Everything the generator writes below `scenarios/`: (path, content), in a fixed order.
+pub fn committed() -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let mut all = Vec::new();
+    for scene in environments(SEED)? {
+        all.extend(files(&scene)?.into_iter().map(|(path, bytes)| (format!("paper/{path}"), bytes)));
+    }
+    all.extend(files(&quickstart(SEED)?)?);
+    let real = files(&zara01()?)?;
+    all.extend(real.into_iter().map(|(path, bytes)| (format!("real/{path}"), bytes)));
+    Ok(all)
+}
+
+/// Paths relative to the scenario's folder, and contents. The same scene gives the same bytes.
+fn files(scene: &PaperScene) -> anyhow::Result<Vec<(String, Vec<u8>)>> {
+    let name = &scene.scenario.name;
+    let header =
+        "# Written by `curionav scenario generate`; edit the drawing in crates/lab/src/paper instead.\n";
+    let scenario = format!("{header}{}", scene.scenario.to_toml()?);
+    let image = format!("{name}.pgm");
+    let yaml = MapYaml::trinary(&scene.map.grid, &image).to_text()?;
+    Ok(vec![
+        (format!("{name}.toml"), scenario.into_bytes()),
+        (format!("maps/{name}.yaml"), yaml.into_bytes()),
+        (format!("maps/{image}"), encode_pgm(&scene.map.grid)),
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_crowdsim::Scenario;
+
+    #[test]
+    fn the_committed_files_are_what_the_generator_writes() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
+        for (path, bytes) in committed().unwrap() {
+            let found = std::fs::read(format!("{folder}/{path}")).unwrap();
+            assert!(found == bytes, "{path} differs; run `curionav scenario generate scenarios`");
+        }
+    }
+
+    #[test]
+    fn the_scenarios_on_real_maps_are_well_formed() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/real");
+        for (file, people) in [("osnabrueck-floor3", 10), ("warehouse", 8)] {
+            let text = std::fs::read_to_string(format!("{folder}/{file}.toml")).unwrap();
+            let scenario = Scenario::from_toml(&text).unwrap();
+            assert_eq!((scenario.name.as_str(), scenario.walkers.len()), (file, people));
+        }
+    }
+
+    #[test]
+    fn a_written_scenario_reads_back_and_fits_its_map() {
+        for scene in environments(5).unwrap().into_iter().chain([quickstart(5).unwrap(), zara01().unwrap()]) {
+            let toml = String::from_utf8(files(&scene).unwrap()[0].1.clone()).unwrap();
+            let scenario = Scenario::from_toml(&toml).unwrap();
+            assert_eq!(scenario, scene.scenario);
+            scenario.check_on(&scene.map).unwrap();
+        }
+    }
 }

@@ -10,7 +10,6 @@ use super::layout::{bounds, contains};
 use curionav_crowdsim::scenario::{WalkMode, Walker};
 use serde::Deserialize;
 
-/// What differs between the patrols of scenes.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PatrolParams {

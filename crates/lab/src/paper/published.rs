@@ -12,7 +12,6 @@ pub(crate) struct Published {
     pub(super) people: usize,
     /// Laser observation rate: area of the half disc the laser sees over area of the map.
     pub(super) laser_rate: f64,
-    /// Occupied cells.
     pub(super) landmark_cells: usize,
     /// Free and occupied cells (D17).
     pub(super) known_cells: usize,

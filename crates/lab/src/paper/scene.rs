@@ -15,7 +15,6 @@ use super::route::{Route, RouteKind};
 /// A finished scene: map, scenario, and what it was meant to be.
 #[derive(Debug, Clone)]
 pub struct PaperScene {
-    /// The static map with its distance fields.
     pub(super) map: StaticMap,
     /// The scenario; its map file is the one that [`super::committed`] gives.
     pub scenario: Scenario,
@@ -26,7 +25,6 @@ pub struct PaperScene {
 }
 
 impl PaperScene {
-    /// Puts `people` on a finished grid and writes the scenario.
     pub(super) fn furnish(
         name: &str,
         plan: Plan,

@@ -5,7 +5,7 @@ use curionav_planning::candidates::CandidateSet;
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::Cell;
 use curionav_planning::random::{Rng, rng, uniform};
-use curionav_planning::scene::{People, Scene};
+use curionav_planning::scene::Scene;
 use curionav_pool::context::PlanContext;
 use curionav_pool::generator;
 use curionav_runtime::convert;
@@ -23,13 +23,10 @@ const WALK: f64 = 0.7;
 /// Attempts to find room for one more person.
 const PLACES: usize = 1000;
 
-/// One batch.
 pub(super) struct Batch {
-    /// The moment.
     pub(super) scene: Scene,
     /// The same, as it travels.
     pub(super) message: wire::Scene,
-    /// What to score.
     pub(super) candidates: CandidateSet,
 }
 
@@ -75,17 +72,13 @@ fn crowd(scene: &mut Scene, context: &PlanContext, wanted: usize, r: &mut Rng) -
     while people.len() < wanted {
         let (x, y) =
             place(context, centre, zone, r).context("no room for so many people").map_err(Exit::bad_input)?;
-        add(people, x, y, r);
+        people.id.push(people.id.last().map_or(0, |last| last + 1));
+        people.x.push(x);
+        people.y.push(y);
+        people.vx.push(WALK * (2.0 * uniform(r) - 1.0));
+        people.vy.push(WALK * (2.0 * uniform(r) - 1.0));
     }
     Ok(())
-}
-
-fn add(people: &mut People, x: f64, y: f64, r: &mut Rng) {
-    people.id.push(people.id.last().map_or(0, |last| last + 1));
-    people.x.push(x);
-    people.y.push(y);
-    people.vx.push(WALK * (2.0 * uniform(r) - 1.0));
-    people.vy.push(WALK * (2.0 * uniform(r) - 1.0));
 }
 
 fn place(context: &PlanContext, centre: Point2, zone: f64, r: &mut Rng) -> Option<(f64, f64)> {

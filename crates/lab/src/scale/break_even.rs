@@ -35,7 +35,6 @@ struct BreakEven {
     batch: Option<usize>,
 }
 
-/// Measures every size of batch among every number of people with every number of replicas.
 pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
     let or = |given: &[u32], default: &[u32]| {
         let mut list = if given.is_empty() { default.to_vec() } else { given.to_vec() };

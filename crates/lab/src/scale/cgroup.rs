@@ -24,7 +24,6 @@ const ORDINARY_WEIGHT: u64 = 100;
 /// What our groups are called; the number of the process that made them follows.
 const PREFIX: &str = "curionav-scale-";
 
-/// What went wrong, and what a quota needs.
 fn refused(problem: String) -> anyhow::Error {
     anyhow!(
         "--cpu-quota: {problem}: it needs a Linux control group of the cpu controller in which this user may make \
@@ -94,7 +93,6 @@ impl Quotas {
         Ok(quotas)
     }
 
-    /// Puts the process `pid` into a group of its own.
     pub(super) fn limit(&mut self, name: &str, pid: u32) -> anyhow::Result<()> {
         let group = self.parent.join(name);
         make(&group).map_err(refused)?;

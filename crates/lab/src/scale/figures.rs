@@ -26,7 +26,6 @@ pub(super) fn share(key: &'static str, share: f64) -> Figure {
     Figure { key, column: key, value: share.into(), shown: format!("{:.1} %", 100.0 * share) }
 }
 
-/// What a row is about.
 pub(super) fn label(key: &'static str, column: &'static str, name: &str) -> Figure {
     Figure { key, column, value: name.into(), shown: name.to_owned() }
 }
@@ -34,7 +33,6 @@ pub(super) fn label(key: &'static str, column: &'static str, name: &str) -> Figu
 /// The figures of one row; every row of a table has the same.
 pub(super) type Row = Vec<Figure>;
 
-/// The row as an object.
 pub(super) fn json(row: &Row) -> Value {
     let keyed = row.iter().filter(|figure| !figure.key.is_empty());
     Value::Object(keyed.map(|figure| (figure.key.to_owned(), figure.value.clone())).collect::<Map<_, _>>())

@@ -18,6 +18,7 @@ mod workload;
 
 use anyhow::anyhow;
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::print::print;
 use curionav_runtime::shutdown::on_signals;
 
 use processes::Processes;
@@ -31,7 +32,8 @@ pub use options::Options;
 /// # Errors
 /// Bad input if the scenario or the planner cannot be used, the network if a process does not start or answer.
 pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
-    let mut signals = on_signals().map_err(|e| Exit::network(e.into()))?;
+    options.check()?;
+    let mut signals = on_signals().map_err(Exit::network)?;
     let mut processes = Processes::start(log, options.cpu_quota).await?;
     let measured = tokio::select! {
         measured = measure(&options, &mut processes) => measured,
@@ -40,11 +42,10 @@ pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
     // Whatever happened: no process and no control group is left.
     processes.stop().await;
     let measured = measured.map_err(|error| error.downcast::<Exit>().unwrap_or_else(Exit::failed))?;
-    #[expect(clippy::print_stdout, reason = "what the command is for")]
     if options.json {
-        println!("{}", measured.json);
+        print(measured.json)?
     } else {
-        println!("{}", measured.text);
+        print(measured.text)?
     }
     Ok(SUCCESS)
 }

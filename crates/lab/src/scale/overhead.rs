@@ -19,12 +19,11 @@ use serde_json::json;
 use zenoh::Session;
 
 use super::figures::{self, Row, count, label, number};
-use super::options::Options;
+use super::options::{Options, Service};
 use super::processes::Processes;
 use super::robots::{Robot, Robots};
 use super::setup::Measured;
 use super::workload::Workload;
-use curionav_deployment::service_kind::Kind;
 
 /// What must not be exceeded: the cost of the split, in bare round trips.
 const ROUND_TRIPS_MAX: f64 = 4.0;
@@ -49,9 +48,9 @@ pub(super) async fn measure(
 ) -> anyhow::Result<Measured> {
     let seconds = options.seconds.unwrap_or(10.0);
     eprintln!("{} cycles by turns in process and over processes, {seconds} s", workload.cycles.len());
-    let pools = [Kind::Generator, Kind::Cpc, Kind::Cnc];
-    for kind in pools {
-        processes.add(kind.name(), 1).await?;
+    let pools = [Service::Generator, Service::Cpc, Service::Cnc];
+    for service in pools {
+        processes.add(service.name(), 1).await?;
     }
     processes.add("echo", 1).await?;
     // Processes are numbered in the order of their start.
@@ -66,7 +65,7 @@ pub(super) async fn measure(
         }
     }
     let homes = [&in_process, &*over_processes];
-    let measured = compare(homes, workload, (robots.session(0), &echo), seconds).await?;
+    let measured = compare(homes, workload, (&robots.sessions[1], &echo), seconds).await?;
     drop(over_processes);
     robots.leave();
     processes.dismiss().await;
@@ -142,7 +141,6 @@ fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2]) -> Measure
     }
 }
 
-/// Where the time of a cycle goes: medians.
 fn stages(home: &str, times: &[wire::Timings]) -> Row {
     let evaluate_us = |t: &wire::Timings| t.total_us.saturating_sub(t.generate_us + t.arbitrate_us);
     vec![

@@ -16,7 +16,6 @@ const TICKS: f64 = 100.0;
 pub(super) struct Processes {
     program: PathBuf,
     log: String,
-    /// Where the router listens.
     pub(super) endpoint: String,
     router: Supervised,
     replicas: Vec<Supervised>,
@@ -53,7 +52,6 @@ impl Processes {
         Ok(())
     }
 
-    /// Ends the replicas.
     pub(super) async fn dismiss(&mut self) {
         for replica in self.replicas.drain(..) {
             replica.stop().await;
@@ -77,7 +75,6 @@ impl Processes {
     }
 }
 
-/// Processor time.
 pub(super) struct Used {
     replicas: Duration,
     asking: Duration,

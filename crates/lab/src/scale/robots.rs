@@ -33,14 +33,11 @@ pub(super) enum Work {
     Generate(Vec<wire::Scene>),
 }
 
-/// What came of one question to the pool.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
-    /// Candidates scored or generated.
     pub(super) candidates: usize,
     /// Parts the question was cut into.
     pub(super) shards: usize,
-    /// Parts that were not answered in time.
     pub(super) unanswered: usize,
     /// Until everything was there.
     pub(super) took: Duration,
@@ -48,9 +45,7 @@ pub(super) struct Answer {
 
 /// One robot's arbiter, as far as pools are concerned.
 pub(super) struct Robot {
-    /// The real pool.
     pub(super) pool: Arc<Pool<ZenohPeers>>,
-    /// The mission made ready.
     pub(super) context: Arc<PlanContext>,
     // Aborted when dropped.
     _keeping_ready: JoinSet<()>,
@@ -137,9 +132,9 @@ pub(super) fn on_a_thread<T: Send + 'static>(
 
 /// Robots behind one router, and the map they share.
 pub(super) struct Robots {
-    /// Each with a link of its own.
     pub(super) all: Vec<Arc<Robot>>,
-    sessions: Vec<Session>,
+    /// The first hosts the map, the others belong to the robots.
+    pub(super) sessions: Vec<Session>,
     map: Server,
 }
 
@@ -152,10 +147,9 @@ impl Robots {
         clock: Clock,
     ) -> anyhow::Result<Self> {
         let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
-        let connect = async || session::client(&config).await.map_err(|e| Exit::network(e.into()));
+        let connect = async || session::client(&config).await.map_err(Exit::network);
         let host = connect().await?;
-        let map =
-            map_store::host(&host, workload.map.clone(), &refusals()).map_err(|e| Exit::network(e.into()))?;
+        let map = map_store::host(&host, workload.map.clone(), &refusals()).map_err(Exit::network)?;
         let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
         for index in 0..count {
             let session = connect().await?;
@@ -166,13 +160,6 @@ impl Robots {
         Ok(robots)
     }
 
-    /// The link of one of them.
-    pub(super) fn session(&self, index: usize) -> &Session {
-        // The first session hosts the map.
-        &self.sessions[index + 1]
-    }
-
-    /// Ends their links.
     pub(super) fn leave(self) {
         drop(self.all);
         drop(self.map);

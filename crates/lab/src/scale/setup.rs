@@ -9,11 +9,10 @@ use serde_json::{Value, json};
 
 use super::batch::batches;
 use super::figures::{self, Row};
-use super::options::Options;
+use super::options::{Options, Service};
 use super::processes::Processes;
 use super::robots::{Robots, Work};
 use super::workload::Workload;
-use curionav_deployment::service_kind::Kind;
 
 /// What was measured: for scripts, and for people.
 pub(super) struct Measured {
@@ -21,18 +20,17 @@ pub(super) struct Measured {
     pub(super) text: String,
 }
 
-/// A service, and the drive that gives it its work.
 pub(super) struct Setup<'a> {
     pub(super) options: &'a Options,
     pub(super) workload: &'a Workload,
-    pub(super) service: Kind,
+    pub(super) service: Service,
 }
 
 impl Setup<'_> {
     /// What all robots ask for; `default` is the size of a batch unless the options have one.
     pub(super) fn work(&self, default: u32) -> anyhow::Result<Arc<Work>> {
         let role = self.service.name();
-        if self.service == Kind::Generator {
+        if self.service == Service::Generator {
             let scenes = self.workload.cycles.iter().map(|cycle| cycle.scene.clone()).collect();
             return Ok(Arc::new(Work::Generate(scenes)));
         }

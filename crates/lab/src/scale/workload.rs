@@ -24,9 +24,7 @@ const SEED: u64 = 1000;
 
 /// What a drive leaves behind.
 pub(super) struct Workload {
-    /// What the robot was to do.
     pub(super) mission: Mission,
-    /// Where.
     pub(super) map: OccupancyGrid,
     /// Every planning cycle, in order; at least one.
     pub(super) cycles: Vec<CycleReport>,
@@ -37,7 +35,6 @@ pub(super) struct Workload {
 }
 
 impl Workload {
-    /// Drives through the scenario.
     pub(super) async fn of(scenario: &Path, planner: Option<&str>) -> anyhow::Result<Self> {
         let choice = Choice { planner: planner.map(str::to_owned), seed: Some(SEED) };
         let package = package::read(scenario, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
@@ -48,7 +45,7 @@ impl Workload {
             let key = keys::robot(&config.robot, "mission")?;
             let mission = fetch::<Mission>(&services.session, &key, Duration::from_secs(2)).await;
             let map = finished.map.with_context(|| format!("{}: no cycle took place", scenario.display()))?;
-            anyhow::Ok((finished.reports, map, mission.map_err(|e| Exit::network(e.into()))?))
+            anyhow::Ok((finished.reports, map, mission.map_err(Exit::network)?))
         };
         let (cycles, map, mission) = match driven.await {
             Ok(driven) => driven,

@@ -26,7 +26,6 @@ pub(crate) struct Objective {
     pub(crate) time_s: f64,
     /// Of a run that did not reach the goal: more than all else together.
     pub(crate) not_reached: f64,
-    /// Of a run with a collision.
     pub(crate) collision: f64,
 }
 
@@ -53,7 +52,6 @@ impl Default for Objective {
 }
 
 impl Objective {
-    /// The cost of one run.
     pub(crate) fn cost(&self, row: &Row) -> f64 {
         let m = &row.measures;
         let penalty = |is_due: bool, cost: f64| if is_due { cost } else { 0.0 };

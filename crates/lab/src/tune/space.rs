@@ -42,14 +42,12 @@ enum Scale {
     Log,
 }
 
-/// What one parameter may be.
 #[derive(Debug, Clone, PartialEq)]
 enum Domain {
     Between { low: f64, high: f64, scale: Scale, is_whole: bool },
     Among(Vec<toml::Value>),
 }
 
-/// A field of the profile and what it may be.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Parameter {
     /// Dotted, as in a profile file.
@@ -57,7 +55,6 @@ pub(crate) struct Parameter {
     domain: Domain,
 }
 
-/// What is searched.
 #[derive(Debug)]
 pub(crate) struct Space {
     pub(crate) base: Profile,
@@ -102,7 +99,6 @@ impl Space {
         Ok(space)
     }
 
-    /// The base as it is.
     pub(crate) fn base(&self) -> anyhow::Result<Setting> {
         let table = toml::Table::try_from(&self.base)?;
         let place = self.parameters.iter().map(|p| p.place(at(&table, &p.path))).collect();

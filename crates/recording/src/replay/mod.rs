@@ -2,20 +2,18 @@
 
 mod difference;
 mod offline;
-mod waiting;
 
 pub use difference::{Difference, Side};
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
 use curionav_planning::profile::Profile;
-use curionav_schemas::ServiceStatus;
+use curionav_schemas::{Memory, ServiceStatus};
 use serde::Serialize;
 
 use crate::{Item, Reader};
 use offline::Offline;
-use waiting::Waiting;
 
 /// Of this program, which must be that of the recording.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -90,13 +88,12 @@ pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) ->
             }
         }
     }
-    summary.cut_short = reader.is_cut_short();
+    summary.cut_short = reader.cut_short;
     summary.recorded_planner = offline.recorded_planner().unwrap_or_default();
     summary.planner = name.unwrap_or_else(|| summary.recorded_planner.clone());
     Ok(summary)
 }
 
-/// Every service with a part in the decisions must be of this version.
 fn check_service(recording: &str, status: &ServiceStatus) -> anyhow::Result<()> {
     const DECIDE: [&str; 4] = ["arbiter", "generator", "cpc", "cnc"];
     if DECIDE.contains(&status.role.as_str()) {
@@ -112,4 +109,49 @@ fn check_version(recording: &str, who: &str, version: &str) -> anyhow::Result<()
          otherwise: replay it with curionav {version}, or give --any-version to see what has changed"
     );
     Ok(())
+}
+
+/// Memories of one robot that may wait: a report that was lost never comes.
+const OF_ROBOT_MAX: usize = 64;
+
+/// What each robot's cycles began with, oldest first, until their report comes.
+#[derive(Debug, Default)]
+struct Waiting(BTreeMap<String, VecDeque<Memory>>);
+
+impl Waiting {
+    fn put(&mut self, memory: Memory) {
+        let of_robot = self.0.entry(memory.robot.clone()).or_default();
+        if of_robot.len() == OF_ROBOT_MAX {
+            of_robot.pop_front();
+        }
+        of_robot.push_back(memory);
+    }
+
+    fn take(&mut self, robot: &str, epoch: u64, seq: u64) -> Option<Memory> {
+        let of_robot = self.0.get_mut(robot)?;
+        let index = of_robot.iter().position(|memory| (memory.epoch, memory.seq) == (epoch, seq))?;
+        of_robot.remove(index)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_testing::golden;
+
+    use super::*;
+
+    #[test]
+    fn the_oldest_of_the_same_robot_goes_first() {
+        let memory = |robot: &str, epoch, seq| Memory { robot: robot.into(), epoch, seq, ..golden::memory() };
+        let mut waiting = Waiting::default();
+        // One that is first in the alphabet, and then many of another, which begins anew with a lower epoch.
+        waiting.put(memory("a", 1, 1));
+        waiting.put(memory("b", 9, 1));
+        for seq in 1..=OF_ROBOT_MAX as u64 {
+            waiting.put(memory("b", 2, seq));
+        }
+        assert!(waiting.take("a", 1, 1).is_some() && waiting.take("a", 1, 1).is_none());
+        assert!(waiting.take("b", 9, 1).is_none());
+        assert!((1..=OF_ROBOT_MAX as u64).all(|seq| waiting.take("b", 2, seq).is_some()));
+    }
 }

@@ -37,7 +37,6 @@ pub(super) struct Offline {
 }
 
 impl Offline {
-    /// With another planner than the one that was recorded, if given.
     pub(super) fn new(planner: Option<Profile>) -> Self {
         Self {
             planner,

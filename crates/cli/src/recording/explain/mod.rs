@@ -92,35 +92,29 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
 /// The next report of a robot, or the one of the cycle asked for.
 async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let robot = options.robot.as_deref().unwrap_or_default();
-    let key = keys::robot(robot, "report").map_err(|e| Exit::bad_input(e.into()))?;
-    let session = options.at.session().await?;
-    let found = listen(&session, &key, robot, options.cycle).await;
+    let key = keys::robot(robot, "report").map_err(Exit::bad_input)?;
+    let (cycle, session) = (options.cycle, options.at.session().await?);
+    let listening = async {
+        let reports = Inbox::<CycleReport>::new(&session, &key).map_err(Exit::network)?;
+        loop {
+            let Ok(Some(report)) = tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await else {
+                return Err(Exit::network(anyhow!(
+                    "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav status`",
+                    REPORT_TIMEOUT.as_secs()
+                )));
+            };
+            if cycle.is_some_and(|cycle| cycle < report.seq) {
+                return Err(Exit::failed(anyhow!(
+                    "robot {robot} is at cycle {} already; record it to look back (`curionav record`)",
+                    report.seq
+                )));
+            }
+            if cycle.is_none_or(|cycle| cycle == report.seq) {
+                return Ok(report);
+            }
+        }
+    };
+    let found = listening.await;
     session::close(&session);
     found
-}
-
-async fn listen(
-    session: &zenoh::Session,
-    key: &str,
-    robot: &str,
-    cycle: Option<u64>,
-) -> Result<CycleReport, Exit> {
-    let reports = Inbox::<CycleReport>::new(session, key).map_err(|e| Exit::network(e.into()))?;
-    loop {
-        let Ok(Some(report)) = tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await else {
-            return Err(Exit::network(anyhow!(
-                "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav status`",
-                REPORT_TIMEOUT.as_secs()
-            )));
-        };
-        if cycle.is_some_and(|cycle| cycle < report.seq) {
-            return Err(Exit::failed(anyhow!(
-                "robot {robot} is at cycle {} already; record it to look back (`curionav record`)",
-                report.seq
-            )));
-        }
-        if cycle.is_none_or(|cycle| cycle == report.seq) {
-            return Ok(report);
-        }
-    }
 }

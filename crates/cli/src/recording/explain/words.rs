@@ -6,7 +6,6 @@ use curionav_schemas::words::{say, say_all};
 use curionav_schemas::{CommandReason, CycleReport, TermReport};
 use serde_json::{Value, json};
 
-/// What happened and why, one line per thought.
 pub(super) fn words(report: &CycleReport) -> String {
     let mut lines = decided(report);
     lines.extend(costs(report));
@@ -36,7 +35,6 @@ pub(super) fn name(report: &CycleReport, index: u32) -> String {
     report.candidates.id.get(index as usize).map_or("none".to_owned(), u32::to_string)
 }
 
-/// What was decided, of how many candidates, and what the driver made of the decisions before.
 fn decided(report: &CycleReport) -> Vec<String> {
     let CycleReport { robot, seq, decision, scene, rejected, .. } = report;
     let count = report.candidates.count as usize;
@@ -67,7 +65,6 @@ fn decided(report: &CycleReport) -> Vec<String> {
     lines
 }
 
-/// What the chosen candidate costs, by how much it leads, and what each term makes of its cost.
 fn costs(report: &CycleReport) -> Vec<String> {
     let Some(chosen) = report.chosen else { return Vec::new() };
     let mut lines = Vec::new();
@@ -88,7 +85,6 @@ fn costs(report: &CycleReport) -> Vec<String> {
     lines
 }
 
-/// Which candidate a term alone would have chosen.
 fn wish(report: &CycleReport, term: &TermReport) -> String {
     let missing = match report.candidates.count as usize - term.scored.len() {
         0 => String::new(),
@@ -107,7 +103,6 @@ fn wish(report: &CycleReport, term: &TermReport) -> String {
     )
 }
 
-/// What other weights would have led to.
 fn what_if(report: &CycleReport, active: &[&TermReport]) -> Vec<String> {
     let Some(chosen) = report.chosen else { return Vec::new() };
     let mut lines = Vec::new();

@@ -9,7 +9,7 @@ use super::comparison::Order;
 use super::findings::Findings;
 use super::measure::Measure;
 use super::published::{SLIPS, published};
-use super::tally::Tally;
+use super::row::Tally;
 use crate::plural::count;
 
 /// What the template asks for. It hands over every argument by reference.
@@ -20,7 +20,6 @@ struct Page<'a> {
     title: String,
 }
 
-/// The page.
 pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
     let title = format!(
         "{} in {}: {} runs",
@@ -79,14 +78,12 @@ impl Page<'_> {
         self.bench.comparison.is_best(*measure, *scenario, *planner)
     }
 
-    /// Mean and standard deviation.
     fn own(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
         let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
         let sd = if own.runs > 1 { format!("\u{b1}{}", measure.show(own.sd)) } else { String::new() };
         Some((measure.show(own.mean), sd))
     }
 
-    /// Mean and interval.
     fn mean(&self, measure: &Measure, scenario: &usize, planner: &usize) -> Option<(String, String)> {
         let own = self.bench.comparison.spread(*measure, *scenario, *planner)?;
         Some((measure.show(own.mean), interval(*measure, own.low, own.high)))
@@ -132,7 +129,6 @@ impl Page<'_> {
             .map(|((title, remark), measures)| (*title, measures, *remark))
     }
 
-    /// The marks that are shown in a table, and what they mean.
     fn slips(&self, measures: &[Measure]) -> Vec<(char, &'static str)> {
         let cells = self.scenarios().flat_map(|(s, _)| self.planners().map(move |p| (s, p)));
         let shown: Vec<char> =
@@ -156,7 +152,6 @@ impl Page<'_> {
         self.totals().iter().any(|order| order.pairs > 0)
     }
 
-    /// A scenario's ways, uncertainty and speed.
     fn figure(&self, s: &usize) -> String {
         let scene = &self.bench.scenes[*s];
         let robot = &scene.scenario.robot;

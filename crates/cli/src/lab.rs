@@ -1,0 +1,28 @@
+//! The commands of the feature `lab`: experiments.
+
+use clap::Subcommand;
+use curionav_lab::{bench, scale, tune};
+use curionav_runtime::exit::Exit;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum LabCommand {
+    Bench(bench::Options),
+    Tune(tune::Options),
+    /// Take runs from standard input and answer each with a row (started by `bench` and `tune`).
+    #[command(hide = true)]
+    Worker {
+        /// Digest of the program, as it shall be in every row.
+        #[arg(long)]
+        program: String,
+    },
+    Scale(scale::Options),
+}
+
+pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
+    match command {
+        LabCommand::Bench(options) => bench::bench(options).await,
+        LabCommand::Tune(options) => tune::tune(options).await,
+        LabCommand::Worker { program } => bench::worker(&program).await,
+        LabCommand::Scale(options) => scale::scale(options, log).await,
+    }
+}
