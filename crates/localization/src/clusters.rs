@@ -13,9 +13,8 @@ use crate::particles::{Motion, Particles};
 /// Connected sets of the belief's bins, and the estimate's hold on one of them. While odometry is good an
 /// estimate does not jump: a cluster that it does not reach must be the heaviest over several scans on the
 /// move to take it over.
+#[derive(Default)]
 pub(crate) struct Clusters {
-    /// The belief's bins.
-    pub(crate) histogram: Histogram,
     /// Cluster of every particle, named by one of its bins.
     of: Vec<u32>,
     rival: Option<Rival>,
@@ -31,30 +30,15 @@ struct Rival {
 }
 
 impl Clusters {
-    pub(crate) fn new(params: &LocalizerParams) -> Self {
-        let histogram = Histogram::new(params.bin_position, params.bin_heading);
-        Self { histogram, of: Vec::new(), rival: None }
-    }
-
     /// Finds the clusters; returns the heaviest.
-    pub(crate) fn find(&mut self, p: &Particles) -> Option<u32> {
-        self.histogram.clear();
-        self.of.clear();
-        for i in 0..p.len() {
-            let pose = Pose2::new(p.x[i], p.y[i], p.heading[i]);
-            self.of.push(self.histogram.add(pose, p.weight[i]));
-        }
-        self.histogram.connect();
-        let heaviest = self.histogram.heaviest()?;
-        for cluster in &mut self.of {
-            *cluster = self.histogram.root(*cluster);
-        }
-        Some(heaviest)
-    }
-
-    /// The estimate is known anew.
-    pub(crate) fn settle(&mut self) {
-        self.rival = None;
+    pub(crate) fn find(&mut self, p: &Particles, params: &LocalizerParams) -> Option<u32> {
+        let mut histogram = Histogram::new(params.bin_position, params.bin_heading);
+        let pose = |i: usize| Pose2::new(p.x[i], p.y[i], p.heading[i]);
+        self.of = (0..p.len()).map(|i| histogram.add(pose(i), p.weight[i])).collect();
+        histogram.connect();
+        let heaviest = histogram.heaviest();
+        self.of.iter_mut().for_each(|cluster| *cluster = histogram.root(*cluster));
+        heaviest
     }
 
     /// The cluster to report when a scan has been taken in after this motion, given the estimate as odometry
@@ -69,7 +53,7 @@ impl Clusters {
     ) -> Option<u32> {
         let (pose, covariance) = self.moments(particles, heaviest)?;
         if reaches(estimate.0, estimate.1, pose) {
-            self.settle();
+            self.rival = None;
             return Some(heaviest);
         }
         if self.challenge(pose, &covariance, motion, params) {
@@ -106,7 +90,7 @@ impl Clusters {
 
     /// The heaviest of the clusters within reach of a belief.
     fn heaviest_within(&self, particles: &Particles, mean: Pose2, covariance: &Matrix3<f64>) -> Option<u32> {
-        let mut sums = vec![[0.0; 5]; self.histogram.len()];
+        let mut sums = vec![[0.0; 5]; self.of.iter().max().map_or(0, |last| *last as usize + 1)];
         for (i, &c) in self.of.iter().enumerate() {
             let w = particles.weight[i];
             let (s, cos) = sin_cos(particles.heading[i]);
@@ -159,7 +143,7 @@ mod tests {
     #[test]
     fn only_a_rival_that_moves_with_the_robot_over_several_scans_takes_over() {
         let params = LocalizerParams::default();
-        let mut steady = Clusters::new(&params);
+        let mut steady = Clusters::default();
         let answers: Vec<bool> = (0..6)
             .map(|k| {
                 steady.challenge(Pose2::new(0.4 * f64::from(k), 9.0, 0.0), &tight(), &drive(0.4), &params)
@@ -167,8 +151,7 @@ mod tests {
             .collect();
         // after four scans, of which the last three are 1.2 m of way
         assert_eq!(answers, [false, false, false, true, false, false]);
-        let mut restless = Clusters::new(&params);
-        let mut standing = Clusters::new(&params);
+        let (mut restless, mut standing) = (Clusters::default(), Clusters::default());
         for k in 0..50 {
             let here_and_there = Pose2::new(f64::from(k % 3) * 7.0, 9.0, 0.0);
             assert!(!restless.challenge(here_and_there, &tight(), &drive(0.4), &params));
@@ -182,8 +165,8 @@ mod tests {
         for (x, w) in [(0.1, 0.1), (0.2, 0.1), (2.1, 0.15), (20.0, 0.65)] {
             p.push(Pose2::new(x, 0.0, 0.0), w);
         }
-        let mut clusters = Clusters::new(&LocalizerParams::default());
-        assert_eq!(clusters.find(&p), Some(2));
+        let mut clusters = Clusters::default();
+        assert_eq!(clusters.find(&p, &LocalizerParams::default()), Some(2));
         assert!((clusters.weight(&p, 2) - 0.65).abs() < 1e-12);
         let found = |mean| clusters.heaviest_within(&p, mean, &tight());
         assert_eq!(found(Pose2::default()), Some(0));

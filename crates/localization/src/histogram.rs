@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use curionav_planning::geometry::Pose2;
 
 /// Histogram over (x, y, heading). Bins are numbered in the order in which they were first hit.
+#[derive(Default)]
 pub(crate) struct Histogram {
     bin_position: f64,
     sectors: i64,
@@ -20,22 +21,8 @@ type Bin = [i64; 3];
 impl Histogram {
     /// Of bins of `bin_position` metres squared and about `bin_heading` radians.
     pub(crate) fn new(bin_position: f64, bin_heading: f64) -> Self {
-        Self {
-            bin_position,
-            sectors: (std::f64::consts::TAU / bin_heading).round().max(4.0) as i64,
-            numbers: BTreeMap::new(),
-            bins: Vec::new(),
-            weight: Vec::new(),
-            parent: Vec::new(),
-        }
-    }
-
-    /// Empties it.
-    pub(crate) fn clear(&mut self) {
-        self.numbers.clear();
-        self.bins.clear();
-        self.weight.clear();
-        self.parent.clear();
+        let sectors = (std::f64::consts::TAU / bin_heading).round().max(4.0) as i64;
+        Self { bin_position, sectors, ..Self::default() }
     }
 
     /// Number of bins hit.
@@ -64,10 +51,13 @@ impl Histogram {
 
     /// Joins bins that touch, corners included; heading wraps around.
     pub(crate) fn connect(&mut self) {
+        let beside = |turn: i64| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| [turn, dy, dx]));
+        // Half of the 26 neighbours of a bin; the other half find it from their side.
+        let forward: Vec<[i64; 3]> = (0..=1).flat_map(beside).filter(|step| *step > [0; 3]).collect();
         for number in 0..self.bins.len() {
             let [x, y, sector] = self.bins[number];
-            for step in FORWARD_NEIGHBOURS {
-                let next = [x + step[0], y + step[1], (sector + step[2]).rem_euclid(self.sectors)];
+            for [turn, dy, dx] in &forward {
+                let next = [x + dx, y + dy, (sector + turn).rem_euclid(self.sectors)];
                 if let Some(&found) = self.numbers.get(&next) {
                     let (a, b) = (self.root(number as u32), self.root(found));
                     self.parent[a.max(b) as usize] = a.min(b);
@@ -102,23 +92,6 @@ impl Histogram {
     }
 }
 
-/// Half of the 26 neighbours of a bin; the other half find it from their side.
-const FORWARD_NEIGHBOURS: [[i64; 3]; 13] = [
-    [1, 0, 0],
-    [-1, 1, 0],
-    [0, 1, 0],
-    [1, 1, 0],
-    [-1, -1, 1],
-    [0, -1, 1],
-    [1, -1, 1],
-    [-1, 0, 1],
-    [0, 0, 1],
-    [1, 0, 1],
-    [-1, 1, 1],
-    [0, 1, 1],
-    [1, 1, 1],
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -129,8 +102,6 @@ mod tests {
         for seed in 0..30 {
             let mut r = rng(seed, 0);
             let mut h = Histogram::new(0.5, 10.0_f64.to_radians());
-            h.add(Pose2::new(9.0, 9.0, 0.0), 1.0);
-            h.clear();
             for _ in 0..60 {
                 let pose = Pose2::new(
                     5.0 * uniform(&mut r) - 2.5,

@@ -5,10 +5,10 @@
 //! bit. Poses are in the map frame unless a name says otherwise; units are SI and radians.
 //!
 //! Read [`Localizer`] first; it strings together, in the order of one filter update: the motion model
-//! (`particles`), the beams and the pieces they make (`scan`, `pieces`), the likelihood field
+//! (`particles`), the beams and the pieces they make (`scan`), the likelihood field
 //! (`likelihood_field`), weighting with tempering (`weighting`), clusters and their moments (`histogram`,
 //! `clusters`, `moments`), the check for being lost (`scan_fit`, `recovery`), and KLD-adaptive resampling
-//! (`kld`, `resampling`).
+//! (`resampling`).
 //!
 //! Where it differs from ROS `amcl`, and why: odometry noise is a variance per metre and radian (D6), so
 //! it does not depend on the update rate; beams multiply (`likelihood_field_prob`) and the product is
@@ -26,13 +26,11 @@
 mod clusters;
 mod estimate;
 mod histogram;
-mod kld;
 mod likelihood_field;
 mod localizer;
 mod moments;
 mod params;
 mod particles;
-mod pieces;
 mod recovery;
 mod resampling;
 mod scan;
@@ -40,7 +38,6 @@ mod scan_fit;
 mod weighting;
 
 pub use estimate::{Estimate, Health};
-pub use kld::sample_size;
 pub use localizer::Localizer;
 pub use params::{LaserLikelihood, LocalizerParams};
 pub use scan::Scan;

@@ -88,7 +88,7 @@ impl Localizer {
             credit: 1.0,
             streams: 0,
             updates_since_resampling: 0,
-            clusters: Clusters::new(&params),
+            clusters: Clusters::default(),
             seen: Selection::default(),
             map,
             noise,
@@ -109,7 +109,7 @@ impl Localizer {
         let mut random = self.next_stream();
         self.particles = Particles::draw_gaussian(self.params.particles_max, pose, covariance, &mut random);
         self.recovery = Recovery::default();
-        self.clusters.settle();
+        self.clusters = Clusters::default();
         self.anchor = None;
         self.credit = 1.0;
         self.updates_since_resampling = 0;
@@ -227,7 +227,7 @@ impl Localizer {
     /// beyond the reach of the estimate has to hold its own before it is believed; if there is no other,
     /// odometry carries the estimate on.
     fn describe(&mut self, scanned: Option<&Motion>) {
-        let Some(heaviest) = self.clusters.find(&self.particles) else { return };
+        let Some(heaviest) = self.clusters.find(&self.particles, &self.params) else { return };
         let estimate = (self.pose, &self.covariance);
         let chosen = match scanned {
             Some(motion) => self.clusters.choose(&self.particles, heaviest, estimate, motion, &self.params),
@@ -251,7 +251,7 @@ impl Localizer {
         let start = uniform(random);
         let search = if observed { self.recovery.search(&self.params) } else { Search::Nowhere };
         let lost = if search == Search::Nowhere { 0.0 } else { self.recovery.share(&self.params) };
-        let mut wanted = needed(&self.particles, start, &self.params, &mut self.clusters.histogram);
+        let mut wanted = needed(&self.particles, start, &self.params);
         if lost > 0.0 {
             wanted = wanted.max(self.params.recovery_particles.min(self.params.particles_max));
         }
