@@ -1,19 +1,37 @@
 //! What the reverse tree is for: while it searches, meeting the tree in time; then, a path to draw samples
 //! around.
 
-use super::BiRiskRrtParams;
 use crate::generation::risk_rrt::growth::Growth;
-use crate::generation::risk_rrt::{TimeTree, control_lattice::ControlLattice};
+use crate::generation::risk_rrt::{TimeTree, control_lattice::ControlLattice, time_tree::Node};
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist, bearing};
+use crate::parameters::Range;
+
+crate::parameters! {
+    /// What Bi-Risk-RRT does besides Risk-RRT, whose parameters hold for both its trees.
+    #[non_exhaustive]
+    pub struct BiRiskRrtParams {
+        /// Nodes of the two trees this near to each other make the reverse tree's way the heuristic, metres.
+        pub connect_distance: f64 [0.01, 100.0, "m", "nearer nodes never meet, farther ones always do"] = 1.0,
+        /// Greedy extensions of one tree towards each new node of the other.
+        pub connect_steps: u32 [0.0, 1000.0, "steps", "each looks at all nodes, and a cycle must end"] = 5,
+        /// Once there is a heuristic, the share of samples that are still drawn from the whole map.
+        pub uniform_share: f64 [in Range::SHARE] = 0.5,
+        /// Standard deviation of the others around the nodes of the heuristic on each axis, metres.
+        pub spread: f64
+            [0.01, 1000.0, "m", "below all samples are on the heuristic, above anywhere on the map"] = 3.0,
+        /// Deepest node of the reverse tree.
+        pub reverse_depth: u32 [1.0, 10_000.0, "steps", "the whole tree has no more nodes"] = 300,
+    }
+}
 
 /// The reverse search and what came of it.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Heuristic {
-    /// A tree that grows from the goal.
-    Searching(TimeTree),
-    /// The way from the goal to where the trees met: a chain.
-    Found(TimeTree),
+pub struct Heuristic {
+    /// A tree that grows from the goal; once found, the way from there to where the trees met: a chain.
+    pub tree: TimeTree,
+    /// Whether the trees have met.
+    pub is_found: bool,
 }
 
 impl Heuristic {
@@ -26,46 +44,34 @@ impl Heuristic {
     /// A reverse tree that is only a root: at rest in the goal, facing the robot.
     pub fn rooted(goal: Point2, robot: Point2, dt: f64) -> Self {
         let root = Pose2::new(goal.x, goal.y, bearing(goal, robot));
-        Self::Searching(TimeTree::rooted(0.0, dt, root, Twist::default()))
-    }
-
-    /// The nodes, the goal's first.
-    pub fn tree(&self) -> &TimeTree {
-        match self {
-            Self::Searching(tree) | Self::Found(tree) => tree,
-        }
+        Self { tree: TimeTree::rooted(0.0, dt, root, Twist::default()), is_found: false }
     }
 
     /// Where it starts from.
     pub fn goal(&self) -> Point2 {
-        self.tree().nodes[0].pose.position()
+        self.tree.nodes[0].pose.position()
     }
 
-    /// The way of a reverse tree from its root to `node`, which is in reach of the tree in time.
-    pub fn found(reverse: &TimeTree, node: usize) -> Self {
-        let mut path = TimeTree { nodes: vec![reverse.nodes[0]], ..reverse.clone() };
-        for (k, &n) in reverse.branch(node).iter().enumerate() {
-            path.nodes.push(crate::generation::risk_rrt::time_tree::Node {
-                parent: k as u32,
-                closed: 0,
-                ..reverse.nodes[n]
-            });
-        }
-        Self::Found(path)
+    /// Keeps the way from the root to `node`, which is in reach of the tree in time.
+    pub fn find(&mut self, node: usize) {
+        let nodes = &self.tree.nodes;
+        let on_the_way = self.tree.branch(node).into_iter().enumerate();
+        let path = on_the_way.map(|(k, n)| Node { parent: k as u32, closed: 0, ..nodes[n] });
+        self.tree.nodes = [nodes[0]].into_iter().chain(path).collect();
+        self.is_found = true;
     }
 
     /// Drops the nodes of a found path that the robot at `p` has come past.
     pub fn pass(&mut self, p: Point2) {
-        let Self::Found(path) = self else { return };
-        loop {
-            let nodes = &path.nodes;
+        while self.is_found {
+            let nodes = &self.tree.nodes;
             let first = nodes.len().saturating_sub(Self::WINDOW);
             let nearest = (first..nodes.len()).min_by(|&a, &b| {
                 let distance = |n: usize| nodes[n].pose.position().distance_squared(p);
                 distance(a).total_cmp(&distance(b))
             });
             match nearest {
-                Some(n) if n + 1 < nodes.len() => path.nodes.truncate(n + 1),
+                Some(n) if n + 1 < nodes.len() => self.tree.nodes.truncate(n + 1),
                 _ => return,
             }
         }
@@ -73,13 +79,10 @@ impl Heuristic {
 
     /// Appends its nodes to the value of a tree in time.
     pub fn append_to(&self, value: &mut Tree) {
-        let side = match self {
-            Self::Searching(_) => 1.0,
-            Self::Found(_) => 2.0,
-        };
+        let side = if self.is_found { 2.0 } else { 1.0 };
         let mut sides = vec![0.0; value.len()];
         let offset = value.len() as u32;
-        let own = self.tree().to_value();
+        let own = self.tree.to_value();
         for node in 0..own.len() {
             let parent = own.parent(node).map_or(Tree::NO_PARENT, |p| p as u32 + offset);
             value.push(own.pose(node), own.cost[node], parent);
@@ -108,11 +111,8 @@ impl Heuristic {
         let reverse = part(value, first, value.len())?;
         let reverse = TimeTree::from_value(&reverse, lattice, params.reverse_depth)?;
         let is_chain = reverse.nodes.iter().enumerate().all(|(k, n)| n.depth as usize == k);
-        match side {
-            1.0 => Some((forward, Self::Searching(reverse))),
-            2.0 if is_chain => Some((forward, Self::Found(reverse))),
-            _ => None,
-        }
+        let is_found = side == 2.0 && is_chain;
+        (side == 1.0 || is_found).then_some((forward, Self { tree: reverse, is_found }))
     }
 }
 
@@ -133,12 +133,8 @@ fn part(value: &Tree, first: usize, end: usize) -> Option<Tree> {
 
 /// A free node of `tree` within `reach` metres of `p`: the nearest, the first of equals.
 pub fn meeting(growth: &Growth<'_>, p: Point2, reach: f64) -> Option<usize> {
-    let mut best: Option<(f64, usize)> = None;
-    for (index, node) in growth.tree.nodes.iter().enumerate() {
-        let squared = node.pose.position().distance_squared(p);
-        if squared < best.map_or(reach * reach, |b| b.0) && growth.is_free(index) {
-            best = Some((squared, index));
-        }
-    }
-    best.map(|b| b.1)
+    let nodes = growth.tree.nodes.iter().enumerate();
+    let distances = nodes.map(|(index, node)| (node.pose.position().distance_squared(p), index));
+    let near = distances.filter(|&(squared, index)| squared < reach * reach && growth.is_free(index));
+    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
 }

@@ -5,15 +5,14 @@
 //! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, Baselines).
 
 pub mod heuristic;
-mod params;
 
 use crate::generation::risk_rrt::growth::{Ground, Growth, sample_map};
 use crate::generation::risk_rrt::{TimeTree, paths};
 use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, standard_normal, uniform};
+pub use heuristic::BiRiskRrtParams;
 use heuristic::{Heuristic, meeting};
-pub use params::BiRiskRrtParams;
 
 /// The candidates of one cycle.
 pub fn generate(
@@ -39,14 +38,14 @@ pub fn generate(
         rng: input.samples(),
     };
     let mut left = params.risk_rrt.nodes as usize;
-    if let Heuristic::Searching(reverse) = &heuristic {
+    if !heuristic.is_found {
         let max_depth = params.bi_risk_rrt.reverse_depth;
-        let mut reverse = Growth { ground: &ground, tree: reverse.clone(), people: None, max_depth };
+        let mut reverse = Growth { ground: &ground, tree: heuristic.tree, people: None, max_depth };
         let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
-        heuristic = match met {
-            Some(node) => Heuristic::found(&reverse.tree, node),
-            None => Heuristic::Searching(reverse.tree),
-        };
+        heuristic = Heuristic { tree: reverse.tree, is_found: false };
+        if let Some(node) = met {
+            heuristic.find(node);
+        }
     }
     search.towards(&heuristic, &mut growth, left, should_stop);
     let candidates = paths::candidates(&growth);
@@ -129,9 +128,10 @@ impl Search<'_> {
         should_stop: &dyn Fn() -> bool,
     ) {
         for k in 0..left {
-            let target = match heuristic {
-                Heuristic::Found(path) => self.sample_around(path),
-                Heuristic::Searching(_) => self.sample(self.input.goal),
+            let target = if heuristic.is_found {
+                self.sample_around(&heuristic.tree)
+            } else {
+                self.sample(self.input.goal)
             };
             if (k % 32 == 31 && should_stop()) || forward.extend(target).is_none() {
                 return;

@@ -1,8 +1,7 @@
 //! How the tree grows: towards a point, from the node that promises most, by the control that leads
 //! nearest.
 
-use super::control_lattice::ControlLattice;
-use super::params::RiskRrtParams;
+use super::control_lattice::{ControlLattice, RiskRrtParams};
 use super::time_tree::TimeTree;
 use super::update::follow;
 use crate::collision::CollisionChecker;
@@ -112,17 +111,14 @@ impl Growth<'_> {
         let (parent, _) = self.best(target, |growth, node| growth.is_open(node))?;
         let from = self.tree.nodes[parent];
         let root_distance = self.root_distance(target);
-        let mut nearest: Option<(f64, u32, Pose2)> = None;
-        for control in (0..self.ground.lattice.count()).filter(|k| from.closed & (1 << k) == 0) {
-            let pose = step(from.pose, self.ground.lattice.twist(from.twist, control), self.tree.dt);
-            let d = self.weighing().node_cost(pose, 0.0, root_distance, target);
-            if nearest.is_none_or(|(least, ..)| d < least) {
-                nearest = Some((d, control, pose));
-            }
-        }
-        let (_, control, pose) = nearest?;
+        let open = (0..self.ground.lattice.count()).filter(|k| from.closed & (1 << k) == 0);
+        let reached = open.map(|control| {
+            let twist = self.ground.lattice.twist(from.twist, control);
+            let pose = step(from.pose, twist, self.tree.dt);
+            (self.weighing().node_cost(pose, 0.0, root_distance, target), control, twist, pose)
+        });
+        let (_, control, twist, pose) = reached.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let risk = from.risk.max(self.risk_at(from.pose, pose, from.depth + 1));
-        let twist = self.ground.lattice.twist(from.twist, control);
         Some(self.tree.push(parent, control, twist, pose, risk))
     }
 

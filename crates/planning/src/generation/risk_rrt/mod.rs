@@ -11,7 +11,6 @@
 
 pub mod control_lattice;
 pub mod growth;
-mod params;
 pub mod paths;
 pub mod time_tree;
 pub mod update;
@@ -19,8 +18,8 @@ pub mod update;
 use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, uniform};
+pub use control_lattice::RiskRrtParams;
 use growth::{Ground, Growth};
-pub use params::RiskRrtParams;
 pub use time_tree::TimeTree;
 
 /// The candidates of one cycle.

@@ -125,7 +125,7 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
         .tree;
     let (forward, mut heuristic) =
         Heuristic::split(&tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap();
-    let whole = heuristic.tree().clone();
+    let whole = heuristic.tree.clone();
     let mut back = forward.to_value();
     heuristic.append_to(&mut back);
     assert!(back == tree);
@@ -134,10 +134,10 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     for node in whole.nodes[middle..].iter().rev() {
         heuristic.pass(node.pose.position());
     }
-    assert!(heuristic.tree().nodes[..] == whole.nodes[..=middle]);
+    assert!(heuristic.tree.nodes[..] == whole.nodes[..=middle]);
     // Once more at the same place, and at the goal.
     heuristic.pass(whole.nodes[middle].pose.position());
-    assert_eq!(heuristic.tree().nodes.len(), middle + 1);
+    assert_eq!(heuristic.tree.nodes.len(), middle + 1);
     assert_eq!(heuristic.goal(), world.goal);
 }
 
