@@ -6,7 +6,6 @@ use crate::check::{
 use crate::limits::MAX_LIST;
 use crate::{
     Clock, F64Array, LaserModel, MapId, MissionEnd, MissionState, OdometryNoise, Pose, Reject, RobotModel,
-    Validate,
 };
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
@@ -157,20 +156,11 @@ impl TryFrom<CommandFields> for MissionCommand {
     }
 }
 
-impl Validate for MissionCommand {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::Set { order } => part("order", order.as_ref()),
-            Self::Goal { x, y, heading } => {
-                number("x", x)?;
-                number("y", y)?;
-                optional(number)("heading", heading)
-            }
-            Self::Pause | Self::Resume | Self::Cancel => Ok(()),
-            Self::Finish { end, .. } => part("end", end),
-        }
-    }
-}
+checks! { MissionCommand {
+    Set { order: |field: &str, order: &MissionOrder| part(field, order) }
+    Goal { x: number, y: number, heading: optional(number) }
+    Finish { end: part }
+}}
 
 /// What has become of a service's preparing for a mission; the reply is the [`Mission`] as it is then.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

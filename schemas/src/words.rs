@@ -15,11 +15,6 @@ static WORDS: LazyLock<Table> = LazyLock::new(|| {
     toml::from_str(TABLE).unwrap_or_default()
 });
 
-/// Every family of the table with its codes.
-pub fn families() -> impl Iterator<Item = (&'static str, Vec<&'static str>)> {
-    WORDS.iter().map(|(family, codes)| (family.as_str(), codes.keys().map(String::as_str).collect()))
-}
-
 /// `reason` in words: a code of `family` by itself, or a map with its `code` and its parameters. A code that the table
 /// does not have is its own word.
 pub fn say(family: &str, reason: &impl Serialize) -> String {

@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let started = Instant::now();
     let field = Arc::new(InformationField::new(&map, &LaserModel::default(), &InformationParams::default()));
     let built_ms = 1e3 * started.elapsed().as_secs_f64();
-    println!("information field   {built_ms:8.1} ms to build, {:.1} MB", field.bytes() as f64 / 1e6);
+    println!("information field   {built_ms:8.1} ms to build");
     let started = Instant::now();
     let geodesic = Arc::new(GeodesicField::new(&map, Point2::new(28.0, 28.0), 0.3));
     println!("geodesic field      {:8.1} ms to build", 1e3 * started.elapsed().as_secs_f64());

@@ -10,17 +10,12 @@ use crate::numerics::sin_cos;
 /// The robot's outline in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", tag = "shape", deny_unknown_fields)]
+#[expect(missing_docs, reason = "the text of each outline says what its fields are")]
 pub enum Footprint {
-    /// A disc around the robot's centre.
-    Disc {
-        /// Metres.
-        radius: f64,
-    },
-    /// A convex polygon, counter-clockwise vertices in the robot frame.
-    Polygon {
-        /// Metres; at least three.
-        vertices: Vec<Point2>,
-    },
+    /// A disc of this radius around the robot's centre, metres.
+    Disc { radius: f64 },
+    /// A convex polygon: at least three counter-clockwise vertices in the robot frame, metres.
+    Polygon { vertices: Vec<Point2> },
 }
 
 impl Ranged for Footprint {

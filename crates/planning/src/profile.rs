@@ -24,12 +24,12 @@ crate::parameters! {
     #[non_exhaustive]
     pub struct Profile {
         /// Short name, as on the command line.
-        pub name: String = "curiosity".to_owned(),
+        pub name: String [name, "give a name"] = "curiosity".to_owned(),
         /// One sentence for people.
         pub description: String = "The paper's planner: curiosity for landmarks while lost, respect for people always."
             .to_owned(),
         /// Which trajectory generator is asked.
-        pub generator: String = "rrt-star".to_owned(),
+        pub generator: String [name, "give a name"] = "rrt-star".to_owned(),
         /// Search trees grown side by side in a cycle, each with a seed and a generator of its own; the candidates
         /// of all compete. 1 is the paper's.
         pub trees: u32
@@ -128,21 +128,12 @@ impl Profile {
 
     /// What a check of each number alone does not find.
     fn agrees(&self) -> Result<(), FieldError> {
-        for (field, text) in [("name", &self.name), ("generator", &self.generator)] {
-            if text.is_empty() {
-                return Err(FieldError::new(field, "is empty", "give a name"));
-            }
-        }
         if self.terms.keys().any(String::is_empty) {
             return Err(FieldError::new("terms", "has a term without a name", "name it"));
         }
         if self.active_terms(false).next().is_none() {
-            let problem = "needs a term that always counts";
-            return Err(FieldError::new(
-                "terms",
-                problem,
-                "give one a weight above 0 and leave out its `when`",
-            ));
+            let mend = "give one a weight above 0 and leave out its `when`";
+            return Err(FieldError::new("terms", "needs a term that always counts", mend));
         }
         Ok(())
     }

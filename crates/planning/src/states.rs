@@ -5,25 +5,14 @@ use crate::geometry::{Point2, Pose2, Twist};
 /// What is wrong with arrays that should describe states.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the text of each error says what its fields are")]
 pub enum StatesError {
     /// An array does not have one number per state.
     #[error("array `{array}` holds {found} numbers, expected {expected}, one per state")]
-    Length {
-        /// Which array.
-        array: &'static str,
-        /// Its length.
-        found: usize,
-        /// Number of states.
-        expected: usize,
-    },
+    Length { array: &'static str, found: usize, expected: usize },
     /// A number is NaN or infinite.
     #[error("array `{array}` holds a number that is not finite at index {index}")]
-    NotFinite {
-        /// Which array.
-        array: &'static str,
-        /// Where.
-        index: usize,
-    },
+    NotFinite { array: &'static str, index: usize },
     /// `dt` is not positive or there are no steps.
     #[error("the time step must be positive and finite, and there must be at least one step")]
     Shape,

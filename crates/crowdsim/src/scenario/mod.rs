@@ -69,8 +69,8 @@ curionav_planning::parameters! {
     pub struct MapFile {
         /// A `map_server` YAML file: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a
         /// dataset.
-        pub file: String,
-    } check Self::names_a_file
+        pub file: String [name, "name a map_server YAML file"],
+    }
 }
 
 curionav_planning::parameters! {
@@ -135,8 +135,8 @@ curionav_planning::parameters! {
     /// The planner a scenario asks for.
     pub struct PlannerChoice {
         /// Name of a planner profile.
-        pub profile: String = "curiosity".to_owned(),
-    } check Self::names_a_profile
+        pub profile: String [name, "name a planner profile"] = "curiosity".to_owned(),
+    }
 }
 
 impl Scenario {

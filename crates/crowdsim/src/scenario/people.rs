@@ -160,7 +160,7 @@ curionav_planning::parameters! {
     /// Pedestrians that walk as they were recorded. They do not react.
     pub struct Recorded {
         /// The recording: a path relative to the scenario file, or `dataset:NAME/FILE` for a file of a dataset.
-        pub file: String,
+        pub file: String [name, "name a recording"],
         /// How it is written.
         pub format: RecordingFormat [words],
         /// Frames per second: a frame number divided by it is the time in seconds. No default: it differs
@@ -179,7 +179,7 @@ curionav_planning::parameters! {
         /// Begin again with the first frame after the last.
         #[serde(default)]
         pub r#loop: bool,
-    } check Self::names_a_file
+    }
 }
 
 impl Walker {

@@ -2,7 +2,7 @@
 
 use curionav_planning::parameters::FieldError;
 
-use super::{Clock, MapFile, PlannerChoice, Recorded, Scenario, WalkMode, Walker};
+use super::{Clock, Scenario, WalkMode, Walker};
 
 /// Most ticks of a run: a day at 0.1 s.
 const MAX_TICKS: f64 = 864_000.0;
@@ -20,24 +20,6 @@ impl Scenario {
             "is not a short plain name",
             "use 1 to 100 letters, digits, '-', '_' and '.'",
         )
-    }
-}
-
-impl MapFile {
-    pub(super) fn names_a_file(&self) -> Check {
-        require(!self.file.is_empty(), "file", "is empty", "name a map_server YAML file")
-    }
-}
-
-impl PlannerChoice {
-    pub(super) fn names_a_profile(&self) -> Check {
-        require(!self.profile.is_empty(), "profile", "is empty", "name a planner profile")
-    }
-}
-
-impl Recorded {
-    pub(super) fn names_a_file(&self) -> Check {
-        require(!self.file.is_empty(), "file", "is empty", "name a recording")
     }
 }
 

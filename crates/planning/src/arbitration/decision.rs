@@ -42,6 +42,7 @@ impl Decision {
 
 /// Why the action was chosen.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the text of each variant says what its fields are")]
 pub enum Reason {
     /// The estimated position is at the goal.
     Arrived,
@@ -49,31 +50,25 @@ pub enum Reason {
     LeastCost,
     /// Only slow candidates are free; this is the one of least cost (D4).
     OnlySlowFree,
-    /// Nothing could be followed.
-    Degraded {
-        /// What was lacking.
-        lack: Lack,
-        /// What came of the previous trajectory: held, or why not.
-        previous: PreviousState,
-    },
+    /// Nothing could be followed: what was lacking, and what came of the previous trajectory, held or why not.
+    Degraded { lack: Lack, previous: PreviousState },
 }
 
 /// Why nothing could be followed.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the text of each variant says what its fields are")]
 pub enum Lack {
     /// The generator gave no candidates.
     NoCandidates,
-    /// No candidate has a score of this term and of every other.
-    NotScored {
-        /// The first term that is missing.
-        term: String,
-    },
+    /// No candidate has a score of every term; this is the first that is missing.
+    NotScored { term: String },
     /// Candidates were scored but each is unreachable or collides.
     NoneFree,
 }
 
 /// What came of the previous trajectory when there was nothing to follow.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(missing_docs, reason = "the text of each variant says what its fields are")]
 pub enum PreviousState {
     /// Valid and free: its tail is held.
     Held,
@@ -81,28 +76,20 @@ pub enum PreviousState {
     Absent,
     /// Its validity has run out.
     Expired,
-    /// The robot is too far from it.
-    Strayed {
-        /// Metres.
-        metres: f64,
-    },
+    /// The robot is so far from it, which is too far.
+    Strayed { metres: f64 },
     /// It would now run into something.
     Collides(Collision),
 }
 
 /// Why a candidate was not taken, other than for its cost.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(missing_docs, reason = "the text of each variant says what its fields are")]
 pub enum Rejection {
-    /// An active term has no usable score for it.
-    NotScored {
-        /// The first such term.
-        term: String,
-    },
-    /// It leaps farther than the robot can drive (Alg. 2, line 4).
-    Unreachable {
-        /// The state it leaps to.
-        step: usize,
-    },
+    /// An active term has no usable score for it; this is the first such term.
+    NotScored { term: String },
+    /// It leaps farther than the robot can drive, to the state of this index (Alg. 2, line 4).
+    Unreachable { step: usize },
     /// It runs into something.
     Collides(Collision),
     /// It is slow and a faster one is free (D4).

@@ -8,7 +8,8 @@
 /// - `least, most, "unit", "why"`: the closed range of a number, or of each number of a list;
 /// - `in RANGE, ...`: one or more [`Range`](crate::parameters::Range)s, which apply to the numbers of a list in turn;
 /// - `table`: a parameter struct, or a list of them;
-/// - `words`: an enum declared with this macro.
+/// - `words`: an enum declared with this macro;
+/// - `name, "mend"`: a text that must not be empty.
 ///
 /// A list also says after a semicolon how many entries it may have: `...; least, most, "why"`. A field without
 /// brackets holds a text, or yes or no. What relates several fields is checked by a function named at the end of the
@@ -103,6 +104,7 @@ macro_rules! parameters {
     };
 
     (@kind $ty:ty;) => { $crate::parameters::Kind::Plain };
+    (@kind $ty:ty; name, $mend:expr) => { $crate::parameters::Kind::Plain };
     (@kind $ty:ty; words) => {
         $crate::parameters::Kind::Words(<$ty as $crate::parameters::Words>::words)
     };
@@ -128,6 +130,9 @@ macro_rules! parameters {
 
     (@check $value:expr, $field:ident;) => {};
     (@check $value:expr, $field:ident; words) => {};
+    (@check $value:expr, $field:ident; name, $mend:expr) => {
+        $crate::parameters::check_name(&$value, $field, $mend)?;
+    };
     (@check $value:expr, $field:ident; table $($rest:tt)*) => {
         $crate::parameters::check_table(&$value, $field)?;
     };

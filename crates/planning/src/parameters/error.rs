@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::field::{Field, Kind};
-use super::range::Range;
+use super::field::{Field, Kind, Range};
 
 /// One fault of a file or table: line and field if known, the problem and its mend.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

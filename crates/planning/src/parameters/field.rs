@@ -1,6 +1,4 @@
-//! What is known about a field of a parameter struct.
-
-use super::range::Range;
+//! What is known about a field of a parameter struct: what it holds and what its numbers may be.
 
 /// A field of a parameter struct.
 #[derive(Debug, Clone, Copy)]
@@ -46,4 +44,68 @@ pub fn word<T: serde::Serialize>(value: &T) -> String {
         }
     }
     Shown(value).to_string()
+}
+
+/// What a number may be, and why. Both ends belong to the range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Range {
+    /// Least value.
+    pub least: f64,
+    /// Greatest value.
+    pub most: f64,
+    /// Unit of the value; empty for shares and other plain numbers.
+    pub unit: &'static str,
+    /// Why it ends where it ends.
+    pub why: &'static str,
+}
+
+impl Range {
+    /// A coordinate of the map, metres: coordinates of a national grid fit in.
+    pub const POSITION: Self =
+        Self { least: -1e7, most: 1e7, unit: "m", why: "the earth is 1e7 m from pole to equator" };
+    /// A heading.
+    pub const HEADING: Self = Self {
+        least: -std::f64::consts::TAU,
+        most: std::f64::consts::TAU,
+        unit: "rad",
+        why: "a turn either way; more is probably meant as degrees",
+    };
+
+    /// A share of something.
+    pub const SHARE: Self = Self { least: 0.0, most: 1.0, unit: "", why: "it is a share" };
+    /// Distance within which a point is reached, metres.
+    pub const GOAL_TOLERANCE: Self = Self {
+        least: 0.01,
+        most: 10.0,
+        unit: "m",
+        why: "no pose is exact, and beyond some metres it is another place",
+    };
+
+    /// Whether `value` lies in it; NaN lies in none.
+    pub fn holds(&self, value: f64) -> bool {
+        (self.least..=self.most).contains(&value)
+    }
+
+    /// The ends and the unit, as people write them: `0.01 to 1 s`.
+    pub fn ends(&self) -> String {
+        let gap = if self.unit.is_empty() { "" } else { " " };
+        format!("{} to {}{gap}{}", end(self.least), end(self.most), self.unit)
+    }
+
+    /// What to do about a number that lies outside.
+    pub fn mend(&self) -> String {
+        format!("give {}: {}", self.ends(), self.why)
+    }
+}
+
+/// The end of a range, such as pi, without the digits that do not matter.
+fn end(value: f64) -> String {
+    let whole = number(value);
+    if whole.len() > 10 && !whole.contains('e') { format!("{value:.4}") } else { whole }
+}
+
+/// A number as people write it: short, and with an exponent where it would have many zeros.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-4..1e6).contains(&size) { format!("{value:e}") } else { value.to_string() }
 }

@@ -1,16 +1,13 @@
 //! Parameter structs that say beside each field what it means, what it is by default and what it may be.
 //!
 //! [`parameters!`](crate::parameters!) declares such a struct. The same declaration makes its `Default`, the check of
-//! its numbers ([`Ranged::check`]) and what a reference page lists ([`Ranged::fields`]), so none of them can differ
+//! its numbers ([`Ranged::check`]) and what a reference page lists ([`Ranged::FIELDS`]), so none of them can differ
 //! from another. A range is closed at both ends and holds whatever the struct is read from: a file, a message, the
 //! search of `curionav tune`.
 
 mod declare;
 mod error;
 mod field;
-#[cfg(feature = "profiles")]
-mod location;
-mod range;
 mod ranged;
 #[cfg(feature = "profiles")]
 mod read;
@@ -18,12 +15,9 @@ mod read;
 mod reference;
 
 pub use error::{FieldError, range_of};
-pub use field::{Field, Kind, Word, Words, word};
+pub use field::{Field, Kind, Range, Word, Words, word};
+pub use ranged::{Numbers, Ranged, check_name, check_numbers, check_table};
 #[cfg(feature = "profiles")]
-pub use location::field_line;
-pub use range::Range;
-pub use ranged::{Numbers, Ranged, check_numbers, check_table};
-#[cfg(feature = "profiles")]
-pub use read::{read, read_table};
+pub use read::{field_line, read, read_table};
 #[cfg(feature = "profiles")]
 pub use reference::reference;

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::error::FieldError;
-use super::field::{Field, Kind};
-use super::range::{Range, number as written};
+use super::field::{Field, Kind, Range, number as written};
 
 /// What has fields with ranges.
 pub trait Ranged {
@@ -100,6 +99,11 @@ fn first_fault<T: Numbers>(list: &[T], ranges: &[Range]) -> Option<(String, f64,
         let (place, number, range) = value.fault(ranges, i)?;
         Some((format!("[{i}]{place}"), number, range))
     })
+}
+
+/// Checks the text of one field, which names something.
+pub fn check_name(text: &str, field: &Field, mend: &str) -> Result<(), FieldError> {
+    if text.is_empty() { Err(FieldError::new(field.name, "is empty", mend)) } else { Ok(()) }
 }
 
 /// Checks the numbers of one field.

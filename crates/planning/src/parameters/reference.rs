@@ -1,7 +1,6 @@
 //! The reference page of a parameter struct, as Markdown.
 
-use super::field::{Field, Kind};
-use super::range::Range;
+use super::field::{Field, Kind, Range};
 
 /// Lists every field below `prefix` with its kind, default, range and meaning. `defaults` is what stands in a file
 /// that gives every field its default; a field that is not in it has none.

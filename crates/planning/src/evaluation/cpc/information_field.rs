@@ -109,11 +109,6 @@ impl InformationField {
         turn * in_grid * turn.transpose()
     }
 
-    /// Memory held, bytes.
-    pub fn bytes(&self) -> usize {
-        self.place.len() * size_of::<u32>() + self.factors.len() * size_of::<[f32; 6]>()
-    }
-
     /// Heading of the grid's first axis in the map frame, radians.
     pub(super) fn grid_heading(&self) -> f64 {
         self.origin.heading
