@@ -18,6 +18,7 @@ macro_rules! checks {
     ($type:ident { $($variant:ident { $($field:ident: $check:expr),+ })* }) => {
         impl crate::message::Validate for $type {
             fn validate(&self) -> Result<(), crate::reject::Reject> {
+                #[allow(unreachable_patterns, reason = "a table may name every variant")]
                 match self {
                     $(Self::$variant { $($field,)+ .. } => {
                         $(($check)(stringify!($field), $field)?;)+

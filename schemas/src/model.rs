@@ -1,8 +1,8 @@
 //! What a robot is: pose, footprint, limits of motion, laser, odometry noise.
 
-use crate::check::{array, checks, count, length, non_negative, number, part, positive, within};
+use crate::F64Array;
+use crate::check::{array, checks, count, length, non_negative, number, numbers, part, positive, within};
 use crate::limits::{MAX_BEAMS, MAX_VERTICES};
-use crate::{F64Array, Reject, Validate};
 use serde::{Deserialize, Serialize};
 use strum::EnumDiscriminants;
 
@@ -55,18 +55,13 @@ impl TryFrom<FootprintFields> for Footprint {
     }
 }
 
-impl Validate for Footprint {
-    fn validate(&self) -> Result<(), Reject> {
-        match self {
-            Self::Disc { radius } => positive("radius", radius),
-            Self::Polygon { x, y } => {
-                length(3, MAX_VERTICES)("x", x)?;
-                array(x.len())("x", x)?;
-                array(x.len())("y", y)
-            }
-        }
+checks! { Footprint {
+    Disc { radius: positive }
+    Polygon {
+        x: |field: &str, x: &F64Array| length(3, MAX_VERTICES)(field, x).and_then(|()| numbers(field, x)),
+        y: array(x.len())
     }
-}
+}}
 
 /// Shape and limits of motion of a unicycle robot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,6 @@
 //! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
 //! row before it; the first has none.
 
-mod kinematics;
 pub mod social;
 
 use std::collections::BTreeMap;

@@ -7,7 +7,7 @@
 //! Read [`Localizer`] first; it strings together, in the order of one filter update: the motion model
 //! (`particles`), the beams and the pieces they make (`scan`), the likelihood field
 //! (`likelihood_field`), weighting with tempering (`weighting`), clusters and their moments (`histogram`,
-//! `clusters`, `moments`), the check for being lost (`scan_fit`, `recovery`), and KLD-adaptive resampling
+//! `clusters`), the check for being lost (`scan_fit`, `recovery`), and KLD-adaptive resampling
 //! (`resampling`).
 //!
 //! Where it differs from ROS `amcl`, and why: odometry noise is a variance per metre and radian (D6), so
@@ -28,7 +28,6 @@ mod estimate;
 mod histogram;
 mod likelihood_field;
 mod localizer;
-mod moments;
 mod params;
 mod particles;
 mod recovery;

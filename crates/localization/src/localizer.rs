@@ -10,10 +10,9 @@ use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
-use crate::clusters::Clusters;
+use crate::clusters::{Clusters, propagate};
 use crate::estimate::{Estimate, Health};
 use crate::likelihood_field::LikelihoodField;
-use crate::moments::propagate;
 use crate::params::LocalizerParams;
 use crate::particles::{Motion, Particles, normal};
 use crate::recovery::{FreeSpace, Recovery, Search, draw_fitting};

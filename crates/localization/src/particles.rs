@@ -124,7 +124,7 @@ fn lower_root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::moments::moments;
+    use crate::clusters::moments;
     use curionav_planning::random::rng;
 
     #[test]

@@ -3,7 +3,7 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::StaticMap;
 
-use super::avoidance::velocity;
+use super::choice::velocity;
 use super::route::Route;
 use super::velocity_obstacle::{Body, VelocityObstacle};
 use super::wall_rim::{NearWall, nearest_walls};

@@ -2,11 +2,10 @@
 //!
 //! Snape, van den Berg, Guy and Manocha, "The Hybrid Reciprocal Velocity Obstacle", IEEE Transactions on
 //! Robotics 27(4), 2011. Read in this order: [`velocity_obstacle`] (which velocities another body
-//! forbids), [`choice`] (the best of those left), [`avoidance`] (one body among others), [`wall_rim`]
+//! forbids), [`choice`] (the best of those left for one body among others), [`wall_rim`]
 //! (walls, which the method itself lacks), [`route`] (where a person wants to go) and [`HrvoCrowd`] (all
 //! of them, step by step).
 
-pub(crate) mod avoidance;
 pub(crate) mod choice;
 mod crowd;
 mod params;

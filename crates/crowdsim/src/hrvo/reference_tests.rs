@@ -7,7 +7,7 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::random::{rng, uniform};
 
-use super::avoidance::velocity;
+use super::choice::velocity;
 use super::velocity_obstacle::Body;
 use super::{HrvoParams, Velocity};
 

@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 
 use curionav_planning::geometry::{Point2, wrap_angle};
 
-use super::kinematics::{Spread, differences};
 use super::total;
 use crate::outcome::Outcome;
 use crate::world::Truth;
@@ -131,6 +130,36 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
         ("frozen_s", frozen_s),
     ];
     measures.into_iter().filter(|(_, value)| value.is_finite()).collect()
+}
+
+/// Extremes and mean of a quantity; all zero without any value.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Spread {
+    least: f64,
+    mean: f64,
+    most: f64,
+}
+
+impl Spread {
+    /// Of these values; the mean is that of what `averaged` makes of them.
+    fn of(values: impl ExactSizeIterator<Item = f64> + Clone, averaged: fn(f64) -> f64) -> Self {
+        if values.len() == 0 {
+            return Self::default();
+        }
+        Self {
+            least: values.clone().fold(f64::INFINITY, f64::min),
+            mean: values.clone().map(averaged).sum::<f64>() / values.len() as f64,
+            most: values.fold(f64::NEG_INFINITY, f64::max),
+        }
+    }
+}
+
+/// Rates of change between neighbours of (time, value) rows, each at the later row's time.
+fn differences(rows: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    rows.windows(2)
+        .filter(|pair| pair[1].0 > pair[0].0)
+        .map(|pair| (pair[1].0, (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0)))
+        .collect()
 }
 
 fn steps<'a>(rows: &'a [&'a Truth]) -> impl Iterator<Item = (&'a Truth, &'a Truth)> {

@@ -9,7 +9,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgba};
 
 use super::grid::MAX_CELLS;
-use super::map_server_error::MapServerError;
+use super::map_yaml::MapServerError;
 use crate::occupancy::{Cell, MapMode, MapYaml, OccupancyGrid};
 
 /// Most memory the image decoder may hold, bytes: the largest map with four 16-bit channels, and as much

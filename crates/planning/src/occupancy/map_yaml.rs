@@ -5,10 +5,45 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_saphyr::{FlowSeq, NonFiniteFloatPolicy};
 
 use crate::geometry::Pose2;
-use crate::occupancy::{MapServerError, OccupancyGrid};
+use crate::occupancy::OccupancyGrid;
+use crate::occupancy::grid::{GridError, MAX_CELLS};
 
 /// Longest description accepted, bytes: real ones have about 150.
 pub(super) const MAX_YAML_BYTES: usize = 64 * 1024;
+
+/// What is wrong with a map's yaml or image, and how to mend it.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum MapServerError {
+    /// Not yaml, an unknown or repeated field, or longer than a description can be.
+    #[error("the map's yaml cannot be read: {0}")]
+    Yaml(String),
+    /// A required field is absent, and a value that would do.
+    #[error("`{0}` is missing from the map's yaml: add a line such as `{0}: {1}`")]
+    Missing(&'static str, &'static str),
+    /// A field's value, found as it says, cannot be used, and what it has to be.
+    #[error("`{0}` in the map's yaml is {1}: {2}")]
+    Field(&'static str, String, &'static str),
+    /// The image is neither PNM nor PNG.
+    #[error("the map's image is neither PGM/PNM nor PNG: convert it to one of these")]
+    Format,
+    /// The image is damaged, or too large for the decoder.
+    #[error("the map's image cannot be decoded: {0}")]
+    Image(#[from] image::ImageError),
+    /// More pixels, in columns and rows, than a map may have.
+    #[error(
+        "the map's image has {0} x {1} pixels, a map has at most {MAX_CELLS} cells: crop it or lower its resolution"
+    )]
+    TooLarge(u32, u32),
+    /// The header promises more pixels, in columns and rows, than a file of so many bytes can hold.
+    #[error(
+        "the map's image should have {0} x {1} pixels but is only {2} bytes long: copy it again, it is cut off"
+    )]
+    Truncated(u32, u32, usize),
+    /// The cells do not form a grid.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}
 
 /// How a pixel becomes an occupancy value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -112,32 +147,21 @@ impl MapYaml {
         };
         let written: Written = serde_saphyr::from_str_with_options(text, options)
             .map_err(|e| MapServerError::Yaml(e.to_string()))?;
+        let Written { image, resolution, origin, negate, occupied_thresh, free_thresh, mode } = written;
         let side = |v: &Scalar| v.number().filter(|n| *n > 0.0);
         let threshold = |v: &Scalar| v.number().filter(|n| (0.0..=1.0).contains(n));
-        let (pixel, share) =
-            ("give the side of a pixel in metres, a number greater than 0", "give an occupancy from 0 to 1");
+        let pixel = "give the side of a pixel in metres, a number greater than 0";
         let place = "give three numbers, [x, y, yaw], in metres and radians";
-        let mode = Some(written.mode.unwrap_or(Scalar::Text("trinary".to_owned())));
+        let (name, share) = ("give the file name of the image", "give an occupancy from 0 to 1");
+        let mode = Some(mode.unwrap_or(Scalar::Text("trinary".to_owned())));
         let map = Self {
-            image: field(
-                "image",
-                written.image,
-                "image: map.pgm",
-                "give the file name of the image",
-                read_name,
-            )?,
+            image: field("image", image, "map.pgm", name, read_name)?,
             mode: field("mode", mode, "", "use trinary, scale or raw", read_mode)?,
-            resolution: field("resolution", written.resolution, "resolution: 0.05", pixel, side)?,
-            origin: field("origin", written.origin, "origin: [0.0, 0.0, 0.0]", place, read_origin)?,
-            negate: field("negate", written.negate, "negate: 0", "use 0 or 1", read_flag)?,
-            occupied_thresh: field(
-                "occupied_thresh",
-                written.occupied_thresh,
-                "occupied_thresh: 0.65",
-                share,
-                threshold,
-            )?,
-            free_thresh: field("free_thresh", written.free_thresh, "free_thresh: 0.196", share, threshold)?,
+            resolution: field("resolution", resolution, "0.05", pixel, side)?,
+            origin: field("origin", origin, "[0.0, 0.0, 0.0]", place, read_origin)?,
+            negate: field("negate", negate, "0", "use 0 or 1", read_flag)?,
+            occupied_thresh: field("occupied_thresh", occupied_thresh, "0.65", share, threshold)?,
+            free_thresh: field("free_thresh", free_thresh, "0.196", share, threshold)?,
         };
         map.check_order()?;
         Ok(map)

@@ -6,8 +6,6 @@ mod grid;
 #[cfg(feature = "map-files")]
 mod map_server;
 #[cfg(feature = "map-files")]
-mod map_server_error;
-#[cfg(feature = "map-files")]
 mod map_yaml;
 mod static_map;
 
@@ -17,7 +15,5 @@ pub use grid::{Cell, GridError, MapHash, OccupancyGrid};
 #[cfg(feature = "map-files")]
 pub use map_server::{encode_pgm, load_map};
 #[cfg(feature = "map-files")]
-pub use map_server_error::MapServerError;
-#[cfg(feature = "map-files")]
-pub use map_yaml::{MapMode, MapYaml};
+pub use map_yaml::{MapMode, MapServerError, MapYaml};
 pub use static_map::StaticMap;
