@@ -50,7 +50,6 @@ pub(crate) fn number<T: Copy + Into<f64>>(field: &str, value: &T) -> Checked {
     Err(Refusal::NotFinite.at(field))
 }
 
-/// A number greater than zero.
 pub(crate) fn positive(field: &str, value: &f64) -> Checked {
     number(field, value)?;
     if *value > 0.0 {
@@ -59,17 +58,14 @@ pub(crate) fn positive(field: &str, value: &f64) -> Checked {
     Err(Refusal::NotPositive { found: *value }.at(field))
 }
 
-/// A number of zero or more.
 pub(crate) fn non_negative<T: Copy + Into<f64>>(field: &str, value: &T) -> Checked {
     within(0.0, MAX_MAGNITUDE)(field, value)
 }
 
-/// A number from zero to one.
 pub(crate) fn fraction<T: Copy + Into<f64>>(field: &str, value: &T) -> Checked {
     within(0.0, 1.0)(field, value)
 }
 
-/// A number from `least` to `most`.
 pub(crate) fn within<T: Copy + Into<f64>>(least: f64, most: f64) -> impl Fn(&str, &T) -> Checked {
     move |field, value| {
         number(field, value)?;
@@ -81,17 +77,14 @@ pub(crate) fn within<T: Copy + Into<f64>>(least: f64, most: f64) -> impl Fn(&str
     }
 }
 
-/// A count from `least` to `most`.
 pub(crate) fn count(least: usize, most: usize) -> impl Fn(&str, &u32) -> Checked {
     move |field, value| size(field, *value as usize, least, most)
 }
 
-/// A list or array of `least` to `most` elements.
 pub(crate) fn length<T, L: Deref<Target = [T]>>(least: usize, most: usize) -> impl Fn(&str, &L) -> Checked {
     move |field, list| size(field, list.len(), least, most)
 }
 
-/// A length or count from `least` to `most`.
 pub(crate) fn size(field: &str, found: usize, least: usize, most: usize) -> Checked {
     if found > most {
         return Err(Refusal::TooMany { found: found as u64, most: most as u64 }.at(field));
@@ -110,7 +103,6 @@ pub(crate) fn shape(field: &str, found: usize, expected: usize) -> Checked {
     Err(Refusal::WrongLength { found: found as u64, expected: expected as u64 }.at(field))
 }
 
-/// An array of `expected` elements.
 pub(crate) fn exactly<T>(expected: usize) -> impl Fn(&str, &TypedArray<T>) -> Checked {
     move |field, array| shape(field, array.len(), expected)
 }
@@ -184,17 +176,14 @@ pub(crate) fn keys<T>(limit: usize) -> impl Fn(&str, &BTreeMap<String, T>) -> Ch
     }
 }
 
-/// A map of numbers.
 pub(crate) fn named_numbers(field: &str, entries: &BTreeMap<String, f64>) -> Checked {
     entries.iter().try_for_each(|(name, value)| number(&format!("{field}.{name}"), value))
 }
 
-/// A field that may be absent.
 pub(crate) fn optional<T>(check: impl Fn(&str, &T) -> Checked) -> impl Fn(&str, &Option<T>) -> Checked {
     move |field, value| value.as_ref().map_or(Ok(()), |value| check(field, value))
 }
 
-/// A part of the message.
 pub(crate) fn part<T: Validate>(field: &str, value: &T) -> Checked {
     value.validate().map_err(|reject| reject.within(field))
 }

@@ -1,8 +1,6 @@
 //! Every limit of the contract, with its reason. A reader refuses what exceeds one; a writer must not send it.
 
-/// One kibibyte.
 pub(crate) const KIB: usize = 1024;
-/// One mebibyte.
 pub(crate) const MIB: usize = 1024 * KIB;
 
 /// Milliseconds a question may be worked on: as long as a stage of a cycle in lockstep, which only catches what hangs.

@@ -76,7 +76,6 @@ fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
     ciborium::into_writer(message, to).expect("encoding into memory");
 }
 
-/// Counts what is written.
 struct Length(usize);
 
 impl std::io::Write for Length {

@@ -10,7 +10,6 @@ use crate::hrvo::{HrvoCrowd, Velocity};
 use crate::scenario::{Motion, Scenario};
 use crate::walkers::{WAITING_MARGIN, WalkerState};
 
-/// The people with routes.
 #[derive(Debug, Clone)]
 pub(crate) enum Walkers {
     /// They follow their script.
@@ -20,7 +19,6 @@ pub(crate) enum Walkers {
 }
 
 impl Walkers {
-    /// The walkers of `scenario` at t = 0.
     pub(crate) fn new(scenario: &Scenario, map: &StaticMap) -> Self {
         let (walkers, people) = (&scenario.walkers, &scenario.people);
         match people.motion {

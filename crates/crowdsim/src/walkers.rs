@@ -29,7 +29,6 @@ pub(crate) struct WalkerState {
 }
 
 impl WalkerState {
-    /// The walker at t = 0.
     pub(crate) fn new(walker: &Walker) -> Self {
         let mut corners = walker.route.clone();
         let way = walker.route.windows(2).map(|w| w[0].distance(w[1])).sum();
@@ -60,7 +59,6 @@ impl WalkerState {
         }
     }
 
-    /// Where the walker is.
     pub(crate) fn position(&self) -> Point2 {
         let leg = self.leg();
         let (a, b) = (self.corners[leg], self.corners[(leg + 1).min(self.corners.len() - 1)]);

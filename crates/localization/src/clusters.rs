@@ -61,12 +61,10 @@ impl Clusters {
         self.heaviest_within(particles, estimate.0, estimate.1)
     }
 
-    /// Mean and covariance of a cluster.
     pub(crate) fn moments(&self, particles: &Particles, cluster: u32) -> Option<(Pose2, Matrix3<f64>)> {
         moments(particles, |i| self.of[i] == cluster)
     }
 
-    /// Weight of a cluster.
     pub(crate) fn weight(&self, particles: &Particles, cluster: u32) -> f64 {
         particles.weight.iter().zip(&self.of).filter(|(_, c)| **c == cluster).map(|(w, _)| w).sum()
     }
@@ -87,7 +85,6 @@ impl Clusters {
         wins
     }
 
-    /// The heaviest of the clusters within reach of a belief.
     fn heaviest_within(&self, particles: &Particles, mean: Pose2, covariance: &Matrix3<f64>) -> Option<u32> {
         let mut sums = vec![[0.0; 5]; self.of.iter().max().map_or(0, |last| *last as usize + 1)];
         for (i, &c) in self.of.iter().enumerate() {
@@ -110,7 +107,6 @@ const REACH: f64 = 4.0;
 /// of half a histogram bin, m2 and rad2.
 const SLACK: [f64; 3] = [0.0625, 0.0625, 0.01];
 
-/// Whether `to` is within the belief of this mean and covariance.
 fn reaches(mean: Pose2, covariance: &Matrix3<f64>, to: Pose2) -> bool {
     let off = Vector3::new(to.x - mean.x, to.y - mean.y, wrap_angle(to.heading - mean.heading));
     let spread = covariance + Matrix3::from_diagonal(&Vector3::from(SLACK));

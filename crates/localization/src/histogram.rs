@@ -25,7 +25,6 @@ impl Histogram {
         Self { bin_position, sectors, ..Self::default() }
     }
 
-    /// Number of bins hit.
     pub(crate) fn len(&self) -> usize {
         self.bins.len()
     }

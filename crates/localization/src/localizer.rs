@@ -206,13 +206,11 @@ impl Localizer {
         observed
     }
 
-    /// Whether the position is known to `converged_sigma`.
     fn is_narrow(&self) -> bool {
         let belief = Belief { pose: self.pose, covariance: self.covariance, twist: Twist::default() };
         belief.position_sigma() <= self.params.converged_sigma
     }
 
-    /// Holds the scan against the new estimate.
     fn check_fit(&mut self, laser: Pose2, metres: f64, seconds: f64) {
         let fit = ScanFit::of(&self.map, self.pose, laser, &self.seen.ends, self.params.agreement_distance);
         if let Some(share) = fit.share() {

@@ -45,7 +45,6 @@ impl Motion {
         }
     }
 
-    /// Whether nothing moved at all.
     pub(crate) fn is_none(&self) -> bool {
         self.displacement == Pose2::default()
     }
@@ -63,7 +62,6 @@ impl Particles {
         self.weight.push(weight);
     }
 
-    /// `n` equal draws from the normal distribution around `mean`.
     pub(crate) fn draw_gaussian(n: usize, mean: Pose2, covariance: &Matrix3<f64>, random: &mut Rng) -> Self {
         let mut drawn = Self::default();
         (0..n).for_each(|_| drawn.push(normal(mean, covariance, random), 1.0 / n as f64));
@@ -95,7 +93,6 @@ impl Particles {
     }
 }
 
-/// A draw from the normal distribution around `mean`.
 pub(crate) fn normal(mean: Pose2, covariance: &Matrix3<f64>, random: &mut Rng) -> Pose2 {
     let z = Vector3::new(standard_normal(random), standard_normal(random), standard_normal(random));
     let d = lower_root(covariance) * z;

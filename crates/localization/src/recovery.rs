@@ -21,7 +21,6 @@ pub(crate) struct Recovery {
     doubted_metres: f64,
 }
 
-/// Where to draw new poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Search {
     /// Nowhere: the estimate stands, or has not been in doubt for long.
@@ -68,7 +67,6 @@ impl Recovery {
         (1.0 - params.recovery_gain * fast / slow).clamp(0.0, params.recovery_share_max)
     }
 
-    /// Where to draw them.
     pub(crate) fn search(&self, params: &LocalizerParams) -> Search {
         let doubted = |seconds, metres| self.doubted_seconds >= seconds && self.doubted_metres >= metres;
         if doubted(params.recovery_global_seconds, params.recovery_global_metres) {

@@ -124,7 +124,6 @@ impl FootprintShape {
         false
     }
 
-    /// Axis-aligned bounding box at `pose`.
     fn bounds(&self, pose: Pose2) -> (Point2, Point2) {
         match &self.outline {
             Outline::Disc(r) => (Point2::new(pose.x - r, pose.y - r), Point2::new(pose.x + r, pose.y + r)),

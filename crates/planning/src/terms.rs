@@ -151,7 +151,6 @@ impl BuiltIn for Cnc {
 }
 
 crate::parameters! {
-    /// Parameters of [`DistanceEvaluator`].
     struct DistanceTermParams {
         measure: DistanceMeasure [words],
     }
@@ -179,7 +178,6 @@ impl BuiltIn for Distance {
 }
 
 crate::parameters! {
-    /// Parameters of [`RiskEvaluator`].
     struct RiskTermParams {
         risk: RiskParams [table],
         forecast: ForecastParams [table],

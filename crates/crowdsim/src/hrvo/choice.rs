@@ -134,7 +134,6 @@ fn circle_crossings(apex: Velocity, side: Velocity, limit: f64) -> [Option<Veloc
     [middle + half, middle - half].map(|t| (t >= 0.0).then(|| apex + side * t))
 }
 
-/// Where two rays cross.
 fn ray_crossing(p: Velocity, a: Velocity, q: Velocity, b: Velocity) -> Option<Velocity> {
     let d = a.perp(&b);
     if d == 0.0 {

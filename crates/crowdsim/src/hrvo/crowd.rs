@@ -52,7 +52,6 @@ impl HrvoCrowd {
         Self { params: people.hrvo, walkers, bodies, wall_gap: (people.radius - diagonal).max(0.01) }
     }
 
-    /// The walkers, in the scenario's order.
     pub(crate) fn people(&self) -> &[Body] {
         &self.bodies[..self.walkers.len()]
     }

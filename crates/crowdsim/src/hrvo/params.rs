@@ -31,10 +31,3 @@ curionav_planning::parameters! {
             [0.01, 10.0, "s", "below a tick people walk into walls, and above they do not go near them"] = 0.5,
     }
 }
-
-impl HrvoParams {
-    /// Whether all values are the default's.
-    pub(crate) fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
-}

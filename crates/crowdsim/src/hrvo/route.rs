@@ -13,7 +13,6 @@ const NEARER_M: f64 = 0.1;
 /// Times the stretch from the foot of the leg to its corner is halved to find a point in sight.
 const HALVINGS: i32 = 4;
 
-/// A route under way.
 #[derive(Debug, Clone)]
 pub(crate) struct Route {
     /// Corners of a full cycle; the first again at the end when it repeats.

@@ -9,7 +9,6 @@ use super::Velocity;
 /// Most walls minded at once: a person in a dead end has three around it, a doorway adds one.
 const MAX_WALLS: usize = 4;
 
-/// A wall near a person.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NearWall {
     /// Direction of its nearest point, map frame, unit length.

@@ -9,7 +9,6 @@ fn exactly<const N: usize, E: Error>(numbers: Vec<f64>) -> Result<[f64; N], E> {
     numbers.try_into().map_err(|_| E::invalid_length(count, &wanted.as_str()))
 }
 
-/// Three numbers.
 pub(super) fn three<'de, D: Deserializer<'de>>(d: D) -> Result<[f64; 3], D::Error> {
     exactly(Vec::deserialize(d)?)
 }

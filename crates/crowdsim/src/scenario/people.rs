@@ -43,22 +43,26 @@ curionav_planning::parameters! {
         /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
         pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
         /// Where people come from: the scenario alone, or also from outside while the run goes on.
-        #[serde(skip_serializing_if = "PeopleKind::is_scenario")]
+        #[serde(skip_serializing_if = "is_default")]
         pub kind: PeopleKind [words] = PeopleKind::Scenario,
         /// How long a run waits for live people before it is given up, seconds of wall time. Default 10: the program
         /// that plays a crowd may start after the run, or load a model first.
         #[serde(skip_serializing_if = "is_default_patience")]
         pub live_patience_s: f64 [0.1, 600.0, "s", "a run that waits longer is forgotten"] = LIVE_PATIENCE_S,
         /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
-        #[serde(skip_serializing_if = "Motion::is_scripted")]
+        #[serde(skip_serializing_if = "is_default")]
         pub motion: Motion [words] = Motion::Scripted,
         /// Parameters of `motion = "hrvo"`; without effect on scripted people.
-        #[serde(skip_serializing_if = "HrvoParams::is_default")]
+        #[serde(skip_serializing_if = "is_default")]
         pub hrvo: HrvoParams [table] = HrvoParams::default(),
     }
 }
 
 const LIVE_PATIENCE_S: f64 = 10.0;
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
 
 fn is_default_patience(seconds: &f64) -> bool {
     *seconds == LIVE_PATIENCE_S
@@ -76,12 +80,6 @@ curionav_planning::parameters! {
     }
 }
 
-impl PeopleKind {
-    fn is_scenario(&self) -> bool {
-        *self == Self::Scenario
-    }
-}
-
 curionav_planning::parameters! {
     /// How the people of `[[walkers]]` move along their routes.
     #[derive(Default)]
@@ -93,12 +91,6 @@ curionav_planning::parameters! {
         /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
         /// velocity obstacles (`docs/methods.md` 10).
         Hrvo,
-    }
-}
-
-impl Motion {
-    fn is_scripted(&self) -> bool {
-        *self == Self::Scripted
     }
 }
 

@@ -32,7 +32,6 @@ pub struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// What says whether a trajectory is free.
     pub(super) fn checker(&self) -> CollisionChecker<'a> {
         let Self { profile, scene, map, robot, .. } = *self;
         CollisionChecker::new(map, robot, scene, profile.forecast, &profile.collision)

@@ -110,7 +110,6 @@ impl Scalar {
     }
 }
 
-/// The file as written.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {

@@ -27,7 +27,6 @@ pub(super) struct Step {
     pub(super) sin_cos: (f64, f64),
     /// Metres driven and radians turned.
     pub(super) travel: f64,
-    /// See `travel`.
     pub(super) turn: f64,
     /// Feedback of the step's speed.
     pub(super) gains: FeedbackGains,
@@ -47,13 +46,11 @@ pub(super) struct Steps {
 }
 
 impl Steps {
-    /// All zero.
     pub(super) const fn new() -> Self {
         const ZERO: Lanes = [0.0; LANES];
         Self { sin: ZERO, cos: ZERO, travel: ZERO, turn: ZERO, gains: [ZERO; 3], information: [ZERO; 6] }
     }
 
-    /// Puts one lane's step in its place.
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, step: &Step) {
         (self.sin[lane], self.cos[lane]) = step.sin_cos;
@@ -83,7 +80,6 @@ impl Steps {
 /// What does not change along a trajectory.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StepModel {
-    /// Process noise.
     pub(super) noise: OdometryNoise,
     /// Seconds per step.
     pub(super) dt: f64,
@@ -163,7 +159,6 @@ impl Symmetric {
         }
     }
 
-    /// `with` of each entry and that of `other`.
     #[inline(always)]
     fn zip(&self, other: &Self, with: impl Fn(f64, f64) -> f64) -> Self {
         Self(std::array::from_fn(|i| with(self.0[i], other.0[i])))

@@ -2,12 +2,10 @@
 
 use crate::occupancy::DistanceField;
 
-/// Where a ray ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hit {
     /// Length of the ray, cells.
     pub(super) range: f64,
-    /// Index of the occupied cell.
     pub(super) cell: usize,
 }
 

@@ -147,7 +147,6 @@ impl Growth<'_> {
         self.tree.nodes[node].risk <= self.params().threshold
     }
 
-    /// Whether the tree can go on from a node.
     fn is_open(&self, node: usize) -> bool {
         let n = &self.tree.nodes[node];
         self.is_free(node) && n.depth < self.max_depth && n.closed.count_ones() < self.ground.lattice.count()
