@@ -15,7 +15,6 @@ use crate::exit::Exit;
 use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, on_end};
-use crate::zenoh_threads::{self, Links};
 
 /// Where a client looks for a router unless told otherwise.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
@@ -166,33 +165,6 @@ async fn connect(
         match opened {
             Err(error @ SessionError::NoRouter { .. }) if supervised => tracing::warn!("{error}"),
             opened => return opened.map(Some),
-        }
-    }
-}
-
-#[derive(Debug, clap::Parser)]
-struct ServiceArguments {
-    #[command(flatten)]
-    options: ServiceOptions,
-    /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
-    #[arg(long, default_value = "info", value_name = "FILTER")]
-    log: String,
-}
-
-/// `main` of a service's own binary.
-pub fn service_main(role: &'static str, service: Service) -> std::process::ExitCode {
-    let arguments = <ServiceArguments as clap::Parser>::parse();
-    crate::telemetry::init(&arguments.log);
-    zenoh_threads::provide(Links::OfClient);
-    let outcome = match tokio::runtime::Builder::new_multi_thread().enable_all().build() {
-        Ok(runtime) => runtime.block_on(run_service(role, &arguments.options, service)),
-        Err(error) => Err(Exit::network(error)),
-    };
-    match outcome {
-        Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(exit) => {
-            tracing::error!("{exit}");
-            exit.code.into()
         }
     }
 }
