@@ -23,10 +23,6 @@ use clap::{Parser, Subcommand};
 use curionav_runtime::exit::Exit;
 use curionav_runtime::process::ServiceOptions;
 use curionav_runtime::zenoh_threads::{self, Links};
-#[cfg(not(feature = "lab"))]
-use left_out::lab;
-#[cfg(not(feature = "recording"))]
-use left_out::recording;
 
 /// Cross crowds without getting lost and without bothering people.
 ///
@@ -45,6 +41,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunOptions),
+    #[cfg(feature = "lab")]
     #[command(flatten)]
     Lab(lab::LabCommand),
     Up(up::UpOptions),
@@ -55,8 +52,12 @@ enum Command {
     Mission(mission::MissionRequest),
     Status(status::StatusOptions),
     Doctor(doctor::DoctorOptions),
+    #[cfg(feature = "recording")]
     #[command(flatten)]
     Recording(recording::RecordingCommand),
+    #[cfg(not(all(feature = "lab", feature = "recording")))]
+    #[command(flatten)]
+    LeftOut(left_out::LeftOut),
     /// Answer bare queries (started by `scale --overhead`).
     #[command(hide = true)]
     Echo(ServiceOptions),
@@ -96,6 +97,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
         Command::Run(options) => run::run(options).await,
+        #[cfg(feature = "lab")]
         Command::Lab(command) => lab::run(command, &log).await,
         Command::Up(options) => up::run(options, &log).await,
         Command::Router(options) => router::run(options).await,
@@ -103,7 +105,10 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Mission(request) => mission::run(request).await,
         Command::Status(options) => status::run(options).await,
         Command::Doctor(options) => doctor::run(options).await,
+        #[cfg(feature = "recording")]
         Command::Recording(command) => recording::run(command).await,
+        #[cfg(not(all(feature = "lab", feature = "recording")))]
+        Command::LeftOut(command) => Err(command.error()),
         Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::run(command),
     }

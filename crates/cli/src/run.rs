@@ -13,7 +13,9 @@ use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
 use zenoh::Session;
 
-use crate::{output, recording};
+use crate::output;
+#[cfg(feature = "recording")]
+use crate::recording;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
 use curionav_deployment::package::{self, Choice, Package};
@@ -24,6 +26,7 @@ const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 const CANCEL_ATTEMPTS: u32 = 5;
 const CANCEL_RETRY: Duration = Duration::from_millis(100);
 /// Reports have the lowest priority: they may arrive this long after the end of the run.
+#[cfg(feature = "recording")]
 const LAST_REPORTS: Duration = Duration::from_millis(500);
 
 /// Run a scenario and show its measures.
@@ -133,7 +136,21 @@ fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<
     Ok(output::exit_code(result))
 }
 
+#[cfg(not(feature = "recording"))]
+async fn recorded(
+    session: &Session,
+    config: &ServiceConfig,
+    package: &Package,
+    options: &RunOptions,
+) -> Result<(Finished, Result<(), Exit>), Exit> {
+    match options.record {
+        Some(_) => Err(crate::left_out::left_out("recording")),
+        None => Ok((follow_or_cancel(session, config, package, options).await?, Ok(()))),
+    }
+}
+
 /// Follows the run, and records it if that is wanted: also gives what became of the recording.
+#[cfg(feature = "recording")]
 async fn recorded(
     session: &Session,
     config: &ServiceConfig,

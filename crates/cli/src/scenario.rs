@@ -48,7 +48,7 @@ pub(crate) enum ScenarioCommand {
     },
     /// Write the generated scenarios and their maps (needs a build with `--features lab`).
     #[cfg(not(feature = "lab"))]
-    Generate(crate::left_out::LeftOut),
+    Generate(crate::left_out::AnyArguments),
 }
 
 pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
@@ -62,7 +62,7 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
             files.iter().try_for_each(|file| draw(file, &out)).map_err(Exit::bad_input)?;
         }
         #[cfg(not(feature = "lab"))]
-        ScenarioCommand::Generate(_) => return Err(crate::left_out::error("lab")),
+        ScenarioCommand::Generate(_) => return Err(crate::left_out::left_out("lab")),
         #[cfg(feature = "lab")]
         ScenarioCommand::Generate { out } => {
             for scene in generate(&out).map_err(Exit::bad_input)? {

@@ -5,14 +5,15 @@
 //! it. Reverse nodes have no meaning in time and are checked against walls alone (`docs/methods.md`, Baselines).
 
 pub mod heuristic;
+mod params;
 
 use crate::generation::risk_rrt::growth::{Ground, Growth, sample_map};
 use crate::generation::risk_rrt::{TimeTree, paths};
 use crate::generation::{Generated, GenerationInput, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, standard_normal, uniform};
-pub use heuristic::BiRiskRrtParams;
 use heuristic::{Heuristic, meeting};
+pub use params::BiRiskRrtParams;
 
 /// The candidates of one cycle.
 pub fn generate(
