@@ -50,7 +50,7 @@ pub struct Course<'a> {
     pub name: &'a str,
     /// Colour of its tracks and curves, as CSS writes it.
     pub colour: &'a str,
-    /// [run] where the robot was, m.
+    /// `[run]` where the robot was, m.
     pub ways: Vec<Vec<(f64, f64)>>,
     /// The run that is drawn strong and over time, if its trace is there.
     pub shown: Option<&'a RunResult>,

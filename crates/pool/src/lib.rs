@@ -4,7 +4,7 @@
 //! `slot_selection` picks, within a [`budget`]; [`pool`] asks again elsewhere when a replica fails or is late
 //! (`lateness`), and [`replicas`] is what is known of each. [`peers`] is the way to them, over Zenoh or in a test.
 //!
-//! The side that answers: [`evaluation_service`] and [`generation_service`] serve what [`evaluators`] and [`generator`]
+//! The side that answers: `evaluation_service` and [`generation_service`] serve what [`evaluators`] and [`generator`]
 //! compute from the [`fields`] of a map. Both sides use the same code, so that the one that asks can compute in process
 //! what is not answered.
 

@@ -48,7 +48,7 @@ impl MapStore {
         Self { source: Some(source), maps: SingleFlightCache::new(MAPS_KEPT) }
     }
 
-    /// A store of these maps, the first [`MAPS_KEPT`] of them, without a source of others.
+    /// A store of these maps, the first `MAPS_KEPT` of them, without a source of others.
     pub fn holding(maps: impl IntoIterator<Item = StaticMap>) -> Self {
         let store = Self { source: None, maps: SingleFlightCache::new(MAPS_KEPT) };
         for map in maps.into_iter().take(MAPS_KEPT) {

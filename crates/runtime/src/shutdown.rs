@@ -42,7 +42,7 @@ const GRACE: Duration = Duration::from_millis(1500);
 /// Exit status of a process that had to be ended as it was.
 const ENDED: i32 = 130;
 
-/// A token that fires on SIGINT or SIGTERM. From then on the process has [`GRACE`] to end; a second signal ends it at
+/// A token that fires on SIGINT or SIGTERM. From then on the process has `GRACE` to end; a second signal ends it at
 /// once.
 pub fn on_signals() -> std::io::Result<Shutdown> {
     on_end(false)

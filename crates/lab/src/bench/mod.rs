@@ -1,6 +1,6 @@
 //! All planners in all scenarios with all seeds, and what came out.
 //!
-//! Read in this order: [`plan`] (what has to be run), [`execution`], `worker_process` and [`worker`] (how), `journal`
+//! Read in this order: `plan` (what has to be run), `execution`, `worker_process` and [`worker`] (how), `journal`
 //! (what is kept), `comparison` (what it means), `acceptance` (whether that is what was hoped for), `report`.
 
 mod acceptance;

@@ -1,7 +1,7 @@
 //! What more replicas bring, from when on, for how many robots, and what the split costs.
 //!
 //! Scenes, candidates and missions come from a drive through a scenario (`workload`); replicas and router are
-//! processes of this program ([`processes`]); what asks them is the arbiter's own pool and dispatch (`robots`).
+//! processes of this program (`processes`); what asks them is the arbiter's own pool and dispatch (`robots`).
 
 mod batch;
 mod break_even;

@@ -29,14 +29,14 @@ use space::{Setting, Space};
 ///
 /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s + max(0, 3.6 m - MD)/3 m +
 /// max(0, 0.3 m - gap)/0.3 m, about 1 each for the paper's planner, and 20 if it did not reach the goal and 20 if it
-/// collided; of a setting, the mean over all scenarios and seeds, the same ones for every setting. [objective] in
+/// collided; of a setting, the mean over all scenarios and seeds, the same ones for every setting. `[objective]` in
 /// SPACE.toml changes the weights.
 ///
 /// First the base and a quasi-random sample of settings run with one seed, the best third of them with three
 /// times as many, and so on up to --repeats. Then the best one's parameters are moved one by one, ever less far.
 ///
 /// SPACE.toml: `base = "curiosity"` (a profile, or a profile file), and for each parameter a table
-/// [[parameters]] with `path = "terms.cnc.weight"` and either `low`, `high` and perhaps `scale = "log"`, or
+/// `[[parameters]]` with `path = "terms.cnc.weight"` and either `low`, `high` and perhaps `scale = "log"`, or
 /// `values = [...]`.
 ///
 /// Exit status: 0 done; 1 a run could not take place, or interrupted (the same command goes on); 2 bad input.
