@@ -43,7 +43,9 @@ def program() -> Path:
     """The built `curionav`; skips the test if there is none."""
     path = Path(os.environ.get("CURIONAV_BIN", ROOT / "target" / "release" / "curionav"))
     if not path.is_file():
-        pytest.skip(f"no program at {path}: build it with `cargo build --release --features lab,recording` or set CURIONAV_BIN")
+        pytest.skip(
+            f"no program at {path}: build it with `cargo build --release --features lab,recording` or set CURIONAV_BIN"
+        )
     return path
 
 
