@@ -223,10 +223,11 @@ class EvaluatorServer(Closable):
         """Waits until it is closed, at most ``timeout`` s; whether it is. Ctrl-C gets through."""
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._closed.is_set():
-            left = 0.5 if deadline is None else min(0.5, deadline - time.monotonic())
+            left = 0.05 if deadline is None else min(0.05, deadline - time.monotonic())
             if left <= 0.0:
                 return False
-            self._closed.wait(left)
+            # Not the event's own wait: Ctrl-C at its start may leave the event locked, and `close` would never end.
+            time.sleep(left)
         return True
 
     def close(self, timeout: float = 2.0) -> None:
