@@ -20,9 +20,9 @@ pub(crate) fn weigh(
     let is_prob = params.model == LaserLikelihood::Prob;
     let person = ln(params.person_likelihood) as f32;
     let penalty = ln(params.through_likelihood) as f32;
-    // What is narrow may be a person, whom the map does not know: it is explained by whichever is likelier, and so
-    // speaks against no pose by more than the odds of a person, however many beams met it. That a beam would have
-    // had to pass through an obstacle is the one thing about a pose that no person can explain.
+    // A narrow object may be a person, who is not in the map. The likelier of the two explanations counts, person or
+    // map, so that the object lowers the weight of a pose by at most the odds of a person, however many beams met it.
+    // A person cannot explain a beam that would have had to pass through an obstacle.
     let log = |i: usize| {
         let pose = field.pose(particles.x[i], particles.y[i], particles.heading[i]);
         let mut scores = seen.ends.iter().map(|end| field.score(pose, end.x as f32, end.y as f32));

@@ -30,7 +30,7 @@ crate::parameters! {
     pub struct RiskParams {
         /// How people's forecasts become probabilities.
         pub model: RiskModel [words] = RiskModel::Gaussian,
-        /// Half the side of a person's block under [`RiskModel::Grid`], metres: five cells of 0.054 m.
+        /// Half the side of a person's block in the risk model `grid`, metres: five cells of 0.054 m.
         pub block: f64 [0.0, 10.0, "m", "a block wider than that is not a person"] = 0.27,
         /// What a risk of one costs in a node's weight; a goal as far as from the root costs one.
         pub social_weight: f64 [0.0, 1e6, "", "beyond, distance no longer counts beside risk"] = 1.0,

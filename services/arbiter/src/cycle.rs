@@ -1,4 +1,4 @@
-//! One planning cycle, from belief to decision.
+//! One planning cycle, from belief to decision. Algorithms and equations are those of the paper (`docs/methods.md`).
 
 use std::time::Duration;
 
@@ -14,10 +14,11 @@ use crate::generation_stage::{GenerationOutcome, generate};
 use crate::memory::Memory;
 use crate::report::{self, CycleOutcome};
 
-/// Plans once (Alg. 2). A cycle always ends in a decision, which also says what went wrong on the way.
+/// Plans once (Alg. 2), as the cycle that `memory.seq` counts. The decision also says what the cycle had to do without.
+/// Each of the two stages, generation and evaluation, has a [`Budget`](curionav_pool::budget::Budget) of time.
 ///
 /// # Errors
-/// The observation, or what the arbiter has computed itself, is not valid. [`decide`] then decides to stop.
+/// The belief, the people or a tree that the arbiter remembers is not valid. [`decide`] then decides to stop.
 pub async fn plan<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
@@ -27,7 +28,6 @@ pub async fn plan<P: Peers>(
     let now = || pool.peers.now();
     let us = |time: Duration| time.as_micros() as u64;
     let started = now();
-    memory.seq += 1;
     let id = memory.id();
 
     // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
@@ -79,11 +79,12 @@ pub struct Observation {
 }
 
 /// People whose stamp is farther than this from the belief's are ignored, seconds of the robot's clock. Older ones have
-/// moved on. Newer ones carry stamps of before the robot's clock restarted.
+/// moved on. Newer ones were seen before the robot's clock restarted and began at 0 again.
 const PEOPLE_AGE_MAX: f64 = 1.0;
 
 /// The decision for one planning tick: a stop unless the mission is running, `context` is prepared for it and
-/// `people` are recent; else what [`plan`] makes of it.
+/// `people` are recent; else what [`plan`] makes of it. Without an outcome the cycle has not planned, and there is
+/// nothing to report.
 pub async fn decide<P: Peers>(
     pool: &Pool<P>,
     context: Option<&PlanContext>,
@@ -92,6 +93,7 @@ pub async fn decide<P: Peers>(
     belief: wire::Belief,
     people: Option<wire::People>,
 ) -> (wire::Decision, Option<CycleOutcome>) {
+    memory.seq += 1;
     let seen_from = belief.clone();
     let planned = async {
         if mission.state != wire::MissionState::Running {
@@ -111,7 +113,6 @@ pub async fn decide<P: Peers>(
     match planned.await {
         Ok((decision, outcome)) => (decision, Some(outcome)),
         Err((reason, degraded)) => {
-            memory.seq += 1;
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }

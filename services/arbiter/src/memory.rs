@@ -35,7 +35,7 @@ impl Memory {
         let trees = memory.trees.into_iter().map(convert::tree);
         Ok(Self {
             epoch: Epoch::resume(memory.epoch),
-            seq: memory.seq.saturating_sub(1),
+            seq: memory.seq,
             planned: None,
             driven: memory.driven,
             observer: Observer { uncertain: memory.uncertain, members: memory.members.0 },

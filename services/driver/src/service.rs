@@ -34,7 +34,7 @@ struct Driver {
     scans: Latest<Scan>,
     decisions: Latest<Decision>,
     commands: Topic<wire::Twist>,
-    /// Shared with the queryable that tells an arbiter whom to outrank.
+    /// Shared with the queryable that tells an arbiter which epoch it has to exceed.
     fence: watch::Sender<DecisionFence>,
     odometry_of: BTreeMap<u64, Odometry>,
     belief_of: BTreeMap<u64, Belief>,

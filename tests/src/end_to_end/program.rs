@@ -44,30 +44,26 @@ pub(crate) fn program() -> PathBuf {
     program
 }
 
+/// `curionav ARGUMENTS` in the project's root, without input.
+pub(crate) fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(program());
+    command.args(arguments).current_dir(root()).env_remove("RUST_LOG").stdin(Stdio::null());
+    command
+}
+
 /// Starts `curionav` without reading what it says.
 pub(crate) fn spawn(arguments: &[&str]) -> Child {
-    Command::new(program())
-        .args(arguments)
-        .current_dir(root())
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap()
+    command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
+/// Starts `curionav` with pipes for what it says: the caller reads them, or the program waits when they are full.
+pub(crate) fn spawn_piped(arguments: &[&str]) -> Child {
+    command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
 /// Runs `curionav` to its end.
 pub(crate) fn curionav(arguments: &[&str]) -> Output {
-    let mut child = Command::new(program())
-        .args(arguments)
-        .current_dir(root())
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child = spawn_piped(arguments);
     // Both pipes must be read while it runs, or a long answer would block it.
     let read = |mut pipe: Box<dyn Read + Send>| {
         std::thread::spawn(move || {
@@ -221,14 +217,7 @@ pub(crate) fn ready_line(output: ChildStdout) -> Result<String, String> {
 
 /// Starts the program and waits for the line in which it says that it is ready.
 fn serving<R: DeserializeOwned>(arguments: &[&str]) -> (Child, R) {
-    let mut child = Command::new(program())
-        .args(arguments)
-        .env_remove("RUST_LOG")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut child = command(arguments).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
     let line = ready_line(child.stdout.take().unwrap());
     match line.and_then(|line| serde_json::from_str(&line).map_err(|e| format!("{e}: `{line}`"))) {
         Ok(ready) => (child, ready),

@@ -1,9 +1,9 @@
 //! A supervised service that starts long before its router.
 
 use std::io::Write;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 
-use super::program::{LIMIT, lines, program, ready_line, root, turn};
+use super::program::{LIMIT, command, lines, ready_line, turn};
 use crate::soak::process::port_for_a_restart;
 
 /// Ended when dropped.
@@ -17,14 +17,9 @@ impl Drop for Started {
 }
 
 fn start(arguments: &[&str]) -> Started {
-    let mut command = Command::new(program());
-    command
-        .args(arguments)
-        .args(["--supervised", "--log", "warn"])
-        .current_dir(root())
-        .env_remove("RUST_LOG");
-    let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    Started(command.spawn().unwrap())
+    let mut command = command(arguments);
+    let command = command.args(["--supervised", "--log", "warn"]).stdin(Stdio::piped());
+    Started(command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap())
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Who may import whom: `docs/architecture.md`, "Floors".
+//! Which crate may import which: `docs/architecture.md`, "Floors".
 
 use std::collections::BTreeSet;
 

@@ -9,7 +9,7 @@ const PURE: [&str; 4] = ["crates/planning", "crates/localization", "crates/crowd
 /// What of `std` reaches outside the program or differs from run to run.
 const IMPURE_STD: [&str; 6] = ["env", "fs", "net", "os", "process", "thread"];
 
-/// Names of clocks and of randomness nobody gave a seed for.
+/// Names of clocks and of randomness without a seed.
 const IMPURE_NAMES: [&str; 8] =
     ["Instant", "OsRng", "RandomState", "SysRng", "SystemTime", "ThreadRng", "from_os_rng", "thread_rng"];
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// Directories that tools make and nobody commits.
+/// Directories that tools make and that are not committed.
 const MADE_BY_TOOLS: [&str; 10] = [
     ".git",
     ".idea",

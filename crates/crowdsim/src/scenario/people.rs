@@ -11,7 +11,7 @@ curionav_planning::parameters! {
     #[derive(Copy, Eq, Default)]
     #[serde(default)]
     pub struct Perception {
-        /// See [`PerceivedPeople`].
+        /// Which people the planner is told about.
         pub people: PerceivedPeople [words],
     }
 }
@@ -23,10 +23,10 @@ curionav_planning::parameters! {
         /// All people; the arbiter keeps those inside the Working Zone around its own belief.
         #[default]
         All,
-        /// Those within [`Self::WORKING_ZONE_M`] of the robot's true position.
+        /// Those within 9.5 m of the robot's true position, the Working Zone.
         WorkingZone,
-        /// People of whom the laser could see something: within its range and field of view, and with a free
-        /// line of sight past walls and other people.
+        /// People in the laser's sight: within its range and field of view, and with a free line of sight past
+        /// walls and other people.
         Laser,
     }
 }

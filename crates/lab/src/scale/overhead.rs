@@ -166,6 +166,7 @@ async fn replay(
     let mut memory = Memory::new(0);
     let (mut decisions, mut times) = (Vec::new(), Vec::new());
     for past in &workload.cycles {
+        memory.seq += 1;
         let scene = past.scene.clone();
         let observation = Observation { belief: scene.belief, people: scene.people };
         let (decision, account) = cycle::plan(&robot.pool, &robot.context, &mut memory, observation).await?;

@@ -308,7 +308,7 @@ mod tests {
         assert!(
             wrong("\"min-max\"]", "\"min-max\", \"other\", \"fixed\"]").contains("unknown variant `other`")
         );
-        assert!(wrong("\"curiosity\"", "\"nobody\"").contains("`nobody` is not built in"));
+        assert!(wrong("\"curiosity\"", "\"other\"").contains("`other` is not built in"));
         assert!(wrong("base", "bass").contains("bass"));
     }
 }

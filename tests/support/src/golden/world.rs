@@ -46,7 +46,7 @@ pub fn run_status() -> RunStatus {
     }
 }
 
-/// A result with a trace of two rows and two people, of whom one comes late.
+/// A result with a trace of two rows and two people; one of them comes late.
 pub fn run_result() -> RunResult {
     RunResult {
         scenario: "two-people".into(),

@@ -28,12 +28,12 @@ fn sides(tree: &Tree) -> Vec<f64> {
 fn walled() -> (World, Scene) {
     let goal = Point2::new(15.0, 24.0);
     let world = World::new(hall(&[(13.0, 18.0, 17.0, 18.4)]), goal);
-    let nobody = People { radius: 0.3, ..People::default() };
-    (world, scene(0, Pose2::new(15.0, 6.0, 1.57), Twist::default(), &nobody))
+    let no_people = People { radius: 0.3, ..People::default() };
+    (world, scene(0, Pose2::new(15.0, 6.0, 1.57), Twist::default(), &no_people))
 }
 
 /// Both trees together need about as many nodes as one alone; what is saved is nodes in time, each of which
-/// has to be checked against everybody in every cycle.
+/// has to be checked against every person in every cycle.
 #[test]
 fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the_goal() {
     let (world, scene) = walled();
@@ -97,8 +97,8 @@ fn people_are_in_nobodys_way_but_the_robots() {
 fn no_candidate_holds_a_part_of_the_reverse_tree() {
     // Start and goal so near that the trees meet at once.
     let world = World::new(hall(&[]), Point2::new(15.0, 14.0));
-    let nobody = People { radius: 0.3, ..People::default() };
-    let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &nobody);
+    let no_people = People { radius: 0.3, ..People::default() };
+    let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &no_people);
     let answer =
         Generator::new("bi-risk-rrt", params(200)).generate(&world.input(&scene, None), None, 1, &|| false);
     let (tree, set) = (&answer.tree, &answer.candidates);

@@ -202,8 +202,8 @@ fn who_touches_a_wall_gets_away_from_it_whichever_way_it_looks() {
         for k in 0..16 {
             // A tenth of a metre too near.
             let start = Pose2::new(12.0, 29.6, std::f64::consts::TAU * f64::from(k) / 16.0);
-            let mut nobody = Walkers::random(0, &world.map, &[], 1);
-            let d = drive(&generator, &world, start, goal, &mut nobody, 1);
+            let mut no_people = Walkers::random(0, &world.map, &[], 1);
+            let d = drive(&generator, &world, start, goal, &mut no_people, 1);
             println!("{steps} steps, {start:?}: {:.1} s, {} stops", d.seconds, d.stops);
             assert!(d.reached && d.seconds < 30.0, "{steps} steps, {start:?}: {:.0} s", d.seconds);
         }
