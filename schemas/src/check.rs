@@ -225,7 +225,6 @@ checks! { Refusal {
     NoReplica { term: id, detail: text }
     NotAName { found: text }
     UnsafePath { found: text }
-    MissingFile { found: text }
     WrongStructure { detail: text }
     Invalid { detail: text }
     Cold { detail: text }

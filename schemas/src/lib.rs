@@ -48,7 +48,7 @@ pub use ciborium::Value;
 pub use decision::{Action, Decision, Evaluated, Twist};
 pub use evaluate::{EvaluateRequest, Scores};
 pub use generate::{GenerateReply, GenerateRequest};
-pub use map::{MapId, MapIdError, OccupancyGrid};
+pub use map::{MapId, MapIdError, OccupancyGrid, hex};
 pub use memory::{Memory, Previous};
 pub use message::{Message, Validate};
 pub use mission::{Mission, MissionCommand, MissionOrder, Readiness};

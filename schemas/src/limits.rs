@@ -29,8 +29,8 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 68 maps and
-/// fields, of which its status has the first), and of measures of a run.
+/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 40 maps and fields),
+/// and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.
 pub const MAX_METRICS: usize = 512;

@@ -60,7 +60,7 @@ checks! { PreviousState {
 }}
 
 /// Why the arbiter decided as it did.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the text of each code says what its parameters are")]

@@ -91,8 +91,6 @@ pub enum Refusal {
     UnreachableGoal { x: f64, y: f64 },
     /// What was served as this map has another content.
     WrongMap,
-    /// A file that the scenario names was not sent with it.
-    MissingFile { found: String },
     /// A parameter or file has a value that it may not have: what is wrong and what would be right.
     Invalid { detail: String },
     /// A decision's epoch lies too far above that of the last one obeyed.

@@ -203,6 +203,16 @@ impl CycleReport {
         let place = self.rejected.binary_search_by_key(&candidate, |r| r.candidate as usize).ok()?;
         self.rejected.get(place).map(|rejected| &rejected.why)
     }
+
+    /// What a candidate costs that was compared with the others, by its index; nothing if it was rejected or not scored.
+    pub fn open_cost(&self, candidate: usize) -> Option<f64> {
+        self.total_of(candidate).filter(|_| self.rejection_of(candidate).is_none())
+    }
+
+    /// [`Self::open_cost`] of all candidates that have one, in their order.
+    pub fn open_costs(&self) -> impl Iterator<Item = f64> {
+        (0..self.candidates.count as usize).filter_map(|candidate| self.open_cost(candidate))
+    }
 }
 
 checks! { report: CycleReport {

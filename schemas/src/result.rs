@@ -96,7 +96,7 @@ checks! { people: PeopleTrace {
     present: each(fraction);
 }}
 
-/// What happened, tick by tick.
+/// What happened, tick by tick; of a run that is too long for one message, at evenly spaced ticks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
     /// Rows.

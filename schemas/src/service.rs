@@ -7,12 +7,10 @@ use crate::limits::{MAX_LIST, MAX_METRIC_NAME, MAX_METRICS};
 use crate::{MapId, Reject};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use strum::VariantNames;
 
 /// Something that a service is prepared for.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "code", rename_all = "snake_case")]
-#[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the text of each code says what its parameters are")]
 pub enum Prepared {
     /// It has the map of this hash.

@@ -102,9 +102,13 @@ impl Checker {
             && (decision.tick, decision.stamp, decision.uncertain)
                 == (scene.tick, scene.stamp, scene.uncertain);
         self.violations.check(here, OWN_SCENE, || format!("robot {}: {decision:?}", report.robot));
-        let (count, most) =
-            (report.candidates.count, context.profile.trees * context.profile.max_candidates());
-        self.violations.check(count <= most, BOUNDED, || format!("{count} candidates"));
+        let (count, generation) = (report.candidates.count, &context.profile.generation);
+        let of_one_tree = match context.profile.generator.as_str() {
+            "rrt-star" => generation.candidates.max_candidates,
+            _ => generation.risk_rrt.max_candidates,
+        };
+        self.violations
+            .check(count <= context.profile.trees * of_one_tree, BOUNDED, || format!("{count} candidates"));
         if decision.action != Action::Follow {
             return;
         }
@@ -168,8 +172,8 @@ impl Checker {
 
 /// What a candidate costs in the scene of its report, whole and by term, computed anew.
 fn true_cost(context: &PlanContext, report: &CycleReport, index: usize) -> (f64, Vec<f64>) {
-    let scene = convert::scene(&report.scene).unwrap();
-    let candidate = convert::candidates(report.candidates.clone()).unwrap().pick(&[index]);
+    let scene = convert::scene(&report.scene);
+    let candidate = convert::candidates(report.candidates.clone()).unwrap().pick([index]);
     let mut scores = Scores::new(1);
     for (term, _) in context.profile.active_terms(scene.uncertain) {
         let cost = match context.local(term) {

@@ -34,6 +34,7 @@ struct Arguments {
     #[command(subcommand)]
     command: Command,
     /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
+    /// RUST_LOG itself, if it is set, is used instead.
     #[arg(long, global = true, default_value = "warn", value_name = "FILTER")]
     log: String,
 }

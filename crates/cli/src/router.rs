@@ -37,7 +37,8 @@ pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
     // No token: a router is no member of a deployment. Its version can be asked for.
     let metrics = Arc::new(Metrics::new("router", &session.zid().to_string(), None));
     let status = serve_status(&session, metrics, Arc::default(), Vec::new).map_err(Exit::network)?;
-    Ready::process("router".into(), session::locators(&session).await).print();
+    let endpoints = session::locators(&session).await;
+    Ready { ready: "router".into(), endpoints, ..Ready::default() }.print();
     shutdown.requested().await;
     drop(status);
     session::close(&session);

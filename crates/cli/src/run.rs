@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Args;
-use curionav_picture::Run;
+use curionav_picture::{Run, run_svg};
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::print::print;
 use curionav_runtime::query::{Urgency, ask};
@@ -106,34 +106,33 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         finished?
     };
     // A run has taken place whatever became of its recording.
-    let status = show(&options, &package, &finished)?;
+    let status = show(&options, &package, finished)?;
     recording.map(|()| status)
 }
 
-fn show(options: &RunOptions, package: &Package, finished: &Finished) -> Result<u8, Exit> {
+/// Writes and prints the run, and only then fails if it could not be written.
+fn show(options: &RunOptions, package: &Package, finished: Finished) -> Result<u8, Exit> {
     let Finished { result, reports, map } = finished;
-    let written = options.out.as_ref().zip(map.as_ref());
-    if let Some((directory, map)) = written {
+    let written = options.out.as_ref().map(|directory| {
         let robot = &package.scenario.robot;
-        let drawn = Run {
-            result,
-            reports,
-            map,
-            goal: (robot.goal.x, robot.goal.y),
-            robot_radius: robot.model.radius(),
-            goal_tolerance: robot.goal_tolerance,
-        };
-        output::write(directory, &drawn).map_err(Exit::failed)?;
+        let picture = map.map(|map| {
+            run_svg(&Run {
+                result: &result,
+                reports: &reports,
+                map: &map,
+                goal: (robot.goal.x, robot.goal.y),
+                robot_radius: robot.model.radius(),
+                goal_tolerance: robot.goal_tolerance,
+            })
+        });
+        output::write(directory, &result, &reports, picture).map(|()| directory.display())
+    });
+    let json = output::json(&result).map_err(Exit::failed);
+    print(if options.json { json? } else { output::table(&result) })?;
+    if let Some(directory) = written.transpose()?.filter(|_| !options.json) {
+        print(format_args!("Picture and data: {directory}"))?;
     }
-    if options.json {
-        print(output::json(result).map_err(Exit::failed)?)?;
-    } else {
-        print(output::table(result))?;
-        written.map_or(Ok(()), |(directory, _)| {
-            print(format_args!("Picture and data: {}", directory.display()))
-        })?;
-    }
-    Ok(output::exit_code(result))
+    Ok(output::exit_code(&result))
 }
 
 #[cfg(not(feature = "recording"))]

@@ -11,8 +11,9 @@ use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::convert;
-use curionav_schemas::{Clock, words};
+use curionav_schemas::Clock;
 
+use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
@@ -77,17 +78,13 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
 /// A scenario as it would be run.
 fn prepared(file: &Path) -> anyhow::Result<Prepared> {
     let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
-    curionav_simulator::prepare(&package.request, "robot")
-        .map_err(|reject| package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
+    curionav_simulator::prepare(&package.request, "robot").map_err(|reject| package.refusal(&reject))
 }
 
 fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {
     let prepared = prepared(file)?;
-    std::fs::create_dir_all(out).with_context(|| format!("cannot create {}", out.display()))?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
-    let path = out.join(name).with_extension("svg");
-    std::fs::write(&path, scene_svg(&sketch(&prepared)))
-        .with_context(|| format!("cannot write {}", path.display()))
+    files::write(&out.join(name).with_extension("svg"), scene_svg(&sketch(&prepared)))
 }
 
 /// Points of the shortest path are this far apart, metres.
@@ -144,11 +141,7 @@ fn check(file: &Path) -> anyhow::Result<String> {
 #[cfg(feature = "lab")]
 fn generate(out: &Path) -> anyhow::Result<Vec<String>> {
     for (name, bytes) in paper::committed()? {
-        let path = out.join(name);
-        if let Some(parent) = path.parent() {
-            std::fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
-        }
-        std::fs::write(&path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        files::write(&out.join(name), bytes)?;
     }
     let scenes = paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]);
     Ok(scenes.map(|scene| format!("{}\n{}", scene.scenario.name, paper::check(&scene))).collect())

@@ -1,11 +1,14 @@
 //! `curionav up`: router and services as processes on this machine, supervised.
 
+use std::future::poll_fn;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::task::Poll;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, ensure};
 use clap::Args;
+use curionav_deployment::service_kind::Kind;
 use curionav_deployment::supervised::{Supervised, client_arguments};
+use curionav_runtime::config::{ServiceConfig, read_toml};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::process::Ready;
 use curionav_runtime::shutdown::{Shutdown, on_signals};
@@ -50,7 +53,7 @@ struct Deployment {
     max_restarts_per_minute: usize,
 }
 
-/// Processes per kind; the simulator may be 0 (a real robot), the others at least 1.
+/// Processes per kind; the simulator may be 0 (a real robot) or 1, the others 1 to 64.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Replicas {
@@ -63,6 +66,19 @@ struct Replicas {
 impl Default for Replicas {
     fn default() -> Self {
         Self { generator: 1, cpc: 1, cnc: 1, simulator: 1 }
+    }
+}
+
+impl Replicas {
+    fn of(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Generator => self.generator,
+            Kind::Cpc => self.cpc,
+            Kind::Cnc => self.cnc,
+            Kind::Simulator => self.simulator,
+            // They belong to the one robot.
+            Kind::Driver | Kind::Localizer | Kind::Arbiter => 1,
+        }
     }
 }
 
@@ -82,33 +98,27 @@ impl Default for Deployment {
 
 impl Deployment {
     fn from_file(path: &Path) -> anyhow::Result<Self> {
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let path = path.display();
-        let deployment: Self = toml::from_str(&text)
-            .map_err(|e| anyhow!("{path}: {}", curionav_runtime::config::describe_toml_error(&text, &e)))?;
-        let Replicas { generator, cpc, cnc, .. } = deployment.replicas;
-        for (field, count) in [("generator", generator), ("cpc", cpc), ("cnc", cnc)] {
-            if count == 0 || count > 64 {
-                bail!("{path}: replicas.{field} must be 1 to 64, found {count}");
-            }
-        }
+        let deployment: Self = read_toml(path)?;
+        deployment.check().with_context(|| path.display().to_string())?;
         Ok(deployment)
     }
 
+    fn check(&self) -> anyhow::Result<()> {
+        let Self { robot, world, .. } = self.clone();
+        ServiceConfig { robot, world, ..ServiceConfig::default() }.check()?;
+        for &kind in Kind::ALL {
+            let (least, most) = if kind == Kind::Simulator { (0, 1) } else { (1, 64) };
+            let (field, count) = (kind.name(), self.replicas.of(kind));
+            let is_allowed = (least..=most).contains(&count);
+            ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");
+        }
+        Ok(())
+    }
+
     /// (subcommand, instance) of every service process.
-    fn processes(&self) -> impl Iterator<Item = (&'static str, String)> + use<> {
-        let Replicas { generator, cpc, cnc, simulator } = self.replicas;
-        let counts = [
-            ("driver", 1),
-            ("localizer", 1),
-            ("generator", generator),
-            ("cpc", cpc),
-            ("cnc", cnc),
-            ("arbiter", 1),
-            ("simulator", simulator),
-        ];
-        counts.into_iter().flat_map(|(kind, count)| (0..count).map(move |i| (kind, format!("{kind}-{i}"))))
+    fn processes(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let of_kind = |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind.name(), i));
+        Kind::ALL.iter().copied().flat_map(of_kind).map(|(kind, i)| (kind, format!("{kind}-{i}")))
     }
 }
 
@@ -117,11 +127,10 @@ async fn supervise(deployment: &Deployment, log: &str, mut shutdown: Shutdown) -
     let program = std::env::current_exe().context("cannot find this program's file")?;
     let mut running: Vec<Supervised> = Vec::new();
     let outcome = start_and_watch(&program, deployment, log, &mut running, &mut shutdown).await;
-    // Services first, all at once, the router (started first) last.
-    running.iter_mut().skip(1).for_each(Supervised::ask_to_end);
-    while let Some(process) = running.pop() {
-        process.stop().await;
-    }
+    // The router, which was started first, ends after the services.
+    let services = running.split_off(running.len().min(1));
+    Supervised::stop_all(services).await;
+    Supervised::stop_all(running).await;
     outcome
 }
 
@@ -152,18 +161,35 @@ async fn start_and_watch(
         }
     }
     let processes = running.iter().map(Supervised::line).collect();
-    Ready { processes, ..Ready::process("deployment".into(), vec![endpoint.clone()]) }.print();
+    let endpoints = vec![endpoint.clone()];
+    Ready { ready: "deployment".into(), endpoints, processes, ..Ready::default() }.print();
     tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
-    loop {
-        tokio::select! {
-            () = shutdown.requested() => return Ok(()),
-            () = tokio::time::sleep(Duration::from_millis(100)) => {}
-        }
-        for process in running.iter_mut() {
-            tokio::select! {
-                revived = process.revive(program, deployment.max_restarts_per_minute) => revived?,
-                () = shutdown.requested() => return Ok(()),
-            }
+    // Each by itself: one that takes long to be ready again keeps no other waiting.
+    let limit = deployment.max_restarts_per_minute;
+    let mut kept: Vec<_> = running.iter_mut().map(|one| Box::pin(one.keep_alive(program, limit))).collect();
+    let failure = poll_fn(|context| {
+        let ended = kept.iter_mut().map(|one| one.as_mut().poll(context)).find(Poll::is_ready);
+        ended.unwrap_or(Poll::Pending)
+    });
+    tokio::select! {
+        () = shutdown.requested() => Ok(()),
+        failed = failure => failed,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_deployment_is_refused_by_field_with_the_range() {
+        for (text, fault) in [
+            ("replicas.simulator = 2", "replicas.simulator: is 2; give 0 to 1"),
+            ("replicas.cnc = 65", "replicas.cnc: is 65; give 1 to 64"),
+            ("robot = \"A B\"", "robot"),
+        ] {
+            let deployment: Deployment = toml::from_str(text).unwrap();
+            assert_eq!(deployment.check().unwrap_err().to_string(), fault);
         }
     }
 }

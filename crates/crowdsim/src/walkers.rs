@@ -64,7 +64,7 @@ impl WalkerState {
         let (a, b) = (self.corners[leg], self.corners[(leg + 1).min(self.corners.len() - 1)]);
         let length = a.distance(b);
         let s = if length > 0.0 { ((self.walked - self.reached_at[leg]) / length).min(1.0) } else { 0.0 };
-        Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y))
+        a.toward(b, s)
     }
 
     /// How the walker moves, m/s: zero while it rests, waits, stands or has arrived.

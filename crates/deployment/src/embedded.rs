@@ -1,9 +1,9 @@
 //! All services in this process, over one session without a network.
 
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::process::Start;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
-use strum::VariantArray;
 use tokio::task::JoinSet;
 use zenoh::Session;
 
@@ -22,7 +22,7 @@ impl Embedded {
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
         let session = session::embedded().await?;
         let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
-        for &kind in Kind::VARIANTS {
+        for &kind in Kind::ALL {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
             let (config, session) =
@@ -33,7 +33,8 @@ impl Embedded {
                 let on_ready = Box::new(move |_| {
                     let _ = ready.send(());
                 });
-                (kind, kind.service()(&config, &session, token, on_ready).await)
+                let start = Start { config: &config, session: &session, shutdown: token, on_ready };
+                (kind, kind.service()(start).await)
             });
             tokio::select! {
                 _ = is_ready => {}

@@ -4,10 +4,12 @@ use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
+use curionav_runtime::map_store;
 use curionav_runtime::query::{AskError, Urgency, ask, fetch};
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, OccupancyGrid, RunResult, RunState, RunStatus, keys, words};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use tokio::time::{Instant, timeout_at};
 use zenoh::Session;
 
 use crate::package::Package;
@@ -27,8 +29,8 @@ pub struct Finished {
     pub result: RunResult,
     /// Every planning cycle, in order, if they were kept.
     pub reports: Vec<CycleReport>,
-    /// Where it took place, if cycles were kept.
-    pub map: Option<OccupancyGrid>,
+    /// Where it took place. The first cycle that was kept says so; without one there is only the reason.
+    pub map: Result<OccupancyGrid, Exit>,
 }
 
 /// Injects the scenario and waits for its end; `keep_reports` also gathers what a picture needs.
@@ -51,7 +53,8 @@ pub async fn follow(
     let injected: Result<RunStatus, AskError> =
         ask(session, &scenario_key, &package.request, INJECT_TIMEOUT, Urgency::Normal).await;
     let injected = injected.map_err(|error| injection_error(error, package, &config.world))?;
-    let bar = progress_bar(package.scenario.clock.time_limit_s);
+    let limit_s = package.scenario.clock.time_limit_s;
+    let bar = progress_bar((limit_s * 10.0) as u64, "{elapsed_precise} {wide_bar} {msg}");
     let mut kept = Vec::new();
     let status = loop {
         kept.extend(arrived());
@@ -72,16 +75,12 @@ pub async fn follow(
         let reason = reason.unwrap_or_else(|| "it ended without a result".into());
         return Err(Exit::network(anyhow::anyhow!("the run failed: {reason}")));
     };
-    let map = match (kept.first(), keep_reports) {
-        (Some(report), _) => fetch(session, &keys::map(&report.map), INJECT_TIMEOUT)
+    let map = match kept.first() {
+        Some(report) => map_store::fetch(session, report.map, INJECT_TIMEOUT)
             .await
-            .map_err(|error| tracing::error!(%error, "no map for the picture: nothing is written"))
-            .ok(),
-        (None, true) => {
-            tracing::error!("no cycle report came: nothing is written");
-            None
-        }
-        (None, false) => None,
+            .map(|(map, _)| map)
+            .map_err(|error| Exit::network(anyhow::Error::from(error).context("the run's map did not come"))),
+        None => Err(Exit::failed(package.fault(None, "no planning cycle was reported"))),
     };
     Ok(Finished { result, reports: kept, map })
 }
@@ -89,16 +88,14 @@ pub async fn follow(
 fn injection_error(error: AskError, package: &Package, world: &str) -> Exit {
     match error {
         AskError::Rejected(reject) if reject.why.is_transient() => Exit::network(reject),
-        AskError::Rejected(reject) => {
-            Exit::bad_input(package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))
-        }
+        AskError::Rejected(reject) => Exit::bad_input(package.refusal(&reject)),
         error => Exit::network(
             anyhow::Error::from(error).context(format!("no simulator of world `{world}` takes the scenario")),
         ),
     }
 }
 
-/// The next status of run `run`: published, or asked for when no news come.
+/// The next status of run `run`: published, or asked for when no news of it come, whatever comes of other runs.
 async fn next_status(
     session: &Session,
     key: &str,
@@ -106,9 +103,9 @@ async fn next_status(
     run: u64,
 ) -> Result<RunStatus, Exit> {
     let lost = |reason: String| Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"));
-    let mut attempts = 0;
+    let (mut attempts, mut deadline) = (0, Instant::now() + NEWS_TIMEOUT);
     loop {
-        match tokio::time::timeout(NEWS_TIMEOUT, news.next()).await {
+        match timeout_at(deadline, news.next()).await {
             Ok(Some(status)) if status.run == run => return Ok(status),
             Ok(Some(_)) => {}
             Ok(None) => return Err(lost("the session is closed".into())),
@@ -116,16 +113,16 @@ async fn next_status(
                 Ok(status) if status.run == run => return Ok(status),
                 Ok(_) => return Err(lost("it was started anew".into())),
                 Err(error) if attempts == STATUS_ATTEMPTS => return Err(lost(error.to_string())),
-                Err(_) => attempts += 1,
+                Err(_) => (attempts, deadline) = (attempts + 1, Instant::now() + NEWS_TIMEOUT),
             },
         }
     }
 }
 
-fn progress_bar(limit_s: f64) -> ProgressBar {
-    // Hidden by itself when standard error is not a terminal.
-    let bar = ProgressBar::with_draw_target(Some((limit_s * 10.0) as u64), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} {wide_bar} {msg}") {
+/// A bar on standard error, `template` as of indicatif. It hides by itself where there is no terminal.
+pub fn progress_bar(length: u64, template: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar

@@ -4,6 +4,7 @@
 
 pub mod csv_row;
 pub mod embedded;
+pub mod files;
 pub mod follow;
 pub mod package;
 pub mod scenario_reference;

@@ -10,7 +10,9 @@ use curionav_planning::occupancy::MapYaml;
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
-use curionav_schemas::{Clock, InjectRequest};
+use curionav_schemas::{Clock, InjectRequest, Reject, words};
+
+use crate::files::bytes;
 
 /// What may differ from the scenario file.
 #[derive(Debug, Clone, Default)]
@@ -33,8 +35,13 @@ pub struct Package {
 
 impl Package {
     /// One line about a field of this scenario, with its line in the file where it stands there.
-    pub fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
+    pub(crate) fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
         anyhow::anyhow!("{}{problem}", place(&self.path, &self.text, field))
+    }
+
+    /// Why a simulator does not take this scenario, on one line.
+    pub fn refusal(&self, reject: &Reject) -> anyhow::Error {
+        self.fault(reject.field.as_deref(), &words::say("refusal", &reject.why))
     }
 }
 
@@ -100,10 +107,6 @@ pub fn read_profile(name: &str) -> anyhow::Result<Profile> {
     }
     let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
     Profile::from_toml(&text).with_context(|| path.display().to_string())
-}
-
-fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
-    std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
 fn base_name(path: &Path) -> anyhow::Result<String> {

@@ -24,6 +24,9 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// Every kind, in the order in which they are started.
+    pub const ALL: &[Self] = Self::VARIANTS;
+
     /// The command that runs it; of a service with replicas also what they announce themselves as.
     pub fn name(self) -> &'static str {
         self.into()

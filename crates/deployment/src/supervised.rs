@@ -13,6 +13,8 @@ use tokio::process::{Child, Command};
 
 const READY_TIMEOUT: Duration = Duration::from_secs(20);
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+/// Between two looks whether a process still runs.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A process that ends when its standard input closes, so at the latest with this one.
 pub struct Supervised {
@@ -82,11 +84,18 @@ impl Supervised {
         self.child.id().unwrap_or(0)
     }
 
-    /// Starts it again if it has ended by itself.
+    /// Starts it again whenever it has ended by itself.
     ///
     /// # Errors
-    /// If it has ended more than `limit` times within a minute.
-    pub async fn revive(&mut self, program: &Path, limit: usize) -> anyhow::Result<()> {
+    /// Once it has ended more than `limit` times within a minute. It does not complete otherwise.
+    pub async fn keep_alive(&mut self, program: &Path, limit: usize) -> anyhow::Result<()> {
+        loop {
+            tokio::time::sleep(LOOK).await;
+            self.revive(program, limit).await?;
+        }
+    }
+
+    async fn revive(&mut self, program: &Path, limit: usize) -> anyhow::Result<()> {
         let Some(status) = self.child.try_wait()? else { return Ok(()) };
         let now = Instant::now();
         while self.restarts.front().is_some_and(|t| now.duration_since(*t) > Duration::from_secs(60)) {
@@ -108,17 +117,15 @@ impl Supervised {
         Ok(())
     }
 
-    /// Asks it to end, by closing its standard input.
-    pub fn ask_to_end(&mut self) {
-        drop(self.child.stdin.take());
-    }
-
-    /// Ends it, asking first.
-    pub async fn stop(mut self) {
-        self.ask_to_end();
-        if tokio::time::timeout(STOP_TIMEOUT, self.child.wait()).await.is_err() {
-            tracing::warn!(process = %self.name, "did not end in time, killed");
-            let _ = self.child.kill().await;
+    /// Ends them: asks all of them first, by closing their standard input, and then waits.
+    pub async fn stop_all(mut processes: Vec<Self>) {
+        processes.iter_mut().for_each(|process| drop(process.child.stdin.take()));
+        let deadline = tokio::time::Instant::now() + STOP_TIMEOUT;
+        for Self { name, mut child, .. } in processes {
+            if tokio::time::timeout_at(deadline, child.wait()).await.is_err() {
+                tracing::warn!(process = %name, "did not end in time, killed");
+                let _ = child.kill().await;
+            }
         }
     }
 }

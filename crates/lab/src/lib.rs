@@ -3,7 +3,6 @@
 //! numbers that it prints.
 
 pub mod bench;
-mod out_folder;
 pub mod paper;
 mod plural;
 pub mod scale;

@@ -24,8 +24,6 @@ pub struct Health {
 /// The answer to one tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// Robot's clock, seconds.
-    pub stamp: f64,
     /// Mean of the heaviest cluster that does not need a jump to be reached, map frame.
     pub pose: Pose2,
     /// Covariance of (x, y, heading) of the same cluster: m2, m rad, rad2.

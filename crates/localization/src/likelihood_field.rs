@@ -3,7 +3,7 @@
 
 use curionav_planning::geometry::Pose2;
 use curionav_planning::numerics::{exp, ln, sin_cos};
-use curionav_planning::occupancy::{Cell, DistanceField, OccupancyGrid, StaticMap};
+use curionav_planning::occupancy::{Cell, DistanceField, StaticMap};
 
 use crate::params::{LaserLikelihood, LocalizerParams};
 
@@ -115,15 +115,23 @@ impl LikelihoodField {
         let ((x, y), (to_x, to_y)) = (pose.place(from.0, from.1), pose.place(to.0, to.1));
         let (dx, dy) = (to_x - x, to_y - y);
         let length = (dx * dx + dy * dy).sqrt();
-        let mut travelled = 0.0;
+        // Where the way has left the map for good, its border included; infinite or NaN if it never does.
+        let leaves = |at: f32, by: f32, last: i32| {
+            let room = if by > 0.0 { last as f32 + 1.0 - at } else { at };
+            room / by.abs() * length
+        };
+        let end = leaves(x, dx, self.last_column).min(leaves(y, dy, self.last_row)).min(RESOLVED);
+        let (mut share, mut travelled) = (0.0, 0.0);
         loop {
-            let share = if length > 0.0 { travelled / length } else { 0.0 };
             let clear = self.clear[self.index(x + share * dx, y + share * dy)];
             if clear < 0.5 {
                 return true;
             }
             travelled += (clear - 1.0).max(0.5);
-            if travelled >= length {
+            // A length that is not a number ends it too.
+            if travelled < length && travelled < end {
+                share = travelled / length;
+            } else {
                 return false;
             }
         }
@@ -132,20 +140,15 @@ impl LikelihoodField {
 
 /// Clearance outside the map, cells.
 const BEYOND: f32 = 2.0;
+/// Cells up to which half a cell more is another number in single precision.
+const RESOLVED: f32 = 8_388_608.0;
 
 /// Distance from each cell's centre to the nearest surface, metres: the side between an occupied cell and
 /// one that is not lies half a cell before either's centre.
 fn to_surface(map: &StaticMap) -> Vec<f32> {
     let half = (0.5 * map.grid.resolution()) as f32;
-    let outside = map.to_occupied.metres();
-    let (width, height) = map.to_occupied.size();
-    let complement =
-        (0..width * height).map(|i| if map.grid.cell(i) == Cell::Occupied { 0 } else { 100 }).collect();
-    let inverse = OccupancyGrid::new(width, height, map.grid.resolution(), Pose2::default(), complement);
-    // It has the shape of the map itself, which has passed the same check.
-    let Ok(inverse) = inverse else { return outside.to_vec() };
-    let inside = DistanceField::to_occupied(&inverse);
-    outside.iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect()
+    let inside = DistanceField::to(&map.grid, |i| map.grid.cell(i) != Cell::Occupied);
+    map.to_occupied.metres().iter().zip(inside.metres()).map(|(a, b)| (a.max(*b) - half).max(0.0)).collect()
 }
 
 #[cfg(test)]
@@ -221,5 +224,21 @@ mod tests {
         }
         // Only a corner that is cut by less than half a cell may be stepped over.
         assert!(same > 1950 && blocked > 200, "{same} {blocked}");
+    }
+
+    #[test]
+    fn a_way_without_end_ends() {
+        let (answer, answered) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let cells = (0..50 * 40).map(|i| if i % 50 == 10 { 100 } else { 0 }).collect();
+            let map = StaticMap::new(OccupancyGrid::new(50, 40, 0.1, Pose2::default(), cells).unwrap());
+            let field = LikelihoodField::new(&map, 5.0, &LocalizerParams::default());
+            let pose = field.pose(3.0, 2.0, 0.0);
+            let ends = [(-1e12, 0.0), (1e12, 0.0), (0.0, -1e12), (1e12, 1e12), (f32::NAN, f32::NAN)];
+            answer.send(ends.map(|end| field.blocked(pose, (0.0, 0.0), end)))
+        });
+        // Without the thread, a way that does not end would not fail but hang.
+        let found = answered.recv_timeout(std::time::Duration::from_secs(60));
+        assert_eq!(found, Ok([true, false, false, false, false]));
     }
 }

@@ -145,7 +145,7 @@ impl Localizer {
             self.anchor = Some(Anchor { odometry, stamp, pose: self.pose, covariance: self.covariance });
             observed
         });
-        Estimate { stamp, pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
+        Estimate { pose: self.pose, covariance: self.covariance, twist, health: self.health, observed }
     }
 
     /// Pose and weight of every particle as of the last tick. Between filter updates they go along with odometry, as

@@ -152,6 +152,13 @@ mod tests {
     }
 
     #[test]
+    fn a_single_beam_is_looked_at() {
+        let laser = LaserModel { beams: 1, ..LaserModel::default() };
+        let seen = Selection::of(&Scan { ranges: &[2.0], laser }, 0, &LocalizerParams::default());
+        assert!(seen.ends[0].distance(Point2::new(0.0, -2.0)) < 1e-9, "{:?}", seen.ends);
+    }
+
+    #[test]
     fn a_person_before_a_wall_is_a_narrow_piece_between_wide_ones() {
         // A wall 3 m ahead over 60 degrees, and a person's front, 0.4 m wide, at 1.5 m.
         let step = 1.0_f64.to_radians();

@@ -48,8 +48,7 @@ fn passes_through(map: &StaticMap, from: Point2, to: Point2, tolerance: f64) -> 
     let cell = map.grid.resolution();
     let mut travelled = 0.0;
     while travelled < length - tolerance {
-        let s = travelled / length;
-        let d = distance(map, Point2::new(from.x + s * (to.x - from.x), from.y + s * (to.y - from.y)));
+        let d = distance(map, from.toward(to, travelled / length));
         if d < 0.5 * cell {
             return true;
         }

@@ -58,7 +58,7 @@ fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     let mut group = Group::new();
     for index in drawn(report) {
         let line = Polyline::new().set("points", viewport.points(way(index)));
-        group = group.add(match open_cost(report, index) {
+        group = group.add(match report.open_cost(index) {
             None => line.set("class", "rejected"),
             Some(cost) => {
                 let share = if high > low { (cost - low) / (high - low) } else { 0.0 };
@@ -86,20 +86,11 @@ fn states(candidates: &CandidateSet, index: usize) -> impl Iterator<Item = (f64,
     x.iter().copied().zip(y.iter().copied())
 }
 
-/// What a candidate costs that was compared with the others; nothing if it was rejected or not scored.
-fn open_cost(report: &CycleReport, index: usize) -> Option<f64> {
-    report.total_of(index).filter(|_| report.rejection_of(index).is_none())
-}
-
-fn open_costs(report: &CycleReport) -> impl Iterator<Item = f64> {
-    (0..report.candidates.count as usize).filter_map(|index| open_cost(report, index))
-}
-
 /// Candidates in the order in which they are drawn; of very many every n-th, by rank in cost.
 fn drawn(report: &CycleReport) -> Vec<usize> {
     let mut order: Vec<usize> = (0..report.candidates.count as usize).collect();
     // Those without a cost count as more expensive than any other.
-    let cost = |index: usize| open_cost(report, index).unwrap_or(f64::INFINITY);
+    let cost = |index: usize| report.open_cost(index).unwrap_or(f64::INFINITY);
     order.sort_by(|a, b| cost(*b).total_cmp(&cost(*a)));
     let every = order.len().div_ceil(MOST_DRAWN).max(1);
     order.into_iter().rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect()
@@ -108,7 +99,7 @@ fn drawn(report: &CycleReport) -> Vec<usize> {
 /// Least and greatest cost of the candidates that were compared; without any the least is above the greatest.
 fn cost_range(report: &CycleReport) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
-    open_costs(report).fold(none, |(low, high), cost| (low.min(cost), high.max(cost)))
+    report.open_costs().fold(none, |(low, high), cost| (low.min(cost), high.max(cost)))
 }
 
 fn people(report: &CycleReport, viewport: &Viewport) -> Group {
@@ -162,7 +153,7 @@ fn caption(report: &CycleReport, width: f64) -> Group {
 /// Numbers of candidates, the range of their costs, and the margin of the chosen one over the next.
 fn costs(report: &CycleReport) -> String {
     let count = report.candidates.count as usize;
-    let rejected = count - open_costs(report).count();
+    let rejected = count - report.open_costs().count();
     let mut words = format!("{count} candidates ({rejected} rejected");
     let left_out = count - drawn(report).len();
     if left_out > 0 {

@@ -2,7 +2,7 @@
 
 use super::palette::{BELIEF, CROWD, GOAL, INK, PERSON};
 use super::viewport::{Viewport, px};
-use curionav_planning::numerics::{atan2, hypot, sin_cos};
+use curionav_planning::numerics::{atan2, eigenvalues, hypot, sin_cos};
 use curionav_schemas::Crowd;
 use svg::node::element::{Circle, Ellipse, Group, Line, Path, Polygon, Polyline, Text};
 
@@ -91,12 +91,11 @@ pub(super) fn crowds(viewport: &Viewport, crowds: &[Crowd]) -> Group {
 /// The ellipse of two standard deviations of a position with covariance `[xx, xy, yy]`.
 pub(super) fn covariance_ellipse(viewport: &Viewport, at: (f64, f64), [xx, xy, yy]: [f64; 3]) -> Ellipse {
     let (x, y) = viewport.at(at);
-    // Eigenvalues of a symmetric 2 x 2 matrix.
-    let (mean, half) = ((xx + yy) / 2.0, hypot((xx - yy) / 2.0, xy));
+    let (greater, less) = eigenvalues(xx, xy, yy);
     let radius = |variance: f64| px(2.0 * viewport.scale * variance.max(0.0).sqrt());
     let angle = 0.5 * atan2(2.0 * xy, xx - yy);
     let turn = format!("rotate({:.1} {} {})", -angle.to_degrees() + 0.0, px(x), px(y));
-    let (major, minor) = (radius(mean + half), radius(mean - half));
+    let (major, minor) = (radius(greater), radius(less));
     let ellipse = Ellipse::new().set("cx", px(x)).set("cy", px(y)).set("rx", major).set("ry", minor);
     let filled = ellipse.set("transform", turn).set("fill", BELIEF).set("fill-opacity", 0.1);
     filled.set("stroke", BELIEF).set("stroke-width", 0.8)

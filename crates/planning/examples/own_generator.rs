@@ -21,12 +21,8 @@ use curionav_planning::terms::{DerivedFields, Task};
 const ARCS: u32 = 21;
 
 /// Entered into the registry, `crates/planning/src/generation/registry.rs`, profiles can name it.
-const FAN: GeneratorKind = GeneratorKind {
-    name: "fan",
-    iterations: |params| &mut params.tree.iterations,
-    max_candidates: |_| ARCS,
-    grow: fan,
-};
+const FAN: GeneratorKind =
+    GeneratorKind { name: "fan", iterations: |params| &mut params.tree.iterations, grow: fan };
 
 /// Arcs of equal speed, turning from full left to full right.
 fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, should_stop: &dyn Fn() -> bool) -> Generated {

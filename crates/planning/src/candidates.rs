@@ -80,11 +80,12 @@ impl CandidateSet {
     }
 
     /// The candidates with these indices, in this order.
-    pub fn pick(&self, indices: &[usize]) -> Self {
+    pub fn pick(&self, indices: impl IntoIterator<Item = usize> + Clone) -> Self {
         let states = |array: &[f64]| {
-            indices.iter().flat_map(|&i| &array[self.range(i)]).copied().collect::<Vec<f64>>()
+            indices.clone().into_iter().flat_map(|i| &array[self.range(i)]).copied().collect::<Vec<f64>>()
         };
-        Self { id: indices.iter().map(|&i| self.id[i]).collect(), states: self.states.map(states), ..*self }
+        let id = indices.clone().into_iter().map(|i| self.id[i]).collect();
+        Self { id, states: self.states.map(states), ..*self }
     }
 
     /// The candidates of all `sets`, numbered from 0 in order; the sets have `steps` and `dt` in common.
@@ -94,13 +95,6 @@ impl CandidateSet {
         let mut states = States::default();
         sets.into_iter().for_each(|set| states.append(set.states));
         Self { steps, dt, id: (0..count).collect(), states }
-    }
-
-    /// Candidates `range` alone: one shard.
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        let cells = range.start * self.steps..range.end * self.steps;
-        let states = self.states.map(|array| array[cells.clone()].to_vec());
-        Self { id: self.id[range].to_vec(), states, ..*self }
     }
 
     /// The states of candidate `i`.
@@ -114,15 +108,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn picking_neighbours_is_slicing() {
+    fn picked_candidates_keep_their_states_and_order() {
         let n = |k: u32| (0..6).map(|i| f64::from(i * 10 + k)).collect::<Vec<f64>>();
         let states = States { x: n(0), y: n(1), heading: n(2), v: n(3), omega: n(4) };
         let set = CandidateSet::new(2, 0.3, vec![7, 8, 9], states).unwrap();
-        assert_eq!(set.pick(&[1, 2]), set.slice(1..3));
-        assert_eq!(set.pick(&[2, 0]).id(), [9, 7]);
-        let all = CandidateSet::concat(2, 0.3, vec![set.slice(0..1), set.slice(1..3)]);
+        assert_eq!(set.pick(1..3).all_states().y, [21.0, 31.0, 41.0, 51.0]);
+        assert_eq!(set.pick([2, 0]).id(), [9, 7]);
+        let all = CandidateSet::concat(2, 0.3, vec![set.pick(0..1), set.pick(1..3)]);
         assert_eq!((all.id(), all.all_states()), (&[0, 1, 2][..], set.all_states()));
-        assert_eq!(set.pick(&[2, 0]).all_states().x, [40.0, 50.0, 0.0, 10.0]);
+        assert_eq!(set.pick([2, 0]).all_states().x, [40.0, 50.0, 0.0, 10.0]);
     }
 
     #[test]

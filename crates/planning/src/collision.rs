@@ -39,9 +39,7 @@ pub enum Obstacle {
 /// The first place where a trajectory comes too near to something.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collision {
-    /// Index of the state at the end of the offending segment.
-    pub step: usize,
-    /// Start of that segment, seconds after the scene's stamp: until then the trajectory is free.
+    /// Start of the offending segment, seconds after the scene's stamp: until then the trajectory is free.
     pub time: f64,
     /// What is in the way.
     pub with: Obstacle,
@@ -178,7 +176,7 @@ impl<'a> CollisionChecker<'a> {
                 Some(Obstacle::Wall)
             };
             if let Some(with) = with {
-                return Some(Collision { step, time, with });
+                return Some(Collision { time, with });
             }
             from = to;
         }
@@ -187,8 +185,8 @@ impl<'a> CollisionChecker<'a> {
         let moves = from.position() != self.start.position();
         let end = || self.map.to_obstacle.between_cells(&self.map.grid, from.position());
         let stays = self.touching_wall.is_some_and(|now| moves && end() <= now);
-        let step = states.len().saturating_sub(1);
-        stays.then_some(Collision { step, time: step as f64 * dt, with: Obstacle::Wall })
+        let last = states.len().saturating_sub(1);
+        stays.then_some(Collision { time: last as f64 * dt, with: Obstacle::Wall })
     }
 
     /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
@@ -206,7 +204,7 @@ impl<'a> CollisionChecker<'a> {
             let length = from.distance(to);
             if length > left {
                 let f = left / length;
-                to = Point2::new(from.x + f * (to.x - from.x), from.y + f * (to.y - from.y));
+                to = from.toward(to, f);
             }
             for i in 0..people.len() {
                 let p = people.position(i);
@@ -243,8 +241,7 @@ impl<'a> CollisionChecker<'a> {
                 || nearest - self.shape.inscribed_radius() < asked
                 || (1..=Self::POLYGON_POSES).any(|k| {
                     let s = f64::from(k) / f64::from(Self::POLYGON_POSES);
-                    let person = Point2::new(p.x + s * (q.x - p.x), p.y + s * (q.y - p.y));
-                    self.gap(from.toward(to, s), person) < asked
+                    self.gap(from.toward(to, s), p.toward(q, s)) < asked
                 });
             if hit {
                 return Some(people.id[i]);

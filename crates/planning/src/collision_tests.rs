@@ -57,7 +57,7 @@ fn a_wall_ahead_is_met_and_an_empty_hall_is_not() {
     // 9.4 m from the wall: reached at 3.2 m/s within 3 s
     let hit = first(&s, 3.3).unwrap();
     assert_eq!(hit.with, Obstacle::Wall);
-    assert!(hit.step >= 8, "{hit:?}");
+    assert!(hit.time >= 8.0 * 0.3, "{hit:?}");
 }
 
 #[test]

@@ -44,6 +44,11 @@ impl Point2 {
         let (dx, dy) = (other.x - self.x, other.y - self.y);
         dx * dx + dy * dy
     }
+
+    /// The point a share of the straight way to `to`.
+    pub fn toward(self, to: Self, share: f64) -> Self {
+        Self::new(self.x + share * (to.x - self.x), self.y + share * (to.y - self.y))
+    }
 }
 
 crate::parameters! {
@@ -93,7 +98,8 @@ impl Pose2 {
     /// (-pi, pi].
     pub fn toward(self, to: Self, share: f64) -> Self {
         let heading = self.heading + share * wrap_angle(to.heading - self.heading);
-        Self::new(self.x + share * (to.x - self.x), self.y + share * (to.y - self.y), heading)
+        let Point2 { x, y } = self.position().toward(to.position(), share);
+        Self::new(x, y, heading)
     }
 
     /// `body_from_other` given both in the same parent frame.

@@ -112,11 +112,6 @@ impl Profile {
         generation::find(&self.generator).map_or(0, |kind| *(kind.iterations)(&mut params))
     }
 
-    /// Most candidates one tree offers. Zero if there is no such generator.
-    pub fn max_candidates(&self) -> u32 {
-        generation::find(&self.generator).map_or(0, |kind| (kind.max_candidates)(&self.generation))
-    }
-
     /// The terms that count in a scene, in order of their names: those whose condition holds and whose
     /// weight is not zero. Exactly these have to be evaluated.
     pub fn active_terms(&self, uncertain: bool) -> impl Iterator<Item = (&str, &Term)> {

@@ -3,6 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::geometry::{Point2, Pose2, Twist};
+use crate::numerics::eigenvalues;
 
 /// The localiser's answer: mean and covariance of the pose, and the robot's current motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,8 +30,7 @@ impl Belief {
     /// Standard deviation of position along its worst direction, metres.
     pub fn position_sigma(&self) -> f64 {
         let (a, b, c) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
-        let half_difference = 0.5 * (a - c);
-        (0.5 * (a + c) + (half_difference * half_difference + b * b).sqrt()).max(0.0).sqrt()
+        eigenvalues(a, b, c).0.max(0.0).sqrt()
     }
 }
 

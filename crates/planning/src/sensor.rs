@@ -43,7 +43,7 @@ impl LaserModel {
     /// Bearing of beam `i` in the laser frame, radians.
     pub fn bearing(&self, i: u32) -> f64 {
         let full = self.fov >= std::f64::consts::TAU - 1e-9;
-        let gaps = if full { self.beams } else { self.beams - 1 };
+        let gaps = if full { self.beams } else { self.beams.saturating_sub(1).max(1) };
         -0.5 * self.fov + self.fov * f64::from(i) / f64::from(gaps)
     }
 }

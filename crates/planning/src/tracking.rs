@@ -5,24 +5,18 @@ use crate::motion::RobotModel;
 use crate::numerics::sin_cos;
 use crate::trajectory::Trajectory;
 
-crate::parameters! {
-    /// Gains of the tracking law. At speed v the lateral error swings with v * sqrt(across) and damping
-    /// heading / (2 sqrt(across)); the defaults give a well damped 1.4 rad/s at 1 m/s, which turn rates and
-    /// their changes limited to about 1 can follow at 10 Hz.
-    #[derive(Copy)]
-    pub struct TrackingParams {
-        /// Speed per error along the trajectory, 1/s.
-        pub along: f64 [0.0, 100.0, "1/s", "a period of 0.01 s is corrected within one"] = 1.0,
-        /// Turn rate per lateral error and speed, 1/m2.
-        pub across: f64 [0.0, 100.0, "1/m2", "turn rates beyond any robot's follow"] = 2.0,
-        /// Turn rate per heading error and speed, 1/m.
-        pub heading: f64 [0.0, 100.0, "1/m", "turn rates beyond any robot's follow"] = 2.6,
-        /// Speed below which the heading error counts as at this speed, m/s: turning on the spot.
-        pub least_speed: f64 [0.0, 10.0, "m/s", "no robot drives faster"] = 0.4,
-        /// Most that the law adds to the reference's speed to catch up, m/s.
-        pub catch_up: f64 [0.0, 10.0, "m/s", "no robot drives faster"] = 0.2,
-    }
-}
+/// Speed per error along the trajectory, 1/s.
+const ALONG: f64 = 1.0;
+/// Turn rate per lateral error and speed, 1/m2. At speed v the lateral error swings with v * sqrt(across) and damping
+/// heading / (2 sqrt(across)): with these gains a well damped 1.4 rad/s at 1 m/s, which turn rates and their changes
+/// limited to about 1 can follow at 10 Hz.
+const ACROSS: f64 = 2.0;
+/// Turn rate per heading error and speed, 1/m.
+const HEADING: f64 = 2.6;
+/// Speed below which the heading error counts as at this speed, m/s: turning on the spot.
+const LEAST_SPEED: f64 = 0.4;
+/// Most that the law adds to the reference's speed to catch up, m/s.
+const CATCH_UP: f64 = 0.2;
 
 /// The twist to command for the next `period` seconds, within the robot's limits, `t` seconds after
 /// the stamp of `reference`, when the robot is at `pose` moving with `twist`. Zero (reached by
@@ -34,7 +28,6 @@ pub fn track(
     twist: Twist,
     robot: &RobotModel,
     period: f64,
-    params: &TrackingParams,
 ) -> Twist {
     if t >= reference.duration() {
         return robot.limit(twist, Twist::default(), period);
@@ -44,9 +37,8 @@ pub fn track(
     let (_, feed) = reference.at(t + period);
     let error = pose.relative(wanted_pose);
     let (sin, cos) = sin_cos(error.heading);
-    let v = feed.v * cos + (params.along * error.x).min(params.catch_up);
-    let omega =
-        feed.omega + feed.v * params.across * error.y + feed.v.max(params.least_speed) * params.heading * sin;
+    let v = feed.v * cos + (ALONG * error.x).min(CATCH_UP);
+    let omega = feed.omega + feed.v * ACROSS * error.y + feed.v.max(LEAST_SPEED) * HEADING * sin;
     robot.limit(twist, Twist { v, omega }, period)
 }
 
@@ -77,7 +69,7 @@ mod tests {
         let mut twist = Twist::default();
         let ticks = (r.duration() / 0.1).round() as usize;
         for k in 0..ticks {
-            twist = track(r, 0.1 * k as f64, pose, twist, &robot, 0.1, &TrackingParams::default());
+            twist = track(r, 0.1 * k as f64, pose, twist, &robot, 0.1);
             pose = step(pose, twist, 0.1);
         }
         let (end, _) = r.at(r.duration());
@@ -119,7 +111,7 @@ mod tests {
         let line = drive(&robot, 10, |_| Twist { v: 1.0, omega: 0.3 });
         let (mut pose, mut twist) = (Pose2::new(-1.0, 2.0, 2.0), Twist::default());
         for k in 0..80 {
-            let next = track(&line, 0.1 * f64::from(k), pose, twist, &robot, 0.1, &TrackingParams::default());
+            let next = track(&line, 0.1 * f64::from(k), pose, twist, &robot, 0.1);
             assert!(next.v >= 0.0 && next.v <= robot.v_max && next.omega.abs() <= robot.omega_max);
             assert!((next.v - twist.v).abs() <= robot.a_max * 0.1 + 1e-12);
             assert!((next.omega - twist.omega).abs() <= robot.alpha_max * 0.1 + 1e-12);

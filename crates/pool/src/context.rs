@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::evaluators;
 use crate::fields::Fields;
-use crate::generator::{self, GeneratorParams};
+use crate::generator::GeneratorParams;
 use curionav_planning::arbitration::{self, Previous};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::Evaluator;
@@ -92,6 +92,11 @@ impl PlanContext {
         terms.map(|(m, _)| m.as_str()).filter(|m| !terms::is_local(m))
     }
 
+    /// All pools that are asked: the generators', then those of the terms.
+    pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(keys::GENERATOR).chain(self.pool_terms())
+    }
+
     /// Whether candidates, or their costs under a term, can be computed without the pool of `role`.
     pub fn is_replaceable(&self, role: &str) -> bool {
         self.in_process && !self.is_foreign(role)
@@ -99,7 +104,7 @@ impl PlanContext {
 
     /// Whether `role` is a term that only services of its own compute, whatever the configuration.
     pub fn is_foreign(&self, role: &str) -> bool {
-        role != generator::ROLE && !self.local.contains_key(role)
+        role != keys::GENERATOR && !self.local.contains_key(role)
     }
 
     /// What the arbitration of `candidates` in `scene` depends on.

@@ -7,30 +7,19 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
-use curionav_planning::candidates::CandidateSet;
-use curionav_planning::generation::Tree;
+use curionav_planning::generation::Generated;
 use curionav_runtime::convert;
 use curionav_runtime::query::AskError;
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 
 use crate::budget::Budget;
-use crate::peers::{Call, GENERATOR, Peers};
+use crate::peers::{Call, Peers};
 use crate::pool::{Answer, Pool};
 
-/// What a generator has answered.
-#[derive(Debug)]
-pub struct Generated {
-    /// Of the tree.
-    pub candidates: CandidateSet,
-    /// As it is now.
-    pub tree: Tree,
-    /// Whether the budget ended its growth.
-    pub cut: bool,
-}
-
-/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle; also says whether the
+/// budget has cut its growth short, as [`PlanContext::generate`](crate::context::PlanContext::generate) does.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
     robot: &str,
@@ -38,8 +27,8 @@ pub async fn generate<P: Peers>(
     index: usize,
     shape: (usize, f64),
     budget: Budget,
-) -> Option<Generated> {
-    let ready = pool.replicas().ready(GENERATOR);
+) -> Option<(Generated, bool)> {
+    let ready = pool.replicas().ready(keys::GENERATOR);
     // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
     let turn = request.seq.wrapping_add(index as u64) % ready.len().max(1) as u64;
     let first = ready.get(turn as usize)?.clone();
@@ -48,7 +37,7 @@ pub async fn generate<P: Peers>(
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
         usable(pool.peers.generate(call, &request).await?, &instance, &request, shape)
     };
-    pool.first_answer(GENERATOR, first, budget, ask).await
+    pool.first_answer(keys::GENERATOR, first, budget, ask).await
 }
 
 fn usable(
@@ -56,7 +45,7 @@ fn usable(
     instance: &str,
     request: &GenerateRequest,
     shape: (usize, f64),
-) -> Result<Answer<Generated>, AskError> {
+) -> Result<Answer<(Generated, bool)>, AskError> {
     let busy = Duration::from_micros(reply.elapsed_us);
     if (reply.epoch, reply.seq, reply.instance.as_str()) != (request.epoch, request.seq, instance) {
         return Err(AskError::Malformed("candidates of another cycle or replica".into()));
@@ -65,8 +54,9 @@ fn usable(
     if (candidates.steps(), candidates.dt()) != shape {
         return Err(AskError::Malformed("candidates of another shape".into()));
     }
-    let value = Generated { candidates, tree: convert::tree(reply.tree), cut: reply.cut };
-    Ok(Answer { count: value.candidates.len(), value, busy })
+    let count = candidates.len();
+    let value = (Generated { candidates, tree: convert::tree(reply.tree) }, reply.cut);
+    Ok(Answer { count, value, busy })
 }
 
 /// Scores of one shard.
@@ -93,7 +83,7 @@ pub async fn evaluate<P: Peers>(
     budget: Budget,
 ) -> Vec<Shard> {
     let started = pool.peers.now();
-    let mut open = FuturesUnordered::new();
+    let open = FuturesUnordered::new();
     for term in terms {
         let slots = pool.replicas().choose_slots(term, robot, count);
         let speeds: Vec<f64> = slots.iter().map(|slot| slot.speed).collect();
@@ -110,10 +100,7 @@ pub async fn evaluate<P: Peers>(
             });
         }
     }
-    let mut done: Vec<Shard> = Vec::with_capacity(open.len());
-    while let Some(shard) = open.next().await {
-        done.push(shard);
-    }
+    let mut done: Vec<Shard> = open.collect().await;
     done.sort_by(|a, b| (&a.term, a.range.start).cmp(&(&b.term, b.range.start)));
     done
 }
@@ -154,17 +141,14 @@ fn fits(scores: &Scores, request: &EvaluateRequest, term: &str, instance: &str) 
 /// Contiguous ranges that cover `count` candidates, one per slot, proportional to its speed.
 fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
     let total: f64 = speeds.iter().sum();
-    let mut covered = 0.0;
-    let mut start = 0;
-    let mut ranges = Vec::with_capacity(speeds.len());
-    for (index, speed) in speeds.iter().enumerate() {
+    let (mut covered, mut start) = (0.0, 0);
+    let range = |(index, speed): (usize, &f64)| {
         covered += speed;
         let last = index + 1 == speeds.len();
         let end = if last { count } else { ((covered / total * count as f64).round() as usize).min(count) };
-        ranges.push(start..end.max(start));
-        start = end.max(start);
-    }
-    ranges
+        std::mem::replace(&mut start, end)..end
+    };
+    speeds.iter().enumerate().map(range).collect()
 }
 
 #[cfg(test)]

@@ -14,9 +14,12 @@ use zenoh::Session;
 use curionav_runtime::map_store::MapStore;
 use curionav_runtime::single_flight_cache::SingleFlightCache;
 
-/// Fields kept of each kind: a robot has one goal at a time. On a map of 350 000 cells a distance field
-/// is 2.8 MB, so a pool of robots with 32 goals fills 90 MB.
-const FIELDS_KEPT: usize = 32;
+/// Distance fields kept: a robot has one goal at a time. On a map of 350 000 cells a distance field is 2.8 MB, so a
+/// pool of robots with 32 goals fills 90 MB.
+const GEODESIC_KEPT: usize = 32;
+/// Information fields kept: robots of a kind on one map share one. On that map it is at most 13 MB, on the largest map
+/// that is accepted 580 MB.
+const INFORMATION_KEPT: usize = 4;
 
 struct Stock {
     maps: MapStore,
@@ -44,7 +47,7 @@ impl Fields {
 
     fn keeping(maps: MapStore) -> Self {
         let (geodesic, information) =
-            (SingleFlightCache::new(FIELDS_KEPT), SingleFlightCache::new(FIELDS_KEPT));
+            (SingleFlightCache::new(GEODESIC_KEPT), SingleFlightCache::new(INFORMATION_KEPT));
         Self { stock: Arc::new(Stock { maps, geodesic, information }), derives: true }
     }
 

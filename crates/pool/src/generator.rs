@@ -1,19 +1,17 @@
 //! The trajectory generators in their two homes, as `evaluators` does for evaluators.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::occupancy::{GeodesicField, StaticMap};
 use curionav_planning::parameters::Range;
 use curionav_planning::terms::DerivedFields;
-use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject};
+use curionav_runtime::convert;
+use curionav_runtime::process::{Running, Start};
+use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject, keys};
 
 use crate::fields::Fields;
-use curionav_runtime::convert;
-
-/// Role under which generators announce themselves.
-pub use curionav_schemas::keys::GENERATOR as ROLE;
+use crate::pool_service;
 
 curionav_planning::parameters! {
     /// Parameters of one generation as they travel.
@@ -25,6 +23,18 @@ curionav_planning::parameters! {
             in Range::POSITION, Range::POSITION, Range::HEADING; 0.0, 256.0, "a decision has no more states"
         ],
     }
+}
+
+/// Serves questions. A request for no growth warms the replica: it is answered once every field the request
+/// would need is there.
+pub fn run(start: Start<'_>) -> Running<'_> {
+    let instance = start.config.instance.clone();
+    let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
+        let budget = Duration::from_millis(request.budget_ms.into());
+        let reply = answer(&instance, fields, &request, &|| came.elapsed() > budget)?;
+        Ok((reply.candidates.count as usize, reply))
+    };
+    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, answer))
 }
 
 /// The answer of `instance`. A request for no growth derives what such requests need; any other for which
@@ -45,17 +55,6 @@ pub fn answer(
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);
     let geodesic = fields.geodesic(goal, robot.radius())?;
-    generate(instance, request, &map, &geodesic, should_stop)
-}
-
-/// Computes the answer of `instance` from the fields it needs.
-pub fn generate(
-    instance: &str,
-    request: &GenerateRequest,
-    map: &StaticMap,
-    geodesic: &GeodesicField,
-    should_stop: &dyn Fn() -> bool,
-) -> Result<GenerateReply, Reject> {
     let started = Instant::now();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let Some(kind) = generation::find(&request.generator) else {
@@ -63,15 +62,14 @@ pub fn generate(
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
     };
     *(kind.iterations)(&mut params.generation) = request.iterations;
-    let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
-    let scene = convert::scene(&request.scene)?;
+    let scene = convert::scene(&request.scene);
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
     let input = GenerationInput {
         params: &params,
-        map,
-        goal: Point2::new(request.goal_x, request.goal_y),
-        geodesic,
+        map: &map,
+        goal,
+        geodesic: &geodesic,
         robot: &robot,
         scene: &scene,
         previous: (!previous.is_empty()).then_some(&previous),
@@ -92,8 +90,11 @@ pub fn generate(
 
 #[cfg(test)]
 mod tests {
-    use curionav_planning::occupancy::OccupancyGrid;
+    use std::cell::Cell;
+
+    use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use curionav_planning::profile::Profile;
+    use curionav_schemas::MapId;
     use curionav_testing::golden;
 
     use super::*;
@@ -104,18 +105,20 @@ mod tests {
         let params = GeneratorParams { profile: profile.generator_part(), previous: Vec::new() };
         // An empty room of 12 m by 12 m.
         let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
-        let map = StaticMap::new(grid);
         let request = GenerateRequest {
+            map: MapId(grid.hash()),
             tree: None,
             params: convert::to_value(&params).unwrap(),
             ..golden::generate_request()
         };
-        let goal = Point2::new(request.goal_x, request.goal_y);
-        let geodesic = GeodesicField::new(&map, goal, 0.3);
-        let nodes = |generator: &str, is_over: bool| {
+        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        answer("a", &fields, &GenerateRequest { iterations: 0, ..request.clone() }, &|| false).unwrap();
+        let nodes = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
-            let reply = generate("a", &request, &map, &geodesic, &|| is_over).unwrap();
-            assert_eq!(reply.cut, is_over, "{generator}");
+            // A budget that is over when it is asked for the second time.
+            let asked = Cell::new(false);
+            let reply = answer("a", &fields, &request, &|| asked.replace(true) && is_short).unwrap();
+            assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.x.len()
         };
         for generator in generation::GENERATORS.iter().map(|kind| kind.name) {

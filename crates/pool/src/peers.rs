@@ -10,9 +10,6 @@ use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, M
 use tokio::sync::{Mutex, watch};
 use zenoh::Session;
 
-/// Role of trajectory generators; evaluators have their term's name.
-pub use crate::generator::ROLE as GENERATOR;
-
 /// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
 /// memory and in a time of their own, so that a cycle is a function of what they answer and when.
 pub trait Peers: Send + Sync + 'static {
@@ -113,7 +110,7 @@ impl Peers for ZenohPeers {
     }
 
     async fn generate(&self, call: Call<'_>, request: &GenerateRequest) -> Result<GenerateReply, AskError> {
-        self.question(GENERATOR, call, request).await
+        self.question(keys::GENERATOR, call, request).await
     }
 
     async fn evaluate(

@@ -4,20 +4,21 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::pin::pin;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
+use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::query::AskError;
 use curionav_runtime::serve::refusals;
-use curionav_schemas::{Refusal, Reject};
+use curionav_schemas::{Refusal, Reject, keys};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 use tokio::sync::Notify;
 
 use crate::budget::Budget;
 use crate::context::PlanContext;
-use crate::peers::{Call, GENERATOR, Peers};
+use crate::peers::{Call, Peers};
 use crate::replicas::{Failure, Probe, Replicas};
 
 /// How long a question without candidates is waited for. A replica that takes longer to fetch a map and derive
@@ -62,10 +63,6 @@ impl Drop for InFlight<'_> {
     }
 }
 
-fn locked(replicas: &Mutex<Replicas>) -> MutexGuard<'_, Replicas> {
-    replicas.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl<P: Peers> Pool<P> {
     /// No replica is known yet.
     pub fn new(peers: Arc<P>) -> Self {
@@ -86,11 +83,7 @@ impl<P: Peers> Pool<P> {
 
     /// The replica of `role` that refused to get ready, and why, if the last one asked is alive and did.
     pub fn refusal(&self, role: &str) -> Option<(String, Reject)> {
-        self.refusals().get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
-    }
-
-    fn refusals(&self) -> MutexGuard<'_, BTreeMap<String, (String, Reject)>> {
-        self.refusals.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.refusals).get(role).filter(|_| !self.peers.alive(role).is_empty()).cloned()
     }
 
     fn note_refused(&self, error: &AskError) {
@@ -107,7 +100,7 @@ impl<P: Peers> Pool<P> {
     /// Forgets every replica: for another mission none is prepared, and none has refused it.
     pub fn clear(&self) {
         *self.replicas() = Replicas::default();
-        self.refusals().clear();
+        locked(&self.refusals).clear();
     }
 
     /// Asks `first`, another replica each time one fails, and one more when the answer is late, until an answer is
@@ -211,7 +204,7 @@ impl<P: Peers> Pool<P> {
     /// Follows which replicas come and go, and probes each unready one with an empty request until it answers: then
     /// it is alive and prepared. Goes on until it is dropped.
     pub async fn keep_ready(&self, context: &PlanContext) {
-        let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
+        let roles: Vec<&str> = context.pool_roles().collect();
         let mut probes = FuturesUnordered::new();
         loop {
             let now = self.peers.now();
@@ -221,14 +214,12 @@ impl<P: Peers> Pool<P> {
             }
             let due = self.replicas().take_due(now);
             probes.extend(due.into_iter().map(|probe| self.probe(context, probe)));
-            let wait = match self.replicas().next_due() {
-                Some(at) => at.saturating_sub(now),
-                None => Duration::from_secs(3600),
-            };
+            let due = self.replicas().next_due();
+            let wait = due.map_or(Duration::from_secs(3600), |at| at.saturating_sub(now));
             tokio::select! {
                 biased;
                 Some((probe, slots)) = probes.next(), if !probes.is_empty() => {
-                    let Probe { role, instance, .. } = &probe;
+                    let Probe { role, instance } = &probe;
                     if slots.is_some() {
                         tracing::info!(role, instance, "replica ready");
                     }
@@ -249,10 +240,10 @@ impl<P: Peers> Pool<P> {
         }
         match &slots {
             Err(AskError::Rejected(reject)) => {
-                self.refusals().insert(probe.role.clone(), (probe.instance.clone(), reject.clone()));
+                locked(&self.refusals).insert(probe.role.clone(), (probe.instance.clone(), reject.clone()));
             }
             _ => {
-                self.refusals().remove(&probe.role);
+                locked(&self.refusals).remove(&probe.role);
             }
         }
         (probe, slots.ok())
@@ -262,7 +253,7 @@ impl<P: Peers> Pool<P> {
         let order = &context.mission.order;
         let (instance, timeout) = (probe.instance.as_str(), PROBE_TIMEOUT);
         let call = Call { instance, robot: &order.robot, timeout, clock: order.clock };
-        if probe.role == GENERATOR {
+        if probe.role == keys::GENERATOR {
             let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
             request.budget_ms = Budget::ms(timeout);
             return self.peers.generate(call, &request).await.map(|_| 1);
@@ -320,7 +311,7 @@ mod tests {
     fn what_was_refused_for_one_mission_is_not_held_against_the_next() {
         let pool = Pool::new(Arc::new(Alive));
         let refused = ("a".to_owned(), Refusal::NotPositive { found: 0.0 }.at("params"));
-        pool.refusals().insert("comfort".into(), refused.clone());
+        locked(&pool.refusals).insert("comfort".into(), refused.clone());
         assert_eq!(pool.refusal("comfort"), Some(refused));
         pool.clear();
         assert_eq!(pool.refusal("comfort"), None);

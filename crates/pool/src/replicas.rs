@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
+use curionav_runtime::config::SLOTS_MAX;
 use curionav_schemas::Clock;
 
 use crate::lateness::Lateness;
@@ -26,8 +27,6 @@ const SLOWEST: f64 = 0.125;
 const FORGOTTEN: f64 = 0.02;
 /// However busy a pool is, a shard needs to compute no longer than so many times its way.
 const BUSY_MAX: f64 = 4.0;
-/// Slots believed of one replica: more than any machine has cores.
-const SLOTS_MAX: u32 = 256;
 /// Questions in flight for each slot of a replica: one being computed, one that waits.
 const IN_FLIGHT_PER_SLOT: u32 = 2;
 
@@ -247,13 +246,8 @@ impl Replicas {
     }
 
     /// Replicas remembered: never more than are alive.
-    pub fn len(&self) -> usize {
+    pub fn known(&self) -> usize {
         self.of.values().map(BTreeMap::len).sum()
-    }
-
-    /// Whether none is known.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     fn find(&mut self, role: &str, instance: &str) -> Option<&mut Replica> {
@@ -427,6 +421,6 @@ mod tests {
         replicas.update("cpc", &["b".into()], NOW);
         replicas.probed("cpc", "a", Some(1), NOW);
         replicas.done("cpc", "a");
-        assert_eq!((replicas.ready("cpc"), replicas.len()), (vec!["b".to_owned()], 1));
+        assert_eq!((replicas.ready("cpc"), replicas.known()), (vec!["b".to_owned()], 1));
     }
 }

@@ -8,8 +8,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
 use curionav_runtime::map_store;
-use curionav_runtime::probe::ask_everybody;
-use curionav_runtime::query::fetch_from_all;
+use curionav_runtime::probe::ask_all;
 use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
 use curionav_schemas::{MapId, Message, Mission, MissionState, OccupancyGrid, ServiceStatus, keys};
 use tokio::sync::mpsc;
@@ -28,8 +27,8 @@ const QUEUE_BYTES: usize = 256 << 20;
 /// A large map over a slow link, and the status of every service.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 const STATUS_TIMEOUT: Duration = Duration::from_secs(1);
-/// How long what was asked for may still take when the recording ends.
-const LAST_ANSWERS: Duration = Duration::from_secs(3);
+/// How long what was asked for may still take when the recording ends: well within what a process has to end in.
+const LAST_ANSWERS: Duration = Duration::from_millis(500);
 /// How often an idle recorder looks whether something waits to be put on disk.
 const IDLE: Duration = Duration::from_millis(500);
 
@@ -73,6 +72,13 @@ struct Arrival {
     payload: Vec<u8>,
 }
 
+impl Arrival {
+    /// Bytes that it takes while it waits, about.
+    fn size(&self) -> usize {
+        size_of::<Self>() + self.key.len() + self.encoding.len() + self.payload.len()
+    }
+}
+
 /// The way from Zenoh's threads, which must not wait, to the one that writes.
 #[derive(Clone)]
 struct Queue {
@@ -83,13 +89,14 @@ struct Queue {
 
 impl Queue {
     fn push(&self, key: &str, encoding: String, payload: Vec<u8>) {
-        if self.waiting.fetch_add(payload.len(), Ordering::Relaxed) > QUEUE_BYTES {
-            self.waiting.fetch_sub(payload.len(), Ordering::Relaxed);
+        let arrival = Arrival { key: key.to_owned(), encoding, payload };
+        if self.waiting.fetch_add(arrival.size(), Ordering::Relaxed) > QUEUE_BYTES {
+            self.waiting.fetch_sub(arrival.size(), Ordering::Relaxed);
             self.lost.fetch_add(1, Ordering::Relaxed);
             return;
         }
         // Once the recording has ended, nothing receives any more.
-        let _ = self.sender.send(Arrival { key: key.to_owned(), encoding, payload });
+        let _ = self.sender.send(arrival);
     }
 }
 
@@ -212,7 +219,7 @@ impl Writing {
 
     fn take(&mut self, arrival: &Arrival) -> anyhow::Result<()> {
         let Arrival { key, encoding, payload } = arrival;
-        self.queue.waiting.fetch_sub(payload.len(), Ordering::Relaxed);
+        self.queue.waiting.fetch_sub(arrival.size(), Ordering::Relaxed);
         let (owner, stream) = names(key);
         let message = match Visible::decode(stream, payload, encoding) {
             Ok(message) => message,
@@ -248,11 +255,9 @@ impl Writing {
         if self.maps.insert(mission.order.map) {
             let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.order.map);
             self.errands.spawn(async move {
-                let key = keys::map(&id);
-                let accept = |map: OccupancyGrid| map_store::accept(id, map.clone()).map(|_| map);
-                let served = fetch_from_all(&session, &key, FETCH_TIMEOUT, accept).await;
-                let Ok(map) = served else { return Some(id) };
-                queue.push(&key, OccupancyGrid::ENCODING.into(), map.encode());
+                let served = map_store::fetch(&session, id, FETCH_TIMEOUT).await;
+                let Ok((map, _)) = served else { return Some(id) };
+                queue.push(&keys::map(&id), OccupancyGrid::ENCODING.into(), map.encode());
                 None
             });
         }
@@ -275,7 +280,7 @@ impl Writing {
     fn ask(&mut self, key: String) {
         let (session, queue) = (self.session.clone(), self.queue.clone());
         self.errands.spawn(async move {
-            let (replies, _) = ask_everybody(&session, &key, None, STATUS_TIMEOUT).await.unwrap_or_default();
+            let (replies, _) = ask_all(&session, &key, None, STATUS_TIMEOUT).await.unwrap_or_default();
             for reply in replies {
                 let Ok((payload, encoding)) = reply.answer else { continue };
                 match own_key(&reply.key, &payload) {
@@ -370,6 +375,15 @@ mod tests {
             goals += u32::from(topic.ends_with("/goal"));
         }
         assert!(words >= 3 && goals == 1, "{words} words, {goals} goals");
+    }
+
+    #[test]
+    fn messages_without_content_fill_the_queue_too() {
+        let (sender, _arrivals) = mpsc::unbounded_channel();
+        let waiting = Arc::new(AtomicUsize::new(QUEUE_BYTES));
+        let queue = Queue { sender, waiting, lost: Arc::default() };
+        (0..3).for_each(|_| queue.push("k", String::new(), Vec::new()));
+        assert_eq!(queue.lost.load(Ordering::Relaxed), 2);
     }
 
     #[test]

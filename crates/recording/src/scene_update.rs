@@ -1,7 +1,7 @@
 //! What has no schema of its own, as shapes: people, candidates by cost, the goal, and how sure the robot is of where
 //! it is.
 
-use curionav_planning::numerics::atan2;
+use curionav_planning::numerics::{atan2, eigenvalues};
 use curionav_schemas as wire;
 use foxglove::messages::{
     ArrowPrimitive, Color, CylinderPrimitive, LinePrimitive, Point3, SceneEntity, SceneUpdate, Vector3,
@@ -74,11 +74,10 @@ pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
 /// Where the robot is with 95 % probability, if its belief is right.
 pub(super) fn ellipse(belief: &wire::Belief, time: u64) -> SceneUpdate {
     let (xx, xy, yy) = (belief.covariance[0], belief.covariance[1], belief.covariance[4]);
-    // Eigenvalues of a symmetric 2 x 2 matrix, and the direction of the greater one.
-    let (mean, half) = ((xx + yy) / 2.0, (xx - yy) / 2.0);
-    let root = (half * half + xy * xy).sqrt();
+    // The direction of the greater one.
     let heading = 0.5 * atan2(2.0 * xy, xx - yy);
-    let axes = [mean + root, mean - root].map(|variance| 2.0 * SIGMAS * variance.max(0.0).sqrt());
+    let (greater, less) = eigenvalues(xx, xy, yy);
+    let axes = [greater, less].map(|variance| 2.0 * SIGMAS * variance.max(0.0).sqrt());
     flat("belief", time, belief.x, belief.y, heading, axes, color(0.2, 0.4, 0.9, 0.4))
 }
 
@@ -92,12 +91,10 @@ pub(super) fn goal(mission: &wire::Mission, time: u64) -> SceneUpdate {
 pub(super) fn candidates(report: &wire::CycleReport, time: u64) -> SceneUpdate {
     let steps = report.candidates.steps as usize;
     let count = report.candidates.count as usize;
-    let open = |index: usize| report.total_of(index).filter(|_| report.rejection_of(index).is_none());
-    let costs = || (0..count).filter_map(open);
-    let least = costs().fold(f64::INFINITY, f64::min);
-    let range = (costs().fold(f64::NEG_INFINITY, f64::max) - least).max(1e-9);
+    let least = report.open_costs().fold(f64::INFINITY, f64::min);
+    let range = (report.open_costs().fold(f64::NEG_INFINITY, f64::max) - least).max(1e-9);
     let line = |index: usize| {
-        let share = open(index).map(|cost| (cost - least) / range);
+        let share = report.open_cost(index).map(|cost| (cost - least) / range);
         let (shade, z, thickness) = match share {
             _ if report.chosen == Some(index as u32) => (color(0.1, 0.3, 1.0, 1.0), CHOSEN_AT, CHOSEN_WIDTH),
             Some(share) => (color(share, 1.0 - share, 0.1, 0.7), CANDIDATES_AT, CANDIDATE_WIDTH),

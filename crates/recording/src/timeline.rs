@@ -53,7 +53,7 @@ impl Timeline {
             _ => (now.max(self.latest).saturating_sub(nanoseconds(stamp)), stamp),
         };
         self.anchor = Some((start, newest));
-        let time = start + nanoseconds(stamp);
+        let time = start.saturating_add(nanoseconds(stamp));
         self.latest = self.latest.max(time);
         time
     }

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use curionav_runtime::exit::Exit;
 use curionav_schemas::CDDL;
 use foxglove::Encode;
 use mcap::read::Options;
@@ -115,18 +116,18 @@ impl RecordingWriter {
 
 /// Makes a killed recording whole, with an index, for viewers that want one: copies what is left of `killed` into
 /// `whole`, which must not exist. Gives the number of messages. The killed one is read into memory.
-pub fn recover(killed: &Path, whole: &Path) -> anyhow::Result<u64> {
-    let bytes = std::fs::read(killed).with_context(|| format!("cannot read {}", killed.display()))?;
-    let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into())
-        .with_context(|| killed.display().to_string())?;
-    let mut writer = create(whole)?;
-    let mut messages = 0;
-    for message in stream {
-        // The first that cannot be read is where it was killed.
-        let Ok(message) = message else { break };
-        writer.write(&message).with_context(|| format!("cannot write {}", whole.display()))?;
-        messages += 1;
-    }
-    writer.finish()?;
-    Ok(messages)
+///
+/// # Errors
+/// Bad input if `killed` cannot be read or `whole` cannot be made, failed if the disk does not take all of it.
+pub fn recover(killed: &Path, whole: &Path) -> Result<u64, Exit> {
+    let bytes = std::fs::read(killed).with_context(|| format!("cannot read {}", killed.display()));
+    let bytes = bytes.map_err(Exit::bad_input)?;
+    let stream = MessageStream::new_with_options(&bytes, Options::IgnoreEndMagic.into());
+    let stream = stream.with_context(|| killed.display().to_string()).map_err(Exit::bad_input)?;
+    let mut writer = create(whole).map_err(Exit::bad_input)?;
+    // The first that cannot be read is where it was killed.
+    let mut left = stream.map_while(Result::ok);
+    let copied = left.try_fold(0, |count, message| writer.write(&message).map(|()| count + 1));
+    let finished = copied.and_then(|count| writer.finish().map(|_| count));
+    finished.with_context(|| format!("cannot write {}", whole.display())).map_err(Exit::failed)
 }

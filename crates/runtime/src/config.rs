@@ -5,7 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use curionav_schemas::keys;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+
+/// Most slots of one replica: more than machines have cores.
+pub const SLOTS_MAX: u32 = 256;
+/// Far more questions than are answered before their budgets end.
+const QUEUE_MAX: usize = 65_536;
+/// A day: what is to wait longer is started anew by its supervisor.
+const CONNECT_TIMEOUT_MAX_S: f64 = 86_400.0;
 
 /// How a service reaches the others and what it is called. Read from a TOML file; the command line
 /// overrides single fields.
@@ -69,29 +77,56 @@ pub fn describe_toml_error(text: &str, error: &toml::de::Error) -> String {
     }
 }
 
+/// What a TOML file says; an error names the file, the line, the field and the reason.
+pub fn read_toml<T: DeserializeOwned>(path: &Path) -> anyhow::Result<T> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {shown}"))?;
+    toml::from_str(&text).map_err(|e| anyhow!("{shown}: {}", describe_toml_error(&text, &e)))
+}
+
 impl ServiceConfig {
     /// Whether names are fit for keys and numbers make sense.
     pub fn check(&self) -> anyhow::Result<()> {
         for (field, name) in [("instance", &self.instance), ("robot", &self.robot), ("world", &self.world)] {
             keys::check_id(name).context(field)?;
         }
-        if self.slots == 0 || self.queue == 0 {
-            bail!("slots and queue must be at least 1, found {} and {}", self.slots, self.queue);
+        let numbers = [
+            ("slots", self.slots as f64, 1.0, f64::from(SLOTS_MAX)),
+            ("queue", self.queue as f64, 1.0, QUEUE_MAX as f64),
+            ("connect_timeout_s", self.connect_timeout_s, 0.1, CONNECT_TIMEOUT_MAX_S),
+        ];
+        for (field, number, least, most) in numbers {
+            if !(least..=most).contains(&number) {
+                bail!("{field}: is {number}; give {least} to {most}");
+            }
         }
         Ok(())
     }
 
-    /// Reads a TOML file; an error names the line, the field and the reason.
+    /// Reads and checks a TOML file.
     pub fn from_file(path: &Path) -> anyhow::Result<Self> {
-        let shown = path.display();
-        let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {shown}"))?;
-        toml::from_str(&text).map_err(|e| anyhow!("{shown}: {}", describe_toml_error(&text, &e)))
+        let config: Self = read_toml(path)?;
+        config.check().with_context(|| path.display().to_string())?;
+        Ok(config)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_out_of_its_range_is_named_with_the_range() {
+        for (line, named) in [
+            ("connect_timeout_s = inf", "connect_timeout_s: is inf; give 0.1 to 86400"),
+            ("connect_timeout_s = nan", "connect_timeout_s: is NaN; give 0.1 to 86400"),
+            ("slots = 0", "slots: is 0; give 1 to 256"),
+            ("queue = 1000000", "queue: is 1000000; give 1 to 65536"),
+        ] {
+            let config: ServiceConfig = toml::from_str(line).unwrap();
+            assert_eq!(config.check().unwrap_err().to_string(), named);
+        }
+    }
 
     #[test]
     fn an_unknown_field_is_named_with_its_line() {

@@ -6,11 +6,9 @@ use curionav_schemas::{Clock, keys};
 use zenoh::query::{Query, QueryTarget, Queryable};
 use zenoh::{Session, Wait};
 
-use crate::config::ServiceConfig;
-use crate::process::{OnReady, Running};
+use crate::process::{Running, Start};
 use crate::query::{AskError, Urgency, send};
 use crate::serve::ServeError;
-use crate::shutdown::Shutdown;
 
 /// Largest answer that is given, bytes: no message of the contract is larger than 64 MiB.
 const ANSWER_MAX: u64 = 64 << 20;
@@ -23,13 +21,9 @@ pub fn serve(session: &Session, instance: &str) -> Result<Queryable<()>, ServeEr
 }
 
 /// The same as a service, until `shutdown`.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    mut shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
+pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
+        let Start { config, session, mut shutdown, on_ready } = start;
         let _serving = serve(session, &config.instance)?;
         on_ready(None);
         shutdown.requested().await;
@@ -60,10 +54,9 @@ pub async fn round_trip(
     let started = Instant::now();
     let (key, urgency) = (keys::echo(instance), Urgency::Shard { clock: Clock::Lockstep });
     let question = Some((payload, "zenoh/bytes"));
-    let replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, 4)?;
-    let reply = replies.recv_async().await.map_err(|_| AskError::NoReply)?;
+    let mut replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, 4)?;
+    let sample = replies.next().await.unwrap_or(Err(AskError::NoReply))?;
     let took = started.elapsed();
-    let sample = reply.into_result().map_err(|_| AskError::Timeout)?;
     match sample.payload().len() {
         length if length == answer => Ok(took),
         length => Err(AskError::Malformed(format!("{length} bytes of {answer}"))),

@@ -5,7 +5,7 @@ use std::time::Duration;
 /// The last 4096 durations: a few minutes of a planning cycle.
 #[derive(Debug, Clone, Default)]
 pub struct Latency {
-    recent_us: Vec<u64>,
+    recent: Vec<Duration>,
     next: usize,
 }
 
@@ -14,22 +14,25 @@ impl Latency {
 
     /// Adds one.
     pub fn record(&mut self, duration: Duration) {
-        let us = duration.as_micros() as u64;
-        if self.recent_us.len() < Self::KEPT {
-            self.recent_us.push(us);
+        if self.recent.len() < Self::KEPT {
+            self.recent.push(duration);
         } else {
-            self.recent_us[self.next] = us;
+            self.recent[self.next] = duration;
         }
         self.next = (self.next + 1) % Self::KEPT;
     }
 
     /// The duration that a share `p` (0 to 1) of them does not exceed, milliseconds; 0 without any.
     pub fn percentile_ms(&self, p: f64) -> f64 {
-        let mut sorted = self.recent_us.clone();
-        sorted.sort_unstable();
-        let rank = (p * sorted.len() as f64).ceil() as usize;
-        sorted.get(rank.saturating_sub(1)).map_or(0.0, |us| *us as f64 / 1e3)
+        percentile_ms(&mut self.recent.clone(), p)
     }
+}
+
+/// The duration that a `share` (0 to 1) of `times` does not exceed, milliseconds; 0 without any. Sorts them.
+pub fn percentile_ms(times: &mut [Duration], share: f64) -> f64 {
+    times.sort_unstable();
+    let rank = (share * times.len() as f64).ceil() as usize;
+    times.get(rank.saturating_sub(1)).map_or(0.0, |time| time.as_micros() as f64 / 1e3)
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ pub mod echo;
 pub mod exit;
 pub mod fair_queue;
 pub mod latency;
+pub mod locked;
 pub mod lockstep;
 pub mod map_store;
 pub mod membership;

@@ -10,7 +10,7 @@ use zenoh::Session;
 
 use crate::convert;
 use crate::metrics::Tally;
-use crate::query::fetch_from_all;
+use crate::query::{AskError, fetch_from_all};
 use crate::serve::{ServeError, Server, serve_state};
 use crate::single_flight_cache::SingleFlightCache;
 
@@ -25,13 +25,17 @@ pub fn host(session: &Session, map: wire::OccupancyGrid, refused: &Tally) -> Res
     serve_state(session, &key, refused, move || Ok(map.clone()))
 }
 
-/// What is served as map `id`, if it is that map; for [`fetch_from_all`].
-pub fn accept(id: MapId, served: wire::OccupancyGrid) -> Result<OccupancyGrid, Reject> {
-    let grid = convert::occupancy_grid(served)?;
-    if grid.hash().0 != id.0 {
-        return Err(Refusal::WrongMap.at("map"));
-    }
-    Ok(grid)
+/// Map `id` as it is served and as a grid; what else is served under its key is passed over.
+pub async fn fetch(
+    session: &Session,
+    id: MapId,
+    timeout: Duration,
+) -> Result<(wire::OccupancyGrid, OccupancyGrid), AskError> {
+    let accept = |served: wire::OccupancyGrid| {
+        let grid = convert::occupancy_grid(served.clone())?;
+        if grid.hash() == id.0 { Ok((served, grid)) } else { Err(Refusal::WrongMap.at("map")) }
+    };
+    fetch_from_all(session, &keys::map(&id), timeout, accept).await
 }
 
 /// Fetches maps on a miss and keeps them with their distance fields.
@@ -52,7 +56,7 @@ impl MapStore {
     pub fn holding(maps: impl IntoIterator<Item = StaticMap>) -> Self {
         let store = Self { source: None, maps: SingleFlightCache::new(MAPS_KEPT) };
         for map in maps.into_iter().take(MAPS_KEPT) {
-            let id = MapId(map.grid.hash().0);
+            let id = MapId(map.grid.hash());
             let _: Result<_, Infallible> = store.maps.get_or_try(&id, || Ok(map));
         }
         store
@@ -75,9 +79,8 @@ impl MapStore {
             let Some((session, runtime)) = &self.source else {
                 return Err(missing("this process does not fetch maps".into()));
             };
-            let grid = runtime
-                .block_on(fetch_from_all(session, &keys::map(&id), FETCH_TIMEOUT, |grid| accept(id, grid)))
-                .map_err(|e| missing(e.to_string()))?;
+            let fetched = runtime.block_on(fetch(session, id, FETCH_TIMEOUT));
+            let (_, grid) = fetched.map_err(|e| missing(e.to_string()))?;
             Ok(StaticMap::new(grid))
         })
     }

@@ -149,11 +149,6 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Of a service that works for every robot that asks.
-    pub fn of_pool(role: &str, config: &ServiceConfig) -> Self {
-        Self::new(role, &config.instance, None)
-    }
-
     /// Of a service that works for one robot.
     pub fn of_robot(role: &str, config: &ServiceConfig) -> Self {
         Self::new(role, &config.instance, Some(&config.robot))

@@ -30,7 +30,7 @@ pub trait MissionFollower: Send + Sync {
     /// The next tick to answer; nothing once the session is closed. Cancel-safe.
     fn next(&mut self) -> impl Future<Output = Option<Self::Tick>> + Send;
 
-    /// Answers one tick; `mission` is the newest mission.
+    /// Answers one tick; `mission` is the newest mission. It may be dropped on the way, when the run is over.
     fn answer(&mut self, tick: Self::Tick, mission: &Mission) -> impl Future<Output = ()> + Send;
 }
 
@@ -41,7 +41,10 @@ pub async fn follow<F: MissionFollower>(
     mut shutdown: Shutdown,
 ) -> anyhow::Result<()> {
     let (mut current, mut prepared) = (None::<Mission>, None::<Preparation>);
-    let mut said = follower.service().mission().await?;
+    let mut said = tokio::select! {
+        () = shutdown.requested() => return Ok(()),
+        mission = follower.service().mission() => mission?,
+    };
     loop {
         if let Some(mission) = said.take() {
             let anew = !is_over(&mission) && !prepared.as_ref().is_some_and(|before| before.is_for(&mission));
@@ -65,7 +68,11 @@ pub async fn follow<F: MissionFollower>(
                 }
                 prepared = Some(Preparation::new(&mission, outcome));
             }
-            follower.service().tell(&mission, prepared.as_ref(), anew).await?;
+            tokio::select! {
+                biased;
+                () = shutdown.requested() => return Ok(()),
+                told = follower.service().tell(&mission, prepared.as_ref(), anew) => told?,
+            }
             current = Some(mission);
             continue;
         }
@@ -77,7 +84,16 @@ pub async fn follow<F: MissionFollower>(
                 None => return Ok(()),
             },
             tick = follower.next() => match (tick, &current) {
-                (Some(tick), Some(mission)) => follower.answer(tick, mission).await,
+                (Some(tick), Some(mission)) => {
+                    // When the run is over or another has begun, no answer of its ticks is awaited.
+                    let over = |said: &Mission| said.run != mission.run || is_over(said);
+                    tokio::select! {
+                        biased;
+                        () = follower.answer(tick, mission) => {}
+                        () = superseded(missions, &mut said, over) => {}
+                        () = shutdown.requested() => return Ok(()),
+                    }
+                }
                 (Some(_), None) => {}
                 (None, _) => return Ok(()),
             },

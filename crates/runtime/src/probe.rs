@@ -1,6 +1,6 @@
 //! Looking at a deployment from outside: replies as they come, with their size and time, and streams overheard.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use curionav_schemas::{Message, Reject};
@@ -8,6 +8,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::query::QueryTarget;
 use zenoh::{Session, Wait};
 
+use crate::locked::locked;
 use crate::query::{AskError, Urgency, send};
 use crate::topic::TopicError;
 
@@ -19,8 +20,8 @@ const REPLIES_MAX: usize = 256;
 pub struct RawReply {
     /// Its key.
     pub key: String,
-    /// Payload and encoding, or the refusal. `None` for a refusal that is none of ours.
-    pub answer: Result<(Vec<u8>, String), Option<Reject>>,
+    /// Payload and encoding, or the refusal.
+    pub answer: Result<(Vec<u8>, String), Reject>,
 }
 
 impl RawReply {
@@ -38,30 +39,26 @@ impl RawReply {
 
 /// Asks every queryable under `key`, which may have wildcards, and waits for all replies, at most `timeout`. Also
 /// gives the time until the last one.
-pub async fn ask_everybody(
+pub async fn ask_all(
     session: &Session,
     key: &str,
     question: Option<(Vec<u8>, &'static str)>,
     timeout: Duration,
 ) -> Result<(Vec<RawReply>, Duration), AskError> {
     let started = Instant::now();
-    let replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, REPLIES_MAX)?;
+    let mut replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, REPLIES_MAX)?;
     let (mut came, mut last) = (Vec::new(), Duration::ZERO);
-    let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
-    while let Ok(Ok(reply)) = tokio::time::timeout_at(deadline, replies.recv_async()).await {
-        let reply = match reply.result() {
+    while let Some(reply) = replies.next().await {
+        let reply = match reply {
             Ok(sample) => RawReply {
                 key: sample.key_expr().to_string(),
                 answer: Ok((sample.payload().to_bytes().into_owned(), sample.encoding().to_string())),
             },
-            Err(error) => {
-                let encoding = error.encoding().to_string();
-                let reject = Reject::decode(&error.payload().to_bytes(), Some(&encoding)).ok();
-                RawReply { key: String::new(), answer: Err(reject) }
-            }
+            Err(AskError::Rejected(reject)) => RawReply { key: String::new(), answer: Err(reject) },
+            // A router's own word for a timeout is no answer.
+            Err(_) => continue,
         };
-        // A router's own word for a timeout is no answer.
-        if came.len() < REPLIES_MAX && !matches!(reply.answer, Err(None)) {
+        if came.len() < REPLIES_MAX {
             last = started.elapsed();
             came.push(reply);
         }
@@ -108,7 +105,7 @@ impl Listener {
                 let (payload, encoding) = (sample.payload().to_bytes(), sample.encoding().to_string());
                 let malformed = M::decode(&payload, Some(&encoding)).is_err();
                 let now = Instant::now();
-                let mut heard = counted.lock().unwrap_or_else(PoisonError::into_inner);
+                let mut heard = locked(&counted);
                 heard.messages += 1;
                 heard.bytes += payload.len() as u64;
                 heard.malformed += u64::from(malformed);
@@ -121,6 +118,6 @@ impl Listener {
 
     /// What has come until now.
     pub fn heard(&self) -> Heard {
-        self.heard.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.heard).clone()
     }
 }

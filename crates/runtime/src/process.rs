@@ -73,7 +73,7 @@ impl ServiceOptions {
 }
 
 /// The line every process prints on standard output once it serves.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Ready {
     /// What is ready, e.g. `cpc cpc-0`.
     pub ready: String,
@@ -101,11 +101,6 @@ pub struct ProcessLine {
 }
 
 impl Ready {
-    /// A single process that is ready.
-    pub fn process(name: String, endpoints: Vec<String>) -> Self {
-        Self { ready: name, endpoints, metrics: None, processes: Vec::new() }
-    }
-
     /// Prints the line, flushed. A closed standard output is only worth a warning.
     pub fn print(&self) {
         let mut out = std::io::stdout().lock();
@@ -122,12 +117,24 @@ impl Ready {
 /// Called by a service once it answers, with where its metrics are, if anywhere.
 pub type OnReady = Box<dyn FnOnce(Option<SocketAddr>) + Send>;
 
+/// What a service is started with.
+pub struct Start<'a> {
+    /// Its names and limits.
+    pub config: &'a ServiceConfig,
+    /// What it speaks over.
+    pub session: &'a Session,
+    /// When it is to end.
+    pub shutdown: Shutdown,
+    /// Called once it answers.
+    pub on_ready: OnReady,
+}
+
 /// A service at work. Boxed, so that its code is compiled once, with its own crate, and not again in every
 /// program that runs it.
 pub type Running<'a> = Pin<Box<dyn Future<Output = anyhow::Result<()>> + Send + 'a>>;
 
 /// The `run` of a service: serves until the end is asked for.
-pub type Service = for<'a> fn(&'a ServiceConfig, &'a Session, Shutdown, OnReady) -> Running<'a>;
+pub type Service = fn(Start<'_>) -> Running<'_>;
 
 /// Connects, runs `service` until it is asked to end, and closes the session.
 ///
@@ -142,10 +149,9 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     let mut shutdown = on_end(options.supervised).context("signals").map_err(Exit::network)?;
     let session = connect(&config, options.supervised, &mut shutdown).await;
     let Some(session) = session.map_err(Exit::network)? else { return Ok(()) };
-    let name = format!("{role} {}", config.instance);
-    let ready: OnReady =
-        Box::new(move |metrics| Ready { metrics, ..Ready::process(name, Vec::new()) }.print());
-    let served = service(&config, &session, shutdown, ready).await;
+    let ready = format!("{role} {}", config.instance);
+    let on_ready: OnReady = Box::new(move |metrics| Ready { ready, metrics, ..Ready::default() }.print());
+    let served = service(Start { config: &config, session: &session, shutdown, on_ready }).await;
     session::close(&session);
     served.map_err(Exit::network)
 }

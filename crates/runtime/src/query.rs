@@ -6,6 +6,7 @@ use curionav_schemas::{Clock, Message, Reject};
 use zenoh::handlers::{FifoChannel, FifoChannelHandler};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 /// Why a question has no answer.
@@ -56,26 +57,23 @@ pub async fn ask<Q: Message, A: Message>(
     urgency: Urgency,
 ) -> Result<A, AskError> {
     let question = Some((question.encode(), Q::ENCODING));
-    let replies = send(session, key, question, timeout, urgency, QueryTarget::BestMatching, KEPT)?;
-    first_usable(replies, timeout, Ok).await
+    send(session, key, question, timeout, urgency, QueryTarget::BestMatching, KEPT)?.first(Ok).await
 }
 
 /// Asks `key` without a question in words: the current state, or a map.
 pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) -> Result<A, AskError> {
-    let replies = send(session, key, None, timeout, Urgency::Normal, QueryTarget::BestMatching, KEPT)?;
-    first_usable(replies, timeout, Ok).await
+    send(session, key, None, timeout, Urgency::Normal, QueryTarget::BestMatching, KEPT)?.first(Ok).await
 }
 
 /// Asks every queryable of `key` and takes the first answer that `accept` makes something of: whatever else
 /// is served under the name of something known by its content is passed over.
-pub async fn fetch_from_all<A: Message, T>(
+pub(crate) async fn fetch_from_all<A: Message, T>(
     session: &Session,
     key: &str,
     timeout: Duration,
     accept: impl Fn(A) -> Result<T, Reject>,
 ) -> Result<T, AskError> {
-    let replies = send(session, key, None, timeout, Urgency::Normal, QueryTarget::All, KEPT)?;
-    first_usable(replies, timeout, accept).await
+    send(session, key, None, timeout, Urgency::Normal, QueryTarget::All, KEPT)?.first(accept).await
 }
 
 /// A question on its way, by its encoding; at most `kept` replies wait to be read.
@@ -87,7 +85,7 @@ pub(crate) fn send(
     urgency: Urgency,
     target: QueryTarget,
     kept: usize,
-) -> Result<FifoChannelHandler<Reply>, AskError> {
+) -> Result<Replies, AskError> {
     let (congestion, priority) = match urgency {
         Urgency::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
         Urgency::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
@@ -104,41 +102,51 @@ pub(crate) fn send(
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
     }
-    get.with(FifoChannel::new(kept)).wait().map_err(|e| AskError::Send(e.to_string()))
-}
-
-/// The first of the `replies` that `accept` makes something of.
-async fn first_usable<A: Message, T>(
-    replies: FifoChannelHandler<Reply>,
-    timeout: Duration,
-    accept: impl Fn(A) -> Result<T, Reject>,
-) -> Result<T, AskError> {
-    let mut failure = AskError::NoReply;
+    let open = get.with(FifoChannel::new(kept)).wait().map_err(|e| AskError::Send(e.to_string()))?;
     // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
-    loop {
-        let reply = match tokio::time::timeout_at(deadline, replies.recv_async()).await {
-            Err(_) => return Err(AskError::Timeout),
-            Ok(Err(_)) => return Err(failure),
-            Ok(Ok(reply)) => reply,
+    Ok(Replies { open: Some(open), deadline })
+}
+
+/// The replies to one question, as they come.
+pub(crate) struct Replies {
+    /// Until the deadline has passed.
+    open: Option<FifoChannelHandler<Reply>>,
+    deadline: tokio::time::Instant,
+}
+
+impl Replies {
+    /// The next reply; nothing after the last, and after the one that says that the time is over.
+    pub(crate) async fn next(&mut self) -> Option<Result<Sample, AskError>> {
+        let next = self.open.as_ref()?.recv_async();
+        let Ok(reply) = tokio::time::timeout_at(self.deadline, next).await else {
+            self.open = None;
+            return Some(Err(AskError::Timeout));
         };
-        match reply.result() {
-            Ok(sample) => {
+        Some(reply.ok()?.into_result().map_err(|error| {
+            let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
+            match Reject::decode(&payload, Some(&encoding)) {
+                Ok(reject) => AskError::Rejected(reject),
+                Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
+                Err(error) => AskError::Malformed(error.to_string()),
+            }
+        }))
+    }
+
+    /// The first that `accept` makes something of.
+    async fn first<A: Message, T>(mut self, accept: impl Fn(A) -> Result<T, Reject>) -> Result<T, AskError> {
+        let mut failure = AskError::NoReply;
+        while let Some(reply) = self.next().await {
+            let usable = reply.and_then(|sample| {
                 let encoding = sample.encoding().to_string();
                 let answer = A::decode(&sample.payload().to_bytes(), Some(&encoding));
-                match answer.and_then(&accept) {
-                    Ok(answer) => return Ok(answer),
-                    Err(reject) => failure = AskError::Malformed(reject.to_string()),
-                }
-            }
-            Err(error) => {
-                let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
-                failure = match Reject::decode(&payload, Some(&encoding)) {
-                    Ok(reject) => AskError::Rejected(reject),
-                    Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
-                    Err(error) => AskError::Malformed(error.to_string()),
-                };
+                answer.and_then(&accept).map_err(|reject| AskError::Malformed(reject.to_string()))
+            });
+            match usable {
+                Ok(answer) => return Ok(answer),
+                Err(error) => failure = error,
             }
         }
+        Err(failure)
     }
 }

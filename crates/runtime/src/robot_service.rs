@@ -1,12 +1,13 @@
 //! A service of one robot: its sessions and streams, its mission, and what it says about itself.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use curionav_schemas::{Message, Mission, MissionState, Prepared, Readiness, Reject, keys};
 use zenoh::Session;
 
 use crate::config::ServiceConfig;
+use crate::locked::locked;
 use crate::metrics::Metrics;
 use crate::query::fetch;
 use crate::ready::tell_driver;
@@ -104,8 +105,7 @@ impl RobotService {
             sessions.push(("control", &self.control));
         }
         let prepared_for = Arc::clone(&self.prepared_for);
-        let prepared =
-            move || prepared_for.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect();
+        let prepared = move || locked(&prepared_for).iter().cloned().collect();
         let counts = Arc::clone(&self.counts);
         let announced = announce_service(&self.config, &sessions, metrics, counts, prepared)?;
         tracing::info!(robot = %self.config.robot, instance = %self.config.instance, "{} ready", self.role);
@@ -127,10 +127,7 @@ impl RobotService {
             Ok(()) => Some(Prepared::Revision { revision }),
             Err(_) => waits.map(|reject| Prepared::Waiting { revision, reject: reject.clone() }),
         };
-        let before = std::mem::replace(
-            &mut *self.prepared_for.lock().unwrap_or_else(PoisonError::into_inner),
-            now.clone(),
-        );
+        let before = std::mem::replace(&mut *locked(&self.prepared_for), now.clone());
         let Some(reject) = waits else { return false };
         // Said once, however often it is tried.
         if before != now {
@@ -140,16 +137,14 @@ impl RobotService {
         true
     }
 
-    /// Tells the driver that this role is prepared for `revision`, or that it never will be.
-    pub async fn report(&self, revision: u64, prepared: &Result<(), Reject>) -> anyhow::Result<()> {
+    /// That this role is prepared for `revision`, or that it never will be.
+    pub fn readiness(&self, revision: u64, prepared: &Result<(), Reject>) -> Readiness {
         let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
         let refused = prepared.as_ref().err().cloned();
         if let Some(reject) = &refused {
             tracing::error!(%reject, "the mission cannot be carried out");
         }
-        let readiness = Readiness { role, instance, revision, refused };
-        tell_driver(&self.session, &keys::mission_ready(&self.config.robot)?, &readiness).await;
-        Ok(())
+        Readiness { role, instance, revision, refused }
     }
 
     /// Reports what has become of preparing for `mission`: if that was done `anew`, or else if the mission still waits
@@ -164,7 +159,8 @@ impl RobotService {
         let named = |roles: &[String]| roles.iter().any(|role| role == self.role);
         let waits = mission.state == MissionState::Preparing && named(&mission.order.require);
         if anew || (waits && !named(&mission.ready)) {
-            self.report(mission.revision, &prepared.outcome).await?;
+            let readiness = self.readiness(mission.revision, &prepared.outcome);
+            tell_driver(&self.session, &keys::mission_ready(&self.config.robot)?, &readiness).await;
         }
         Ok(())
     }

@@ -17,6 +17,7 @@ use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
 use crate::latency::Latency;
+use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
 
 /// Counts of one server since it started.
@@ -29,9 +30,9 @@ pub struct ServeCounts {
     /// Questions waiting or being computed.
     pub in_flight: Gauge,
     /// Questions computed at once; zero for a service that answers none.
-    pub slots: usize,
+    slots: usize,
     /// Questions that may wait.
-    pub queue: usize,
+    queue: usize,
     duration: Histogram,
     latency: Mutex<Latency>,
 }
@@ -52,7 +53,7 @@ pub fn refusals() -> Tally {
 
 impl ServeCounts {
     /// Nothing counted yet, of a server that computes `slots` questions at once and lets `queue` more wait.
-    pub fn of(slots: usize, queue: usize, refused: Tally) -> Self {
+    fn of(slots: usize, queue: usize, refused: Tally) -> Self {
         Self {
             answered: Counter::default(),
             refused,
@@ -72,7 +73,7 @@ impl ServeCounts {
 
     fn took(&self, took: Duration) {
         self.duration.observe(took.as_secs_f64());
-        self.latency.lock().unwrap_or_else(PoisonError::into_inner).record(took);
+        locked(&self.latency).record(took);
     }
 
     /// One more refusal.
@@ -109,7 +110,7 @@ impl ServeCounts {
 
     /// Times from arrival to answer of the recent past.
     pub fn latency(&self) -> Latency {
-        self.latency.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.latency).clone()
     }
 }
 
@@ -125,7 +126,7 @@ struct Waiting {
 impl Waiting {
     /// Adds a query, or gives back the one that finds no room.
     fn push(&self, robot: &str, query: Query) -> Option<Query> {
-        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut queue = locked(&self.queue);
         if queue.1 {
             return Some(query);
         }
@@ -136,7 +137,7 @@ impl Waiting {
 
     /// The next query, waited for; nothing once the server ends.
     fn pop(&self) -> Option<(Query, Instant)> {
-        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut queue = locked(&self.queue);
         loop {
             if let Some(next) = queue.0.pop() {
                 return Some(next);
@@ -149,7 +150,7 @@ impl Waiting {
     }
 
     fn end(&self) {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner).1 = true;
+        locked(&self.queue).1 = true;
         self.arrived.notify_all();
     }
 }
@@ -194,21 +195,10 @@ impl ServeError {
     }
 }
 
-/// Answers questions on `key` with `handler`, `slots` at once, `queue` more waiting; `handler` is also told when the
-/// question came. If the key ends with `/*`, its last chunk is the name of the robot that asks, and robots are served
-/// in turn.
+/// Answers questions on `key` with `handler`, which is also told when the question came; what is refused is added to
+/// `refused`. If the key ends with `/*`, its last chunk is the name of the robot that asks, and robots are served in
+/// turn.
 pub fn serve<Q: Message, A: Message>(
-    session: &Session,
-    key: &str,
-    slots: usize,
-    queue: usize,
-    handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
-) -> Result<Server, ServeError> {
-    serve_counted(session, key, (slots, queue), &refusals(), handler)
-}
-
-/// As [`serve`]; what is refused is added to `refused`.
-pub fn serve_counted<Q: Message, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
@@ -253,23 +243,24 @@ fn serve_queries<A: Message>(
         is_pool: key.ends_with("/*"),
     });
     let handler = Arc::new(handler);
-    let mut threads = Vec::new();
+    let (queue, admission) = (Arc::clone(&waiting), Arc::clone(&counts));
+    // If what follows fails, dropping it ends the threads that have been started.
+    let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots.max(1) {
-        let (waiting, handler, counts) = (Arc::clone(&waiting), Arc::clone(&handler), Arc::clone(&counts));
+        let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&admission));
         let thread = std::thread::Builder::new()
             .name(format!("serve-{slot}"))
             .spawn(move || work(&waiting, &*handler, &counts))
             .map_err(|e| ServeError::new(key, e))?;
-        threads.push(thread);
+        server.threads.push(thread);
     }
-    let (queue, admission) = (Arc::clone(&waiting), Arc::clone(&counts));
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
         .callback(move |query| admit(&queue, &admission, query))
-        .wait()
-        .map_err(|e| ServeError::new(key, e))?;
-    Ok(Server { queryable: Some(queryable), waiting, threads, counts })
+        .wait();
+    server.queryable = Some(queryable.map_err(|e| ServeError::new(key, e))?);
+    Ok(server)
 }
 
 fn admit(waiting: &Waiting, counts: &ServeCounts, query: Query) {

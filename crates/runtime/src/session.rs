@@ -103,9 +103,10 @@ fn check_protocols(config: &Config) -> Result<(), SessionError> {
         for endpoint in json.split('"').filter(|text| text.contains('/')) {
             if !LINKS.iter().any(|link| endpoint.split('/').next() == Some(link)) {
                 let links = LINKS.join(", ");
-                let mend = "for tls, build it with `--features tls`";
+                let mend =
+                    if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
                 return Err(SessionError::Other(format!(
-                    "{endpoint}: this program has links over {links}; {mend}"
+                    "{key}: {endpoint}: this program has links over {links}{mend}"
                 )));
             }
         }
@@ -129,7 +130,7 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
         set(&mut config, &[("mode", r#""client""#), ("connect/endpoints", &list(&service.connect))])?;
     }
     check_protocols(&config)?;
-    let timeout = Duration::from_secs_f64(service.connect_timeout_s.max(0.1));
+    let timeout = Duration::from_secs_f64(service.connect_timeout_s);
     // Zenoh spends whatever time it has on the first endpoint before it turns to the next: it gets none, tries
     // each once, and the waiting is done here.
     let once =

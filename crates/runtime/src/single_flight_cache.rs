@@ -1,7 +1,9 @@
 //! Fields derived from a map, computed once and kept: what makes a replica warm.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
+
+use crate::locked::locked;
 
 /// One value: absent until it has been computed, locked while it is.
 type Cell<V> = Arc<Mutex<Option<Arc<V>>>>;
@@ -22,19 +24,20 @@ impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
     /// rather than computing it again; those who ask for another are not held up.
     pub fn get_or_try<E>(&self, key: &K, compute: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let cell = self.cell(key);
-        // A panic while computing leaves the cell empty.
-        let mut value = cell.lock().unwrap_or_else(PoisonError::into_inner);
+        // A panic while computing leaves the cell empty, and whole.
+        let mut value = locked(&cell);
         if let Some(value) = &*value {
             return Ok(Arc::clone(value));
         }
         let computed = Arc::new(compute()?);
         *value = Some(Arc::clone(&computed));
+        cell.clear_poison();
         Ok(computed)
     }
 
     /// The value of `key` if it is here; nothing while it is still being computed.
     pub fn get(&self, key: &K) -> Option<Arc<V>> {
-        let cell = self.entries().iter().find(|(k, _)| k == key).map(|(_, cell)| Arc::clone(cell))?;
+        let cell = locked(&self.entries).iter().find(|(k, _)| k == key).map(|(_, cell)| Arc::clone(cell))?;
         // The entry is in use: it moves to the front of those kept.
         let value = cell.try_lock().ok()?.clone()?;
         drop(self.cell(key));
@@ -44,15 +47,11 @@ impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
     /// Keys whose values are kept now, the most recently used first.
     pub fn keys(&self) -> Vec<K> {
         let done = |cell: &Cell<V>| cell.try_lock().is_ok_and(|value| value.is_some());
-        self.entries().iter().filter(|(_, cell)| done(cell)).map(|(key, _)| key.clone()).collect()
-    }
-
-    fn entries(&self) -> MutexGuard<'_, VecDeque<(K, Cell<V>)>> {
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.entries).iter().filter(|(_, cell)| done(cell)).map(|(key, _)| key.clone()).collect()
     }
 
     fn cell(&self, key: &K) -> Cell<V> {
-        let mut entries = self.entries();
+        let mut entries = locked(&self.entries);
         let at = entries.iter().position(|(k, _)| k == key);
         let entry = at.and_then(|at| entries.remove(at)).unwrap_or_else(|| (key.clone(), Cell::default()));
         let cell = Arc::clone(&entry.1);
@@ -89,6 +88,15 @@ mod tests {
         let kept = SingleFlightCache::<i32, i32>::new(2);
         assert!(kept.get_or_try(&9, || Err::<i32, _>("no")).is_err());
         assert!(kept.get(&9).is_none() && kept.keys().is_empty());
+    }
+
+    #[test]
+    fn a_panic_while_computing_is_forgotten_once_it_is_computed() {
+        let kept = SingleFlightCache::<i32, i32>::new(2);
+        let panics = || kept.get_or_try(&1, || -> Result<i32, ()> { panic!("expected by this test") });
+        assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(panics)).is_err());
+        kept.get_or_try(&1, || Ok::<_, ()>(10)).unwrap();
+        assert_eq!((kept.get(&1).as_deref(), kept.keys()), (Some(&10), vec![1]));
     }
 
     #[test]

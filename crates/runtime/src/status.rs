@@ -63,8 +63,7 @@ pub fn serve_status(
     prepared: impl Fn() -> Vec<Prepared> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let key = keys::status(&metrics.role, &metrics.instance).map_err(|e| ServeError::new("status", e))?;
-    let refused = counts.refused.clone();
-    serve_state(session, &key, &refused, move || {
+    serve_state(session, &key, &counts.refused.clone(), move || {
         let latency = counts.latency();
         Ok(ServiceStatus {
             role: metrics.role.clone(),

@@ -13,8 +13,9 @@ use zenoh::{Session, Wait};
 
 use crate::serve::ServeCounts;
 
-/// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep at most a few are in
-/// flight; in real time only the newest matters.
+/// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep the robot waits for what its
+/// services need of each other, so that at most a few of these are in flight, but nothing waits for a reader of
+/// reports. In real time only the newest matters.
 const INBOX: usize = 256;
 
 /// How a stream travels (the QoS column of the key table in `schemas/README.md`).
@@ -143,7 +144,7 @@ impl<M: Message> Inbox<M> {
         match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
             Ok(message) => Some(message),
             Err(error) => {
-                self.counts.refused.add(&[error.why.code()]);
+                self.counts.refuse(&error);
                 let refused = self.counts.refused.total();
                 tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
                 None

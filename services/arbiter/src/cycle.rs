@@ -18,7 +18,7 @@ use crate::report::{self, CycleOutcome};
 /// Each of the two stages, generation and evaluation, has a [`Budget`](curionav_pool::budget::Budget) of time.
 ///
 /// # Errors
-/// The belief, the people or a tree that the arbiter remembers is not valid. [`decide`] then decides to stop.
+/// A tree that the arbiter remembers is not valid. [`decide`] then decides to stop.
 pub async fn plan<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
@@ -32,7 +32,7 @@ pub async fn plan<P: Peers>(
 
     // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
     let (tick, stamp) = (observation.belief.tick, observation.belief.stamp);
-    let belief = convert::belief(&observation.belief)?;
+    let belief = convert::belief(&observation.belief);
     let people = convert::people(&observation.people, belief.pose);
     let scene = memory.observer.form_scene(&context.profile, &context.robot, tick, stamp, belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);

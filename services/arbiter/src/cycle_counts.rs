@@ -1,8 +1,9 @@
 //! What operators count of cycles.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Counter, Durations, Metrics, Tally};
 use curionav_schemas::Decision;
 
@@ -56,7 +57,7 @@ impl CycleCounts {
 
     /// From now on the mission asks pools for these.
     pub(crate) fn follow(&self, roles: impl Iterator<Item = String>) {
-        *self.roles.lock().unwrap_or_else(PoisonError::into_inner) = roles.collect();
+        *locked(&self.roles) = roles.collect();
     }
 
     pub(crate) fn register(&self, metrics: &mut Metrics, pool: &Arc<Pool<ZenohPeers>>) {
@@ -70,7 +71,7 @@ impl CycleCounts {
         metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
         let (pool, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
         let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {
-            let roles = roles.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let roles = locked(&roles).clone();
             roles.into_iter().map(|role| (role.clone(), count(&pool, &role) as f64)).collect()
         };
         let also = counted.clone();

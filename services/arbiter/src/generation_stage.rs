@@ -1,13 +1,14 @@
 //! Where a cycle's candidates come from: each tree grown by a replica, or in process.
 
 use curionav_planning::candidates::CandidateSet;
+use curionav_planning::generation::Generated;
 use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Reject};
 use futures_util::future::join_all;
 
 use curionav_pool::budget::Budget;
 use curionav_pool::context::{self, PlanContext};
-use curionav_pool::dispatch::{self, Generated};
+use curionav_pool::dispatch;
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
 
@@ -48,11 +49,11 @@ pub(crate) async fn generate<P: Peers>(
         let answer = answer.or_else(|| {
             let is_over = || stage.is_over(peers.now());
             let here = || context.generate(scene, index, tree.clone(), &previous, &is_over);
-            let (grown, cut) = context.in_process.then(|| peers.compute(here))?;
+            let grown = context.in_process.then(|| peers.compute(here))?;
             is_local = true;
-            Some(Generated { candidates: grown.candidates, tree: grown.tree, cut })
+            Some(grown)
         });
-        let Some(Generated { candidates, tree: grown, cut }) = answer else { continue };
+        let Some((Generated { candidates, tree: grown }, cut)) = answer else { continue };
         sets.push(candidates);
         *tree = Some(grown);
         is_cut |= cut;

@@ -28,7 +28,7 @@ pub(crate) fn score<'a>(
         let Some(evaluator) = context.local(term) else { return false };
         let is_missing = |i: &usize| scores.cost(term, *i).is_none();
         let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
-        match evaluator.evaluate(scene, &candidates.pick(&missing), is_over) {
+        match evaluator.evaluate(scene, &candidates.pick(missing.iter().copied()), is_over) {
             Ok(costs) => {
                 for (&index, cost) in missing.iter().zip(&costs) {
                     if let Err(error) = scores.insert(term, index, &[*cost]) {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use curionav_schemas::{Refusal, Reject};
 
 use curionav_pool::context::PlanContext;
-use curionav_pool::peers::{GENERATOR, Peers};
+use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
 
 /// How long a mission waits for a ready replica of every role before the arbiter goes ahead on its own.
@@ -20,7 +20,7 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// replace is awaited for a short time, a term that is not built in for a longer one: without it nothing can be
 /// followed, and the mission is refused. With `in_process = false`, built-in roles are awaited indefinitely.
 pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
-    let roles: Vec<&str> = std::iter::once(GENERATOR).chain(context.pool_terms()).collect();
+    let roles: Vec<&str> = context.pool_roles().collect();
     let started = pool.peers.now();
     let mut done_without = BTreeSet::new();
     loop {

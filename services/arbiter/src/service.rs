@@ -4,28 +4,24 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use crate::cycle;
+use crate::cycle_counts::CycleCounts;
+use crate::memory::Memory;
+use crate::readiness::await_pool;
 use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
-use curionav_pool::peers::{GENERATOR, ZenohPeers};
+use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
-use curionav_runtime::process::{OnReady, Running};
+use curionav_runtime::process::{Running, Start};
 use curionav_runtime::query::{AskError, fetch};
 use curionav_runtime::robot_service::{RobotService, supersedes};
-use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{
     self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Refusal, Reject, Twist,
 };
 use tokio::task::JoinSet;
-use zenoh::Session;
-
-use crate::cycle;
-use crate::cycle_counts::CycleCounts;
-use crate::memory::Memory;
-use crate::readiness::await_pool;
 
 /// The driver is on the same robot; if it does not answer, its commands say whose decisions it follows.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);
@@ -52,13 +48,9 @@ struct Arbiter {
 }
 
 /// Plans for one robot until `shutdown`; `on_ready` is called once it follows missions.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    mut shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
+pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
+        let Start { config, session, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("arbiter", config, session) => service?,
@@ -109,8 +101,7 @@ impl MissionFollower for Arbiter {
         let preparing = move || PlanContext::new(mission, &fields, in_process);
         let prepared = tokio::task::spawn_blocking(preparing).await;
         let context = Arc::new(prepared.map_err(Refusal::failed)??);
-        let roles = std::iter::once(GENERATOR).chain(context.pool_terms());
-        self.counts.follow(roles.map(str::to_owned));
+        self.counts.follow(context.pool_roles().map(str::to_owned));
         let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
         self.keeping_ready.spawn(async move { pool.keep_ready(&of).await });
         await_pool(&self.pool, &context).await?;

@@ -1,3 +1,9 @@
 //! Curiosity for positive content: what each candidate does to the certainty of the position (eqs. 7 to 15).
 
-curionav_pool::evaluation_service!("cpc");
+use curionav_pool::evaluation_service;
+use curionav_runtime::process::{Running, Start};
+
+/// Serves the term `cpc`.
+pub fn run(start: Start<'_>) -> Running<'_> {
+    evaluation_service::run("cpc", start)
+}

@@ -1,8 +1,9 @@
 //! What operators count and measure of commands.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Metrics, Tally};
 use curionav_schemas::{CommandReason, Mission, MissionState};
 use tokio::sync::watch;
@@ -40,8 +41,7 @@ impl CommandCounts {
     /// What the newest command was made from at `now` of the robot's clock, of which `time_scale` seconds pass in a
     /// second.
     pub(crate) fn tick(&self, stamps: Stamps, now: f64, time_scale: f64) {
-        *self.last.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some((stamps, now, Instant::now(), time_scale));
+        *locked(&self.last) = Some((stamps, now, Instant::now(), time_scale));
     }
 
     pub(crate) fn register(&self, metrics: &mut Metrics, missions: watch::Receiver<Option<Mission>>) {
@@ -49,7 +49,7 @@ impl CommandCounts {
         let last = Arc::clone(&self.last);
         let help = "Age of what the base is driven by, by the robot's clock; it grows while nothing comes";
         metrics.gauges("input_age_seconds", help, "stream", move || {
-            let last = *last.lock().unwrap_or_else(PoisonError::into_inner);
+            let last = *locked(&last);
             last.map_or_else(Vec::new, |(stamps, then, at, time_scale)| {
                 ages(&stamps, then + at.elapsed().as_secs_f64() * time_scale)
             })

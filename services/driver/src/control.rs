@@ -2,7 +2,7 @@
 
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::RobotModel;
-use curionav_planning::tracking::{TrackingParams, track};
+use curionav_planning::tracking::track;
 use curionav_runtime::convert;
 use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
@@ -46,11 +46,18 @@ pub struct Command {
     pub reason: CommandReason,
 }
 
-/// The command of one tick. Whatever is missing or old stops the robot.
+/// The command of one tick. What is missing or old stops the robot.
 pub fn command(inputs: &Inputs<'_>) -> Command {
-    let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
-    tracked(inputs, moving)
-        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason })
+    let moving = on_arrival(inputs);
+    tracked(inputs, moving).unwrap_or_else(|reason| stopping(inputs, reason))
+}
+
+/// Full braking on the present curve: where that leads was free when it was chosen.
+pub fn stopping(inputs: &Inputs<'_>, reason: CommandReason) -> Command {
+    let (moving, Inputs { robot, period, .. }) = (on_arrival(inputs), inputs);
+    let v = robot.limit(moving, Twist::default(), *period).v;
+    let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
+    Command { twist: robot.limit(moving, Twist { v, omega }, *period), reason }
 }
 
 /// The command that tracks the decision, or the reason to stop instead.
@@ -80,7 +87,7 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
     // The believed pose moved on by what odometry has measured since.
     let pose = Pose2::new(belief.x, belief.y, belief.heading)
         .compose(pose_of(at_belief).relative(pose_of(odometry)));
-    let wanted = track(&reference, decision_age, pose, moving, robot, period, &TrackingParams::default());
+    let wanted = track(&reference, decision_age, pose, moving, robot, period);
     let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
     let guarded = guard(wanted, scan, scan_from_robot, robot, period);
     Ok(if guarded == wanted {
@@ -93,16 +100,9 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
 /// How the base will be moving when a command of now reaches it: as measured, and one period on towards the
 /// command that is still on its way. Braking from what is measured alone would ask for the same speed twice,
 /// and take twice as long.
-pub fn on_arrival(odometry: &Odometry, on_its_way: Option<Twist>, robot: &RobotModel, period: f64) -> Twist {
-    let measured = Twist { v: odometry.v, omega: odometry.omega };
-    on_its_way.map_or(measured, |told| robot.limit(measured, told, period))
-}
-
-/// Full braking on the present curve: where that leads was free when it was chosen.
-fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
-    let v = robot.limit(moving, Twist::default(), period).v;
-    let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
-    robot.limit(moving, Twist { v, omega }, period)
+fn on_arrival(inputs: &Inputs<'_>) -> Twist {
+    let measured = Twist { v: inputs.odometry.v, omega: inputs.odometry.omega };
+    inputs.on_its_way.map_or(measured, |told| inputs.robot.limit(measured, told, inputs.period))
 }
 
 fn pose_of(odometry: &Odometry) -> Pose2 {
@@ -224,6 +224,16 @@ mod tests {
         assert!(
             (command(&inputs(&odometry, &belief, &scan, &decision, &robot)).twist.v - 0.45).abs() < 1e-12
         );
+    }
+
+    #[test]
+    fn stopping_keeps_the_curve() {
+        let robot = RobotModel::default();
+        let (mut odometry, belief, scan, decision) = moving();
+        (odometry.v, odometry.omega) = (0.5, 0.5);
+        let inputs = inputs(&odometry, &belief, &scan, &decision, &robot);
+        let twist = stopping(&inputs, CommandReason::MissionNotRunning).twist;
+        assert!((twist.omega / twist.v - 1.0).abs() < 1e-12, "{twist:?}");
     }
 
     #[test]

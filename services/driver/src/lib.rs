@@ -5,7 +5,7 @@
 mod command_counts;
 pub mod control;
 pub mod decision_fence;
-mod mission_key;
+mod mission_keys;
 pub mod mission_state;
 pub mod proximity;
 mod service;

@@ -2,6 +2,7 @@
 //! the one service without which nothing moves, so that pausing works whatever else has failed.
 
 use curionav_runtime::convert;
+use curionav_runtime::robot_service::is_over;
 use curionav_schemas::{
     Mission, MissionCommand, MissionEnd, MissionOrder, MissionState, Readiness, Refusal, Reject,
 };
@@ -67,9 +68,9 @@ impl CurrentMission {
         let Readiness { role, instance, revision, refused } = readiness;
         let paused = self.paused;
         let mission = self.of_revision(revision)?;
-        // A role that the mission does not require can neither begin it nor end it.
+        // A role that the mission does not require can neither begin it nor end it, and what is over stays as it ended.
         let required = mission.order.require.contains(&role);
-        if let Some(reject) = refused.filter(|_| required) {
+        if let Some(reject) = refused.filter(|_| required && !is_over(mission)) {
             finish(mission, MissionEnd::Unprepared { role, instance, reject });
             return Ok(mission.clone());
         }

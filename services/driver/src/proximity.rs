@@ -8,11 +8,9 @@ use curionav_schemas::Scan;
 const MARGIN: f64 = 0.05;
 /// Step at which the way to a stop is looked along, seconds.
 const STEP: f64 = 0.1;
-/// Longest way to a stop looked along: 2 m/s at 0.5 m/s2 takes 4 s.
-const STEPS_MAX: usize = 60;
 
-/// The command, or braking on the present curve if driving it for `period` seconds and then braking fully would bring the
-/// robot closer than the margin to a point of the scan it is not already moving away from.
+/// The command, or braking if driving it for `period` seconds and then braking fully at its turn rate would bring the robot
+/// closer than the margin to a point of the scan it is not already moving away from.
 /// `scan_from_robot` is where the robot is now, seen from where it was when it took the scan.
 pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotModel, period: f64) -> Twist {
     if command.v <= 0.0 {
@@ -21,6 +19,9 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
     let reach = robot.radius() + MARGIN;
     let farthest = reach + robot.v_max * period + robot.stopping_distance(robot.v_max);
     let points = points(scan, scan_from_robot, farthest);
+    if points.is_empty() {
+        return command;
+    }
     let (mut pose, mut twist, mut time) = (Pose2::default(), command, 0.0);
     let hits = |pose: Pose2| {
         points.iter().any(|p| {
@@ -29,7 +30,8 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
             now < reach && now < p.distance(Point2::default()) - 1e-3
         })
     };
-    for _ in 0..STEPS_MAX {
+    // It ends: the range of `a_max` leaves out 0.
+    loop {
         pose = step(pose, twist, STEP);
         if hits(pose) {
             return Twist { v: 0.0, omega: command.omega };
@@ -38,11 +40,10 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
         if time >= period {
             twist.v -= robot.a_max * STEP;
             if twist.v <= 0.0 {
-                break;
+                return command;
             }
         }
     }
-    command
 }
 
 /// End points of the beams that met something, as the robot sees them now: those within `reach` metres.
@@ -101,6 +102,15 @@ mod tests {
         // The wall was 1.7 m ahead when it was seen, half a metre ago.
         let since = Pose2::new(0.5, 0.0, 0.0);
         assert_eq!(guard(drive, &wall_ahead(1.7), since, &robot, 0.1).v, 0.0);
+    }
+
+    #[test]
+    fn it_looks_along_the_whole_way_to_a_stop() {
+        // From 2 m/s at 0.25 m/s2: 0.2 m in a period and 8 m of braking, which take 8.1 s.
+        let robot = RobotModel { v_max: 2.0, a_max: 0.25, ..RobotModel::default() };
+        let drive = Twist { v: 2.0, omega: 0.0 };
+        assert_eq!(guard(drive, &wall_ahead(9.0), Pose2::default(), &robot, 0.1), drive);
+        assert_eq!(guard(drive, &wall_ahead(8.2), Pose2::default(), &robot, 0.1).v, 0.0);
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! The driver on its robot.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::Twist;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
-use curionav_runtime::process::{OnReady, Running};
+use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::{RobotService, is_over};
 use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
@@ -16,12 +16,11 @@ use curionav_schemas::{
     self as wire, Belief, Clock, CommandReason, Decision, Mission, MissionState, Odometry, Refusal, Scan,
 };
 use tokio::sync::watch;
-use zenoh::Session;
 
 use crate::command_counts::CommandCounts;
-use crate::control::{Inputs, command, on_arrival};
+use crate::control::{Inputs, command, stopping};
 use crate::decision_fence::{Admission, DecisionFence};
-use crate::mission_key;
+use crate::mission_keys::MissionKeys;
 
 /// Ticks for which odometry and beliefs are remembered: longer than any decision is valid.
 const REMEMBERED_TICKS: usize = 64;
@@ -29,6 +28,7 @@ const REMEMBERED_TICKS: usize = 64;
 struct Driver {
     service: RobotService,
     missions: watch::Receiver<Option<Mission>>,
+    keys: Arc<MissionKeys>,
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
     scans: Latest<Scan>,
@@ -48,20 +48,17 @@ struct Driver {
 }
 
 /// Drives one robot until `shutdown`; `on_ready` is called once it takes missions.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    mut shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
+pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
+        let Start { config, session, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("driver", config, session) => service?,
         };
         let (mission_sender, missions) = watch::channel(None);
         let refused = service.counts.refused.clone();
-        let _mission = mission_key::serve(session, &config.robot, &refused, mission_sender)?;
+        let keys = Arc::new(MissionKeys::new(session, &config.robot, mission_sender)?);
+        let _serving = keys.serve(session, &config.robot, &refused)?;
         let (fence, last) = watch::channel(DecisionFence::default());
         let key = service.key("decision")?;
         let _last = serve_state(service.session_of("decision"), &key, &refused, move || {
@@ -69,6 +66,7 @@ pub fn run<'a>(
         })?;
         let driver = Driver {
             missions,
+            keys,
             odometry: Latest::new(service.inbox("odom")?),
             beliefs: Latest::new(service.inbox("belief")?),
             scans: Latest::new(service.inbox("scan")?),
@@ -99,11 +97,11 @@ impl Driver {
             tokio::select! {
                 biased;
                 () = shutdown.requested() => break,
-                () = another => self.begin().await?,
+                () = another => self.begin(),
                 odometry = self.odometry.next() => {
                     let Some(odometry) = odometry.cloned() else { break };
                     // When the run is over or another has begun, no answer of its ticks is awaited.
-                    let run = self.mission().map_or(0, |m| m.run);
+                    let run = self.missions.borrow().as_ref().map_or(0, |m| m.run);
                     let over = mission_that(self.missions.clone(), |m| m.run != run || is_over(m));
                     tokio::select! {
                         biased;
@@ -126,7 +124,8 @@ impl Driver {
     /// After how long without odometry the base is told to stop: five ticks in real time; in lockstep time
     /// stands still.
     fn silence(&self) -> Duration {
-        let realtime = self.mission().filter(|m| m.order.clock == Clock::Realtime);
+        let mission = self.missions.borrow();
+        let realtime = mission.as_ref().filter(|m| m.order.clock == Clock::Realtime);
         let seconds = realtime.map_or(3600.0, |m| 5.0 * m.order.tick_s / m.order.time_scale);
         Duration::from_secs_f64(seconds)
     }
@@ -168,27 +167,13 @@ impl Driver {
         let robot = convert::robot_model(&mission.order.robot_model);
         // In lockstep the base has carried out every command before it measures.
         let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at + 1 >= tick);
-        let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
-        if mission.state != MissionState::Running {
-            let moving = on_arrival(&odometry, on_its_way, &robot, period);
-            let twist = robot.limit(moving, Twist::default(), period);
-            self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
-            return;
-        }
         let decision = self.fence.borrow().in_force().cloned();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
-        let stamps = [
-            ("odom", Some(odometry.stamp)),
-            ("scan", scan.as_ref().map(|s| s.stamp)),
-            ("belief", belief.map(|b| b.stamp)),
-            ("decision", decision.as_ref().map(|d| d.stamp)),
-        ];
-        self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
-        let command = command(&Inputs {
+        let inputs = Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
@@ -196,22 +181,38 @@ impl Driver {
             made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
             period,
-            on_its_way,
-        });
+            on_its_way: recent.map(|(_, twist)| twist),
+        };
+        if mission.state != MissionState::Running {
+            let command = stopping(&inputs, CommandReason::MissionNotRunning);
+            self.publish(&mission, &odometry, command.twist, command.reason);
+            return;
+        }
+        let stamps = [
+            ("odom", Some(odometry.stamp)),
+            ("scan", scan.as_ref().map(|s| s.stamp)),
+            ("belief", belief.map(|b| b.stamp)),
+            ("decision", decision.as_ref().map(|d| d.stamp)),
+        ];
+        self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
+        let command = command(&inputs);
         self.publish(&mission, &odometry, command.twist, command.reason);
         self.service.counts.record(arrived.elapsed());
     }
 
     /// A new run, or a new revision of this one. Nothing of a new run can be on its way before all roles are ready, so
     /// all there is belongs to the one before; of a new revision nothing has to be forgotten.
-    async fn begin(&mut self) -> anyhow::Result<()> {
-        let Some(mission) = self.mission() else { return Ok(()) };
+    fn begin(&mut self) {
+        let Some(mission) = self.mission() else { return };
         if self.begun.0 != mission.run {
             self.odometry.clear();
             self.forget();
         }
         self.begun = (mission.run, mission.revision);
-        self.service.report(mission.revision, &Ok(())).await
+        let readiness = self.service.readiness(mission.revision, &Ok(()));
+        if let Err(reject) = self.keys.change(|current| current.readiness(readiness)) {
+            tracing::warn!(%reject, "the mission changed before the driver was ready");
+        }
     }
 
     /// Forgets what belongs to a clock that is over, but not which decision the next one has to outrank.

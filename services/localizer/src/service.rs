@@ -1,25 +1,22 @@
 //! The localizer on its robot.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
+use crate::particle_cloud::{Rate, particles};
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
 use curionav_pool::fields::Fields;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
+use curionav_runtime::locked::locked;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::mission_follower::{MissionFollower, follow};
-use curionav_runtime::process::{OnReady, Running};
+use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
-use curionav_runtime::shutdown::Shutdown;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan};
-use zenoh::Session;
-
-use crate::particle_cloud::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;
@@ -42,13 +39,9 @@ struct Localization {
 }
 
 /// Localizes one robot until `shutdown`; `on_ready` is called once it follows missions.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
+pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
+        let Start { config, session, shutdown, on_ready } = start;
         let service = RobotService::new("localizer", config, session);
         let missions = service.inbox("mission")?;
         let mut localization = Localization {
@@ -76,7 +69,7 @@ pub fn run<'a>(
 fn register_health(metrics: &mut Metrics, newest: &Arc<Mutex<Option<Belief>>>) {
     let mut gauge = |name, help, number: fn(&Belief) -> f64| {
         let newest = Arc::clone(newest);
-        let read = move || newest.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(number);
+        let read = move || locked(&newest).as_ref().map(number);
         metrics.gauge(name, help, read);
     };
     let help = "Trace of the position's covariance, square metres";
@@ -113,7 +106,7 @@ impl MissionFollower for Localization {
         let (laser, noise) = (convert::laser(&order.laser), convert::noise(&order.odometry_noise));
         let mut filter = Localizer::new((*map).clone(), laser, noise, params, order.seed)
             .map_err(|e| Refusal::invalid(e).at("localizer"))?;
-        let covariance = convert::covariance(&order.initial_covariance)?;
+        let covariance = convert::covariance(&order.initial_covariance);
         filter.initialise(convert::pose(order.initial_pose), &covariance);
         self.filter = Some((mission.run, filter));
         Ok(())
@@ -155,8 +148,14 @@ impl MissionFollower for Localization {
             filter.restart_odometry();
         }
         let announced = convert::laser(&mission.order.laser);
-        let (ranges, laser) = match self.recent_scans.iter().find(|s| s.tick == odometry.tick) {
-            Some(scan) => (scan.ranges.as_ref(), laser_of(scan, announced)),
+        let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
+        let (ranges, laser) = match scan.map(|scan| (scan, laser_of(scan, announced))) {
+            Some((scan, Ok(laser))) => (scan.ranges.as_ref(), laser),
+            Some((_, Err(reject))) => {
+                tracing::warn!(%reject, tick = odometry.tick, "the scan is not used");
+                self.service.counts.refuse(&reject);
+                (&[][..], announced)
+            }
             None => (&[][..], announced),
         };
         let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
@@ -168,23 +167,26 @@ impl MissionFollower for Localization {
         if self.cloud_rate.is_due(odometry.stamp) && self.clouds.is_heard() {
             self.clouds.publish(&particles(filter.particles(), odometry.tick, odometry.stamp), clock);
         }
-        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(belief);
+        *locked(&self.newest) = Some(belief);
         self.service.counts.record(started.elapsed());
     }
 }
 
 /// The scanner as the scan itself describes it; noise is what the mission says.
-fn laser_of(scan: &Scan, announced: LaserModel) -> LaserModel {
+fn laser_of(scan: &Scan, announced: LaserModel) -> Result<LaserModel, Reject> {
     let beams = scan.ranges.len() as u32;
     let span = scan.angle_increment * f64::from(beams.saturating_sub(1));
     let full = span + scan.angle_increment > std::f64::consts::TAU - 1e-6;
-    LaserModel {
-        robot_from_laser: convert::pose(scan.laser),
-        fov: if full { std::f64::consts::TAU } else { span },
-        beams,
-        range_max: scan.range_max,
-        range_sigma: announced.range_sigma,
+    let fov = if full { std::f64::consts::TAU } else { span };
+    let mut robot_from_laser = convert::pose(scan.laser);
+    // The model's beams lie evenly on both sides of its heading; those of the scan need not.
+    let middle = scan.angle_min + 0.5 * fov;
+    if middle.abs() > 1e-9 {
+        robot_from_laser.heading += middle;
     }
+    let LaserModel { range_sigma, .. } = announced;
+    let laser = LaserModel { robot_from_laser, fov, beams, range_max: scan.range_max, range_sigma };
+    convert::checked("scan", laser)
 }
 
 fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
@@ -195,4 +197,32 @@ fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
         converged: estimate.health.converged,
     };
     convert::belief_to_wire(&estimate.belief(), odometry.tick, odometry.stamp, health)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_testing::golden;
+
+    fn scan(angle_min: f64, beams: usize) -> Scan {
+        Scan { angle_min, angle_increment: 0.01, ranges: vec![1.0; beams].into(), ..golden::scan() }
+    }
+
+    #[test]
+    fn a_scan_that_is_no_scan_is_refused() {
+        let announced = LaserModel::default();
+        assert!(laser_of(&scan(0.0, 1), announced).is_err());
+        assert!(laser_of(&Scan { range_max: 1e12, ..scan(-0.5, 101) }, announced).is_err());
+        assert!(laser_of(&Scan { angle_increment: -0.01, ..scan(0.5, 101) }, announced).is_err());
+    }
+
+    #[test]
+    fn beams_point_where_the_scan_says() {
+        let scan = scan(0.2, 101);
+        let laser = laser_of(&scan, LaserModel::default()).unwrap();
+        for i in [0, 50, 100] {
+            let heading = laser.robot_from_laser.heading + laser.bearing(i);
+            assert!((heading - scan.laser.heading - (0.2 + 0.01 * f64::from(i))).abs() < 1e-9, "beam {i}");
+        }
+    }
 }

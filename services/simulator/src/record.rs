@@ -1,6 +1,6 @@
 //! What a run leaves behind: measures, the decisions' digest, and the trace for pictures and files.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use curionav_crowdsim::measures::social::{Task, social_measures};
@@ -10,12 +10,14 @@ use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::latency::Latency;
-use curionav_schemas::limits::MAX_MAGNITUDE;
+use curionav_schemas::limits::{MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
 use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace};
 use sha2::{Digest, Sha256};
 
 /// Columns of the trace, one row per tick.
 const COLUMNS: usize = 17;
+/// Most bytes of a trace, so that the result which holds it can be sent.
+const TRACE_BYTES_MAX: usize = 30 * 1024 * 1024;
 /// Stands for an infinite distance in trace and measures, metres: numbers on the wire are finite.
 const FAR_AWAY: f64 = 1e3;
 
@@ -106,7 +108,6 @@ impl Record {
         goal: Point2,
     ) -> RunResult {
         let wall = self.started.elapsed().as_secs_f64();
-        let hex = self.digest.finalize().iter().map(|b| format!("{b:02x}")).collect();
         RunResult {
             scenario: world.scenario().name.clone(),
             planner: planner.to_owned(),
@@ -126,14 +127,35 @@ impl Record {
                 max_ms: self.longest.as_secs_f64() * 1e3,
             },
             real_time_factor: world.time() / wall.max(1e-9),
-            decisions_sha256: hex,
-            trace: Trace {
-                rows: self.rows.len() as u32,
-                columns: self.columns.map(String::from).to_vec(),
-                values: self.rows.concat().into(),
-                people: people_trace(&self.people),
-            },
+            decisions_sha256: wire::hex(&self.digest.finalize()),
+            trace: trace(self.columns, &self.rows, &self.people),
         }
+    }
+}
+
+/// The rows as they are sent: all of them, or as many as a message holds, evenly spaced up to the last one.
+fn trace(
+    columns: [&'static str; COLUMNS],
+    rows: &[[f64; COLUMNS]],
+    people: &[Vec<(u32, f32, f32)>],
+) -> Trace {
+    let ids: BTreeSet<u32> = people.iter().flatten().map(|person| person.0).collect();
+    let has_people = ids.len() <= MAX_PEOPLE;
+    if !has_people {
+        tracing::warn!(people = ids.len(), "too many people for one result: their ways are left out");
+    }
+    let row_bytes = COLUMNS * size_of::<f64>() + if has_people { 9 * ids.len() } else { 0 };
+    let stride = rows.len().div_ceil((TRACE_BYTES_MAX / row_bytes).min(MAX_TRACE_ROWS)).max(1);
+    if stride > 1 {
+        tracing::warn!(stride, "the run is too long for one result: the trace has one tick in so many");
+    }
+    let kept = || (0..rows.len()).filter(|i| (rows.len() - 1 - i).is_multiple_of(stride));
+    let people: Vec<_> = kept().filter(|_| has_people).map(|i| people[i].as_slice()).collect();
+    Trace {
+        rows: kept().count() as u32,
+        columns: columns.map(String::from).to_vec(),
+        values: kept().flat_map(|i| rows[i]).collect(),
+        people: people_trace(&people, if has_people { ids } else { BTreeSet::new() }),
     }
 }
 
@@ -171,18 +193,13 @@ fn social(rows: &[Row], world: &World, outcome: Outcome, goal: Point2) -> BTreeM
     sendable.map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
-/// Rows of (id, x, y) as a rectangle with a presence mask.
-fn people_trace(rows: &[Vec<(u32, f32, f32)>]) -> PeopleTrace {
-    let ids: BTreeMap<u32, usize> = {
-        let mut ids: Vec<u32> = rows.iter().flatten().map(|p| p.0).collect();
-        ids.sort_unstable();
-        ids.dedup();
-        ids.into_iter().enumerate().map(|(i, id)| (id, i)).collect()
-    };
+/// Rows of (id, x, y) as a rectangle with a presence mask, one column per entry of `ids`.
+fn people_trace(rows: &[&[(u32, f32, f32)]], ids: BTreeSet<u32>) -> PeopleTrace {
+    let ids: BTreeMap<u32, usize> = ids.into_iter().enumerate().map(|(i, id)| (id, i)).collect();
     let mut xy = vec![0.0_f32; rows.len() * ids.len() * 2];
     let mut present = vec![0_u8; rows.len() * ids.len()];
     for (row, people) in rows.iter().enumerate() {
-        for (id, x, y) in people {
+        for (id, x, y) in *people {
             let at = row * ids.len() + ids[id];
             present[at] = 1;
             xy[2 * at] = *x;
@@ -194,5 +211,33 @@ fn people_trace(rows: &[Vec<(u32, f32, f32)>]) -> PeopleTrace {
         id: ids.into_keys().collect(),
         xy: xy.into(),
         present: present.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_run(rows: usize, people: u32) -> Trace {
+        let present: Vec<_> = (0..people).map(|id| (id, 1.0, 2.0)).collect();
+        let rows: Vec<_> = (0..rows).map(|i| [i as f64; COLUMNS]).collect();
+        trace(["column"; COLUMNS], &rows, &vec![present; rows.len()])
+    }
+
+    #[test]
+    fn a_long_run_is_thinned_until_it_can_be_sent() {
+        for (rows, people, stride) in [(100, 100, 1), (40_000, 100, 2), (864_000, 0, 4)] {
+            let trace = of_run(rows, people);
+            assert_eq!(trace.rows as usize, rows.div_ceil(stride), "{rows} rows");
+            assert_eq!(trace.values.last(), Some(&(rows as f64 - 1.0)));
+            let numbers = 8 * trace.values.len() + 4 * trace.people.xy.len() + trace.people.present.len();
+            assert!(numbers <= TRACE_BYTES_MAX, "{numbers} bytes");
+        }
+    }
+
+    #[test]
+    fn more_people_than_a_result_holds_are_left_out() {
+        let trace = of_run(3, MAX_PEOPLE as u32 + 1);
+        assert_eq!((trace.rows, trace.people.rows, trace.people.id.len()), (3, 0, 0));
     }
 }

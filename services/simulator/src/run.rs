@@ -11,6 +11,7 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::robot_service::is_over;
 use curionav_runtime::serve::ServeCounts;
 use curionav_runtime::topic::{Flow, Inbox, Topic};
 use curionav_schemas::{
@@ -280,8 +281,7 @@ const COMMAND: &str = "command from the driver";
 
 /// Why the run cannot go on, if its mission has ended.
 fn ended(mission: &Mission) -> Option<MissionEnd> {
-    let is_over = matches!(mission.state, MissionState::Cancelled | MissionState::Finished);
-    is_over.then(|| mission.end.clone().unwrap_or(MissionEnd::Cancelled))
+    is_over(mission).then(|| mission.end.clone().unwrap_or(MissionEnd::Cancelled))
 }
 
 fn failed(detail: impl ToString) -> MissionEnd {

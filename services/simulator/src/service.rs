@@ -2,19 +2,16 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::map_store::host;
 use curionav_runtime::metrics::Metrics;
-use curionav_runtime::process::{OnReady, Running};
-use curionav_runtime::serve::{Server, serve, serve_state};
-use curionav_runtime::shutdown::Shutdown;
+use curionav_runtime::process::{Running, Start};
+use curionav_runtime::serve::{Server, refusals, serve, serve_state};
 use curionav_runtime::status::announce_service;
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{InjectRequest, Refusal, RunState, RunStatus, keys};
 use tokio::sync::{mpsc, watch};
-use zenoh::Session;
 
 use crate::crowd::LiveCrowd;
 use crate::inject::{Prepared, prepare};
@@ -27,38 +24,39 @@ const PROGRESS_PERIOD: Duration = Duration::from_millis(200);
 type SharedStatus = watch::Sender<RunStatus>;
 
 /// Simulates one world until `shutdown`, one run at a time; `on_ready` is called once it takes scenarios.
-pub fn run<'a>(
-    config: &'a ServiceConfig,
-    session: &'a Session,
-    mut shutdown: Shutdown,
-    on_ready: OnReady,
-) -> Running<'a> {
+pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
+        let Start { config, session, mut shutdown, on_ready } = start;
         let status = SharedStatus::new(idle(&config.world));
         let key = |channel| keys::world(&config.world, channel);
         let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
         let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
-        let runs = AtomicU64::new(0);
-        let inject = serve(session, &key("scenario")?, 1, 4, move |request: InjectRequest, _| {
-            if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
-                return Err(Refusal::Busy.into());
-            }
-            let prepared = prepare(&request, &robot)?;
-            let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
-            let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
-            sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
-            shared.send_replace(fresh.clone());
-            Ok(fresh)
-        })?;
+        // Numbers unlike those of a simulator that was here before, which clients may still remember.
+        let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let runs = AtomicU64::new(since_epoch.as_millis() as u64);
+        let inject =
+            serve(session, &key("scenario")?, (1, 4), &refusals(), move |request: InjectRequest, _| {
+                if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
+                    return Err(Refusal::Busy.into());
+                }
+                let prepared = prepare(&request, &robot)?;
+                let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
+                let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
+                // Before it can be played, so that the end of the run is not overwritten.
+                shared.send_replace(fresh.clone());
+                sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
+                Ok(fresh)
+            })?;
         let counts = inject.counts();
         let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(shown.borrow().clone()))?;
         let (robot, shown) = (config.robot.clone(), status.clone());
         // As injecting, but nothing is run, whatever goes on meanwhile.
-        let _checks = serve(session, &key("check")?, 1, 4, move |request: InjectRequest, _| {
-            prepare(&request, &robot).map(|_| shown.borrow().clone())
-        })?;
+        let _checks =
+            serve(session, &key("check")?, (1, 4), &counts.refused, move |request: InjectRequest, _| {
+                prepare(&request, &robot).map(|_| shown.borrow().clone())
+            })?;
         let crowd = LiveCrowd::new(session, &config.world, &counts)?;
         let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;
         let metrics = Metrics::of_robot("simulator", config);

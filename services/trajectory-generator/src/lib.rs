@@ -2,4 +2,4 @@
 //!
 //! Stateless: the tree comes with the request and goes with the reply, so any replica can take over.
 
-pub use curionav_pool::generation_service::run;
+pub use curionav_pool::generator::run;

@@ -5,7 +5,7 @@ use std::sync::mpsc;
 use std::time::Instant;
 
 use curionav_runtime::query::{AskError, Urgency, ask};
-use curionav_runtime::serve::serve;
+use curionav_runtime::serve::{refusals, serve};
 use curionav_runtime::session;
 use curionav_schemas::{Clock, EvaluateRequest, Refusal, Scores, keys};
 use curionav_testing::golden;
@@ -38,7 +38,8 @@ async fn a_full_queue_refuses_at_once_and_robots_are_served_in_turn() {
         Ok(golden::scores())
     };
     // One slot, four may wait.
-    let server = serve(&session, &keys::questions("cpc", "busy").unwrap(), 1, 4, handler).unwrap();
+    let key = keys::questions("cpc", "busy").unwrap();
+    let server = serve(&session, &key, (1, 4), &refusals(), handler).unwrap();
     let refused = || server.counts().refused.total();
     let in_flight = || server.counts().in_flight.get();
     let mut waiting = vec![question(&session, "greedy", GREEDY)];

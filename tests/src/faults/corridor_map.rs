@@ -35,7 +35,7 @@ fn derive() -> (Fields, MapId) {
     let cells = (0..rows).flat_map(|y| (0..columns).map(move |x| (x, y)));
     let cells = cells.map(|(x, y)| if occupied(x, y) { 100 } else { 0 }).collect();
     let grid = OccupancyGrid::new(columns, rows, CELL, Pose2::default(), cells).unwrap();
-    let id = MapId(grid.hash().0);
+    let id = MapId(grid.hash());
     (Fields::of_maps([StaticMap::new(grid)]), id)
 }
 

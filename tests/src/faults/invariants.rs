@@ -46,7 +46,7 @@ pub(super) fn after_a_cycle(
     decision: &Decision,
     report: Option<&CycleReport>,
 ) {
-    let known = pool.replicas().len();
+    let known = pool.replicas().known();
     let State { replicas, epochs, checker, .. } = &mut *world.state();
     checker.decided(decision);
     report.into_iter().for_each(|report| checker.reported(report));

@@ -209,13 +209,11 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
         Question::Evaluate(request) => {
             let budget_ms = request.budget_ms;
-            let scores =
-                evaluation_service::answer(&name.0, &name.1, &world.fields, request.clone(), &|| {
-                    is_over(budget_ms)
-                });
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
+            let (request, stop) = (request.clone(), || is_over(budget_ms));
+            let scores = evaluation_service::answer(&name.0, &name.1, &world.fields, request, slots, &stop);
             let elapsed_us = (world.executor.now() - job.arrived).as_micros() as u64;
-            scores.map(|scores| Answer::Scored(Scores { slots, elapsed_us, ..scores }))
+            scores.map(|scores| Answer::Scored(Scores { elapsed_us, ..scores }))
         }
     };
     answered.map_err(AskError::Rejected)

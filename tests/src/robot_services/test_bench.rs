@@ -6,7 +6,7 @@ use curionav_planning::profile::Profile;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::map_store::host;
-use curionav_runtime::process::Service;
+use curionav_runtime::process::{Service, Start};
 use curionav_runtime::query::{Urgency, ask, fetch};
 use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::session;
@@ -46,7 +46,7 @@ impl TestBench {
             bench.triggers.push(trigger);
             bench.services.spawn(async move {
                 let on_ready = Box::new(move |_| ready.send(()).unwrap());
-                service(&config, &session, token, on_ready).await
+                service(Start { config: &config, session: &session, shutdown: token, on_ready }).await
             });
             is_ready.await.unwrap();
         }

@@ -4,9 +4,8 @@ use std::collections::BTreeSet;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use curionav_pool::context::PlanContext;
-use curionav_pool::generator;
 use curionav_runtime::latency::Latency;
-use curionav_runtime::probe::{RawReply, ask_everybody};
+use curionav_runtime::probe::{RawReply, ask_all};
 use curionav_schemas::{
     EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, ServiceStatus, keys,
 };
@@ -42,7 +41,7 @@ impl Instance {
         let mut instance = Self { role: role.to_owned(), name: name.to_owned(), ..Self::default() };
         for _ in 0..QUESTIONS {
             let asked = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs_f64();
-            let (replies, took) = ask_everybody(session, &key, None, TIMEOUT).await?;
+            let (replies, took) = ask_all(session, &key, None, TIMEOUT).await?;
             let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
             let Some(status) = statuses.first() else { break };
             instance.answering = instance.answering.max(statuses.len());
@@ -158,7 +157,7 @@ impl Instance {
             context.map_or("doctor", |context| &context.mission.order.robot),
         )?;
         let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
-        let is_generator = self.role == generator::ROLE;
+        let is_generator = self.role == keys::GENERATOR;
         let question = match context {
             None => Vec::new(),
             Some(context) if is_generator => {
@@ -168,8 +167,7 @@ impl Instance {
         };
         let encoding = if is_generator { GenerateRequest::ENCODING } else { EvaluateRequest::ENCODING };
         let sent = question.len() as f64 / 1e3;
-        let (replies, took) =
-            ask_everybody(session, &key, Some((question, encoding)), WARM_UP_TIMEOUT).await?;
+        let (replies, took) = ask_all(session, &key, Some((question, encoding)), WARM_UP_TIMEOUT).await?;
         let Some(reply) = replies.first() else { return Ok(Err("no answer where work is asked for".into())) };
         let took_ms = took.as_secs_f64() * 1e3;
         let fault = match is_generator {
@@ -181,7 +179,7 @@ impl Instance {
                 Ok(format!("{sent:.1} kB of work asked, answered in {took_ms:.2} ms: ready for the mission"))
             }
             (Some(Some(fault)), _) => Err(format!("an answer that is none: {fault}")),
-            (None, Err(Some(reject))) if context.is_some() => Err(format!("refused: {reject}")),
+            (None, Err(reject)) if context.is_some() => Err(format!("refused: {reject}")),
             (None, _) => {
                 Ok(format!("asked for work, answered in {took_ms:.2} ms (there is no mission to do it for)"))
             }

@@ -75,12 +75,8 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
 
 fn say(options: &DoctorOptions, findings: Vec<Finding>) -> Result<Report, Exit> {
     let report = Report::new(&options.at, findings);
-    if options.json {
-        print(serde_json::json!(report))?
-    } else {
-        print(&report)?
-    }
-    Ok(report)
+    let printed = if options.json { print(serde_json::json!(report)) } else { print(&report) };
+    printed.map(|()| report)
 }
 
 async fn examine(

@@ -5,10 +5,9 @@ use std::time::{Duration, Instant};
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
-use curionav_pool::generator;
 use curionav_runtime::map_store;
-use curionav_runtime::probe::{Heard, Listener, ask_everybody};
-use curionav_runtime::query::{AskError, fetch_from_all};
+use curionav_runtime::probe::{Heard, Listener, ask_all};
+use curionav_runtime::query::AskError;
 use curionav_runtime::robot_service::is_over;
 use curionav_runtime::topic::TopicError;
 use curionav_schemas::{
@@ -37,7 +36,7 @@ pub(super) struct Mission {
 impl Mission {
     pub(super) async fn ask(session: &Session, robot: &str) -> anyhow::Result<Self> {
         let key = keys::robot(robot, "mission")?;
-        let (replies, _) = ask_everybody(session, &key, None, TIMEOUT).await?;
+        let (replies, _) = ask_all(session, &key, None, TIMEOUT).await?;
         let mission: Option<wire::Mission> = replies.iter().find_map(|r| r.decode()?.ok());
         let mut found =
             Self { robot: robot.to_owned(), driver: !replies.is_empty(), mission, map: None, context: None };
@@ -65,7 +64,7 @@ impl Mission {
 
     pub(super) fn pool_roles(&self) -> Vec<String> {
         let Some(context) = self.context() else { return Vec::new() };
-        std::iter::once(generator::ROLE).chain(context.pool_terms()).map(str::to_owned).collect()
+        context.pool_roles().map(str::to_owned).collect()
     }
 
     fn is_running(&self) -> bool {
@@ -134,12 +133,11 @@ fn state_of(link: String, mission: &wire::Mission) -> Finding {
 
 async fn fetch_map(session: &Session, id: MapId) -> Result<((usize, f64), StaticMap), String> {
     let started = Instant::now();
-    let read = |served: wire::OccupancyGrid| {
-        let took_ms = started.elapsed().as_secs_f64() * 1e3;
-        Ok(((served.encoded_len(), took_ms), map_store::accept(id, served)?))
-    };
-    match fetch_from_all(session, &keys::map(&id), MAP_TIMEOUT, read).await {
-        Ok((served, grid)) => Ok((served, StaticMap::new(grid))),
+    match map_store::fetch(session, id, MAP_TIMEOUT).await {
+        Ok((served, grid)) => {
+            let took_ms = started.elapsed().as_secs_f64() * 1e3;
+            Ok(((served.encoded_len(), took_ms), StaticMap::new(grid)))
+        }
         Err(AskError::NoReply) => Err(format!("map {id} is not served")),
         Err(error) => Err(error.to_string()),
     }

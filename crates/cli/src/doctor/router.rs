@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
-use curionav_runtime::latency::Latency;
-use curionav_runtime::probe::ask_everybody;
+use curionav_runtime::latency::percentile_ms;
+use curionav_runtime::probe::ask_all;
 use curionav_runtime::{echo, session};
 use curionav_schemas::{ServiceStatus, keys};
 use zenoh::Session;
@@ -47,23 +47,20 @@ async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Resul
     let echoing = echo::serve(&other, &name)?;
     let mut medians = Vec::new();
     for size in SIZES {
-        let (mut times, mut answered) = (Latency::default(), 0);
+        let mut times = Vec::new();
         for _ in 0..ATTEMPTS + QUESTIONS {
-            if answered == QUESTIONS {
+            if times.len() == QUESTIONS {
                 break;
             }
             match echo::round_trip(session, &name, (size, size), TIMEOUT).await {
-                Ok(took) => {
-                    times.record(took);
-                    answered += 1;
-                }
+                Ok(took) => times.push(took),
                 Err(_) => tokio::time::sleep(PAUSE).await,
             }
         }
-        if answered < QUESTIONS {
+        if times.len() < QUESTIONS {
             break;
         }
-        medians.push(times.percentile_ms(0.5));
+        medians.push(percentile_ms(&mut times, 0.5));
     }
     drop(echoing);
     session::close(&other);
@@ -74,7 +71,7 @@ async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Resul
 async fn version(config: &ServiceConfig) -> anyhow::Result<String> {
     let plain = session::client(&ServiceConfig { namespace: None, ..config.clone() }).await?;
     let key = format!("{}/status/router/*", keys::ROOT);
-    let (replies, _) = ask_everybody(&plain, &key, None, TIMEOUT).await?;
+    let (replies, _) = ask_all(&plain, &key, None, TIMEOUT).await?;
     session::close(&plain);
     let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
     let versions: BTreeSet<&str> = statuses.iter().map(|s| s.version.as_str()).collect();

@@ -7,27 +7,27 @@ mod table;
 pub(crate) use summary::json;
 pub(crate) use table::table;
 
-use anyhow::Context;
-use curionav_picture::{Run, run_svg};
-use curionav_runtime::exit;
-use curionav_schemas::{Outcome, RunResult};
-use std::fs;
+use curionav_deployment::files;
+use curionav_runtime::exit::{self, Exit};
+use curionav_schemas::{CycleReport, Outcome, RunResult};
 use std::path::Path;
 
-/// Writes `metrics.json`, `trajectory.csv`, `cycles.csv` and `run.svg` into `dir`, which is created if need be.
-pub(crate) fn write(dir: &Path, run: &Run<'_>) -> anyhow::Result<()> {
-    fs::create_dir_all(dir).with_context(|| format!("cannot create the directory {}", dir.display()))?;
-    let files = [
-        ("metrics.json", summary::for_file(run.result)? + "\n"),
-        ("trajectory.csv", csv::trajectory(run.result)),
-        ("cycles.csv", csv::cycles(run.reports)),
-        ("run.svg", run_svg(run)),
+/// Writes `metrics.json`, `trajectory.csv`, `cycles.csv` and `run.svg` into `dir`, which is created if need be. Why
+/// there is no picture is said once the others are written.
+pub(crate) fn write(
+    dir: &Path,
+    result: &RunResult,
+    reports: &[CycleReport],
+    picture: Result<String, Exit>,
+) -> Result<(), Exit> {
+    let data = [
+        ("metrics.json", summary::for_file(result).map_err(Exit::failed)? + "\n"),
+        ("trajectory.csv", csv::trajectory(result)),
+        ("cycles.csv", csv::cycles(reports)),
     ];
-    for (name, content) in files {
-        let path = dir.join(name);
-        fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))?;
-    }
-    Ok(())
+    let write = |name, content: String| files::write(&dir.join(name), content).map_err(Exit::failed);
+    data.into_iter().try_for_each(|(name, content)| write(name, content))?;
+    write("run.svg", picture?)
 }
 
 /// The exit status of a run that came to an end: success only at the goal and without a collision.
@@ -40,12 +40,10 @@ pub(crate) fn exit_code(result: &RunResult) -> u8 {
 mod tests {
     use super::*;
     use curionav_testing::golden;
+    use std::fs;
 
-    fn written(dir: &Path) -> anyhow::Result<()> {
-        let (result, reports) = (&golden::run_result(), &[golden::cycle_report()]);
-        let map = &golden::occupancy_grid();
-        let run = Run { result, reports, map, goal: (8.0, 6.5), robot_radius: 0.3, goal_tolerance: 0.3 };
-        write(dir, &run)
+    fn written(dir: &Path, picture: Result<String, Exit>) -> Result<(), Exit> {
+        write(dir, &golden::run_result(), &[golden::cycle_report()], picture)
     }
 
     #[test]
@@ -61,18 +59,24 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_written_as_four_files_and_again_over_them() {
+    fn a_run_is_written_as_four_files_again_over_them_and_without_a_picture_as_three() {
         let dir = std::env::temp_dir().join(format!("curionav-output-{}", std::process::id()));
         let nested = dir.join("a/b");
+        let names = || {
+            let mut names: Vec<_> =
+                fs::read_dir(&nested).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+            names.sort();
+            names
+        };
+        let reason = written(&nested, Err(Exit::network(anyhow::anyhow!("no map")))).unwrap_err();
+        assert_eq!((reason.code, reason.line().as_str()), (exit::NO_NETWORK, "no map"));
+        assert_eq!(names(), ["cycles.csv", "metrics.json", "trajectory.csv"]);
         for _ in 0..2 {
-            written(&nested).unwrap();
+            written(&nested, Ok("<svg/>".into())).unwrap();
         }
-        let mut names: Vec<_> =
-            fs::read_dir(&nested).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        names.sort();
+        assert_eq!(names(), ["cycles.csv", "metrics.json", "run.svg", "trajectory.csv"]);
         let metrics = fs::read_to_string(nested.join("metrics.json")).unwrap();
         fs::remove_dir_all(&dir).unwrap();
-        assert_eq!(names, ["cycles.csv", "metrics.json", "run.svg", "trajectory.csv"]);
         let read: serde_json::Value = serde_json::from_str(&metrics).unwrap();
         let mut expected: serde_json::Value =
             serde_json::from_str(&json(&golden::run_result()).unwrap()).unwrap();
@@ -84,8 +88,8 @@ mod tests {
     fn an_error_names_the_file() {
         let blocked = std::env::temp_dir().join(format!("curionav-blocked-{}", std::process::id()));
         fs::write(&blocked, "a file where a directory should be").unwrap();
-        let written = written(&blocked);
+        let written = written(&blocked, Ok(String::new()));
         fs::remove_file(&blocked).unwrap();
-        assert!(format!("{:#}", written.unwrap_err()).contains("curionav-blocked"));
+        assert!(written.unwrap_err().line().contains("curionav-blocked"));
     }
 }

@@ -42,7 +42,7 @@ pub(crate) struct RecordOptions {
 
 pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
     if let Some(killed) = &options.recover {
-        let messages = recover(killed, &options.path).map_err(Exit::bad_input)?;
+        let messages = recover(killed, &options.path)?;
         eprintln!("{}: {messages} messages", options.path.display());
         return Ok(SUCCESS);
     }

@@ -53,11 +53,8 @@ pub(crate) async fn run(options: ReplayOptions) -> Result<u8, Exit> {
         let why = if why.is_empty() { "it holds no planning cycle".to_owned() } else { why.join("; ") };
         return Err(Exit::bad_input(anyhow::anyhow!("{}: nothing to plan: {why}", summary.recording)));
     }
-    if options.json {
-        print(serde_json::to_string(&summary).map_err(Exit::failed)?)?;
-    } else {
-        print(words(&summary))?;
-    }
+    let json = serde_json::to_string(&summary).map_err(Exit::failed);
+    print(if options.json { json? } else { words(&summary) })?;
     Ok(if summary.differing == 0 { SUCCESS } else { FAILED })
 }
 

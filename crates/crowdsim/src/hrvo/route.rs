@@ -114,7 +114,7 @@ fn in_sight(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
     let mut s = 0.0;
     loop {
         let share = if length > 0.0 { (s / length).min(1.0) } else { 1.0 };
-        let p = Point2::new(from.x + share * (to.x - from.x), from.y + share * (to.y - from.y));
+        let p = from.toward(to, share);
         let distance = map.to_obstacle.at(&map.grid, p);
         // A person who was pushed nearer to a wall than that may look out from there.
         let leaving = s < radius && map.grid.at(p) == Cell::Free;

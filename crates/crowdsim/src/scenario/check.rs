@@ -70,8 +70,7 @@ fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Re
         let next = corners.get(i + 1).unwrap_or(corner);
         let steps = (corner.distance(*next) / spacing).ceil().max(1.0);
         for k in 0..=(steps as usize) {
-            let s = k as f64 / steps;
-            let p = Point2::new(corner.x + s * (next.x - corner.x), corner.y + s * (next.y - corner.y));
+            let p = corner.toward(*next, k as f64 / steps);
             if map.grid.at(p) != Cell::Free || map.to_obstacle.at(&map.grid, p) < radius {
                 let field = format!("{field}.route[{}]", i.min(walker.route.len() - 1));
                 let place = format!("({:.2}, {:.2})", p.x, p.y);

@@ -89,8 +89,6 @@ impl Execution {
             }
             if let Some(job) = queue.next() {
                 running.spawn(attempt(self.program.clone(), worker, job));
-            } else if let Some(worker) = worker {
-                worker.end().await;
             }
         }
         Ok(missing)

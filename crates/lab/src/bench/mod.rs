@@ -21,6 +21,8 @@ mod summary;
 mod worker;
 mod worker_process;
 
+use anyhow::Context;
+use curionav_deployment::files;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 use curionav_runtime::print::print;
 
@@ -29,8 +31,6 @@ use findings::Findings;
 use plan::Plan;
 use row::{Row, Tally};
 use worker_process::Missing;
-
-use crate::out_folder::{folder, write};
 
 pub use options::Options;
 pub use worker::worker;
@@ -41,14 +41,15 @@ pub use worker::worker;
 /// Bad input if planners, scenarios or the directory cannot be used; failed if interrupted.
 pub async fn bench(options: Options) -> Result<u8, Exit> {
     let plan = Plan::read(&options.planners, &options.scenarios).map_err(Exit::bad_input)?;
-    let traces = folder(&options.out, "traces").map_err(Exit::bad_input)?;
+    let traces = options.out.join("traces");
+    files::make_folder(&traces).context("--out").map_err(Exit::bad_input)?;
     let mut execution = Execution::open(&options.out, options.jobs, options.any_build)?;
     let jobs = plan.jobs(options.first_seed, options.repeats, Some(&traces));
     let missing = execution.finish(&jobs).await?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| execution.row(job)).collect();
     let bench = Findings::new(&plan, &options, &jobs, &rows, &missing, execution.workers);
     for (name, content) in results::files(&bench, &rows).map_err(Exit::failed)? {
-        write(&options.out.join(name), &content).map_err(Exit::failed)?;
+        files::write(&options.out.join(name), content).map_err(Exit::failed)?;
     }
     show(&bench)?;
     print(format_args!("Report and data: {}", options.out.join("report.html").display()))?;

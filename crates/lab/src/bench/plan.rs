@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
-use curionav_schemas::{Clock, Message, OccupancyGrid, words};
+use curionav_schemas::{Clock, Message, OccupancyGrid, hex};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::paper::PUBLISHED;
+use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice, Package};
 
 /// One run, as a worker is asked for it.
@@ -143,7 +144,7 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
         let choice = Choice { planner: Some(planner.source.clone()), seed: None };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
         let prepared = curionav_simulator::prepare(&package.request, "robot")
-            .map_err(|reject| package.fault(reject.field.as_deref(), &words::say("refusal", &reject.why)))?;
+            .map_err(|reject| package.refusal(&reject))?;
         digests.push(digest(&package));
         first.get_or_insert((package, prepared));
     }
@@ -168,10 +169,5 @@ pub(crate) fn key(digest: &str, seed: u64) -> String {
 
 pub(crate) fn program_digest() -> anyhow::Result<String> {
     let path = std::env::current_exe().context("cannot find this program's file")?;
-    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    Ok(hex(&Sha256::digest(bytes))[..16].to_owned())
-}
-
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
+    Ok(hex(&Sha256::digest(files::bytes(&path)?))[..16].to_owned())
 }

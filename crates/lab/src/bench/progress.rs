@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use curionav_deployment::follow::progress_bar;
+use indicatif::{HumanDuration, ProgressBar};
 
 /// Between two lines where there is no terminal to draw a bar in.
 const LINE_EVERY: Duration = Duration::from_secs(30);
@@ -15,11 +16,7 @@ pub(crate) struct Progress {
 
 impl Progress {
     pub(crate) fn new(total: usize) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr());
-        let style = "{elapsed_precise} {wide_bar} {pos} of {len} runs, {msg}";
-        if let Ok(style) = ProgressStyle::with_template(style) {
-            bar.set_style(style);
-        }
+        let bar = progress_bar(total as u64, "{elapsed_precise} {wide_bar} {pos} of {len} runs, {msg}");
         bar.set_message("starting");
         Self { bar, said: Instant::now() }
     }

@@ -6,7 +6,7 @@ use super::report::report;
 use super::row::Row;
 use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
-use curionav_schemas::Outcome;
+use curionav_schemas::words;
 
 pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
     Ok([
@@ -25,8 +25,8 @@ fn results(rows: &[&Row]) -> String {
     let mut text =
         csv_row(labels.into_iter().chain(measures).chain(["cycles", "degraded", "decisions_sha256"]));
     for row in rows {
-        let labels =
-            [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome(row.outcome).into()];
+        let outcome = words::say("outcome", &row.outcome);
+        let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome];
         let last =
             [row.cycles.count.to_string(), row.cycles.degraded.to_string(), row.decisions_sha256.clone()];
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
@@ -59,14 +59,6 @@ fn number(measure: Measure, row: &Row) -> String {
 /// To nine decimals: farther ones are no more than the rounding of sums.
 fn decimal(value: f64) -> String {
     ((value * 1e9).round() / 1e9).to_string()
-}
-
-fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Reached => "reached",
-        Outcome::Timeout => "timeout",
-        Outcome::Lost => "lost",
-    }
 }
 
 #[cfg(test)]

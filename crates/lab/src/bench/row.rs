@@ -59,7 +59,7 @@ impl Tally {
         rows.fold(Self::default(), |t, row| Self {
             runs: t.runs + 1,
             success: t.success + usize::from(row.is_success()),
-            reached: t.reached + usize::from(row.outcome == Outcome::Reached),
+            reached: t.reached + usize::from(row.is_reached()),
             timeouts: t.timeouts + usize::from(row.outcome == Outcome::Timeout),
             lost: t.lost + usize::from(row.outcome == Outcome::Lost),
             collided: t.collided + usize::from(row.measures.collisions > 0),

@@ -13,6 +13,7 @@ use tokio::sync::mpsc;
 use super::plan::{Job, digest, key};
 use super::row::{Row, way};
 use curionav_deployment::embedded::Embedded;
+use curionav_deployment::files;
 use curionav_deployment::follow::follow;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -40,7 +41,6 @@ pub async fn worker(program: &str) -> Result<u8, Exit> {
         };
         print(answer.map_err(Exit::failed)?)?;
     }
-    embedded.stop().await;
     Ok(SUCCESS)
 }
 
@@ -92,8 +92,7 @@ async fn run(
         way: way(&result),
     };
     if let Some(path) = &job.trace {
-        std::fs::write(path, result.encode())
-            .map_err(|e| Exit::bad_input(anyhow::Error::from(e).context(path.display().to_string())))?;
+        files::write(path, result.encode()).map_err(Exit::bad_input)?;
     }
     Ok(row)
 }

@@ -98,9 +98,4 @@ impl WorkerProcess {
         let row: Row = serde_json::from_str(&line).with_context(|| format!("a worker answered `{line}`"))?;
         Ok((row, line))
     }
-
-    pub(super) async fn end(mut self) {
-        drop(self.jobs);
-        let _ = self.child.wait().await;
-    }
 }

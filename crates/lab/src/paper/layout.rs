@@ -49,7 +49,7 @@ impl Layout {
         if let Some(counts) = counts {
             canvas.recede_from_west(counts.known.saturating_sub(counts.occupied))?;
         }
-        let walls = canvas.wall_cells(&self.masonry)?;
+        let walls = canvas.wall_cells(&self.masonry);
         let wanted = match counts {
             Some(counts) => counts.occupied.checked_sub(canvas.count(OCCUPIED)).unwrap_or(usize::MAX),
             None => walls.iter().take_while(|(distance, _)| *distance <= 2.0 * cell as f32).count(),
@@ -104,17 +104,14 @@ impl Canvas {
     }
 
     /// Cells that may become wall, nearest to the floor first: (distance, index).
-    fn wall_cells(&self, masonry: &[Polygon]) -> anyhow::Result<Vec<(f32, usize)>> {
-        let floor = self.cells.iter().map(|&c| if c == UNKNOWN { FREE } else { OCCUPIED }).collect();
-        let (width, height) = (self.grid.width(), self.grid.height());
-        let floor = OccupancyGrid::new(width, height, self.grid.resolution(), self.grid.origin(), floor)?;
-        let to_floor = DistanceField::to_occupied(&floor);
+    fn wall_cells(&self, masonry: &[Polygon]) -> Vec<(f32, usize)> {
+        let to_floor = DistanceField::to(&self.grid, |i| self.cells[i] != UNKNOWN);
         let mut walls: Vec<(f32, usize)> = (0..self.cells.len())
             .filter(|&i| self.cells[i] == UNKNOWN && masonry.iter().any(|m| contains(m, self.centre(i))))
             .map(|i| (to_floor.metres()[i], i))
             .collect();
         walls.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        Ok(walls)
+        walls
     }
 }
 

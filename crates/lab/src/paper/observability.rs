@@ -1,7 +1,7 @@
 //! What a laser can make of a place: which beams meet landmarks, and how well they hold a position.
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{eigenvalues, sin_cos};
 use curionav_planning::occupancy::{Cell, StaticMap};
 use curionav_planning::sensor::LaserModel;
 
@@ -18,8 +18,7 @@ pub(super) fn look(map: &StaticMap, laser: &LaserModel, pose: Pose2) -> Vec<Poin
 pub(super) fn hold(normals: &[Point2]) -> f64 {
     let sum = |product: fn(&Point2) -> f64| normals.iter().map(product).sum::<f64>();
     let (xx, xy, yy) = (sum(|n| n.x * n.x), sum(|n| n.x * n.y), sum(|n| n.y * n.y));
-    let half_difference: f64 = 0.5 * (xx - yy);
-    (0.5 * (xx + yy) - (half_difference * half_difference + xy * xy).sqrt()).max(0.0)
+    eigenvalues(xx, xy, yy).1.max(0.0)
 }
 
 /// Unit normal of the surface a beam meets, if any: the gradient of the distance field a little before.

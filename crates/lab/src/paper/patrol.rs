@@ -96,8 +96,7 @@ fn at_start(walker: &Walker) -> Point2 {
     let length = a.distance(b);
     let along =
         if walker.start_offset <= length { walker.start_offset } else { 2.0 * length - walker.start_offset };
-    let s = along / length;
-    Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y))
+    a.toward(b, along / length)
 }
 
 /// Points along a polyline, at most `spacing` apart, ends and corners included.
@@ -106,10 +105,7 @@ pub(super) fn points(polyline: &[Point2], spacing: f64) -> Vec<Point2> {
     for pair in polyline.windows(2) {
         let (a, b) = (pair[0], pair[1]);
         let steps = (a.distance(b) / spacing).ceil().max(1.0) as usize;
-        all.extend((1..=steps).map(|k| {
-            let s = k as f64 / steps as f64;
-            Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y))
-        }));
+        all.extend((1..=steps).map(|k| a.toward(b, k as f64 / steps as f64)));
     }
     all
 }

@@ -7,7 +7,6 @@ use curionav_planning::occupancy::Cell;
 use curionav_planning::random::{Rng, rng, uniform};
 use curionav_planning::scene::Scene;
 use curionav_pool::context::PlanContext;
-use curionav_pool::generator;
 use curionav_runtime::convert;
 use curionav_runtime::exit::Exit;
 use curionav_schemas as wire;
@@ -17,7 +16,7 @@ use super::workload::Workload;
 /// Different batches, asked for in turn.
 const BATCHES: usize = 4;
 /// Trees grown for one batch, at most; each offers a hundred candidates or so.
-const TREES_MAX: u64 = 400;
+const TREES_MAX: usize = 400;
 /// Greatest speed of a person along an axis, m/s, where more are needed than the scenario has.
 const WALK: f64 = 0.7;
 /// Attempts to find room for one more person.
@@ -44,7 +43,7 @@ pub(super) fn batches(
     for k in 0..BATCHES {
         let Some(moment) = moments.get((2 * k + 1) * moments.len() / (2 * BATCHES)) else { continue };
         let Some(candidates) = candidates(context, moment, count)? else { continue };
-        let mut scene = convert::scene(&moment.scene).context("scene")?;
+        let mut scene = convert::scene(&moment.scene);
         // All terms are active: what is measured does not depend on how sure the robot was.
         scene.uncertain = true;
         if let Some(people) = people {
@@ -97,19 +96,17 @@ fn candidates(
     moment: &wire::CycleReport,
     count: usize,
 ) -> anyhow::Result<Option<CandidateSet>> {
-    let mut request = context.generate_request((0, 0), &moment.scene, 0, None, &[]).context("generator")?;
+    let scene = convert::scene(&moment.scene);
     let mut sets = vec![convert::candidates(moment.candidates.clone())?];
     let mut grown = sets[0].len();
     for seed in 0..TREES_MAX {
         if grown >= count {
             break;
         }
-        request.seed = seed;
-        let reply = generator::generate("scale", &request, &context.map, &context.geodesic, &|| false)?;
-        let set = convert::candidates(reply.candidates)?;
-        grown += set.len();
-        sets.push(set);
+        let (generated, _) = context.generate(&scene, seed, None, &[], &|| false);
+        grown += generated.candidates.len();
+        sets.push(generated.candidates);
     }
     let all = CandidateSet::concat(context.profile.steps, context.profile.dt, sets);
-    Ok((grown >= count).then(|| all.slice(0..count)))
+    Ok((grown >= count).then(|| all.pick(0..count)))
 }

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
-use curionav_runtime::latency::Latency;
+use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::Clock;
 use serde_json::{Value, json};
 
@@ -51,10 +51,9 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
         let robot = robots.all.first().context("no robot")?;
         for (&people, &batch) in crowds.iter().flat_map(|p| sizes.iter().map(move |b| (p, b))) {
             let prepared = batches(setup.workload, &robot.context, batch, Some(people))?;
-            let (here, pool) =
-                compare(robot, &Work::Evaluate(setup.service.name(), prepared), seconds).await?;
+            let times = compare(robot, &Work::Evaluate(setup.service.name(), prepared), seconds).await?;
             eprintln!("{replicas} replicas, {people} people, batch of {batch}");
-            let [in_process_ms, pool_ms] = [here, pool].map(|latency| latency.percentile_ms(0.5));
+            let [in_process_ms, pool_ms] = times.map(|mut times| percentile_ms(&mut times, 0.5));
             all.push(Times { replicas, people, batch, in_process_ms, pool_ms });
         }
         robots.leave();
@@ -87,9 +86,9 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
 }
 
 /// Times of the same batches here and in the pool, by turns.
-async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<(Latency, Latency)> {
+async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<[Vec<Duration>; 2]> {
     let Work::Evaluate(term, batches) = work else { bail!("only evaluators are compared") };
-    let (mut here, mut pool) = (Latency::default(), Latency::default());
+    let (mut here, mut pool) = (Vec::new(), Vec::new());
     let mut end = Instant::now() + Duration::from_secs_f64(seconds);
     let mut seq = 0;
     while (seq as usize) < SETTLING || Instant::now() < end {
@@ -101,11 +100,11 @@ async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<(La
         if seq as usize == SETTLING {
             end = Instant::now() + Duration::from_secs_f64(seconds);
         } else if seq as usize > SETTLING {
-            here.record(in_process);
-            pool.record(answer.took);
+            here.push(in_process);
+            pool.push(answer.took);
         }
     }
-    Ok((here, pool))
+    Ok([here, pool])
 }
 
 fn score(robot: &Robot, term: &str, batch: &Batch) -> anyhow::Result<Duration> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use curionav_pool::budget::Budget;
-use curionav_runtime::latency::Latency;
+use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::Clock;
 use tokio::task::JoinSet;
 use tokio::time::MissedTickBehavior;
@@ -50,7 +50,7 @@ async fn row(
         let start = begin + PERIOD.mul_f64(index as f64 / robot_count as f64);
         on_a_thread(&mut planning, plan(index as u64, Arc::clone(robot), Arc::clone(work), start, cycles));
     }
-    let mut latency = Latency::default();
+    let mut times = Vec::new();
     let (mut planned, mut shards, mut unanswered) = (0, 0, 0);
     // Candidates answered per robot.
     let mut shares = Vec::new();
@@ -60,7 +60,7 @@ async fn row(
         shards += answers.iter().map(|answer| answer.shards).sum::<usize>();
         unanswered += answers.iter().map(|answer| answer.unanswered).sum::<usize>();
         shares.push(answers.iter().map(|answer| answer.candidates as f64).sum());
-        answers.iter().for_each(|answer| latency.record(answer.took));
+        times.extend(answers.iter().map(|answer| answer.took));
     }
     let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
     let budget = robots.all.first().map(|r| Budget::of_stage(Duration::ZERO, &r.context.mission));
@@ -73,8 +73,8 @@ async fn row(
         count("replicas", replicas),
         count("robots", robot_count),
         count("cycles", planned),
-        number("p50_ms", "p50 ms", latency.percentile_ms(0.50), 2),
-        number("p99_ms", "p99 ms", latency.percentile_ms(0.99), 2),
+        number("p50_ms", "p50 ms", percentile_ms(&mut times, 0.50), 2),
+        number("p99_ms", "p99 ms", percentile_ms(&mut times, 0.99), 2),
         number("budget_ms", "budget ms", 1e3 * budget.as_secs_f64(), 0),
         share("unanswered", unanswered as f64 / shards.max(1) as f64),
         share("skipped", 1.0 - planned as f64 / due.max(1) as f64),

@@ -42,24 +42,19 @@ pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
     // Whatever happened: no process and no control group is left.
     processes.stop().await;
     let measured = measured.map_err(|error| error.downcast::<Exit>().unwrap_or_else(Exit::failed))?;
-    if options.json {
-        print(measured.json)?
-    } else {
-        print(measured.text)?
-    }
-    Ok(SUCCESS)
+    let printed = if options.json { print(measured.json) } else { print(measured.text) };
+    printed.map(|()| SUCCESS)
 }
 
 async fn measure(options: &Options, processes: &mut Processes) -> anyhow::Result<Measured> {
     eprintln!("driving through {}", options.scenario.display());
     let workload = Workload::of(&options.scenario, options.planner.as_deref()).await?;
-    let setup = options.service.map(|service| Setup { options, workload: &workload, service });
-    let measured = match &setup {
-        _ if options.overhead => overhead::measure(options, processes, &workload).await,
-        Some(setup) if options.break_even => break_even::measure(setup, processes).await,
-        Some(setup) if !options.robots.is_empty() => fleet::measure(setup, processes).await,
-        Some(setup) => throughput::measure(setup, processes).await,
-        None => Err(Exit::bad_input(anyhow!("--service is missing")).into()),
+    let measured = match options.service.map(|service| Setup { options, workload: &workload, service }) {
+        Some(setup) if options.break_even => break_even::measure(&setup, processes).await,
+        Some(setup) if !options.robots.is_empty() => fleet::measure(&setup, processes).await,
+        Some(setup) => throughput::measure(&setup, processes).await,
+        // The arguments name a service, or else `--overhead`.
+        None => overhead::measure(options, processes, &workload).await,
     };
     workload.services.stop().await;
     measured

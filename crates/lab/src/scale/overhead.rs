@@ -7,13 +7,13 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, ensure};
 use curionav_arbiter::cycle::{self, Observation};
 use curionav_arbiter::memory::Memory;
+use curionav_planning::generation::Generated;
 use curionav_pool::budget::Budget;
-use curionav_pool::dispatch::{self, Generated};
-use curionav_pool::generator;
+use curionav_pool::dispatch;
 use curionav_pool::peers::Peers;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
-use curionav_runtime::latency::Latency;
+use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::{self as wire, Clock, Message};
 use serde_json::json;
 use zenoh::Session;
@@ -37,7 +37,7 @@ const TIMEOUT: Duration = Duration::from_secs(5);
 struct Question {
     role: String,
     sizes: (usize, usize),
-    bare: Latency,
+    bare: Vec<Duration>,
 }
 
 /// Measures the split. `processes` must have no replicas yet.
@@ -59,9 +59,8 @@ pub(super) async fn measure(
     let over_processes = Arc::clone(robots.all.first().context("no robot")?);
     let in_process = Robot::on(&workload.services.session, workload.context("robot-0", Clock::Lockstep)?)?;
     for robot in [&over_processes, &in_process] {
-        robot.ready(generator::ROLE, 1).await?;
-        for term in robot.context.pool_terms() {
-            robot.ready(term, 1).await?;
+        for role in robot.context.pool_roles() {
+            robot.ready(role, 1).await?;
         }
     }
     let homes = [&in_process, &*over_processes];
@@ -90,7 +89,7 @@ async fn compare(
             for _ in 0..BARE {
                 let time = round_trip(session, echo, question.sizes, TIMEOUT).await?;
                 if round > 0 {
-                    question.bare.record(time);
+                    question.bare.push(time);
                 }
             }
         }
@@ -100,24 +99,24 @@ async fn compare(
         }
         round += 1;
     }
-    Ok(measured(&questions, &cycles))
+    Ok(measured(questions, &cycles))
 }
 
-fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2]) -> Measured {
-    let question = |q: &Question| {
+fn measured(mut questions: Vec<Question>, cycles: &[Vec<wire::Timings>; 2]) -> Measured {
+    let question = |q: &mut Question| {
         vec![
             label("question", "question", &q.role),
             count("question_bytes", q.sizes.0),
             count("answer_bytes", q.sizes.1),
-            number("p50_ms", "bare p50 ms", q.bare.percentile_ms(0.5), 3),
+            number("p50_ms", "bare p50 ms", percentile_ms(&mut q.bare, 0.5), 3),
         ]
     };
     let [in_process, processes] = cycles.each_ref().map(|times| median_ms(times, |t| t.total_us));
     // Of a bare query through the router, mean of the questions of a cycle.
-    let bare =
-        questions.iter().map(|q| q.bare.percentile_ms(0.5)).sum::<f64>() / questions.len().max(1) as f64;
+    let sum: f64 = questions.iter_mut().map(|q| percentile_ms(&mut q.bare, 0.5)).sum();
+    let bare = sum / questions.len().max(1) as f64;
     let round_trips = (processes - in_process) / bare;
-    let questions: Vec<Row> = questions.iter().map(question).collect();
+    let questions: Vec<Row> = questions.iter_mut().map(question).collect();
     let homes = [stages("in process", &cycles[0]), stages("processes", &cycles[1])];
     let verdict = if round_trips <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
     let count = cycles[0].len();
@@ -153,9 +152,8 @@ fn stages(home: &str, times: &[wire::Timings]) -> Row {
 }
 
 fn median_ms(times: &[wire::Timings], of: impl Fn(&wire::Timings) -> u64) -> f64 {
-    let mut latency = Latency::default();
-    times.iter().for_each(|t| latency.record(Duration::from_micros(of(t))));
-    latency.percentile_ms(0.5)
+    let mut times: Vec<Duration> = times.iter().map(|t| Duration::from_micros(of(t))).collect();
+    percentile_ms(&mut times, 0.5)
 }
 
 /// Plans every cycle of the workload once more: what was decided, and how long each took.
@@ -185,7 +183,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
     let mut questions = Vec::new();
     let mut add = |role: &str, question: Vec<u8>, answer: Vec<u8>| {
         let sizes = (question.len(), answer.len());
-        questions.push(Question { role: role.to_owned(), sizes, bare: Latency::default() });
+        questions.push(Question { role: role.to_owned(), sizes, bare: Vec::new() });
     };
     let context = &robot.context;
     let epoch = 1;
@@ -196,7 +194,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
         let shape = (context.profile.steps, context.profile.dt);
         let generated =
             dispatch::generate(&robot.pool, &context.mission.order.robot, &request, 0, shape, stage).await;
-        let Generated { candidates, tree: grown, cut } = generated.context("no generator answered")?;
+        let (Generated { candidates, tree: grown }, cut) = generated.context("no generator answered")?;
         tree = Some(grown.clone());
         if seq < half as u64 {
             continue;
@@ -210,7 +208,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
             elapsed_us: 0,
             cut,
         };
-        add(generator::ROLE, request.encode(), reply.encode());
+        add(wire::keys::GENERATOR, request.encode(), reply.encode());
         for term in context.pool_terms() {
             let all = 0..candidates.len();
             let request = context.evaluate_request(term, (epoch, 0), &past.scene, &candidates, all);

@@ -53,9 +53,7 @@ impl Processes {
     }
 
     pub(super) async fn dismiss(&mut self) {
-        for replica in self.replicas.drain(..) {
-            replica.stop().await;
-        }
+        Supervised::stop_all(std::mem::take(&mut self.replicas)).await;
         if let Some(quotas) = &mut self.quotas {
             quotas.clear();
         }
@@ -64,7 +62,7 @@ impl Processes {
     /// Ends everything and removes every control group.
     pub(super) async fn stop(mut self) {
         self.dismiss().await;
-        self.router.stop().await;
+        Supervised::stop_all(vec![self.router]).await;
     }
 
     /// Processor time used until now: by the replicas together, and by router and this process, which is what

@@ -111,9 +111,9 @@ impl Robot {
                 let request = self.context.generate_request((1, seq), scene, 0, old.as_ref(), &[])?;
                 let shape = (self.context.profile.steps, self.context.profile.dt);
                 let generated = dispatch::generate(&self.pool, robot, &request, 0, shape, stage).await;
-                let candidates = generated.as_ref().map_or(0, |generated| generated.candidates.len());
+                let candidates = generated.as_ref().map_or(0, |(generated, _)| generated.candidates.len());
                 let unanswered = usize::from(generated.is_none());
-                *tree = generated.map(|generated| generated.tree);
+                *tree = generated.map(|(generated, _)| generated.tree);
                 Ok(Answer { candidates, shards: 1, unanswered, took: started.elapsed() })
             }
         }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
 use curionav_runtime::exit::Exit;
-use curionav_runtime::latency::Latency;
+use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::Clock;
 use tokio::task::JoinSet;
 
@@ -31,7 +31,7 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
         eprintln!("{replicas} replicas, {seconds} s");
         let robots = usize::from(setup.options.in_flight) * replicas;
         let robots = setup.robots(processes, (replicas, robots), Clock::Lockstep).await?;
-        let alone = drive(processes, &robots.all[..1], &work, half).await?;
+        let mut alone = drive(processes, &robots.all[..1], &work, half).await?;
         let busy = drive(processes, &robots.all, &work, half).await?;
         robots.leave();
         processes.dismiss().await;
@@ -39,8 +39,8 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
         rows.push(vec![
             count("replicas", replicas),
             number("candidates_per_s", "candidates/s", busy.candidates_per_s, 0),
-            number("p50_ms", "p50 ms", alone.latency.percentile_ms(0.50), 2),
-            number("p99_ms", "p99 ms", alone.latency.percentile_ms(0.99), 2),
+            number("p50_ms", "p50 ms", percentile_ms(&mut alone.times, 0.50), 2),
+            number("p99_ms", "p99 ms", percentile_ms(&mut alone.times, 0.99), 2),
             number("efficiency", "efficiency", of_one / *first.get_or_insert(of_one), 3),
             number("cores", "cores", busy.cores, 2),
             number("asking_cores", "asking", busy.asking_cores, 2),
@@ -51,7 +51,7 @@ pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> any
 
 struct Driven {
     candidates_per_s: f64,
-    latency: Latency,
+    times: Vec<Duration>,
     cores: f64,
     asking_cores: f64,
 }
@@ -83,10 +83,9 @@ async fn drive(
         let lost = anyhow!("{} of {} shards were not answered in time", answer.unanswered, answer.shards);
         return Err(Exit::network(lost).into());
     }
-    let mut latency = Latency::default();
-    answers.iter().for_each(|(_, answer)| latency.record(answer.took));
+    let times = answers.iter().map(|(_, answer)| answer.took).collect();
     answers.retain(|(at, _)| *at <= end);
-    Ok(Driven { candidates_per_s: rate(&answers), latency, cores, asking_cores })
+    Ok(Driven { candidates_per_s: rate(&answers), times, cores, asking_cores })
 }
 
 async fn keep_asking(

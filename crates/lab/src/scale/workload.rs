@@ -44,8 +44,7 @@ impl Workload {
             let finished = follow(&services.session, &config, &package, true).await?;
             let key = keys::robot(&config.robot, "mission")?;
             let mission = fetch::<Mission>(&services.session, &key, Duration::from_secs(2)).await;
-            let map = finished.map.with_context(|| format!("{}: no cycle took place", scenario.display()))?;
-            anyhow::Ok((finished.reports, map, mission.map_err(Exit::network)?))
+            anyhow::Ok((finished.reports, finished.map?, mission.map_err(Exit::network)?))
         };
         let (cycles, map, mission) = match driven.await {
             Ok(driven) => driven,

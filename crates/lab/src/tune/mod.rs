@@ -10,16 +10,17 @@ use anyhow::{Context, bail};
 use clap::Args;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
+use curionav_schemas::hex;
 use sha2::{Digest, Sha256};
 
 use crate::bench::execution::Execution;
 use crate::bench::measure::Measure;
-use crate::bench::plan::{self, Plan};
+use crate::bench::plan::Plan;
 use crate::bench::row::Row;
 use crate::bench::statistics::mean;
-use crate::out_folder::{folder, write};
 use crate::plural::count;
 use curionav_deployment::csv_row::csv_row;
+use curionav_deployment::files;
 use search::Trial;
 use space::{Setting, Space};
 
@@ -79,7 +80,8 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
     let space = Space::read(&options.space).map_err(Exit::bad_input)?;
     // Checked before the first run, not after an hour.
     Plan::read(&["curiosity".into()], &options.scenarios).map_err(Exit::bad_input)?;
-    let folder = folder(&options.out, "settings").map_err(Exit::bad_input)?;
+    let folder = options.out.join("settings");
+    files::make_folder(&folder).context("--out").map_err(Exit::bad_input)?;
     let execution = Execution::open(&options.out, options.jobs, false)?;
     let mut runs = Runs { space: &space, options: &options, folder, execution, tried: Vec::new() };
     let profile = results(&mut runs).await.map_err(|e| e.downcast::<Exit>().unwrap_or_else(Exit::failed))?;
@@ -109,8 +111,8 @@ async fn results(runs: &mut Runs<'_>) -> anyhow::Result<String> {
         profile += &format!("# {} = {value}\n", parameter.path);
     }
     profile += &toml::to_string(&best.profile)?;
-    write(&options.out.join("best.toml"), &profile)?;
-    write(&options.out.join("tune.csv"), &runs.table()?)?;
+    files::write(&options.out.join("best.toml"), &profile)?;
+    files::write(&options.out.join("tune.csv"), runs.table()?)?;
     Ok(profile)
 }
 
@@ -187,9 +189,9 @@ impl Runs<'_> {
 /// The setting's profile as a file, named by what is in it.
 fn written(folder: &Path, setting: &Setting) -> anyhow::Result<PathBuf> {
     let text = toml::to_string(&setting.profile)?;
-    let path = folder.join(format!("{}.toml", &plan::hex(&Sha256::digest(&text))[..16]));
+    let path = folder.join(format!("{}.toml", &hex(&Sha256::digest(&text))[..16]));
     if !path.is_file() {
-        write(&path, &text)?;
+        files::write(&path, text)?;
     }
     Ok(path)
 }

@@ -1,6 +1,5 @@
 //! What a run costs: the one number that tuning makes small.
 
-use curionav_schemas::Outcome;
 use serde::Deserialize;
 
 use crate::bench::row::Row;
@@ -62,7 +61,7 @@ impl Objective {
             + self.tcm * m.tcm
             + self.length_m * m.length_m
             + self.time_s * m.time_s
-            + penalty(row.outcome != Outcome::Reached, self.not_reached)
+            + penalty(!row.is_reached(), self.not_reached)
             + penalty(m.collisions > 0, self.collision)
     }
 }
@@ -71,6 +70,7 @@ impl Objective {
 mod tests {
     use super::*;
     use crate::bench::row::tests::row;
+    use curionav_schemas::Outcome;
 
     #[test]
     fn a_run_costs_what_the_help_says_and_failing_costs_more_than_anything() {

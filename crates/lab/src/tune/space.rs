@@ -5,11 +5,11 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use curionav_planning::profile::Profile;
 use curionav_planning::random::{rng, uniform};
-use curionav_runtime::config::describe_toml_error;
 use serde::Deserialize;
 
 use super::objective::Objective;
 use curionav_deployment::package::read_profile;
+use curionav_runtime::config::read_toml;
 
 /// Most parameters: beyond, a search with some hundred settings finds nothing.
 const PARAMETERS_MOST: usize = 16;
@@ -74,14 +74,11 @@ pub(crate) struct Setting {
 impl Space {
     /// Reads the file and checks that the ends of every parameter make a profile. Errors name file and field.
     pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
-        let text =
-            std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
-        Self::parse(&text, path.parent().unwrap_or(Path::new(""))).with_context(|| path.display().to_string())
+        let file = read_toml(path)?;
+        Self::new(file, path.parent().unwrap_or(Path::new(""))).with_context(|| path.display().to_string())
     }
 
-    fn parse(text: &str, folder: &Path) -> anyhow::Result<Self> {
-        let file: SpaceFile =
-            toml::from_str(text).map_err(|e| anyhow::anyhow!("{}", describe_toml_error(text, &e)))?;
+    fn new(file: SpaceFile, folder: &Path) -> anyhow::Result<Self> {
         let base = base(&file.base, folder).context("base")?;
         if file.parameters.is_empty() || file.parameters.len() > PARAMETERS_MOST {
             bail!("parameters: must be 1 to {PARAMETERS_MOST}, found {}", file.parameters.len());
@@ -270,7 +267,7 @@ mod tests {
         [[parameters]]\npath = \"steps\"\nlow = 10\nhigh = 16\n[[parameters]]\npath = \"normalisation\"\nvalues = [\"fixed\", \"min-max\"]\n";
 
     fn space(text: &str) -> anyhow::Result<Space> {
-        Space::parse(text, Path::new(""))
+        Space::new(toml::from_str(text)?, Path::new(""))
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub(crate) fn long_path(map: &StaticMap, length: f64) -> Vec<Point2> {
         let goal = centre(roomy[roomy.len() * (2 * k + 1) / 10]);
         let field = GeodesicField::new(map, goal, 0.4);
         for &i in roomy.iter().step_by(97) {
-            let off = (field.cell(i) - 1.1 * length).abs();
+            let off = (field.at(centre(i)) - 1.1 * length).abs();
             if off < best.0 {
                 best = (off, field.descend(centre(i), 0.1));
             }

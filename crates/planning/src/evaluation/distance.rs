@@ -113,7 +113,7 @@ mod tests {
         let set = points(&[[(8.0, 2.0), (7.9, 2.1)], [(2.0, 8.0), (2.0, 7.7)], [(1.0, 1.0), (1.3, 1.3)]]);
         let whole = walled().evaluate(&scene(), &set, &|| false).unwrap();
         for (i, cost) in whole.iter().enumerate() {
-            let alone = walled().evaluate(&scene(), &set.slice(i..i + 1), &|| false).unwrap();
+            let alone = walled().evaluate(&scene(), &set.pick([i]), &|| false).unwrap();
             assert_eq!(alone[0].to_bits(), cost.to_bits());
         }
     }

@@ -84,8 +84,6 @@ crate::parameters! {
 pub struct Component {
     /// Mean mu_g of eq. 17: the person, or the centre of the smallest circle around the crowd; map frame.
     pub centre: Point2,
-    /// Radius of that circle, metres; 0 for one person.
-    pub radius: f64,
     /// Diagonal of Sigma_g of eq. 16, m2.
     pub variance: f64,
     /// p_g of eq. 18.
@@ -105,7 +103,6 @@ impl Component {
         let mean = |of: &[f64]| cluster.iter().map(|&i| of[i]).sum::<f64>() / cluster.len() as f64;
         Self {
             centre,
-            radius,
             variance: match params.covariance {
                 Covariance::Literal => sigma,
                 Covariance::Squared => sigma * sigma,

@@ -125,8 +125,8 @@ fn sharding_changes_no_cost() {
         let candidates = random_candidates(&mut r, 40, 13, 0.3, 15.0);
         let whole = evaluate(params, &crowd, &candidates);
         let cut = (uniform(&mut r) * 40.0) as usize;
-        let mut parts = evaluate(params, &crowd, &candidates.slice(0..cut));
-        parts.extend(evaluate(params, &crowd, &candidates.slice(cut..40)));
+        let mut parts = evaluate(params, &crowd, &candidates.pick(0..cut));
+        parts.extend(evaluate(params, &crowd, &candidates.pick(cut..40)));
         let bits = |costs: &[f64]| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&whole), bits(&parts), "seed {seed}");
     }

@@ -129,7 +129,7 @@ mod tests {
         let set = ways(10, &[5.0, 5.5, 7.0]);
         let whole = costs(person(3.5, 5.0), &set);
         for (i, cost) in whole.iter().enumerate() {
-            assert_eq!(costs(person(3.5, 5.0), &set.slice(i..i + 1))[0].to_bits(), cost.to_bits());
+            assert_eq!(costs(person(3.5, 5.0), &set.pick([i]))[0].to_bits(), cost.to_bits());
         }
     }
 

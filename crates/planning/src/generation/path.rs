@@ -29,8 +29,7 @@ impl Path {
             let length = last.distance(p);
             let mut s = Self::SPACING - carried;
             while s <= length && self.points.len() < most {
-                let f = s / length;
-                self.points.push(Point2::new(last.x + f * (p.x - last.x), last.y + f * (p.y - last.y)));
+                self.points.push(last.toward(p, s / length));
                 s += Self::SPACING;
             }
             carried = length - (s - Self::SPACING);
@@ -61,9 +60,7 @@ impl Path {
         }
         let scaled = (s / Self::SPACING).max(0.0);
         let k = (scaled as usize).min(last - 1);
-        let f = scaled - k as f64;
-        let (a, b) = (self.points[k], self.points[k + 1]);
-        Point2::new(a.x + f * (b.x - a.x), a.y + f * (b.y - a.y))
+        self.points[k].toward(self.points[k + 1], scaled - k as f64)
     }
 
     /// Index of the point nearest to `p` among `from` and those up to a metre further, nearest first met.

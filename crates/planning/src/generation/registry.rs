@@ -13,8 +13,6 @@ pub struct GeneratorKind {
     pub name: &'static str,
     /// What limits the growth of one cycle: samples drawn or nodes added.
     pub iterations: fn(&mut GenerationParams) -> &mut u32,
-    /// Most candidates that one tree offers.
-    pub max_candidates: fn(&GenerationParams) -> u32,
     /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered. The
     /// function that says whether to stop is for emergencies: an answer cut short is usable but depends on the machine.
     pub grow: fn(&GenerationInput<'_>, Option<Tree>, &dyn Fn() -> bool) -> Generated,
@@ -43,19 +41,16 @@ pub const GENERATORS: &[GeneratorKind] = &[
     GeneratorKind {
         name: "rrt-star",
         iterations: |params| &mut params.tree.iterations,
-        max_candidates: |params| params.candidates.max_candidates,
         grow: rrt_star_generator::generate,
     },
     GeneratorKind {
         name: "risk-rrt",
         iterations: |params| &mut params.risk_rrt.nodes,
-        max_candidates: |params| params.risk_rrt.max_candidates,
         grow: risk_rrt::generate,
     },
     GeneratorKind {
         name: "bi-risk-rrt",
         iterations: |params| &mut params.risk_rrt.nodes,
-        max_candidates: |params| params.risk_rrt.max_candidates,
         grow: bi_risk_rrt::generate,
     },
 ];

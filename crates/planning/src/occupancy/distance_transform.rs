@@ -16,19 +16,20 @@ pub struct DistanceField {
 impl DistanceField {
     /// Distance to the nearest occupied cell: what laser beams end on.
     pub fn to_occupied(grid: &OccupancyGrid) -> Self {
-        Self::to(grid, |c| c == Cell::Occupied)
+        Self::to(grid, |i| grid.cell(i) == Cell::Occupied)
     }
 
     /// Distance to the nearest cell that is not known to be free: what a robot must keep clear of.
     pub fn to_obstacle(grid: &OccupancyGrid) -> Self {
-        Self::to(grid, |c| c != Cell::Free)
+        Self::to(grid, |i| grid.cell(i) != Cell::Free)
     }
 
-    fn to(grid: &OccupancyGrid, is_target: impl Fn(Cell) -> bool) -> Self {
+    /// Distance to the nearest cell of `grid` whose index is a target.
+    pub fn to(grid: &OccupancyGrid, is_target: impl Fn(usize) -> bool) -> Self {
         let (width, height) = (grid.width(), grid.height());
         let far = ((width * width + height * height) as f64).max(1.0);
         let mut squared: Vec<f64> =
-            (0..width * height).map(|i| if is_target(grid.cell(i)) { 0.0 } else { far }).collect();
+            (0..width * height).map(|i| if is_target(i) { 0.0 } else { far }).collect();
         let mut scratch = Scratch::new(width.max(height));
         for row in squared.chunks_exact_mut(width) {
             scratch.transform(row.len(), row, 1, far);

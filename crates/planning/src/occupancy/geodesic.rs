@@ -129,11 +129,6 @@ impl GeodesicField {
         (self.grid.width(), self.grid.height())
     }
 
-    /// Distance to go of a cell by index, metres.
-    pub fn cell(&self, index: usize) -> f64 {
-        f64::from(self.metres[index])
-    }
-
     /// Shortest way from `start`, a point every `spacing` metres, by steepest descent; empty when the
     /// goal cannot be reached.
     pub fn descend(&self, start: Point2, spacing: f64) -> Vec<Point2> {

@@ -1,7 +1,5 @@
 //! The occupancy grid.
 
-use std::fmt;
-
 use sha2::{Digest, Sha256};
 
 use crate::geometry::{Point2, Pose2};
@@ -18,16 +16,6 @@ pub enum Cell {
     Occupied,
     /// Never observed, or in between the thresholds.
     Unknown,
-}
-
-/// Identity of a map: SHA-256 over its geometry and cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct MapHash(pub [u8; 32]);
-
-impl fmt::Display for MapHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|b| write!(f, "{b:02x}"))
-    }
 }
 
 /// What is wrong with numbers that were to become a grid.
@@ -53,7 +41,7 @@ pub struct OccupancyGrid {
     resolution: f64,
     origin: Pose2,
     cells: Vec<i8>,
-    hash: MapHash,
+    hash: [u8; 32],
 }
 
 impl OccupancyGrid {
@@ -85,7 +73,7 @@ impl OccupancyGrid {
             digest.update(number.to_le_bytes());
         }
         digest.update(cells.iter().map(|&c| c as u8).collect::<Vec<u8>>());
-        let hash = MapHash(digest.finalize().into());
+        let hash = digest.finalize().into();
         Ok(Self { width, height, resolution, origin, cells, hash })
     }
 
@@ -114,8 +102,8 @@ impl OccupancyGrid {
         &self.cells
     }
 
-    /// Identity of the content.
-    pub fn hash(&self) -> MapHash {
+    /// Identity of the map: SHA-256 over its geometry and cells.
+    pub fn hash(&self) -> [u8; 32] {
         self.hash
     }
 

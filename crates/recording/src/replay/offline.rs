@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::future::{Future, pending};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -14,6 +14,7 @@ use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
+use curionav_runtime::locked::locked;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
     CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, MapId, Memory, Mission,
@@ -113,7 +114,7 @@ impl Offline {
         // Whether it could answer in an earlier cycle says nothing about this one.
         self.pool.clear();
         let peers = &self.pool.peers;
-        *peers.report() = Some(report.clone());
+        *locked(&peers.report) = Some(report.clone());
         let foreign = context.pool_terms().filter(|term| context.local(term).is_none());
         for term in foreign {
             let mut replicas = self.pool.replicas();
@@ -132,13 +133,9 @@ struct OfflinePeers {
 }
 
 impl OfflinePeers {
-    fn report(&self) -> MutexGuard<'_, Option<CycleReport>> {
-        self.report.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     /// What was recorded for the candidates of `request`, if they are the same ones.
     fn recorded(&self, term: &str, request: &EvaluateRequest) -> Option<Vec<f64>> {
-        let report = self.report();
+        let report = locked(&self.report);
         let report = report.as_ref()?;
         let recorded = report.terms.iter().find(|recorded| recorded.term == term)?;
         let (asked, known) = (&request.candidates, &report.candidates);

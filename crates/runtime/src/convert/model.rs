@@ -85,6 +85,6 @@ pub fn occupancy_grid_to_wire(g: &OccupancyGrid) -> wire::OccupancyGrid {
         resolution: g.resolution(),
         origin: pose_to_wire(g.origin()),
         cells: g.cells().into(),
-        map: MapId(g.hash().0),
+        map: MapId(g.hash()),
     }
 }

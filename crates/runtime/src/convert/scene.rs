@@ -3,25 +3,22 @@
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::scene::{Belief, People, Scene};
-use curionav_schemas::{self as wire, F64Array, Frame, Refusal, Reject};
+use curionav_schemas::{self as wire, F64Array, Frame};
 use nalgebra::Matrix3;
 
 /// A 3x3 covariance from nine row-major numbers; the schema has checked their count.
-pub fn covariance(values: &F64Array) -> Result<Matrix3<f64>, Reject> {
-    if values.len() != 9 {
-        return Err(Refusal::WrongLength { found: values.len() as u64, expected: 9 }.at("covariance"));
-    }
+pub fn covariance(values: &F64Array) -> Matrix3<f64> {
     let m = Matrix3::from_row_slice(values);
-    Ok((m + m.transpose()) * 0.5)
+    (m + m.transpose()) * 0.5
 }
 
 /// A belief.
-pub fn belief(b: &wire::Belief) -> Result<Belief, Reject> {
-    Ok(Belief {
+pub fn belief(b: &wire::Belief) -> Belief {
+    Belief {
         pose: Pose2::new(b.x, b.y, b.heading),
-        covariance: covariance(&b.covariance)?,
+        covariance: covariance(&b.covariance),
         twist: Twist { v: b.v, omega: b.omega },
-    })
+    }
 }
 
 /// A belief; health is the localiser's own to say.
@@ -94,10 +91,10 @@ pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
 }
 
 /// A scene.
-pub fn scene(s: &wire::Scene) -> Result<Scene, Reject> {
-    let belief = belief(&s.belief)?;
+pub fn scene(s: &wire::Scene) -> Scene {
+    let belief = belief(&s.belief);
     let people = people(&s.people, belief.pose);
-    Ok(Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain })
+    Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain }
 }
 
 /// A scene; `health` is that of the belief it was formed from.

@@ -66,7 +66,6 @@ Refusal = Annotated[
             "wrong_robot": {},
             "unreachable_goal": {"x": _FLOAT, "y": _FLOAT},
             "wrong_map": {},
-            "missing_file": {"found": _TEXT},
             "invalid": {"detail": _TEXT},
             "epoch_out_of_reach": {},
             "no_mission": {},

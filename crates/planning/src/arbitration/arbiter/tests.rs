@@ -192,7 +192,7 @@ fn removing_a_loser_can_change_the_winner_under_min_max_and_not_under_fixed_scal
     let winners = |hall: &Hall| {
         let winner = |n: usize| {
             let s = scores(&[("cnc", &cnc[..n]), ("distance", &distance[..n])]);
-            hall.arbitrate(&three().slice(0..n), &s, None).decision.candidate
+            hall.arbitrate(&three().pick(0..n), &s, None).decision.candidate
         };
         (winner(3), winner(2))
     };

@@ -116,7 +116,7 @@ fn sharding_changes_no_cost() {
     for shards in 1..=43 {
         let mut pieces = Vec::new();
         for s in 0..shards {
-            let shard = set.slice(s * 43 / shards..(s + 1) * 43 / shards);
+            let shard = set.pick(s * 43 / shards..(s + 1) * 43 / shards);
             pieces.extend(zeta(&evaluator, &uncertain(), &shard));
         }
         let bits = |costs: &[f64]| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>();

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::states::States;
-use crate::tracking::{TrackingParams, track};
+use crate::tracking::track;
 use crate::trajectory::Trajectory;
 
 /// People who walk to and fro, and wait when the robot stands in their way.
@@ -30,7 +30,7 @@ impl Walkers {
             let length = a.distance(b);
             let clear = (0..=100).all(|k| {
                 let s = f64::from(k) / 100.0;
-                let p = Point2::new(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y));
+                let p = a.toward(b, s);
                 map.to_obstacle.at(&map.grid, p) > 0.4 && keep_away.iter().all(|q| q.distance(p) > 2.5)
             });
             if !clear || !(4.0..14.0).contains(&length) {
@@ -150,7 +150,7 @@ fn drive(
         let wanted = match &chosen {
             Some((trajectory, at)) => {
                 let t = 0.1 * (tick - at) as f64;
-                track(trajectory, t, pose, twist, robot, 0.1, &TrackingParams::default())
+                track(trajectory, t, pose, twist, robot, 0.1)
             }
             None => Twist::default(),
         };
