@@ -9,7 +9,7 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
-use curionav_runtime::latency::Latency;
+use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::limits::{MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
 use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace};
 use sha2::{Digest, Sha256};
@@ -25,10 +25,9 @@ const FAR_AWAY: f64 = 1e3;
 pub(crate) struct Record {
     measured: Vec<Row>,
     digest: Sha256,
-    cycles: u64,
     degraded: u64,
-    latency: Latency,
-    longest: Duration,
+    /// How long each cycle took.
+    times: Vec<Duration>,
     columns: [&'static str; COLUMNS],
     rows: Vec<[f64; COLUMNS]>,
     people: Vec<Vec<(u32, f32, f32)>>,
@@ -40,10 +39,8 @@ impl Record {
         Self {
             measured: Vec::new(),
             digest: Sha256::new(),
-            cycles: 0,
             degraded: 0,
-            latency: Latency::default(),
-            longest: Duration::ZERO,
+            times: Vec::new(),
             columns: [""; COLUMNS],
             rows: Vec::new(),
             people: Vec::new(),
@@ -60,11 +57,8 @@ impl Record {
                 self.digest.update(number.to_le_bytes());
             }
         }
-        self.cycles += 1;
         self.degraded += u64::from(!decision.degraded.is_empty());
-        let elapsed = Duration::from_micros(decision.elapsed_us);
-        self.latency.record(elapsed);
-        self.longest = self.longest.max(elapsed);
+        self.times.push(Duration::from_micros(decision.elapsed_us));
     }
 
     /// One tick.
@@ -100,7 +94,7 @@ impl Record {
 
     /// The result, at the end of a run to `goal`.
     pub(crate) fn finish(
-        self,
+        mut self,
         world: &World,
         planner: &str,
         seed: u64,
@@ -120,11 +114,11 @@ impl Record {
             measures: measures(&Measures::of(&self.measured)),
             social: social(&self.measured, world, outcome, goal),
             cycles: Cycles {
-                count: self.cycles,
+                count: self.times.len() as u64,
                 degraded: self.degraded,
-                p50_ms: self.latency.percentile_ms(0.50),
-                p99_ms: self.latency.percentile_ms(0.99),
-                max_ms: self.longest.as_secs_f64() * 1e3,
+                p50_ms: percentile_ms(&mut self.times, 0.50),
+                p99_ms: percentile_ms(&mut self.times, 0.99),
+                max_ms: percentile_ms(&mut self.times, 1.0),
             },
             real_time_factor: world.time() / wall.max(1e-9),
             decisions_sha256: wire::hex(&self.digest.finalize()),
