@@ -29,7 +29,7 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 40 maps and fields),
+/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 52 maps and fields),
 /// and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.
@@ -44,7 +44,7 @@ pub const MAX_VERTICES: usize = 64;
 pub const MAX_FILES: usize = 32;
 /// Bytes in the name of an injected file.
 pub const MAX_FILE_NAME: usize = 255;
-/// Rows of a run's trace: 10 hours at 10 Hz.
+/// Rows of a run's trace: 10 hours at 10 Hz, if they are short enough for the message.
 pub const MAX_TRACE_ROWS: usize = 360_000;
 /// Columns of a run's trace.
 pub const MAX_TRACE_COLUMNS: usize = 64;

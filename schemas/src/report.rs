@@ -204,7 +204,8 @@ impl CycleReport {
         self.rejected.get(place).map(|rejected| &rejected.why)
     }
 
-    /// What a candidate costs that was compared with the others, by its index; nothing if it was rejected or not scored.
+    /// What a candidate costs that was compared with the others, by its index; nothing if it was rejected or not
+    /// scored.
     pub fn open_cost(&self, candidate: usize) -> Option<f64> {
         self.total_of(candidate).filter(|_| self.rejection_of(candidate).is_none())
     }

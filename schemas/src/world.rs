@@ -65,7 +65,7 @@ pub enum RunState {
 /// How a world's run goes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunStatus {
-    /// Counts the runs of this world.
+    /// Rises with every run, also over a restart of the simulator.
     pub run: u64,
     /// World.
     pub world: String,

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::config::{ServiceConfig, read_toml};
 use curionav_runtime::session;
 use curionav_testing::skip;
 use serde_json::Value;
@@ -44,7 +44,7 @@ fn assert_understood(whose: &str, arguments: &[String]) {
 
 #[test]
 fn the_documented_service_configuration_says_the_defaults() {
-    let read = ServiceConfig::from_file(&deploy("service.toml")).unwrap();
+    let read: ServiceConfig = read_toml(&deploy("service.toml")).unwrap();
     // The file shows how a router is named; without one the command line tries this machine.
     let expected = ServiceConfig { connect: read.connect.clone(), ..ServiceConfig::default() };
     assert_eq!(read, expected);

@@ -105,7 +105,8 @@ impl Checker {
         let (count, generation) = (report.candidates.count, &context.profile.generation);
         let of_one_tree = match context.profile.generator.as_str() {
             "rrt-star" => generation.candidates.max_candidates,
-            _ => generation.risk_rrt.max_candidates,
+            "risk-rrt" | "bi-risk-rrt" => generation.risk_rrt.max_candidates,
+            other => unreachable!("no bound is known for the generator {other}"),
         };
         self.violations
             .check(count <= context.profile.trees * of_one_tree, BOUNDED, || format!("{count} candidates"));

@@ -186,10 +186,10 @@ mod tests {
         for (text, fault) in [
             ("replicas.simulator = 2", "replicas.simulator: is 2; give 0 to 1"),
             ("replicas.cnc = 65", "replicas.cnc: is 65; give 1 to 64"),
-            ("robot = \"A B\"", "robot"),
+            ("robot = \"A B\"", "robot: name `A B` must be 1 to 64 of the characters a-z, 0-9, `_` and `-`"),
         ] {
             let deployment: Deployment = toml::from_str(text).unwrap();
-            assert_eq!(deployment.check().unwrap_err().to_string(), fault);
+            assert_eq!(format!("{:#}", deployment.check().unwrap_err()), fault);
         }
     }
 }

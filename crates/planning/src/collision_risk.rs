@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_farther_person_is_never_a_greater_risk_and_nobody_is_none() {
+    fn a_farther_person_is_never_a_greater_risk_and_no_person_is_none() {
         let people = walker(0.0, 0.0);
         for model in [RiskModel::Gaussian, RiskModel::Grid] {
             let risk = risk(&people, model);

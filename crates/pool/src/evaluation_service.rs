@@ -24,8 +24,8 @@ pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     Box::pin(pool_service::run(term, "Candidates scored", start, answer))
 }
 
-/// The scores of `instance`, which has so many `slots`; the caller measures the time. A request without candidates derives what such requests need; one with
-/// candidates for which it has not been derived is refused as cold, at once.
+/// The scores of `instance`, which has so many `slots`; the caller measures the time. A request without candidates
+/// derives what such requests need; one with candidates for which it has not been derived is refused as cold, at once.
 pub fn answer(
     term: &str,
     instance: &str,

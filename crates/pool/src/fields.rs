@@ -17,9 +17,8 @@ use curionav_runtime::single_flight_cache::SingleFlightCache;
 /// Distance fields kept: a robot has one goal at a time. On a map of 350 000 cells a distance field is 2.8 MB, so a
 /// pool of robots with 32 goals fills 90 MB.
 const GEODESIC_KEPT: usize = 32;
-/// Information fields kept: robots of a kind on one map share one. On that map it is at most 13 MB, on the largest map
-/// that is accepted 580 MB.
-const INFORMATION_KEPT: usize = 4;
+/// Information fields kept: robots of one kind on one map share one. On that map a field is at most 13 MB.
+const INFORMATION_KEPT: usize = 16;
 
 struct Stock {
     maps: MapStore,

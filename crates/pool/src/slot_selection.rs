@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_not_been_measured_comes_first_and_every_replica_before_anybodys_second_slot() {
+    fn what_has_not_been_measured_comes_first_and_every_replica_before_a_second_slot() {
         let second = FreeSlot { slot: 1, ..slot("a", 100.0, 50.0, 1) };
         let slots =
             vec![slot("a", 100.0, 50.0, 1), second, slot("b", 10.0, 50.0, 2), slot("new", 100.0, 0.0, 9)];

@@ -27,8 +27,9 @@ const QUEUE_BYTES: usize = 256 << 20;
 /// A large map over a slow link, and the status of every service.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 const STATUS_TIMEOUT: Duration = Duration::from_secs(1);
-/// How long what was asked for may still take when the recording ends: well within what a process has to end in.
-const LAST_ANSWERS: Duration = Duration::from_millis(500);
+/// How long what was asked for may still take when the recording ends: longer than a status takes, shorter than what a
+/// process has to end in.
+const LAST_ANSWERS: Duration = Duration::from_millis(1100);
 /// How often an idle recorder looks whether something waits to be put on disk.
 const IDLE: Duration = Duration::from_millis(500);
 

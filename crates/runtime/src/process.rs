@@ -10,7 +10,7 @@ use clap::Args;
 use serde::{Deserialize, Serialize};
 use zenoh::Session;
 
-use crate::config::ServiceConfig;
+use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
 use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
@@ -52,7 +52,7 @@ impl ServiceOptions {
     /// The configuration file with what was given on the command line on top.
     pub fn configuration(&self) -> anyhow::Result<ServiceConfig> {
         let mut config = match &self.config {
-            Some(path) => ServiceConfig::from_file(path)?,
+            Some(path) => read_toml(path)?,
             None => ServiceConfig::default(),
         };
         if !self.connect.is_empty() {
@@ -67,7 +67,8 @@ impl ServiceOptions {
         config.world = self.world.clone().unwrap_or(config.world);
         config.namespace = self.namespace.clone().or(config.namespace);
         config.metrics = self.metrics.or(config.metrics);
-        config.check()?;
+        let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
+        config.check().context(file)?;
         Ok(config)
     }
 }

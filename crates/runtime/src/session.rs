@@ -121,7 +121,7 @@ pub async fn embedded() -> Result<Session, SessionError> {
     zenoh::open(config).await.map_err(|e| SessionError::Other(format!("cannot open a Zenoh session: {e}")))
 }
 
-/// A client of the first router that answers, found again by itself after a loss.
+/// A client of the first router that answers, found again by itself after a loss. `service` must have been checked.
 pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(std::path::PathBuf::from);
     let file = service.zenoh_config.clone().or(from_environment);

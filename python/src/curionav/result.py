@@ -25,8 +25,8 @@ class Result:
         real_time_factor: Simulated seconds per second of wall time.
         decisions_sha256: Digest of scene stamps and chosen trajectories, 64 hexadecimal digits: equal for equal
             decisions.
-        trace: What happened, one array of shape [rows] per column, one row per tick: ``time_s``, ``true_x``,
-            ``belief_x`` and so on; m, rad, s.
+        trace: What happened, one array of shape [rows] per column, one row per tick, of a long run per so many
+            ticks: ``time_s``, ``true_x``, ``belief_x`` and so on; m, rad, s.
         people: Where the people were in these rows.
     """
 

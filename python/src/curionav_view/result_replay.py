@@ -19,7 +19,7 @@ _NEEDED = frozenset(
 
 
 def messages(result: RunResult) -> Iterator[Message]:
-    """Odometry, belief and people, tick by tick; nothing if the result does not hold what they are made of."""
+    """Odometry, belief and people of each row, whose index stands for the tick; nothing if columns are missing."""
     trace = result.trace
     column = {name: trace.values[:, i] for i, name in enumerate(trace.columns)}
     if not column.keys() >= _NEEDED:

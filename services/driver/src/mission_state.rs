@@ -68,9 +68,12 @@ impl CurrentMission {
         let Readiness { role, instance, revision, refused } = readiness;
         let paused = self.paused;
         let mission = self.of_revision(revision)?;
-        // A role that the mission does not require can neither begin it nor end it, and what is over stays as it ended.
+        if is_over(mission) {
+            return Ok(mission.clone());
+        }
+        // A role that the mission does not require can neither begin it nor end it.
         let required = mission.order.require.contains(&role);
-        if let Some(reject) = refused.filter(|_| required && !is_over(mission)) {
+        if let Some(reject) = refused.filter(|_| required) {
             finish(mission, MissionEnd::Unprepared { role, instance, reject });
             return Ok(mission.clone());
         }
@@ -203,6 +206,16 @@ mod tests {
         let refused = Some(Refusal::PoseLost.into());
         let mission = current.readiness(Readiness { refused, ..ready("viewer", 1) }).unwrap();
         assert_eq!((mission.state, mission.end), (MissionState::Preparing, None));
+    }
+
+    #[test]
+    fn what_is_over_stays_as_it_ended() {
+        let mut current = current();
+        let cancelled = current.command(MissionCommand::Cancel).unwrap();
+        for refused in [None, Some(Refusal::PoseLost.into())] {
+            let mission = current.readiness(Readiness { refused, ..ready("arbiter", 1) }).unwrap();
+            assert_eq!(mission, cancelled);
+        }
     }
 
     #[test]

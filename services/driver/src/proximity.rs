@@ -9,8 +9,8 @@ const MARGIN: f64 = 0.05;
 /// Step at which the way to a stop is looked along, seconds.
 const STEP: f64 = 0.1;
 
-/// The command, or braking if driving it for `period` seconds and then braking fully at its turn rate would bring the robot
-/// closer than the margin to a point of the scan it is not already moving away from.
+/// The command, or braking if driving it for `period` seconds and then braking fully at its turn rate would bring the
+/// robot closer than the margin to a point of the scan it is not already moving away from.
 /// `scan_from_robot` is where the robot is now, seen from where it was when it took the scan.
 pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotModel, period: f64) -> Twist {
     if command.v <= 0.0 {

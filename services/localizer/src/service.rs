@@ -1,5 +1,6 @@
 //! The localizer on its robot.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -34,6 +35,8 @@ struct Localization {
     filter: Option<(u64, Localizer)>,
     /// Tick of the last odometry.
     answered: Option<u64>,
+    /// Why scans are not used, once it has been said.
+    unusable: Option<Reject>,
     /// The newest belief, for operators.
     newest: Arc<Mutex<Option<Belief>>>,
 }
@@ -55,6 +58,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             service,
             filter: None,
             answered: None,
+            unusable: None,
             newest: Arc::default(),
         };
         let mut metrics = localization.service.metrics();
@@ -149,18 +153,18 @@ impl MissionFollower for Localization {
         }
         let announced = convert::laser(&mission.order.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
-        let (ranges, laser) = match scan.map(|scan| (scan, laser_of(scan, announced))) {
-            Some((scan, Ok(laser))) => (scan.ranges.as_ref(), laser),
-            Some((_, Err(reject))) => {
-                tracing::warn!(%reject, tick = odometry.tick, "the scan is not used");
-                self.service.counts.refuse(&reject);
-                (&[][..], announced)
+        let seen = scan.map_or(Ok((Cow::default(), announced)), |scan| seen(scan, announced));
+        let (ranges, laser) = seen.unwrap_or_else(|reject| {
+            self.service.counts.refuse(&reject);
+            if self.unusable.as_ref() != Some(&reject) {
+                tracing::warn!(%reject, tick = odometry.tick, "scans are not used");
+                self.unusable = Some(reject);
             }
-            None => (&[][..], announced),
-        };
+            (Cow::default(), announced)
+        });
         let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
         let twist = Twist { v: odometry.v, omega: odometry.omega };
-        let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges, laser });
+        let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges: &ranges, laser });
         let belief = belief(&estimate, &odometry);
         self.beliefs.publish(&belief, clock);
         // After the belief, which others wait for.
@@ -172,21 +176,29 @@ impl MissionFollower for Localization {
     }
 }
 
-/// The scanner as the scan itself describes it; noise is what the mission says.
-fn laser_of(scan: &Scan, announced: LaserModel) -> Result<LaserModel, Reject> {
-    let beams = scan.ranges.len() as u32;
-    let span = scan.angle_increment * f64::from(beams.saturating_sub(1));
-    let full = span + scan.angle_increment > std::f64::consts::TAU - 1e-6;
-    let fov = if full { std::f64::consts::TAU } else { span };
-    let mut robot_from_laser = convert::pose(scan.laser);
+/// The ranges in order of rising bearing, without what a full turn sees twice, and the scanner as the scan itself
+/// describes it; noise is what the mission says.
+fn seen(scan: &Scan, announced: LaserModel) -> Result<(Cow<'_, [f32]>, LaserModel), Reject> {
+    const SLACK: f64 = 1e-6;
+    let (turn, gap) = (std::f64::consts::TAU, scan.angle_increment.abs());
+    let count = scan.ranges.len().min(((turn + SLACK) / gap) as usize);
+    let (beams, last) = (count as u32, count.saturating_sub(1) as f64);
+    let fov = if gap * f64::from(beams) > turn - SLACK { turn } else { gap * last };
+    let clockwise = scan.angle_increment < 0.0;
+    let ranges = match &scan.ranges[..count] {
+        ranges if clockwise => ranges.iter().rev().copied().collect(),
+        ranges => Cow::Borrowed(ranges),
+    };
+    let first = if clockwise { scan.angle_min - gap * last } else { scan.angle_min };
     // The model's beams lie evenly on both sides of its heading; those of the scan need not.
-    let middle = scan.angle_min + 0.5 * fov;
+    let middle = first + 0.5 * fov;
+    let mut robot_from_laser = convert::pose(scan.laser);
     if middle.abs() > 1e-9 {
-        robot_from_laser.heading += middle;
+        robot_from_laser = robot_from_laser.compose(Pose2::new(0.0, 0.0, middle));
     }
     let LaserModel { range_sigma, .. } = announced;
     let laser = LaserModel { robot_from_laser, fov, beams, range_max: scan.range_max, range_sigma };
-    convert::checked("scan", laser)
+    Ok((ranges, convert::checked("scan", laser)?))
 }
 
 fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
@@ -202,27 +214,52 @@ fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use curionav_planning::geometry::wrap_angle;
+    use curionav_schemas as wire;
     use curionav_testing::golden;
 
-    fn scan(angle_min: f64, beams: usize) -> Scan {
-        Scan { angle_min, angle_increment: 0.01, ranges: vec![1.0; beams].into(), ..golden::scan() }
+    /// Ranges that tell the beams apart.
+    fn scan(angle_min: f64, angle_increment: f64, beams: u16) -> Scan {
+        let ranges = (0..beams).map(|i| 1.0 + f32::from(i) / 1024.0).collect();
+        Scan { angle_min, angle_increment, ranges, ..golden::scan() }
     }
 
     #[test]
     fn a_scan_that_is_no_scan_is_refused() {
-        let announced = LaserModel::default();
-        assert!(laser_of(&scan(0.0, 1), announced).is_err());
-        assert!(laser_of(&Scan { range_max: 1e12, ..scan(-0.5, 101) }, announced).is_err());
-        assert!(laser_of(&Scan { angle_increment: -0.01, ..scan(0.5, 101) }, announced).is_err());
+        let refused = |scan: &Scan| seen(scan, LaserModel::default()).is_err();
+        assert!(refused(&scan(0.0, 0.01, 1)));
+        assert!(refused(&scan(0.0, 0.0, 100)));
+        assert!(refused(&Scan { range_max: 1e12, ..scan(-0.5, 0.01, 101) }));
     }
 
     #[test]
     fn beams_point_where_the_scan_says() {
-        let scan = scan(0.2, 101);
-        let laser = laser_of(&scan, LaserModel::default()).unwrap();
-        for i in [0, 50, 100] {
-            let heading = laser.robot_from_laser.heading + laser.bearing(i);
-            assert!((heading - scan.laser.heading - (0.2 + 0.01 * f64::from(i))).abs() < 1e-9, "beam {i}");
+        let degree = std::f64::consts::PI / 180.0;
+        // To one side, clockwise, all around, all around and the first beam once more, mounted backwards.
+        let scans = [
+            (scan(0.2, 0.01, 101), 101),
+            (scan(0.5, -0.01, 101), 101),
+            (scan(0.0, degree, 360), 360),
+            (scan(-180.0 * degree, degree, 361), 360),
+            (scan(180.0 * degree, -degree, 361), 360),
+            (
+                Scan {
+                    laser: wire::Pose { x: 0.0, y: 0.0, heading: std::f64::consts::PI },
+                    ..scan(0.0, degree, 360)
+                },
+                360,
+            ),
+        ];
+        for (scan, beams) in scans {
+            let (ranges, laser) = seen(&scan, LaserModel::default()).unwrap();
+            assert_eq!((ranges.len(), laser.beams), (beams, beams as u32));
+            for (i, range) in ranges.iter().enumerate() {
+                // The beam of the scan that has this range.
+                let k = f64::from((range - 1.0) * 1024.0);
+                let said = scan.laser.heading + scan.angle_min + scan.angle_increment * k;
+                let taken = laser.robot_from_laser.heading + laser.bearing(i as u32);
+                assert!(wrap_angle(said - taken).abs() < 1e-9, "{scan:?}: beam {i}");
+            }
         }
     }
 }

@@ -1,12 +1,13 @@
 //! What services make of missions: new goals, maps that are not there yet, pools that never come.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::process::Service;
 use curionav_runtime::topic::Flow;
 use curionav_schemas::{
-    Clock, MissionCommand, MissionEnd, MissionState, Prepared, Refusal, Reject, ServiceStatus, Twist,
+    Clock, MissionCommand, MissionEnd, MissionState, Odometry, Prepared, Refusal, Reject, ServiceStatus,
+    Twist,
 };
 use curionav_testing::golden;
 
@@ -86,6 +87,26 @@ async fn services_that_wait_end_when_they_are_asked_to() {
     bench.set_mission(&["localizer"]).await;
     bench.status_that("localizer", waits_for_a_map).await;
     assert!(bench.end().await, "it goes on waiting for a map");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_service_that_waits_for_a_tick_hears_of_another_run_and_of_the_end() {
+    let mut bench = TestBench::start(&[DRIVER, LOCALIZER], true).await;
+    bench.host_map();
+    let odometry = bench.topic::<Odometry>("odom", Flow::Sensor);
+    let awaits_a_scan = async || {
+        bench.set_mission_in(Clock::Lockstep, &["localizer"]).await;
+        let begun = Instant::now();
+        bench.runs().await;
+        // The scan of this tick never comes.
+        odometry.publish(&Odometry { tick: 0, stamp: 0.0, ..golden::odometry() }, Clock::Lockstep);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        begun.elapsed()
+    };
+    awaits_a_scan().await;
+    let took = awaits_a_scan().await;
+    assert!(took < LOCKSTEP_PATIENCE / 2, "the next run began after {took:?}");
+    assert!(bench.end().await, "it goes on waiting for a scan");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

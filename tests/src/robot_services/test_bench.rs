@@ -83,7 +83,12 @@ impl TestBench {
     /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that begins
     /// once these roles are ready. Time passes slowly, so that a busy machine keeps no service waiting for too long.
     pub(super) async fn set_mission(&self, require: &[&str]) -> Mission {
-        let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, Clock::Realtime, 1);
+        self.set_mission_in(Clock::Realtime, require).await
+    }
+
+    /// The same mission in real time or in lockstep.
+    pub(super) async fn set_mission_in(&self, clock: Clock, require: &[&str]) -> Mission {
+        let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, clock, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         profile.terms.retain(|term, _| term == "distance");
         mission.order.profile = convert::to_value(&profile).unwrap();

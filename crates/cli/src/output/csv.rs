@@ -7,7 +7,7 @@ use curionav_schemas::{CycleReport, RunResult, Timings, words};
 const CYCLE_COLUMNS: &str = "tick,stamp_s,epoch,seq,action,reason,candidate,candidates,uncertainty,uncertain,degraded,\
                              generate_us,evaluate_cpc_us,evaluate_cnc_us,arbitrate_us,total_us,crowds\n";
 
-/// The trace: its columns, one row per tick, every number in the shortest form that reads back as the same number.
+/// The trace: its columns, a line per row, every number in the shortest form that reads back as the same number.
 pub(super) fn trajectory(result: &RunResult) -> String {
     let trace = &result.trace;
     let mut text = csv_row(trace.columns.iter().map(String::as_str));

@@ -71,7 +71,7 @@ fn around(count: u32, radius: f64, speed: f64) -> Vec<Walker> {
 }
 
 #[test]
-fn nobody_overlaps_head_on_crossing_or_on_a_circle() {
+fn no_walkers_overlap_head_on_crossing_or_on_a_circle() {
     let map = map(|_, _| false);
     let once = |from, to| walker(&[from, to], 0.8, WalkMode::Once);
     let head_on = [once((6.0, 10.0), (14.0, 10.0)), once((14.0, 10.05), (6.0, 10.05))];
@@ -113,7 +113,7 @@ fn building() -> StaticMap {
 }
 
 #[test]
-fn nobody_walks_into_walls_and_all_go_round() {
+fn no_walker_walks_into_walls_and_all_go_round() {
     let map = building();
     let ring = [(2.0, 3.0), (18.0, 3.0), (18.0, 15.0), (2.0, 15.0)];
     let back = [(2.0, 15.0), (18.0, 15.0), (18.0, 3.0), (2.0, 3.0)];

@@ -187,7 +187,7 @@ fn in_a_bare_area_the_covariance_grows_as_odometry_says() {
 }
 
 #[test]
-fn standing_still_makes_nobody_sure_of_a_wrong_pose() {
+fn standing_still_makes_no_filter_sure_of_a_wrong_pose() {
     let map = hall(12.0, 8.0, &[(4.0, 2.0, 4.4, 3.0), (8.0, 5.0, 9.0, 5.4)]);
     let params = LocalizerParams::default();
     let mut sum = 0.0;

@@ -275,7 +275,7 @@ fn a_moving_person_is_met_where_they_will_be() {
 }
 
 #[test]
-fn nobody_costs_nothing_and_a_spent_budget_gives_no_half_answer() {
+fn no_people_cost_nothing_and_a_spent_budget_gives_no_half_answer() {
     let candidates = random_candidates(&mut rng(1, 10), 4, 13, 0.3, 10.0);
     assert_eq!(evaluate(HccdmParams::default(), &People::default(), &candidates), [0.0; 4]);
     let evaluator = HccdmEvaluator { params: HccdmParams::default() };

@@ -2,8 +2,8 @@
 //! [`hccdm`] has the term `cnc`, which [`crowd_cluster`] and [`enclosing_circle`] help to compute.
 //!
 //! The contract that everything depends on: the cost of a candidate depends on the evaluator, the scene and that
-//! candidate, never on the other candidates of the batch. An evaluator is made from map, goal, laser and parameters. So a
-//! batch can be split into shards over any number of replicas with the same result, bit for bit.
+//! candidate, never on the other candidates of the batch. An evaluator is made from map, goal, laser and parameters.
+//! So a batch can be split into shards over any number of replicas with the same result, bit for bit.
 
 pub mod cpc;
 pub mod crowd_cluster;

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_that_gets_nearer_costs_less_until_it_leads_into_somebody() {
+    fn the_way_that_gets_nearer_costs_less_until_it_leads_into_a_person() {
         let ahead = costs(People::default(), &ways(10, &[5.0, 7.0]));
         assert!(ahead[0] < ahead[1], "{ahead:?}");
         let blocked = costs(person(2.4, 5.0), &ways(10, &[5.0, 7.0]));

@@ -123,7 +123,7 @@ class PeopleTrace(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Trace(Record):
-    """What happened, tick by tick: ``values`` has shape [rows, columns]."""
+    """What happened, tick by tick, of a long run at evenly spaced ticks: ``values`` has shape [rows, columns]."""
 
     rows: Annotated[int, Integer(0, 360_000)]
     columns: list[Name]

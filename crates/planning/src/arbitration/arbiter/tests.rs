@@ -24,7 +24,7 @@ fn curiosity_counts_only_while_uncertain() {
 
 #[cfg(feature = "profiles")]
 #[test]
-fn distance_only_listens_to_nobody_else() {
+fn distance_only_listens_to_no_other_term() {
     let mut hall = Hall::uncertain();
     hall.profile = Profile::builtin("distance-only").unwrap();
     let s =

@@ -72,7 +72,7 @@ fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
 }
 
 #[test]
-fn people_are_in_nobodys_way_but_the_robots() {
+fn people_are_in_the_way_of_the_robot_alone() {
     let (world, mut scene) = walled();
     // A wall of people before the goal, standing.
     scene.people = People { radius: 0.3, ..People::default() };

@@ -41,7 +41,7 @@ fn without_candidates_there_is_nothing_to_explain() {
 }
 
 #[test]
-fn nobody_who_collides_is_named() {
+fn no_candidate_that_collides_is_named() {
     let mut hall = Hall::new();
     hall.add_person(22.0, 20.0);
     hall.add_person(20.0, 22.0);
