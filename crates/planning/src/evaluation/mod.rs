@@ -1,5 +1,5 @@
-//! What a candidate costs: one evaluator per term. [`cpc`], [`distance`] and [`risk`] have the terms of these names,
-//! [`hccdm`] has the term `cnc`, which [`crowd_cluster`] and [`enclosing_circle`] help to compute.
+//! What a candidate costs: one evaluator per term. The terms `cpc`, `distance` and `risk` are in the modules of these
+//! names; the term `cnc` is in [`hccdm`], the map that it is computed from. [`crate::terms`] is the registry of terms.
 //!
 //! The contract that everything depends on: the cost of a candidate depends on the evaluator, the scene and that
 //! candidate, never on the other candidates of the batch. An evaluator is made from map, goal, laser and parameters.
