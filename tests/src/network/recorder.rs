@@ -185,6 +185,16 @@ impl Recorder {
         Some(*scored)
     }
 
+    /// How many replicas of `role` the arbiter gives work; nothing if it does not say.
+    pub(super) fn ready(&self, role: &str) -> Option<f64> {
+        let key = keys::status("arbiter", "a").unwrap();
+        let status =
+            self.runtime.block_on(fetch::<ServiceStatus>(&self.session, &key, FETCH_TIMEOUT)).ok()?;
+        let pool = format!("pool=\"{role}\"");
+        let of_role = |name: &str| name.starts_with("curionav_pool_ready") && name.contains(&pool);
+        status.metrics.iter().find(|(name, _)| of_role(name)).map(|(_, ready)| *ready)
+    }
+
     /// The mission made ready here as the arbiter has it, to compute costs anew.
     pub(super) fn context(&self) -> PlanContext {
         let key = keys::robot("robot", "mission").unwrap();

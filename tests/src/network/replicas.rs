@@ -10,7 +10,7 @@ use super::site::{Layout, NOMINAL_LIMIT, Site};
 const REPLICAS: [(&str, &str); 3] = [("generator", "generator-1"), ("cpc", "cpc-1"), ("cnc", "cnc-1")];
 /// A hung process is gone when its lease of a second is over; the rest is for a busy machine.
 const GONE_LIMIT: Duration = Duration::from_secs(5);
-const BACK_LIMIT: Duration = Duration::from_secs(10);
+pub(super) const BACK_LIMIT: Duration = Duration::from_secs(10);
 
 #[test]
 fn a_killed_replica_costs_no_cycle_and_is_back_at_work_soon() {
