@@ -8,10 +8,12 @@ use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
 use crate::{F32Array, F64Array, MapId, Refusal, Reject, U8Array, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use strum::IntoStaticStr;
 
 /// How it ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 pub enum Outcome {
     /// At the goal, in truth.
     Reached,

@@ -1,8 +1,6 @@
 //! `curionav up`: router and services as processes on this machine, supervised.
 
-use std::future::poll_fn;
 use std::path::{Path, PathBuf};
-use std::task::Poll;
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -12,6 +10,7 @@ use curionav_runtime::config::{ServiceConfig, read_toml};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::process::Ready;
 use curionav_runtime::shutdown::{Shutdown, on_signals};
+use futures_util::future::try_join_all;
 use serde::Deserialize;
 
 /// Start router and services as processes on this machine and supervise them.
@@ -166,14 +165,9 @@ async fn start_and_watch(
     tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
     // Each by itself: one that takes long to be ready again keeps no other waiting.
     let limit = deployment.max_restarts_per_minute;
-    let mut kept: Vec<_> = running.iter_mut().map(|one| Box::pin(one.keep_alive(program, limit))).collect();
-    let failure = poll_fn(|context| {
-        let ended = kept.iter_mut().map(|one| one.as_mut().poll(context)).find(Poll::is_ready);
-        ended.unwrap_or(Poll::Pending)
-    });
     tokio::select! {
         () = shutdown.requested() => Ok(()),
-        failed = failure => failed,
+        kept = try_join_all(running.iter_mut().map(|one| one.keep_alive(program, limit))) => kept.map(|_| ()),
     }
 }
 

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::convert;
 use curionav_runtime::exit::Exit;
 use curionav_runtime::map_store;
 use curionav_runtime::query::{AskError, Urgency, ask, fetch};
@@ -78,7 +79,7 @@ pub async fn follow(
     let map = match kept.first() {
         Some(report) => map_store::fetch(session, report.map, INJECT_TIMEOUT)
             .await
-            .map(|(map, _)| map)
+            .map(|map| convert::occupancy_grid_to_wire(&map))
             .map_err(|error| Exit::network(anyhow::Error::from(error).context("the run's map did not come"))),
         None => Err(Exit::failed(package.fault(None, "no planning cycle was reported"))),
     };

@@ -15,25 +15,25 @@ use crate::pool_service;
 pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
     let answer = move |fields: &Fields, request: EvaluateRequest, came: Instant| {
-        let budget = Duration::from_millis(request.budget_ms.into());
-        let is_spent = || came.elapsed() > budget;
-        let mut scores = answer(term, &instance, fields, request, slots, &is_spent)?;
-        scores.elapsed_us = came.elapsed().as_micros() as u64;
+        let scores = answer(term, &instance, fields, request, slots, &|| came.elapsed())?;
         Ok((scores.cost.len(), scores))
     };
     Box::pin(pool_service::run(term, "Candidates scored", start, answer))
 }
 
-/// The scores of `instance`, which has so many `slots`; the caller measures the time. A request without candidates
-/// derives what such requests need; one with candidates for which it has not been derived is refused as cold, at once.
+/// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A
+/// request without candidates derives what such requests need; one with candidates for which it has not been derived is
+/// refused as cold, at once.
 pub fn answer(
     term: &str,
     instance: &str,
     fields: &Fields,
     request: EvaluateRequest,
     slots: u32,
-    should_stop: &dyn Fn() -> bool,
+    elapsed: &dyn Fn() -> Duration,
 ) -> Result<Scores, Reject> {
+    let budget = Duration::from_millis(request.budget_ms.into());
+    let should_stop = || elapsed() > budget;
     let warms_up = request.candidates.count == 0;
     if !warms_up && should_stop() {
         return Err(Refusal::Stopped.into());
@@ -43,7 +43,7 @@ pub fn answer(
     let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
     let scene = convert::scene(&request.scene);
     let candidates = convert::candidates(request.candidates)?;
-    let cost = evaluator.evaluate(&scene, &candidates, should_stop).map_err(|_| Refusal::Stopped)?;
+    let cost = evaluator.evaluate(&scene, &candidates, &should_stop).map_err(|_| Refusal::Stopped)?;
     Ok(Scores {
         epoch,
         seq,
@@ -51,7 +51,7 @@ pub fn answer(
         term: term.to_owned(),
         instance: instance.to_owned(),
         cost: cost.into(),
-        elapsed_us: 0,
+        elapsed_us: elapsed().as_micros() as u64,
         slots,
     })
 }

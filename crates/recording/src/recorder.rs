@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use anyhow::Context;
+use curionav_runtime::convert;
 use curionav_runtime::map_store;
 use curionav_runtime::probe::ask_all;
 use curionav_runtime::shutdown::{Shutdown, ShutdownTrigger, shutdown};
@@ -257,7 +258,8 @@ impl Writing {
             let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.order.map);
             self.errands.spawn(async move {
                 let served = map_store::fetch(&session, id, FETCH_TIMEOUT).await;
-                let Ok((map, _)) = served else { return Some(id) };
+                let Ok(map) = served else { return Some(id) };
+                let map = convert::occupancy_grid_to_wire(&map);
                 queue.push(&keys::map(&id), OccupancyGrid::ENCODING.into(), map.encode());
                 None
             });

@@ -25,15 +25,11 @@ pub fn host(session: &Session, map: wire::OccupancyGrid, refused: &Tally) -> Res
     serve_state(session, &key, refused, move || Ok(map.clone()))
 }
 
-/// Map `id` as it is served and as a grid; what else is served under its key is passed over.
-pub async fn fetch(
-    session: &Session,
-    id: MapId,
-    timeout: Duration,
-) -> Result<(wire::OccupancyGrid, OccupancyGrid), AskError> {
+/// Map `id`; what else is served under its key is passed over.
+pub async fn fetch(session: &Session, id: MapId, timeout: Duration) -> Result<OccupancyGrid, AskError> {
     let accept = |served: wire::OccupancyGrid| {
-        let grid = convert::occupancy_grid(served.clone())?;
-        if grid.hash() == id.0 { Ok((served, grid)) } else { Err(Refusal::WrongMap.at("map")) }
+        let grid = convert::occupancy_grid(served)?;
+        if grid.hash() == id.0 { Ok(grid) } else { Err(Refusal::WrongMap.at("map")) }
     };
     fetch_from_all(session, &keys::map(&id), timeout, accept).await
 }
@@ -80,8 +76,7 @@ impl MapStore {
                 return Err(missing("this process does not fetch maps".into()));
             };
             let fetched = runtime.block_on(fetch(session, id, FETCH_TIMEOUT));
-            let (_, grid) = fetched.map_err(|e| missing(e.to_string()))?;
-            Ok(StaticMap::new(grid))
+            fetched.map(StaticMap::new).map_err(|e| missing(e.to_string()))
         })
     }
 }

@@ -1,7 +1,7 @@
 //! A service of one robot: its sessions and streams, its mission, and what it says about itself.
 
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use curionav_schemas::{Message, Mission, MissionState, Prepared, Readiness, Reject, keys};
 use zenoh::Session;
@@ -189,6 +189,12 @@ impl Preparation {
     pub fn is_for(&self, mission: &Mission) -> bool {
         (self.run, self.revision) == (mission.run, mission.revision)
     }
+}
+
+/// Number of the first run of a driver or simulator that has just started: unlike that of any run of one that was here
+/// before, which others may still remember.
+pub fn first_run() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_millis() as u64
 }
 
 /// Whether no robot is to drive by `mission` any more.

@@ -4,10 +4,6 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::cycle;
-use crate::cycle_counts::CycleCounts;
-use crate::memory::Memory;
-use crate::readiness::await_pool;
 use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
 use curionav_pool::peers::ZenohPeers;
@@ -22,6 +18,11 @@ use curionav_schemas::{
     self as wire, Belief, Clock, CycleReport, Decision, Mission, People, Refusal, Reject, Twist,
 };
 use tokio::task::JoinSet;
+
+use crate::cycle;
+use crate::cycle_counts::CycleCounts;
+use crate::memory::Memory;
+use crate::readiness::await_pool;
 
 /// The driver is on the same robot; if it does not answer, its commands say whose decisions it follows.
 const DRIVER_TIMEOUT: Duration = Duration::from_millis(300);

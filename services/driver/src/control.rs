@@ -48,16 +48,9 @@ pub struct Command {
 
 /// The command of one tick. What is missing or old stops the robot.
 pub fn command(inputs: &Inputs<'_>) -> Command {
-    let moving = on_arrival(inputs);
-    tracked(inputs, moving).unwrap_or_else(|reason| stopping(inputs, reason))
-}
-
-/// Full braking on the present curve: where that leads was free when it was chosen.
-pub fn stopping(inputs: &Inputs<'_>, reason: CommandReason) -> Command {
-    let (moving, Inputs { robot, period, .. }) = (on_arrival(inputs), inputs);
-    let v = robot.limit(moving, Twist::default(), *period).v;
-    let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
-    Command { twist: robot.limit(moving, Twist { v, omega }, *period), reason }
+    let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
+    tracked(inputs, moving)
+        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason })
 }
 
 /// The command that tracks the decision, or the reason to stop instead.
@@ -100,9 +93,16 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
 /// How the base will be moving when a command of now reaches it: as measured, and one period on towards the
 /// command that is still on its way. Braking from what is measured alone would ask for the same speed twice,
 /// and take twice as long.
-fn on_arrival(inputs: &Inputs<'_>) -> Twist {
-    let measured = Twist { v: inputs.odometry.v, omega: inputs.odometry.omega };
-    inputs.on_its_way.map_or(measured, |told| inputs.robot.limit(measured, told, inputs.period))
+pub fn on_arrival(odometry: &Odometry, on_its_way: Option<Twist>, robot: &RobotModel, period: f64) -> Twist {
+    let measured = Twist { v: odometry.v, omega: odometry.omega };
+    on_its_way.map_or(measured, |told| robot.limit(measured, told, period))
+}
+
+/// Full braking on the present curve: where that leads was free when it was chosen.
+pub fn braking(moving: Twist, robot: &RobotModel, period: f64) -> Twist {
+    let v = robot.limit(moving, Twist::default(), period).v;
+    let omega = if moving.v > 0.0 { moving.omega * v / moving.v } else { 0.0 };
+    robot.limit(moving, Twist { v, omega }, period)
 }
 
 fn pose_of(odometry: &Odometry) -> Pose2 {
@@ -228,11 +228,7 @@ mod tests {
 
     #[test]
     fn stopping_keeps_the_curve() {
-        let robot = RobotModel::default();
-        let (mut odometry, belief, scan, decision) = moving();
-        (odometry.v, odometry.omega) = (0.5, 0.5);
-        let inputs = inputs(&odometry, &belief, &scan, &decision, &robot);
-        let twist = stopping(&inputs, CommandReason::MissionNotRunning).twist;
+        let twist = braking(Twist { v: 0.5, omega: 0.5 }, &RobotModel::default(), 0.1);
         assert!((twist.omega / twist.v - 1.0).abs() < 1e-12, "{twist:?}");
     }
 

@@ -1,10 +1,11 @@
 //! The keys of the mission: one tells it, two take changes, which are published.
 
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
+use curionav_runtime::robot_service::first_run;
 use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{Mission, MissionCommand, Readiness, Refusal, Reject, keys};
@@ -37,9 +38,7 @@ impl MissionKeys {
         changed: watch::Sender<Option<Mission>>,
     ) -> anyhow::Result<Self> {
         let published = Topic::new(session, &keys::robot(robot, "mission")?, Flow::State)?;
-        let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let current = Mutex::new(CurrentMission::new(since_epoch.as_millis() as u64));
-        Ok(Self { current, published, changed })
+        Ok(Self { current: Mutex::new(CurrentMission::new(first_run())), published, changed })
     }
 
     /// Changes the mission and publishes it.

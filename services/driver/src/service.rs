@@ -18,7 +18,7 @@ use curionav_schemas::{
 use tokio::sync::watch;
 
 use crate::command_counts::CommandCounts;
-use crate::control::{Inputs, command, stopping};
+use crate::control::{Inputs, braking, command, on_arrival};
 use crate::decision_fence::{Admission, DecisionFence};
 use crate::mission_keys::MissionKeys;
 
@@ -167,27 +167,18 @@ impl Driver {
         let robot = convert::robot_model(&mission.order.robot_model);
         // In lockstep the base has carried out every command before it measures.
         let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at + 1 >= tick);
+        let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
-        let decision = self.fence.borrow().in_force().cloned();
-        let belief = self.belief_of.last_key_value().map(|(_, b)| b);
-        let inputs = Inputs {
-            odometry: &odometry,
-            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
-            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
-            decision: decision.as_ref(),
-            made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
-            robot: &robot,
-            period,
-            on_its_way: recent.map(|(_, twist)| twist),
-        };
         if mission.state != MissionState::Running {
-            let command = stopping(&inputs, CommandReason::MissionNotRunning);
-            self.publish(&mission, &odometry, command.twist, command.reason);
+            let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &robot, period);
+            self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
             return;
         }
+        let decision = self.fence.borrow().in_force().cloned();
+        let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let stamps = [
             ("odom", Some(odometry.stamp)),
             ("scan", scan.as_ref().map(|s| s.stamp)),
@@ -195,7 +186,16 @@ impl Driver {
             ("decision", decision.as_ref().map(|d| d.stamp)),
         ];
         self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
-        let command = command(&inputs);
+        let command = command(&Inputs {
+            odometry: &odometry,
+            belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
+            scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
+            decision: decision.as_ref(),
+            made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
+            robot: &robot,
+            period,
+            on_its_way,
+        });
         self.publish(&mission, &odometry, command.twist, command.reason);
         self.service.counts.record(arrived.elapsed());
     }

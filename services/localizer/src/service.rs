@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-use crate::particle_cloud::{Rate, particles};
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
@@ -18,6 +17,8 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan};
+
+use crate::particle_cloud::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
 const SCANS_KEPT: usize = 4;

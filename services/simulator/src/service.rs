@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use curionav_runtime::map_store::host;
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::{Running, Start};
+use curionav_runtime::robot_service::first_run;
 use curionav_runtime::serve::{Server, refusals, serve, serve_state};
 use curionav_runtime::status::announce_service;
 use curionav_runtime::topic::{Flow, Topic};
@@ -33,16 +34,14 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
         let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
-        // Numbers unlike those of a simulator that was here before, which clients may still remember.
-        let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let runs = AtomicU64::new(since_epoch.as_millis() as u64);
+        let runs = AtomicU64::new(first_run());
         let inject =
             serve(session, &key("scenario")?, (1, 4), &refusals(), move |request: InjectRequest, _| {
                 if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
                     return Err(Refusal::Busy.into());
                 }
                 let prepared = prepare(&request, &robot)?;
-                let run = runs.fetch_add(1, Ordering::Relaxed) + 1;
+                let run = runs.fetch_add(1, Ordering::Relaxed);
                 let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
                 // Before it can be played, so that the end of the run is not overwritten.
                 shared.send_replace(fresh.clone());

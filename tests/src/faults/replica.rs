@@ -199,21 +199,18 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     if !prepared {
         return Err(AskError::Rejected(Refusal::Cold { detail: "the map".into() }.into()));
     }
-    let is_over =
-        |budget_ms: u32| world.executor.now() - job.arrived > Duration::from_millis(u64::from(budget_ms));
+    let elapsed = || world.executor.now() - job.arrived;
     let answered = match &job.question {
         Question::Generate(request) => {
-            generator::answer(&name.1, &world.fields, request, &|| is_over(request.budget_ms))
+            let budget = Duration::from_millis(request.budget_ms.into());
+            generator::answer(&name.1, &world.fields, request, &|| elapsed() > budget)
                 .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
         Question::Evaluate(request) => {
-            let budget_ms = request.budget_ms;
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
-            let (request, stop) = (request.clone(), || is_over(budget_ms));
-            let scores = evaluation_service::answer(&name.0, &name.1, &world.fields, request, slots, &stop);
-            let elapsed_us = (world.executor.now() - job.arrived).as_micros() as u64;
-            scores.map(|scores| Answer::Scored(Scores { elapsed_us, ..scores }))
+            let (request, fields) = (request.clone(), &world.fields);
+            evaluation_service::answer(&name.0, &name.1, fields, request, slots, &elapsed).map(Answer::Scored)
         }
     };
     answered.map_err(AskError::Rejected)

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
+use curionav_runtime::convert;
 use curionav_runtime::map_store;
 use curionav_runtime::probe::{Heard, Listener, ask_all};
 use curionav_runtime::query::AskError;
@@ -134,9 +135,9 @@ fn state_of(link: String, mission: &wire::Mission) -> Finding {
 async fn fetch_map(session: &Session, id: MapId) -> Result<((usize, f64), StaticMap), String> {
     let started = Instant::now();
     match map_store::fetch(session, id, MAP_TIMEOUT).await {
-        Ok((served, grid)) => {
+        Ok(grid) => {
             let took_ms = started.elapsed().as_secs_f64() * 1e3;
-            Ok(((served.encoded_len(), took_ms), StaticMap::new(grid)))
+            Ok(((convert::occupancy_grid_to_wire(&grid).encoded_len(), took_ms), StaticMap::new(grid)))
         }
         Err(AskError::NoReply) => Err(format!("map {id} is not served")),
         Err(error) => Err(error.to_string()),

@@ -6,7 +6,6 @@ use super::report::report;
 use super::row::Row;
 use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
-use curionav_schemas::words;
 
 pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
     Ok([
@@ -25,8 +24,8 @@ fn results(rows: &[&Row]) -> String {
     let mut text =
         csv_row(labels.into_iter().chain(measures).chain(["cycles", "degraded", "decisions_sha256"]));
     for row in rows {
-        let outcome = words::say("outcome", &row.outcome);
-        let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome];
+        let outcome: &str = row.outcome.into();
+        let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
         let last =
             [row.cycles.count.to_string(), row.cycles.degraded.to_string(), row.decisions_sha256.clone()];
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
