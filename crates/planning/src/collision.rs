@@ -147,11 +147,36 @@ impl<'a> CollisionChecker<'a> {
         if close && !self.shape.comes_within(pose, self.map, self.wall_room) { 0.0 } else { spare }
     }
 
+    /// Radius of a disc around `p` in which every pose is known to keep its distance from walls, metres; none if negative.
+    pub fn wall_free(&self, p: Point2) -> f64 {
+        let grid = &self.map.grid;
+        let clearance = self.map.to_obstacle.clearance(grid, p);
+        let spare = clearance - self.shape.circumscribed_radius() - self.wall_room;
+        // The field gives the distance of a cell's centre, which is half a diagonal off at either end; it holds
+        // single precision, and none beyond the map.
+        (spare - std::f64::consts::SQRT_2 * grid.resolution() - 1e-6 * (1.0 + clearance)).min(grid.to_edge(p))
+    }
+
     /// Whether the straight way from `from` to `to` keeps the distance from walls, `from` excluded.
     pub fn segment_wall_clear(&self, from: Pose2, to: Pose2) -> bool {
-        let turn = wrap_angle(to.heading - from.heading);
-        let corner = if self.polygon { self.shape.circumscribed_radius() * turn.abs() } else { 0.0 };
-        let travel = from.position().distance(to.position()) + corner;
+        self.continue_wall_clear(&mut (from.position(), -1.0), from, to)
+    }
+
+    /// The same for one segment after another: `free` is a disc that is known to be free.
+    fn continue_wall_clear(&self, free: &mut (Point2, f64), from: Pose2, to: Pose2) -> bool {
+        let holds = |&(centre, radius): &(Point2, f64)| {
+            let reached = |p: Pose2| radius > 0.0 && centre.distance_squared(p.position()) <= radius * radius;
+            reached(from) && reached(to)
+        };
+        if holds(free) {
+            return true;
+        }
+        *free = (from.position(), self.wall_free(from.position()));
+        if holds(free) {
+            return true;
+        }
+        let turn = if self.polygon { wrap_angle(to.heading - from.heading).abs() } else { 0.0 };
+        let travel = from.position().distance(to.position()) + self.shape.circumscribed_radius() * turn;
         let pieces = (travel / Self::WALL_SPACING).ceil().max(1.0);
         (1..=pieces as usize).all(|k| self.wall_clear(from.toward(to, k as f64 / pieces)))
     }
@@ -163,91 +188,42 @@ impl<'a> CollisionChecker<'a> {
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }
 
-    /// The first collision of the trajectory that starts at the belief's pose at time 0 and reaches state k of
-    /// `states` at `(k + 1) * dt`; between states robot and people move in straight lines, checked continuously. Nothing is checked beyond the last state: there the robot stands.
+    /// The same checks for many trajectories of up to `steps` states, `dt` seconds apart, that stay within `reach`
+    /// metres of where the robot is.
+    pub fn over(&self, steps: usize, dt: f64, reach: f64) -> TrajectoryChecker<'_> {
+        TrajectoryChecker::new(self, steps, dt, reach)
+    }
+
+    /// [`TrajectoryChecker::first_collision`] of one trajectory.
     pub fn first_collision(&self, states: &States, dt: f64) -> Option<Collision> {
-        let mut from = self.start;
-        for step in 0..states.len() {
-            let to = states.pose(step);
-            let time = step as f64 * dt;
-            let with = if self.segment_wall_clear(from, to) {
-                self.person_hit(from, to, time, dt).map(Obstacle::Person)
-            } else {
-                Some(Obstacle::Wall)
-            };
-            if let Some(with) = with {
-                return Some(Collision { time, with });
-            }
-            from = to;
-        }
-        // Away from the wall it touches, not along it: or every cycle could go one cell nearer. A turn on the spot
-        // goes nowhere, and who faces the wall needs it to get away at all.
-        let moves = from.position() != self.start.position();
-        let end = || self.map.to_obstacle.between_cells(&self.map.grid, from.position());
-        let stays = self.touching_wall.is_some_and(|now| moves && end() <= now);
-        let last = states.len().saturating_sub(1);
-        stays.then_some(Collision { time: last as f64 * dt, with: Obstacle::Wall })
+        self.over(states.len(), dt, f64::INFINITY).first_collision(states.poses(0..states.len()))
     }
 
-    /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
-    /// first state's segment and then `braking` more metres along the trajectory touches none of them where they
-    /// are. A polygon counts as its circumscribed disc.
+    /// Whether the robot ends a trajectory at `end` no farther from the wall that it touches now.
     ///
-    /// A forecast lets a robot follow on a person's heels; this keeps the braking distance.
-    pub fn stops_short(&self, states: &States, braking: f64) -> bool {
-        let people = self.people;
-        let contact = self.shape.circumscribed_radius() + people.radius;
-        let mut from = self.start.position();
-        let mut left = f64::INFINITY;
-        for k in 0..states.len() {
-            let mut to = states.position(k);
-            let length = from.distance(to);
-            if length > left {
-                let f = left / length;
-                to = from.toward(to, f);
-            }
-            for i in 0..people.len() {
-                let p = people.position(i);
-                let (start, end) =
-                    (Point2::new(from.x - p.x, from.y - p.y), Point2::new(to.x - p.x, to.y - p.y));
-                if closest_approach(start, end) - contact < Self::GUARD.min(self.person_cap[i]) {
-                    return false;
-                }
-            }
-            left = if k == 0 { braking } else { left - length };
-            if left <= 0.0 {
-                return true;
-            }
-            from = to;
-        }
-        true
+    /// It has to go away from the wall, not along it: or every cycle could go one cell nearer. A turn on the spot goes
+    /// nowhere, and a robot that faces the wall needs it to get away at all.
+    fn stays_at_wall(&self, end: Point2) -> bool {
+        let moves = end != self.start.position();
+        let distance = || self.map.to_obstacle.between_cells(&self.map.grid, end);
+        self.touching_wall.is_some_and(|now| moves && distance() <= now)
     }
 
-    /// Id of the first person who comes too near while the robot moves from `from` to `to` during
-    /// [t, t + dt].
-    fn person_hit(&self, from: Pose2, to: Pose2, t: f64, dt: f64) -> Option<u32> {
-        let asked = self.person_gap(t + dt);
-        let people = self.people;
-        for i in 0..people.len() {
-            let (p, q) = (people.position_after(i, t), people.position_after(i, t + dt));
-            let start = Point2::new(from.x - p.x, from.y - p.y);
-            let end = Point2::new(to.x - q.x, to.y - q.y);
-            let nearest = closest_approach(start, end) - people.radius;
-            let asked = asked.min(self.person_cap[i]);
-            if nearest - self.shape.circumscribed_radius() >= asked {
-                continue;
-            }
-            let hit = !self.polygon
-                || nearest - self.shape.inscribed_radius() < asked
-                || (1..=Self::POLYGON_POSES).any(|k| {
-                    let s = f64::from(k) / f64::from(Self::POLYGON_POSES);
-                    self.gap(from.toward(to, s), p.toward(q, s)) < asked
-                });
-            if hit {
-                return Some(people.id[i]);
-            }
+    /// Whether a person comes too near who moves from `p` to `q` while the robot moves from `from` to `to`. At least
+    /// `asked` metres are asked of the gap.
+    fn meets(&self, (from, to): (Pose2, Pose2), (p, q): (Point2, Point2), asked: f64) -> bool {
+        let start = Point2::new(from.x - p.x, from.y - p.y);
+        let end = Point2::new(to.x - q.x, to.y - q.y);
+        let nearest = closest_approach(start, end) - self.people.radius;
+        if nearest - self.shape.circumscribed_radius() >= asked {
+            return false;
         }
-        None
+        !self.polygon
+            || nearest - self.shape.inscribed_radius() < asked
+            || (1..=Self::POLYGON_POSES).any(|k| {
+                let s = f64::from(k) / f64::from(Self::POLYGON_POSES);
+                self.gap(from.toward(to, s), p.toward(q, s)) < asked
+            })
     }
 
     /// Distance between the robot's shape at `pose` and a person's disc, metres, negative if they overlap.
@@ -258,6 +234,122 @@ impl<'a> CollisionChecker<'a> {
             pose.position().distance(person) - self.shape.circumscribed_radius()
         };
         distance - self.people.radius
+    }
+}
+
+/// A [`CollisionChecker`] with everything computed that depends on people and time alone, so that most people are
+/// passed over with one comparison.
+#[derive(Debug, Clone)]
+pub struct TrajectoryChecker<'a> {
+    checker: &'a CollisionChecker<'a>,
+    dt: f64,
+    /// Those who can come near, as indices into the scene's people.
+    near: Vec<usize>,
+    /// Where they are at the start of each step and at the end of the last, `[step, person]`.
+    at: Vec<Point2>,
+    /// Gap asked of each during each step, metres, `[step, person]`.
+    asked: Vec<f64>,
+    /// Distance that each moves in one step, metres.
+    stride: Vec<f64>,
+}
+
+impl<'a> TrajectoryChecker<'a> {
+    /// Rounding of distances, metres, and more.
+    const ROUNDING: f64 = 1e-6;
+
+    fn new(checker: &'a CollisionChecker<'a>, steps: usize, dt: f64, reach: f64) -> Self {
+        let people = checker.people;
+        let time = |step: usize| step as f64 * dt;
+        let body = checker.shape.circumscribed_radius() + people.radius;
+        let widest = checker.person_gap(time(steps)).max(CollisionChecker::GUARD);
+        let speed = |i: usize| Point2::new(people.vx[i], people.vy[i]).distance(Point2::default());
+        let start = checker.start.position();
+        let comes_near = |&i: &usize| {
+            let least = people.position(i).distance(start) - reach - speed(i) * time(steps);
+            least <= body + widest + Self::ROUNDING
+        };
+        let near: Vec<usize> = (0..people.len()).filter(comes_near).collect();
+        let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| people.position_after(i, time(k))));
+        let asked = (0..steps).flat_map(|k| {
+            let asked = checker.person_gap(time(k) + dt);
+            near.iter().map(move |&i| asked.min(checker.person_cap[i]))
+        });
+        let (at, asked) = (at.collect(), asked.collect());
+        Self { checker, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
+    }
+
+    /// The first collision of the trajectory that starts at the belief's pose at time 0 and is at pose k of `poses` at
+    /// `(k + 1) * dt`; between poses robot and people move in straight lines, checked continuously. Nothing is checked
+    /// beyond the last one: there the robot stands.
+    pub fn first_collision(&self, poses: impl ExactSizeIterator<Item = Pose2>) -> Option<Collision> {
+        let checker = self.checker;
+        let last = poses.len().saturating_sub(1);
+        let (mut from, mut free) = (checker.start, (Point2::default(), -1.0));
+        for (step, to) in poses.enumerate() {
+            let with = if checker.continue_wall_clear(&mut free, from, to) {
+                self.person_hit(from, to, step).map(Obstacle::Person)
+            } else {
+                Some(Obstacle::Wall)
+            };
+            if let Some(with) = with {
+                return Some(Collision { time: step as f64 * self.dt, with });
+            }
+            from = to;
+        }
+        let collision = Collision { time: last as f64 * self.dt, with: Obstacle::Wall };
+        checker.stays_at_wall(from.position()).then_some(collision)
+    }
+
+    /// Id of the first person who comes too near while the robot moves from `from` to `to` during a step.
+    fn person_hit(&self, from: Pose2, to: Pose2, step: usize) -> Option<u32> {
+        let (people, count) = (self.checker.people, self.near.len());
+        let (now, next) = self.at[step * count..(step + 2) * count].split_at(count);
+        let asked = &self.asked[step * count..(step + 1) * count];
+        let body = self.checker.shape.circumscribed_radius() + people.radius;
+        let body = body + from.position().distance(to.position()) + Self::ROUNDING;
+        let hit = (0..count).find(|&j| {
+            // Neither moves farther than its stride from where they are now.
+            let far = body + asked[j] + self.stride[j];
+            now[j].distance_squared(from.position()) <= far * far
+                && self.checker.meets((from, to), (now[j], next[j]), asked[j])
+        })?;
+        Some(people.id[self.near[hit]])
+    }
+
+    /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
+    /// first state's segment and then `braking` more metres along the trajectory touches none of them where they
+    /// are. A polygon counts as its circumscribed disc.
+    ///
+    /// A forecast lets a robot follow on a person's heels; this keeps the braking distance.
+    pub fn stops_short(&self, poses: impl Iterator<Item = Pose2>, braking: f64) -> bool {
+        let checker = self.checker;
+        let contact = checker.shape.circumscribed_radius() + checker.people.radius;
+        let mut from = checker.start.position();
+        let mut left = f64::INFINITY;
+        for (k, pose) in poses.enumerate() {
+            let mut to = pose.position();
+            let length = from.distance(to);
+            if length > left {
+                to = from.toward(to, left / length);
+            }
+            let far = contact + CollisionChecker::GUARD + length + Self::ROUNDING;
+            let touches = self.near.iter().zip(&self.at).any(|(&i, p)| {
+                let (start, end) =
+                    (Point2::new(from.x - p.x, from.y - p.y), Point2::new(to.x - p.x, to.y - p.y));
+                p.distance_squared(from) <= far * far
+                    && closest_approach(start, end) - contact
+                        < CollisionChecker::GUARD.min(checker.person_cap[i])
+            });
+            if touches {
+                return false;
+            }
+            left = if k == 0 { braking } else { left - length };
+            if left <= 0.0 {
+                return true;
+            }
+            from = to;
+        }
+        true
     }
 }
 

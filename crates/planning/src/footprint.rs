@@ -89,10 +89,7 @@ impl FootprintShape {
             return true;
         }
         let reach = self.circumscribed + margin;
-        let (column, row) = grid.grid_from_map(pose.position());
-        let (width, height) = (grid.width() as f64, grid.height() as f64);
-        let to_edge = column.min(width - column).min(row).min(height - row) * grid.resolution();
-        if to_edge > reach && map.to_obstacle.clearance(grid, pose.position()) > reach {
+        if grid.to_edge(pose.position()) > reach && map.to_obstacle.clearance(grid, pose.position()) > reach {
             return false;
         }
         self.near_any_cell(pose, grid, margin)

@@ -109,6 +109,54 @@ impl Pose2 {
     }
 }
 
+/// A direction of the plane as a unit vector, for loops in which sines and cosines would take most of the time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Direction {
+    /// Cosine of its angle.
+    pub cos: f64,
+    /// Sine of its angle.
+    pub sin: f64,
+}
+
+impl Direction {
+    /// That of an angle, radians.
+    pub fn of(angle: f64) -> Self {
+        let (sin, cos) = sin_cos(angle);
+        Self { cos, sin }
+    }
+
+    /// This one turned further by the angle of another.
+    pub fn turned(self, by: Self) -> Self {
+        Self { cos: self.cos * by.cos - self.sin * by.sin, sin: self.sin * by.cos + self.cos * by.sin }
+    }
+
+    /// Cosine of the angle to another.
+    pub fn dot(self, other: Self) -> f64 {
+        self.cos * other.cos + self.sin * other.sin
+    }
+
+    /// `to` as seen from `from` by what faces this way: how far ahead it lies and how far to the left, metres.
+    pub fn ahead_and_left(self, from: Point2, to: Point2) -> (f64, f64) {
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+    }
+}
+
+/// A pose whose direction is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facing {
+    /// Where.
+    pub pose: Pose2,
+    /// That of the pose's heading.
+    pub direction: Direction,
+}
+
+impl From<Pose2> for Facing {
+    fn from(pose: Pose2) -> Self {
+        Self { pose, direction: Direction::of(pose.heading) }
+    }
+}
+
 /// Forward speed and turn rate of a unicycle.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -122,7 +170,8 @@ pub struct Twist {
 /// The same angle in (-pi, pi].
 pub fn wrap_angle(angle: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
-    let mut a = angle % TAU;
+    // Most angles are at most one turn off, and a remainder takes long.
+    let mut a = if angle.abs() < TAU { angle } else { angle % TAU };
     if a > PI {
         a -= TAU;
     } else if a <= -PI {

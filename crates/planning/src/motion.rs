@@ -4,8 +4,7 @@ use crate::parameters::{Field, FieldError, Kind, Range, Ranged, check_numbers, c
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
-use crate::numerics::sin_cos;
+use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
 
 /// The robot's outline in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -126,14 +125,22 @@ impl RobotModel {
 
 /// Pose after `dt` seconds at a constant twist: the exact arc.
 pub fn step(pose: Pose2, twist: Twist, dt: f64) -> Pose2 {
+    step_facing(pose.into(), twist, dt).pose
+}
+
+/// The same for a pose whose direction is known.
+pub fn step_facing(from: Facing, twist: Twist, dt: f64) -> Facing {
+    let Facing { pose, direction } = from;
     let turn = twist.omega * dt;
     let travel = twist.v * dt;
     // Chord of the arc: its length is travel * sinc(turn/2), its direction the mean heading.
     let half = 0.5 * turn;
-    let chord =
-        if half.abs() < 1e-6 { travel * (1.0 - half * half / 6.0) } else { travel * sin_cos(half).0 / half };
-    let (s, c) = sin_cos(pose.heading + half);
-    Pose2::new(pose.x + chord * c, pose.y + chord * s, wrap_angle(pose.heading + turn))
+    let by = Direction::of(half);
+    let chord = if half.abs() < 1e-6 { travel * (1.0 - half * half / 6.0) } else { travel * by.sin / half };
+    let middle = direction.turned(by);
+    let heading = wrap_angle(pose.heading + turn);
+    let pose = Pose2::new(pose.x + chord * middle.cos, pose.y + chord * middle.sin, heading);
+    Facing { pose, direction: middle.turned(by) }
 }
 
 crate::parameters! {

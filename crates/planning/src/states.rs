@@ -1,5 +1,7 @@
 //! States of the robot over time, as a structure of arrays.
 
+use std::ops::Range;
+
 use crate::geometry::{Point2, Pose2, Twist};
 
 /// What is wrong with arrays that should describe states.
@@ -65,6 +67,15 @@ impl States {
         self.omega.append(&mut other.omega);
     }
 
+    /// Adds some states of `other` behind these.
+    pub fn extend_from(&mut self, other: &Self, range: Range<usize>) {
+        self.x.extend_from_slice(&other.x[range.clone()]);
+        self.y.extend_from_slice(&other.y[range.clone()]);
+        self.heading.extend_from_slice(&other.heading[range.clone()]);
+        self.v.extend_from_slice(&other.v[range.clone()]);
+        self.omega.extend_from_slice(&other.omega[range]);
+    }
+
     /// Position of state `k`, which must exist, as for the other methods.
     pub fn position(&self, k: usize) -> Point2 {
         Point2::new(self.x[k], self.y[k])
@@ -73,6 +84,11 @@ impl States {
     /// Pose of state `k`.
     pub fn pose(&self, k: usize) -> Pose2 {
         Pose2::new(self.x[k], self.y[k], self.heading[k])
+    }
+
+    /// Poses of some states.
+    pub fn poses(&self, range: Range<usize>) -> impl ExactSizeIterator<Item = Pose2> {
+        range.map(|k| self.pose(k))
     }
 
     /// Pose and twist of state `k`.

@@ -95,7 +95,7 @@ fn path_to(tree: &Tree, end: usize, reach: f64, turning_radius: f64) -> Path {
     chain.reverse();
     let mut points = Vec::new();
     for pair in chain.windows(2) {
-        let path = Dubins::shortest(tree.pose(pair[0]), tree.pose(pair[1]), turning_radius);
+        let path = Dubins::shortest(tree.pose(pair[0]).into(), tree.pose(pair[1]).into(), turning_radius);
         path.walk(Path::SPACING, |pose| {
             points.push(pose.position());
             Some(Path::SPACING)

@@ -1,14 +1,15 @@
 //! FindPathCandidates (Alg. 1, line 12): which ways out of the tree are offered, timed and free.
 
-use std::collections::BTreeSet;
+use std::cell::OnceCell;
+use std::collections::HashSet;
 
 use crate::candidates::CandidateSet;
-use crate::collision::CollisionChecker;
+use crate::collision::{CollisionChecker, TrajectoryChecker};
 use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
-use crate::generation::rollout::{Departure, Rollout, RolloutParams, SpeedProfile, rollout};
+use crate::generation::rollout::{Departure, RolloutParams, SpeedProfile, rollout};
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
@@ -41,13 +42,12 @@ impl Proposal {
     }
 }
 
-/// A timed path that is free.
-struct Free {
-    states: States,
+/// A timed path.
+struct Timed {
+    /// Its place among the rollouts.
+    index: usize,
     pinned: bool,
     slow: bool,
-    /// Whether it can still be stopped short of people who stop walking.
-    safe: bool,
     /// Distance of the last state from where the robot is, metres.
     travel: f64,
     /// Geodesic distance from the last state, metres.
@@ -55,6 +55,8 @@ struct Free {
     near: (i64, i64, i64),
     end: (i64, i64),
     profile: usize,
+    /// Whether it is free, and whether it can also be stopped short of people who stop walking; once that is known.
+    free: OnceCell<(bool, bool)>,
 }
 
 /// The candidates of this cycle: the continuation of `input.previous`, the shortest way to the goal and the
@@ -79,9 +81,21 @@ pub fn find_candidates(
         steps: input.params.steps,
         dt: input.params.dt,
     };
-    let reach = input.robot.v_max * from.dt * from.steps as f64 + 0.5;
+    let within = input.robot.v_max * from.dt * from.steps as f64;
+    let reach = within + 0.5;
     let slow = input.params.min_speed * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
-    let finder = Finder { input, checker, params, rollout_params, from, slow };
+    let trajectories = &checker.over(from.steps, from.dt, within);
+    let mut finder = Finder {
+        input,
+        checker,
+        trajectories,
+        params,
+        rollout_params,
+        from,
+        slow,
+        states: States::default(),
+        timed: Vec::new(),
+    };
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
     let sure = proposals.len();
@@ -89,27 +103,16 @@ pub fn find_candidates(
     let branches =
         branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, to_go);
     proposals.extend(branches.into_iter().map(Proposal::of));
-    let mut free = Vec::new();
-    finder.time(&proposals[..sure], &params.profiles, 0, &mut free, &|| false);
-    finder.time(&proposals[sure..], &params.profiles, 0, &mut free, should_stop);
-    let distinct: BTreeSet<(i64, i64, i64)> = free.iter().filter(|f| f.safe).map(|f| f.near).collect();
-    if distinct.len() < params.min_candidates as usize {
+    finder.time(&proposals[..sure], &params.profiles, 0, &|| false);
+    finder.time(&proposals[sure..], &params.profiles, 0, should_stop);
+    if !finder.has_enough() {
         let fan = finder.fan(way, reach);
-        finder.time(&fan, &params.profiles, 0, &mut free, should_stop);
+        finder.time(&fan, &params.profiles, 0, should_stop);
         let creep = [params.creep];
-        finder.time(&proposals, &creep, params.profiles.len(), &mut free, should_stop);
-        finder.time(&fan, &creep, params.profiles.len(), &mut free, should_stop);
+        finder.time(&proposals, &creep, params.profiles.len(), should_stop);
+        finder.time(&fan, &creep, params.profiles.len(), should_stop);
     }
-    if free.iter().any(|f| f.safe) {
-        free.retain(|f| f.safe);
-    }
-    if free.iter().any(|f| !f.slow) {
-        free.retain(|f| !f.slow);
-    } else if free.iter().any(|f| f.travel >= SOMEWHERE) {
-        // Turning to and fro beside a person who waits costs nothing and never ends.
-        free.retain(|f| f.travel >= SOMEWHERE);
-    }
-    finder.emit(free)
+    finder.emit()
 }
 
 /// Mean speed of the fastest rollout there is: straight on, m/s.
@@ -117,17 +120,22 @@ fn fastest_mean(from: &Departure<'_>, reach: f64, params: &RolloutParams) -> f64
     let ahead = from.pose.transform(Point2::new(reach, 0.0));
     let path = Path::new(from.pose.position(), [ahead], reach);
     let straight = Departure { twist: Twist { omega: 0.0, ..from.twist }, ..*from };
-    rollout(&path, SpeedProfile { fraction: 1.0, turn_first: false }, &straight, params).mean_speed
+    let profile = SpeedProfile { fraction: 1.0, turn_first: false };
+    rollout(&path, profile, &straight, params, &mut States::default())
 }
 
 struct Finder<'a> {
     input: &'a GenerationInput<'a>,
     checker: &'a CollisionChecker<'a>,
+    trajectories: &'a TrajectoryChecker<'a>,
     params: &'a CandidateParams,
     rollout_params: &'a RolloutParams,
     from: Departure<'a>,
     /// Mean speed below which a candidate is slow, m/s.
     slow: f64,
+    /// Those of all rollouts, `[rollout, state]`.
+    states: States,
+    timed: Vec<Timed>,
 }
 
 impl Finder<'_> {
@@ -212,13 +220,12 @@ impl Finder<'_> {
         Path::new(path.points()[0], path.points()[1..].iter().copied(), clear as f64 * Path::SPACING + 1e-6)
     }
 
-    /// Times every path with every profile and keeps what is free, until told to stop.
+    /// Times every path with every profile, until told to stop.
     fn time(
-        &self,
+        &mut self,
         proposals: &[Proposal],
         profiles: &[f64],
         first_profile: usize,
-        free: &mut Vec<Free>,
         should_stop: &dyn Fn() -> bool,
     ) {
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
@@ -227,28 +234,27 @@ impl Finder<'_> {
                     return;
                 }
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
-                let rollout = rollout(&proposal.path, profile, &self.from, self.rollout_params);
-                if self.checker.first_collision(&rollout.states, self.from.dt).is_none() {
-                    free.push(self.describe(rollout, proposal, first_profile + k));
-                }
+                let mean_speed =
+                    rollout(&proposal.path, profile, &self.from, self.rollout_params, &mut self.states);
+                self.timed.push(self.describe(self.timed.len(), mean_speed, proposal, first_profile + k));
             }
         }
     }
 
-    fn describe(&self, rollout: Rollout, proposal: &Proposal, profile: usize) -> Free {
-        let params = self.params;
-        let states = rollout.states;
-        let last = states.len() - 1;
-        let near = ((params.differ_by / self.from.dt).round() as usize).clamp(1, last + 1) - 1;
+    fn describe(&self, index: usize, mean_speed: f64, proposal: &Proposal, profile: usize) -> Timed {
+        let (params, states, steps) = (self.params, &self.states, self.from.steps);
+        let first = index * steps;
+        let last = first + steps - 1;
+        let near = first + ((params.differ_by / self.from.dt).round() as usize).clamp(1, steps) - 1;
         let cell =
             |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
         let end = states.position(last);
         let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
-        Free {
+        Timed {
+            index,
             pinned: proposal.pinned,
-            slow: rollout.mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
-            safe: self.checker.stops_short(&states, self.input.robot.stopping_distance(states.v[0])),
+            slow: mean_speed < self.slow && !proposal.turns_to_goal && !arrives,
             travel: end.distance(self.from.pose.position()),
             to_go,
             near: {
@@ -257,28 +263,72 @@ impl Finder<'_> {
             },
             end: cell(last, params.end_cell),
             profile,
-            states,
+            free: OnceCell::new(),
         }
     }
 
-    /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order.
-    fn emit(&self, mut free: Vec<Free>) -> CandidateSet {
-        free.sort_by(|a, b| b.pinned.cmp(&a.pinned).then(a.to_go.total_cmp(&b.to_go)));
-        let mut seen = BTreeSet::new();
-        free.retain(|f| seen.insert((f.near, f.end, f.profile)) || f.pinned);
-        let mut places = BTreeSet::new();
-        let (first, second): (Vec<Free>, Vec<Free>) =
-            free.into_iter().partition(|f| places.insert(f.near) || f.pinned);
-        let chosen = first.into_iter().chain(second).take(self.params.max_candidates as usize);
-        let mut all = States::default();
+    /// Whether a rollout is free, and whether it is safe as well: it can be stopped short of people who stop walking.
+    fn is_free(&self, timed: &Timed) -> (bool, bool) {
+        *timed.free.get_or_init(|| {
+            let steps = self.from.steps;
+            let poses = || self.states.poses(timed.index * steps..(timed.index + 1) * steps);
+            let braking = || self.input.robot.stopping_distance(self.states.v[timed.index * steps]);
+            let free = self.trajectories.first_collision(poses()).is_none();
+            (free, free && self.trajectories.stops_short(poses(), braking()))
+        })
+    }
+
+    /// The free rollouts that `fits`, with whether they are safe, lets pass: pinned ones first, then those nearest to the
+    /// goal, one of each place at `differ_by`, end and profile. Only those are checked for collisions that no other
+    /// makes needless.
+    fn pick(&self, fits: impl Fn(&Timed, bool) -> bool) -> Vec<&Timed> {
+        let mut order: Vec<&Timed> = self.timed.iter().filter(|t| fits(t, true) || fits(t, false)).collect();
+        order.sort_by(|a, b| b.pinned.cmp(&a.pinned).then(a.to_go.total_cmp(&b.to_go)));
+        let mut seen = HashSet::new();
+        order.retain(|t| {
+            let key = (t.near, t.end, t.profile);
+            let is_picked = (t.pinned || !seen.contains(&key)) && {
+                let (free, safe) = self.is_free(t);
+                free && fits(t, safe)
+            };
+            if is_picked {
+                seen.insert(key);
+            }
+            is_picked
+        });
+        order
+    }
+
+    /// Whether safe candidates lead to enough different places.
+    fn has_enough(&self) -> bool {
+        let is_enough = |fits: &dyn Fn(&Timed, bool) -> bool| {
+            let places: HashSet<_> = self.pick(fits).iter().map(|t| t.near).collect();
+            places.len() >= self.params.min_candidates as usize
+        };
+        // Most often those that are not slow are enough.
+        is_enough(&|t, safe| safe && !t.slow) || is_enough(&|_, safe| safe)
+    }
+
+    /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of them
+    /// are safe, and not slow, as far as there are any such.
+    fn emit(&self) -> CandidateSet {
+        // Turning to and fro beside a person who waits costs nothing and never ends.
+        let kinds: [&dyn Fn(&Timed) -> bool; 3] = [&|t| !t.slow, &|t| t.travel >= SOMEWHERE, &|_| true];
+        let all = [true, false].into_iter().flat_map(|is_safe| kinds.map(|kind| (is_safe, kind)));
+        let picked = all.map(|(is_safe, kind)| self.pick(|t, safe| (safe || !is_safe) && kind(t)));
+        let picked = picked.into_iter().find(|picked| !picked.is_empty()).unwrap_or_default();
+        let mut places = HashSet::new();
+        let (first, second): (Vec<&Timed>, Vec<&Timed>) =
+            picked.into_iter().partition(|t| places.insert(t.near) || t.pinned);
+        let (steps, dt) = (self.from.steps, self.from.dt);
+        let mut states = States::default();
         let mut count = 0;
-        for f in chosen {
-            all.append(f.states);
+        for t in first.into_iter().chain(second).take(self.params.max_candidates as usize) {
+            states.extend_from(&self.states, t.index * steps..(t.index + 1) * steps);
             count += 1;
         }
-        let (steps, dt) = (self.from.steps, self.from.dt);
         // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
-        CandidateSet::new(steps, dt, (0..count).collect(), all)
+        CandidateSet::new(steps, dt, (0..count).collect(), states)
             .unwrap_or_else(|_| CandidateSet::empty(steps, dt))
     }
 }

@@ -5,9 +5,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::geometry::{Pose2, Twist, bearing};
-use crate::motion::step;
-use crate::numerics::{atan2, sin_cos};
+use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
+use crate::motion::step_facing;
+use crate::numerics::atan2;
 
 /// How one piece of a path bends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl Turn {
 /// One path: three pieces, any of which may be empty.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dubins {
-    start: Pose2,
+    start: Facing,
     radius: f64,
     word: [Turn; 3],
     /// Length of each piece in turning radii.
@@ -42,22 +42,48 @@ pub struct Dubins {
 
 impl Dubins {
     /// The shortest of all six words from `from` to `to` with turning radius `radius` metres.
-    pub fn shortest(from: Pose2, to: Pose2, radius: f64) -> Self {
+    pub fn shortest(from: Facing, to: Facing, radius: f64) -> Self {
         let mut best = Best { word: [Turn::Straight; 3], pieces: [0.0; 3], total: f64::INFINITY };
-        Normalised::new(from, to, radius).offer_words(&mut best, true);
+        Normalised::new(&from, &to, radius).offer_words(&mut best, true);
         Self { start: from, radius, word: best.word, pieces: best.pieces }
     }
 
     /// The shortest path if it is at most `bound` metres long. Much cheaper than [`Self::shortest`] for
     /// bounds below half a turning circle, where three turns in a row cannot be the answer.
-    pub fn shortest_within(from: Pose2, to: Pose2, radius: f64, bound: f64) -> Option<Self> {
-        if from.position().distance(to.position()) > bound {
+    pub fn shortest_within(from: Facing, to: Facing, radius: f64, bound: f64) -> Option<Self> {
+        let limit = bound / radius * (1.0 + 1e-12);
+        let problem = Normalised::new(&from, &to, radius);
+        if problem.exceeds(limit) {
             return None;
         }
-        let limit = bound / radius * (1.0 + 1e-12);
         let mut best = Best { word: [Turn::Straight; 3], pieces: [0.0; 3], total: limit };
-        Normalised::new(from, to, radius).offer_words(&mut best, limit > PI);
+        problem.offer_words(&mut best, limit > PI);
         (best.total < limit).then_some(Self { start: from, radius, word: best.word, pieces: best.pieces })
+    }
+
+    /// The shortest path to a point, whatever the heading there: a turn and a straight piece. `None` for points inside
+    /// the turning circles, to which the shortest path has two turns.
+    pub fn to_point(from: Facing, to: Point2, radius: f64) -> Option<(Self, Facing)> {
+        let (ahead, left) = from.direction.ahead_and_left(from.pose.position(), to);
+        // In turning radii, seen from the centre of the circle on the point's side, which is then the left one.
+        let side = if left < 0.0 { -1.0 } else { 1.0 };
+        let (x, y) = (ahead / radius, left.abs() / radius - 1.0);
+        let squared = x * x + y * y;
+        if squared < 1.0 {
+            return None;
+        }
+        // The tangent from the point touches the circle where (straight, -1), turned by the angle of the turn, is (x, y).
+        let straight = (squared - 1.0).sqrt();
+        let by = Direction { cos: (x * straight - y) / squared, sin: (y * straight + x) / squared };
+        let angle = turn(atan2(by.sin, by.cos));
+        let turning = if side < 0.0 { Turn::Right } else { Turn::Left };
+        let direction = from.direction.turned(Direction { sin: side * by.sin, ..by });
+        let end = Pose2::new(to.x, to.y, wrap_angle(from.pose.heading + side * angle));
+        let word = [turning, Turn::Straight, turning];
+        Some((
+            Self { start: from, radius, word, pieces: [angle, straight, 0.0] },
+            Facing { pose: end, direction },
+        ))
     }
 
     /// Metres.
@@ -65,22 +91,33 @@ impl Dubins {
         (self.pieces[0] + self.pieces[1] + self.pieces[2]) * self.radius
     }
 
+    /// Where the path is after `distance` metres, at most its length.
+    pub fn at(&self, distance: f64) -> Facing {
+        let (mut at, mut left) = (self.start, distance);
+        for (turn, piece) in self.word.iter().zip(self.pieces) {
+            let length = (piece * self.radius).min(left);
+            at = self.advance(at, *turn, length);
+            left -= length;
+        }
+        at
+    }
+
     /// Walks along the path: `visit` gets each pose and answers how far to go before the next one,
     /// metres (at least a millimetre is taken), or `None` to stop. Every piece's ends are visited, the
     /// path's start is not. Returns whether the end was reached.
     pub fn walk(&self, mut stride: f64, mut visit: impl FnMut(Pose2) -> Option<f64>) -> bool {
-        let mut pose = self.start;
+        let mut at = self.start;
         for (turn, piece) in self.word.iter().zip(self.pieces) {
             let length = piece * self.radius;
             if length <= 0.0 {
                 continue;
             }
-            let base = pose;
+            let base = at;
             let mut s = 0.0;
             while s < length {
                 s = (s + stride.max(1e-3)).min(length);
-                pose = self.advance(base, *turn, s);
-                match visit(pose) {
+                at = self.advance(base, *turn, s);
+                match visit(at.pose) {
                     Some(next) => stride = next,
                     None => return false,
                 }
@@ -89,8 +126,8 @@ impl Dubins {
         true
     }
 
-    fn advance(&self, pose: Pose2, turn: Turn, distance: f64) -> Pose2 {
-        step(pose, Twist { v: 1.0, omega: turn.sign() / self.radius }, distance)
+    fn advance(&self, from: Facing, turn: Turn, distance: f64) -> Facing {
+        step_facing(from, Twist { v: 1.0, omega: turn.sign() / self.radius }, distance)
     }
 }
 
@@ -111,26 +148,52 @@ impl Best {
 }
 
 /// Distance in radii and both headings relative to the line between the positions.
+#[derive(Clone, Copy)]
 struct Normalised {
     d: f64,
-    alpha: f64,
-    beta: f64,
+    /// Along the line between the positions, in radii.
+    line: (f64, f64),
+    headings: [f64; 2],
+    /// 1, or -1 seen in a mirror.
+    side: f64,
     sin: [f64; 2],
     cos: [f64; 2],
 }
 
 impl Normalised {
-    fn new(from: Pose2, to: Pose2, radius: f64) -> Self {
-        let d = from.position().distance(to.position()) / radius;
-        let line = if d > 0.0 { bearing(from.position(), to.position()) } else { 0.0 };
-        let (alpha, beta) = (from.heading - line, to.heading - line);
-        let ((sa, ca), (sb, cb)) = (sin_cos(alpha), sin_cos(beta));
-        Self { d, alpha, beta, sin: [sa, sb], cos: [ca, cb] }
+    fn new(from: &Facing, to: &Facing, radius: f64) -> Self {
+        let (dx, dy) = ((to.pose.x - from.pose.x) / radius, (to.pose.y - from.pose.y) / radius);
+        let d = (dx * dx + dy * dy).sqrt();
+        let line = if d > 0.0 { Direction { cos: dx / d, sin: dy / d } } else { Direction { cos: 1.0, sin: 0.0 } };
+        let [a, b] = [from, to].map(|end| {
+            let Direction { cos, sin } = end.direction;
+            (cos * line.cos + sin * line.sin, sin * line.cos - cos * line.sin)
+        });
+        let headings = [from.pose.heading, to.pose.heading];
+        Self { d, line: (dx, dy), headings, side: 1.0, sin: [a.1, b.1], cos: [a.0, b.0] }
+    }
+
+    /// Whether no path of at most `limit` radii can be, which is seen without any angle.
+    ///
+    /// A path turns by its length at most, in radians, and while that is at most half a turn, the line between its ends
+    /// is off its headings at the ends by at most half of it. An angle is at least its chord, `2 - 2 cos`, squared.
+    fn exceeds(&self, limit: f64) -> bool {
+        let ([sa, sb], [ca, cb]) = (self.sin, self.cos);
+        let squared = limit * limit * (1.0 + 1e-9) + 1e-12;
+        self.d > limit
+            || 2.0 - 2.0 * (ca * cb + sa * sb) > squared
+            || (limit <= PI && self.d > 0.0 && 8.0 - 8.0 * ca.min(cb) > squared)
+    }
+
+    /// Both headings relative to the line.
+    fn angles(&self) -> (f64, f64) {
+        let line = atan2(self.line.1, self.line.0);
+        (self.side * (self.headings[0] - line), self.side * (self.headings[1] - line))
     }
 
     /// The same seen in a mirror: left turns are right turns.
     fn mirrored(&self) -> Self {
-        Self { alpha: -self.alpha, beta: -self.beta, sin: self.sin.map(|s| -s), ..*self }
+        Self { side: -self.side, sin: self.sin.map(|s| -s), ..*self }
     }
 
     /// Offers LSL, RSR, LSR and RSL, and with `three_turns` RLR and LRL.
@@ -152,8 +215,9 @@ impl Normalised {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let squared = 2.0 + d * d - 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb);
         if squared >= 0.0 && squared < best.total * best.total {
+            let (alpha, beta) = self.angles();
             let angle = atan2(cb - ca, d + sa - sb);
-            let pieces = [turn(angle - self.alpha), squared.sqrt(), turn(self.beta - angle)];
+            let pieces = [turn(angle - alpha), squared.sqrt(), turn(beta - angle)];
             best.offer([side, Turn::Straight, side], pieces);
         }
     }
@@ -163,9 +227,10 @@ impl Normalised {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let squared = -2.0 + d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa + sb);
         if squared >= 0.0 && squared < best.total * best.total {
+            let (alpha, beta) = self.angles();
             let p = squared.sqrt();
             let angle = atan2(-ca - cb, d + sa + sb) - atan2(-2.0, p);
-            best.offer([first, Turn::Straight, last], [turn(angle - self.alpha), p, turn(angle - self.beta)]);
+            best.offer([first, Turn::Straight, last], [turn(angle - alpha), p, turn(angle - beta)]);
         }
     }
 
@@ -174,9 +239,10 @@ impl Normalised {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let cosine = (6.0 - d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb)) / 8.0;
         if cosine.abs() <= 1.0 {
+            let (alpha, beta) = self.angles();
             let p = turn(TAU - arc_cosine(cosine));
-            let t = turn(self.alpha - atan2(ca - cb, d - sa + sb) + 0.5 * p);
-            best.offer([outer, middle, outer], [t, p, turn(self.alpha - self.beta - t + p)]);
+            let t = turn(alpha - atan2(ca - cb, d - sa + sb) + 0.5 * p);
+            best.offer([outer, middle, outer], [t, p, turn(alpha - beta - t + p)]);
         }
     }
 }
@@ -194,11 +260,15 @@ fn arc_cosine(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::wrap_angle;
+    use crate::motion::step;
     use crate::random::{rng, uniform};
 
     fn random_pose(r: &mut crate::random::Rng) -> Pose2 {
         Pose2::new(6.0 * uniform(r) - 3.0, 6.0 * uniform(r) - 3.0, TAU * uniform(r) - PI)
+    }
+
+    fn shortest(a: Pose2, b: Pose2) -> Dubins {
+        Dubins::shortest(a.into(), b.into(), 0.6)
     }
 
     fn apart(a: Pose2, b: Pose2) -> f64 {
@@ -210,13 +280,8 @@ mod tests {
         let mut r = rng(1, 0);
         for _ in 0..20_000 {
             let (a, b) = (random_pose(&mut r), random_pose(&mut r));
-            let path = Dubins::shortest(a, b, 0.6);
-            let end = path
-                .word
-                .iter()
-                .zip(path.pieces)
-                .fold(a, |pose, (turn, piece)| path.advance(pose, *turn, piece * path.radius));
-            assert!(apart(end, b) < 1e-7, "{a:?} {b:?} {path:?}");
+            let path = shortest(a, b);
+            assert!(apart(path.at(path.length()).pose, b) < 1e-7, "{a:?} {b:?} {path:?}");
             assert!(path.length() >= a.position().distance(b.position()) - 1e-9);
         }
     }
@@ -226,12 +291,12 @@ mod tests {
         let mut r = rng(2, 0);
         for _ in 0..5_000 {
             let (a, b, frame) = (random_pose(&mut r), random_pose(&mut r), random_pose(&mut r));
-            let length = Dubins::shortest(a, b, 0.6).length();
-            let moved = Dubins::shortest(frame.compose(a), frame.compose(b), 0.6).length();
+            let length = shortest(a, b).length();
+            let moved = shortest(frame.compose(a), frame.compose(b)).length();
             assert!((length - moved).abs() < 1e-6, "{a:?} {b:?}");
             // turned about, the same curve leads from the goal back to the start
             let about = |p: Pose2| Pose2::new(p.x, p.y, wrap_angle(p.heading + PI));
-            let back = Dubins::shortest(about(b), about(a), 0.6).length();
+            let back = shortest(about(b), about(a)).length();
             assert!((length - back).abs() < 1e-6, "{a:?} {b:?}");
         }
     }
@@ -248,7 +313,7 @@ mod tests {
                 p = step(p, Twist { v: 1.0, omega: curvature }, s);
                 driven += s;
             }
-            assert!(Dubins::shortest(a, p, 0.6).length() <= driven + 1e-7);
+            assert!(shortest(a, p).length() <= driven + 1e-7);
         }
     }
 
@@ -257,9 +322,9 @@ mod tests {
         let mut r = rng(4, 0);
         for _ in 0..20_000 {
             let (a, b) = (random_pose(&mut r), random_pose(&mut r));
-            let full = Dubins::shortest(a, b, 0.6);
+            let full = shortest(a, b);
             for bound in [1.0, 1.8, 3.0, 8.0] {
-                match Dubins::shortest_within(a, b, 0.6, bound) {
+                match Dubins::shortest_within(a.into(), b.into(), 0.6, bound) {
                     Some(found) => assert_eq!(found, full),
                     None => assert!(full.length() >= bound - 1e-9),
                 }
@@ -268,9 +333,30 @@ mod tests {
     }
 
     #[test]
+    fn nothing_leads_to_a_point_on_a_shorter_way_whatever_the_heading_there() {
+        let mut r = rng(5, 0);
+        let mut found = 0;
+        for _ in 0..2_000 {
+            let (a, b) = (random_pose(&mut r), random_pose(&mut r));
+            let Some((path, end)) = Dubins::to_point(a.into(), b.position(), 0.6) else { continue };
+            found += 1;
+            assert!(apart(path.at(path.length()).pose, end.pose) < 1e-7, "{a:?} {b:?} {path:?}");
+            assert!(apart(Facing::from(end.pose).pose, end.pose) == 0.0 && end.pose.position() == b.position());
+            let expected = Direction::of(end.pose.heading);
+            assert!((expected.cos - end.direction.cos).abs() + (expected.sin - end.direction.sin).abs() < 1e-12);
+            assert!((shortest(a, end.pose).length() - path.length()).abs() < 1e-7, "{a:?} {b:?}");
+            for k in 0..32 {
+                let other = Pose2 { heading: TAU * f64::from(k) / 32.0, ..b };
+                assert!(shortest(a, other).length() >= path.length() - 1e-9, "{a:?} {b:?} {k}");
+            }
+        }
+        assert!(found > 1_500, "{found}");
+    }
+
+    #[test]
     fn walking_visits_the_whole_path_in_order() {
         let (a, b) = (Pose2::new(0.0, 0.0, 0.0), Pose2::new(2.0, 1.0, 1.0));
-        let path = Dubins::shortest(a, b, 0.6);
+        let path = shortest(a, b);
         let (mut last, mut travelled) = (a, 0.0);
         assert!(path.walk(0.05, |p| {
             travelled += last.position().distance(p.position());

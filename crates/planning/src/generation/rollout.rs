@@ -2,8 +2,8 @@
 //! stands when the horizon ends (D14).
 
 use crate::generation::path::Path;
-use crate::geometry::{Pose2, Twist};
-use crate::motion::{RobotModel, step};
+use crate::geometry::{Direction, Facing, Pose2, Twist};
+use crate::motion::{RobotModel, step_facing};
 use crate::numerics::atan2;
 use crate::states::States;
 
@@ -42,16 +42,6 @@ pub struct SpeedProfile {
     pub turn_first: bool,
 }
 
-/// A timed path.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Rollout {
-    /// Where the robot is dt, 2 dt, ... after the start.
-    pub states: States,
-    /// Mean speed before the final braking ramp, m/s: the ramp is imposed on every candidate and says
-    /// nothing about whether this one gets anywhere.
-    pub mean_speed: f64,
-}
-
 /// What a rollout starts from and how long it lasts.
 #[derive(Debug, Clone, Copy)]
 pub struct Departure<'a> {
@@ -67,22 +57,38 @@ pub struct Departure<'a> {
     pub dt: f64,
 }
 
-/// Drives along `path` from `from.pose` and records `from.steps` states. Speeds, turn rates and their
-/// changes obey the robot's limits at every substep, and the last state stands still (if the limits
-/// allow it to stop at all within the horizon).
-pub fn rollout(path: &Path, profile: SpeedProfile, from: &Departure<'_>, params: &RolloutParams) -> Rollout {
+/// Drives along `path` from `from.pose` and adds `from.steps` states to `states`: where the robot is dt, 2 dt, ... after
+/// the start. Speeds, turn rates and their changes obey the robot's limits at every substep, and the last state stands
+/// still (if the limits allow it to stop at all within the horizon).
+///
+/// Gives the mean speed before the final braking ramp, m/s: the ramp is imposed on every candidate and says nothing about
+/// whether this one gets anywhere.
+pub fn rollout(
+    path: &Path,
+    profile: SpeedProfile,
+    from: &Departure<'_>,
+    params: &RolloutParams,
+    states: &mut States,
+) -> f64 {
     let pieces = (from.dt / params.substep - 1e-9).ceil().max(1.0) as usize;
     let h = from.dt / pieces as f64;
     let total = from.steps * pieces;
-    let mut state =
-        Follower { path, params, robot: from.robot, profile, progress: 0, turning: profile.turn_first };
-    let (mut pose, mut twist) = (from.pose, from.twist);
-    let mut out = Rollout::default();
+    let (mut at, mut twist) = (Facing::from(from.pose), from.twist);
+    let mut state = Follower {
+        path,
+        params,
+        robot: from.robot,
+        profile,
+        progress: 0,
+        turning: profile.turn_first,
+        turn_from: Direction::of(params.turn_from).cos,
+        turn_until: Direction::of(params.turn_until).cos,
+    };
     let (mut travelled, mut driven) = (0.0, 0.0);
     let mut ramp = false;
     for k in 1..=total {
         let left = (total - k) as f64 * h;
-        let mut wanted = state.pursue(pose, twist, h);
+        let mut wanted = state.pursue(&at, twist, h);
         let v_cap = from.robot.a_max * left;
         ramp |= wanted.v > v_cap;
         if wanted.v > v_cap && wanted.v > 0.0 {
@@ -92,17 +98,16 @@ pub fn rollout(path: &Path, profile: SpeedProfile, from: &Departure<'_>, params:
         let omega_cap = from.robot.alpha_max * left;
         wanted.omega = wanted.omega.clamp(-omega_cap, omega_cap);
         twist = from.robot.limit(twist, wanted, h);
-        pose = step(pose, twist, h);
+        at = step_facing(at, twist, h);
         if !ramp {
             travelled += twist.v * h;
             driven += h;
         }
         if k % pieces == 0 {
-            out.states.push(pose, twist);
+            states.push(at.pose, twist);
         }
     }
-    out.mean_speed = if driven > 0.0 { travelled / driven } else { 0.0 };
-    out
+    if driven > 0.0 { travelled / driven } else { 0.0 }
 }
 
 struct Follower<'a> {
@@ -113,27 +118,33 @@ struct Follower<'a> {
     /// Index of the path's point the robot has come to.
     progress: usize,
     turning: bool,
+    /// Cosines of the bearings of the same names.
+    turn_from: f64,
+    turn_until: f64,
 }
 
 impl Follower<'_> {
     /// The twist that leads towards the point ahead on the path.
-    fn pursue(&mut self, pose: Pose2, twist: Twist, h: f64) -> Twist {
-        self.progress = self.path.advance(self.progress, pose.position());
+    fn pursue(&mut self, from: &Facing, twist: Twist, h: f64) -> Twist {
+        let position = from.pose.position();
+        self.progress = self.path.advance(self.progress, position);
         let s = self.progress as f64 * Path::SPACING;
         let remaining = self.path.length() - s;
         let lookahead = self.params.lookahead + self.params.lookahead_time * twist.v;
-        let target = pose.inverse_transform(self.path.at(s + lookahead));
-        let bearing = atan2(target.y, target.x);
-        self.turning &= bearing.abs() > self.params.turn_until;
-        // Braking in steps of h: half a step's speed less keeps the stop before the path's end.
-        let v_stop = (2.0 * self.robot.a_max * remaining.max(0.0)).sqrt() - 0.5 * self.robot.a_max * h;
-        if self.turning || bearing.abs() > self.params.turn_from {
+        let (ahead, left) = from.direction.ahead_and_left(position, self.path.at(s + lookahead));
+        let squared = ahead * ahead + left * left;
+        let distance = squared.sqrt();
+        // A bearing is greater than an angle where its cosine, ahead / distance, is less than the angle's.
+        self.turning &= ahead < self.turn_until * distance;
+        if self.turning || ahead < self.turn_from * distance {
+            let bearing = atan2(left, ahead);
             let rate = (1.6 * self.robot.alpha_max * bearing.abs()).sqrt().min(self.robot.omega_max);
             let rate = if remaining > 0.0 { rate } else { 0.0 };
             return Twist { v: 0.0, omega: rate * bearing.signum() };
         }
-        let squared = target.x * target.x + target.y * target.y;
-        let curvature = if squared > 1e-6 { 2.0 * target.y / squared } else { 0.0 };
+        // Braking in steps of h: half a step's speed less keeps the stop before the path's end.
+        let v_stop = (2.0 * self.robot.a_max * remaining.max(0.0)).sqrt() - 0.5 * self.robot.a_max * h;
+        let curvature = if squared > 1e-6 { 2.0 * left / squared } else { 0.0 };
         let v_bend = self.params.turn_share * self.robot.omega_max / curvature.abs().max(1e-6);
         let v = (self.profile.fraction * self.robot.v_max).min(v_bend).min(v_stop).max(0.0);
         let reached = self.robot.limit(twist, Twist { v, omega: 0.0 }, h).v;
@@ -146,6 +157,14 @@ mod tests {
     use super::*;
     use crate::geometry::Point2;
     use crate::random::{rng, uniform};
+
+    /// The states, and the mean speed.
+    fn driven(path: &Path, fraction: f64, turn_first: bool, from: &Departure<'_>) -> (States, f64) {
+        let mut states = States::default();
+        let profile = SpeedProfile { fraction, turn_first };
+        let mean_speed = rollout(path, profile, from, &RolloutParams::default(), &mut states);
+        (states, mean_speed)
+    }
 
     fn departure(robot: &RobotModel, v: f64) -> Departure<'_> {
         Departure { pose: Pose2::default(), twist: Twist { v, omega: 0.0 }, robot, steps: 13, dt: 0.3 }
@@ -160,10 +179,9 @@ mod tests {
                 .map(|_| Point2::new(4.0 * uniform(&mut r) - 1.0, 4.0 * uniform(&mut r) - 2.0))
                 .collect();
             let path = Path::new(Point2::default(), points, 5.0);
-            let profile =
-                SpeedProfile { fraction: 0.2 + 0.8 * uniform(&mut r), turn_first: uniform(&mut r) < 0.3 };
+            let (fraction, turn_first) = (0.2 + 0.8 * uniform(&mut r), uniform(&mut r) < 0.3);
             let from = departure(&robot, uniform(&mut r));
-            let out = rollout(&path, profile, &from, &RolloutParams::default()).states;
+            let (out, _) = driven(&path, fraction, turn_first, &from);
             assert_eq!(out.len(), 13);
             let (mut pose, mut twist) = (from.pose, from.twist);
             for k in 0..13 {
@@ -182,42 +200,27 @@ mod tests {
     fn a_straight_path_from_rest_goes_as_far_as_acceleration_and_braking_allow() {
         let robot = RobotModel::default();
         let path = Path::new(Point2::default(), [Point2::new(10.0, 0.0)], 10.0);
-        let out = rollout(
-            &path,
-            SpeedProfile { fraction: 1.0, turn_first: false },
-            &departure(&robot, 0.0),
-            &RolloutParams::default(),
-        );
+        let (out, mean_speed) = driven(&path, 1.0, false, &departure(&robot, 0.0));
         // 0.5 m/s2 up for 1.95 s and down for 1.95 s: 0.975 * 1.95 = 1.9 m
-        assert!((out.states.x[12] - 1.9).abs() < 0.06, "{}", out.states.x[12]);
+        assert!((out.x[12] - 1.9).abs() < 0.06, "{}", out.x[12]);
         // mean before the ramp is about half the peak
-        assert!(out.mean_speed > 0.4 && out.mean_speed < 0.55);
+        assert!(mean_speed > 0.4 && mean_speed < 0.55);
     }
 
     #[test]
     fn a_path_that_ends_early_is_stopped_at() {
         let robot = RobotModel::default();
         let path = Path::new(Point2::default(), [Point2::new(1.0, 0.0)], 10.0);
-        let out = rollout(
-            &path,
-            SpeedProfile { fraction: 1.0, turn_first: false },
-            &departure(&robot, 0.5),
-            &RolloutParams::default(),
-        );
-        assert!((out.states.x[12] - 1.0).abs() < 0.12, "{}", out.states.x[12]);
+        let (out, _) = driven(&path, 1.0, false, &departure(&robot, 0.5));
+        assert!((out.x[12] - 1.0).abs() < 0.12, "{}", out.x[12]);
     }
 
     #[test]
     fn a_path_that_starts_behind_is_turned_to_on_the_spot() {
         let robot = RobotModel::default();
         let path = Path::new(Point2::default(), [Point2::new(-5.0, -0.5)], 10.0);
-        let out = rollout(
-            &path,
-            SpeedProfile { fraction: 1.0, turn_first: true },
-            &Departure { steps: 25, ..departure(&robot, 0.0) },
-            &RolloutParams::default(),
-        );
-        assert!(out.states.x[3].abs() < 0.05 && out.states.heading[3].abs() > 0.3);
-        assert!(out.states.x[24] < -1.0, "{}", out.states.x[24]);
+        let (out, _) = driven(&path, 1.0, true, &Departure { steps: 25, ..departure(&robot, 0.0) });
+        assert!(out.x[3].abs() < 0.05 && out.heading[3].abs() > 0.3);
+        assert!(out.x[24] < -1.0, "{}", out.x[24]);
     }
 }

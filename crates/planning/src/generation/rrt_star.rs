@@ -1,8 +1,8 @@
 //! RRT* (Karaman and Frazzoli, 2011) over poses joined by Dubins paths: Alg. 1 with its slips repaired
 //! (A22, A23), so that Parent and Rewire mean something (D14).
 //!
-//! Near neighbours come from a k-d tree. The nearest node is found by scanning the arrays, because its
-//! distance looks at headings: what lies behind is far.
+//! Samples are points. A new node has the heading with which the shortest way from its parent arrives, so that ways
+//! through it have no needless bends; its heading stays when it gets another parent.
 
 use crate::parameters::Range;
 
@@ -10,8 +10,8 @@ use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
 use crate::generation::neighbours::Neighbours;
 use crate::generation::tree::Tree;
-use crate::geometry::{Point2, Pose2, Twist};
-use crate::motion::step;
+use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
+use crate::motion::step_facing;
 use crate::numerics::{atan2, ln, sin_cos};
 use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, uniform};
@@ -75,8 +75,8 @@ impl SampleSpace<'_> {
 
 /// The shortest edge between two poses, if it is short enough and keeps clear of walls.
 pub fn edge(
-    from: Pose2,
-    to: Pose2,
+    from: Facing,
+    to: Facing,
     bound: f64,
     radius: f64,
     checker: &CollisionChecker<'_>,
@@ -97,20 +97,47 @@ fn clear(path: &Dubins, checker: &CollisionChecker<'_>) -> bool {
 pub struct RrtStar<'a> {
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
+    space: &'a SampleSpace<'a>,
     tree: Tree,
     neighbours: Neighbours,
-    /// Cosine and sine of every heading.
-    direction: Vec<(f64, f64)>,
-    children: Vec<Vec<u32>>,
+    direction: Vec<Direction>,
+    /// Radius of a disc around each node that is known to be free, metres.
+    free: Vec<f64>,
+    /// The newest child of each node, and the sibling that is next to it.
+    first_child: Vec<u32>,
+    next_sibling: Vec<u32>,
+    /// Nodes near the one that is looked at, with their distances; kept for its memory, as are the next two.
+    near: Vec<(f64, usize)>,
+    order: Vec<(f64, usize)>,
+    open: Vec<u32>,
 }
 
 impl<'a> RrtStar<'a> {
-    /// Goes on with `tree`, which has a root.
-    pub fn new(params: &'a RrtStarParams, checker: &'a CollisionChecker<'a>, tree: Tree) -> Self {
-        let direction = tree.heading.iter().map(|&h| turned(h)).collect();
-        let children = tree.children();
-        let neighbours = Neighbours::of(&tree.x, &tree.y);
-        Self { params, checker, tree, neighbours, direction, children }
+    /// Goes on with `tree`, which has a root, by samples from `space`.
+    pub fn new(
+        params: &'a RrtStarParams,
+        checker: &'a CollisionChecker<'a>,
+        space: &'a SampleSpace<'a>,
+        tree: Tree,
+    ) -> Self {
+        let mut search = Self {
+            params,
+            checker,
+            space,
+            tree: Tree::default(),
+            neighbours: Neighbours::new(space.centre, space.radius, params.eta),
+            direction: Vec::new(),
+            free: Vec::new(),
+            first_child: Vec::new(),
+            next_sibling: Vec::new(),
+            near: Vec::new(),
+            order: Vec::new(),
+            open: Vec::new(),
+        };
+        for node in 0..tree.len() {
+            search.add(tree.pose(node).into(), tree.cost[node], tree.parent[node]);
+        }
+        search
     }
 
     /// The tree as a value, parents first.
@@ -118,23 +145,50 @@ impl<'a> RrtStar<'a> {
         self.tree.compact(|_| true)
     }
 
+    fn add(&mut self, at: Facing, cost: f64, parent: u32) -> usize {
+        let node = self.tree.push(at.pose, cost, parent);
+        self.neighbours.push(at.pose.position());
+        self.direction.push(at.direction);
+        self.free.push(self.checker.wall_free(at.pose.position()));
+        self.first_child.push(Tree::NO_PARENT);
+        self.next_sibling.push(Tree::NO_PARENT);
+        self.hang(node, parent);
+        node
+    }
+
+    fn hang(&mut self, node: usize, parent: u32) {
+        self.tree.parent[node] = parent;
+        if let Some(first) = self.first_child.get_mut(parent as usize) {
+            self.next_sibling[node] = std::mem::replace(first, node as u32);
+        }
+    }
+
+    /// Takes a node off its parent.
+    fn unhang(&mut self, node: usize) {
+        let Some(parent) = self.tree.parent(node) else { return };
+        let link = &mut self.first_child[parent];
+        if *link as usize == node {
+            *link = self.next_sibling[node];
+            return;
+        }
+        let mut sibling = *link as usize;
+        while self.next_sibling[sibling] as usize != node {
+            sibling = self.next_sibling[sibling] as usize;
+        }
+        self.next_sibling[sibling] = self.next_sibling[node];
+    }
+
     /// Alg. 1's loop: draws `iterations` samples and adds a node for each that can be reached.
     /// `should_stop` is asked now and then, for emergencies only: it makes the tree depend on the machine.
-    pub fn grow(
-        &mut self,
-        space: &SampleSpace<'_>,
-        iterations: u32,
-        rng: &mut Rng,
-        should_stop: &dyn Fn() -> bool,
-    ) {
+    pub fn grow(&mut self, iterations: u32, rng: &mut Rng, should_stop: &dyn Fn() -> bool) {
         // The root has moved since the last cycle: what it now reaches directly hangs on it.
-        let near = self.neighbours.within(self.tree.position(0), self.params.eta);
-        self.rewire(0, &near);
+        self.neighbours.within(self.tree.position(0), self.params.eta, &mut self.near);
+        self.rewire(0);
         for k in 0..iterations {
             if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && should_stop()) {
                 break;
             }
-            if let Some(sample) = space.draw(self.params.goal_bias, rng) {
+            if let Some(sample) = self.space.draw(self.params.goal_bias, rng) {
                 self.extend(sample);
             }
         }
@@ -142,146 +196,127 @@ impl<'a> RrtStar<'a> {
 
     /// Nearest, Steer, ObstacleFree, FindNearNeighbor, Parent, add, Rewire.
     fn extend(&mut self, sample: Point2) {
-        let nearest = self.nearest(sample);
-        let Some((pose, arc)) = self.steer(nearest, sample) else { return };
-        if !self.checker.wall_clear(pose) {
+        let Some(nearest) = self.nearest(sample) else { return };
+        let Some(steered) = self.steer(nearest, sample) else { return };
+        if !self.checker.wall_clear(steered) {
             return;
         }
+        let point = steered.position();
         let n = self.tree.len() as f64 + 1.0;
         let radius = (self.params.gamma * (ln(n) / n).sqrt()).min(self.params.eta);
-        let near = self.neighbours.within(pose.position(), radius);
-        if self.crowded(pose, &near) {
+        self.neighbours.within(point, radius, &mut self.near);
+        let Some((parent, cost, at)) = self.best_parent(point, nearest) else { return };
+        if self.is_crowded(&at) {
             return;
         }
-        let Some((parent, cost)) = self.best_parent(pose, nearest, arc, &near) else { return };
-        let new = self.tree.push(pose, cost, parent as u32);
-        self.neighbours.push(pose.position());
-        self.direction.push(turned(pose.heading));
-        self.children.push(Vec::new());
-        self.children[parent].push(new as u32);
-        self.rewire(new, &near);
+        let new = self.add(at, cost, parent as u32);
+        self.rewire(new);
+    }
+
+    fn facing(&self, node: usize) -> Facing {
+        Facing { pose: self.tree.pose(node), direction: self.direction[node] }
     }
 
     /// The node from which the sample is reached on the shortest way, estimated: the straight line, plus
     /// turning towards it, plus most of a circle if it lies inside a turning circle.
-    fn nearest(&self, sample: Point2) -> usize {
+    fn nearest(&self, sample: Point2) -> Option<usize> {
         let radius = self.params.turning_radius;
-        let mut best = (f64::INFINITY, 0);
-        for node in 0..self.tree.len() {
-            let (dx, dy) = (sample.x - self.tree.x[node], sample.y - self.tree.y[node]);
-            let (c, s) = self.direction[node];
-            let (ahead, left) = (dx * c + dy * s, dy * c - dx * s);
-            let squared = dx * dx + dy * dy;
+        self.neighbours.nearest(sample, |node, position| {
+            let (ahead, left) = self.direction[node].ahead_and_left(position, sample);
+            let squared = ahead * ahead + left * left;
             let distance = squared.sqrt();
-            let mut way = distance + radius * (1.0 - ahead / distance.max(1e-9));
-            if squared < 2.0 * radius * left.abs() {
-                way += 4.0 * radius;
-            }
-            if way < best.0 {
-                best = (way, node);
-            }
-        }
-        best.1
-    }
-
-    /// Whether a node so near and so directed exists that this one would add nothing.
-    fn crowded(&self, pose: Pose2, near: &[(usize, f64)]) -> bool {
-        let (c, s) = turned(pose.heading);
-        near.iter().any(|&(node, d)| {
-            let (nc, ns) = self.direction[node];
-            d < self.params.spacing && c * nc + s * ns > 0.9
+            let circle = if squared < 2.0 * radius * left.abs() { 4.0 * radius } else { 0.0 };
+            distance + radius * (1.0 - ahead / distance.max(1e-9)).max(0.0) + circle
         })
     }
 
-    /// The pose at most eta along the arc that leaves `from` tangentially towards the sample, no
-    /// tighter than the turning radius, and the arc's length.
-    fn steer(&self, from: usize, sample: Point2) -> Option<(Pose2, f64)> {
-        let (c, s) = self.direction[from];
-        let (dx, dy) = (sample.x - self.tree.x[from], sample.y - self.tree.y[from]);
-        let (ahead, left) = (c * dx + s * dy, -s * dx + c * dy);
-        let squared = ahead * ahead + left * left;
-        if squared < self.params.spacing * self.params.spacing {
+    /// Whether a node so near and so directed exists that this one would add nothing.
+    fn is_crowded(&self, at: &Facing) -> bool {
+        let same = |node: usize| self.direction[node].dot(at.direction) > 0.9;
+        self.near.iter().any(|&(distance, node)| distance < self.params.spacing && same(node))
+    }
+
+    /// The pose at most eta along the shortest way from node `from` to the sample; along a quarter of the turning circle
+    /// that the sample lies in, if it lies in one.
+    fn steer(&self, from: usize, sample: Point2) -> Option<Pose2> {
+        let (radius, start) = (self.params.turning_radius, self.facing(from));
+        if start.pose.position().distance(sample) < self.params.spacing {
             return None;
         }
-        let tightest = 1.0 / self.params.turning_radius;
-        let curvature = 2.0 * left / squared;
-        let angle = atan2(left, ahead);
-        let (curvature, length) = if ahead > 0.0 && curvature.abs() <= tightest {
-            let length = if curvature.abs() < 1e-6 { ahead } else { 2.0 * angle / curvature };
-            (curvature, length)
-        } else {
-            let quarter = std::f64::consts::FRAC_PI_2;
-            (tightest * left.signum(), angle.abs().min(quarter) * self.params.turning_radius)
-        };
-        let length = length.min(self.params.eta);
-        Some((step(self.tree.pose(from), Twist { v: 1.0, omega: curvature }, length), length))
+        if let Some((path, _)) = Dubins::to_point(start, sample, radius) {
+            return Some(path.at(path.length().min(self.params.eta)).pose);
+        }
+        let (ahead, left) = start.direction.ahead_and_left(start.pose.position(), sample);
+        let angle = atan2(left, ahead).abs().min(std::f64::consts::FRAC_PI_2);
+        let twist = Twist { v: 1.0, omega: left.signum() / radius };
+        Some(step_facing(start, twist, (angle * radius).min(self.params.eta)).pose)
     }
 
-    /// The parent that gives `pose` the least cost, cheapest possible first.
-    fn best_parent(
-        &self,
-        pose: Pose2,
-        nearest: usize,
-        arc: f64,
-        near: &[(usize, f64)],
-    ) -> Option<(usize, f64)> {
+    /// The parent that gives a point the least cost, with that cost and the pose with which its edge arrives; what may
+    /// cost least comes first.
+    fn best_parent(&mut self, point: Point2, nearest: usize) -> Option<(usize, f64, Facing)> {
         let cost = &self.tree.cost;
-        let mut order: Vec<(f64, usize)> = near.iter().map(|&(n, d)| (cost[n] + d, n)).collect();
-        if !order.iter().any(|&(_, n)| n == nearest) {
-            order.push((cost[nearest] + self.tree.position(nearest).distance(pose.position()), nearest));
+        self.order.clear();
+        self.order.extend(self.near.iter().map(|&(d, node)| (cost[node] + d, node)));
+        if !self.near.iter().any(|&(_, node)| node == nearest) {
+            self.order.push((cost[nearest] + self.tree.position(nearest).distance(point), nearest));
         }
-        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        // The arc steered along is one way to get here; anything else has to be shorter.
-        let mut best = (usize::MAX, cost[nearest] + arc + 1e-9);
-        for (least, node) in order {
-            if least >= best.1 {
+        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<(usize, f64, Facing)> = None;
+        for &(least, node) in &self.order {
+            let bound = best.map_or(f64::INFINITY, |(_, cost, _)| cost);
+            if least >= bound {
                 break;
             }
-            let bound = (best.1 - cost[node]).min(self.params.max_edge);
-            if let Some(path) = self.edge(self.tree.pose(node), pose, bound) {
-                best = (node, cost[node] + path.length());
+            let Some((path, end)) = Dubins::to_point(self.facing(node), point, self.params.turning_radius)
+            else {
+                continue;
+            };
+            let length = path.length();
+            let is_better = length <= self.params.max_edge && cost[node] + length < bound;
+            if is_better && (length <= self.free[node] || clear(&path, self.checker)) {
+                best = Some((node, cost[node] + length, end));
             }
         }
-        (best.0 != usize::MAX).then_some(best)
+        best
     }
 
-    /// Hangs neighbours on `node` where that makes their way from the root shorter.
-    fn rewire(&mut self, node: usize, near: &[(usize, f64)]) {
-        for &(other, distance) in near {
+    /// Hangs near nodes on `node` where that makes their way from the root shorter.
+    fn rewire(&mut self, node: usize) {
+        let near = std::mem::take(&mut self.near);
+        for &(distance, other) in &near {
             let gain = self.tree.cost[other] - self.tree.cost[node];
             if other == node || distance + 1e-6 >= gain {
                 continue;
             }
             let bound = gain.min(self.params.max_edge);
-            let Some(path) = self.edge(self.tree.pose(node), self.tree.pose(other), bound) else { continue };
-            let delta = self.tree.cost[node] + path.length() - self.tree.cost[other];
-            if delta >= -1e-6 {
-                continue;
+            let (from, to) = (self.facing(node), self.facing(other));
+            let path = Dubins::shortest_within(from, to, self.params.turning_radius, bound);
+            let Some(length) = path.as_ref().map(Dubins::length) else { continue };
+            let delta = self.tree.cost[node] + length - self.tree.cost[other];
+            let is_clear = || {
+                let known = length <= self.free[node].max(self.free[other]);
+                known || path.as_ref().is_some_and(|path| clear(path, self.checker))
+            };
+            if delta < -1e-6 && is_clear() {
+                self.unhang(other);
+                self.hang(other, node as u32);
+                self.shift_costs(other, delta);
             }
-            if let Some(old) = self.tree.parent(other) {
-                self.children[old].retain(|&c| c as usize != other);
-            }
-            self.tree.parent[other] = node as u32;
-            self.children[node].push(other as u32);
-            self.shift_costs(other, delta);
         }
+        self.near = near;
     }
 
     /// Adds `delta` to the cost of a node and everything below it.
-    fn shift_costs(&mut self, node: usize, delta: f64) {
-        let mut stack = vec![node as u32];
-        while let Some(n) = stack.pop() {
-            self.tree.cost[n as usize] += delta;
-            stack.extend_from_slice(&self.children[n as usize]);
+    fn shift_costs(&mut self, top: usize, delta: f64) {
+        self.open.push(top as u32);
+        while let Some(node) = self.open.pop() {
+            self.tree.cost[node as usize] += delta;
+            let mut child = self.first_child[node as usize];
+            while child != Tree::NO_PARENT {
+                self.open.push(child);
+                child = self.next_sibling[child as usize];
+            }
         }
     }
-
-    fn edge(&self, from: Pose2, to: Pose2, bound: f64) -> Option<Dubins> {
-        edge(from, to, bound, self.params.turning_radius, self.checker)
-    }
-}
-
-fn turned(heading: f64) -> (f64, f64) {
-    let (s, c) = sin_cos(heading);
-    (c, s)
 }

@@ -20,9 +20,9 @@ pub fn generate(
     let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(t.position(n)));
 
     let warm_up = if old.is_empty() { params.warm_up } else { 0 };
-    let mut search = RrtStar::new(params, &checker, tree);
     let space = SampleSpace { grid: &input.map.grid, centre: pose.position(), radius, way: &way };
-    search.grow(&space, params.iterations + warm_up, &mut input.samples(), should_stop);
+    let mut search = RrtStar::new(params, &checker, &space, tree);
+    search.grow(params.iterations + warm_up, &mut input.samples(), should_stop);
     let tree = search.into_tree();
 
     let candidates = find_candidates(input, &tree, &way, &checker, should_stop);

@@ -29,6 +29,22 @@ pub struct Tree {
     pub extra: BTreeMap<String, Vec<f64>>,
 }
 
+/// Which nodes hang on each node of a [`Tree`].
+#[derive(Debug, Clone)]
+pub struct Children {
+    /// Where those of each node end in `nodes`.
+    end: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+impl Children {
+    /// Those of one node, ascending.
+    pub fn of(&self, node: usize) -> &[u32] {
+        let start = if node == 0 { 0 } else { self.end[node - 1] as usize };
+        &self.nodes[start..self.end[node] as usize]
+    }
+}
+
 impl Tree {
     /// A root's entry in [`Self::parent`].
     pub const NO_PARENT: u32 = u32::MAX;
@@ -82,14 +98,21 @@ impl Tree {
     }
 
     /// Children of every node, ascending.
-    pub fn children(&self) -> Vec<Vec<u32>> {
-        let mut children = vec![Vec::new(); self.len()];
-        for node in 0..self.len() {
-            if let Some(p) = self.parent(node) {
-                children[p].push(node as u32);
-            }
+    pub fn children(&self) -> Children {
+        let mut end = vec![0; self.len()];
+        let parents = || (0..self.len()).filter_map(|node| Some((self.parent(node)?, node)));
+        parents().for_each(|(parent, _)| end[parent] += 1);
+        let mut sum = 0;
+        for end in &mut end {
+            // For now each ends where it begins.
+            sum += std::mem::replace(end, sum);
         }
-        children
+        let mut nodes = vec![0; sum as usize];
+        for (parent, node) in parents() {
+            nodes[end[parent] as usize] = node as u32;
+            end[parent] += 1;
+        }
+        Children { end, nodes }
     }
 
     /// Whether the columns of [`Self::extra`] are exactly these, given in alphabetical order.
@@ -121,7 +144,7 @@ impl Tree {
         while next < order.len() {
             let (node, parent) = order[next];
             let index = kept.push(self.pose(node), self.cost[node], parent) as u32;
-            order.extend(children[node].iter().filter(|&&c| keep(c as usize)).map(|&c| (c as usize, index)));
+            order.extend(children.of(node).iter().filter(|&&c| keep(c as usize)).map(|&c| (c as usize, index)));
             next += 1;
         }
         for (name, values) in &self.extra {

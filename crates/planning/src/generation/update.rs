@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 
 use crate::collision::CollisionChecker;
+use crate::generation::neighbours::Neighbours;
 use crate::generation::rrt_star::{RrtStarParams, edge};
-use crate::generation::tree::Tree;
-use crate::geometry::Pose2;
+use crate::generation::tree::{Children, Tree};
+use crate::geometry::{Facing, Pose2};
 
 /// An edge to a node whose parent is gone may be this much longer than the straight line: about a
 /// quarter turn. Longer ones lead to what the robot has passed.
@@ -30,10 +31,12 @@ pub fn reroot(
         children: old.children(),
         index: vec![None; old.len()],
         tree: Tree::rooted(root),
+        neighbours: Neighbours::new(root.position(), radius, params.eta),
         old,
         params,
         checker,
     };
+    moved.neighbours.push(root.position());
     if !old.is_empty() {
         let passed = moved.adopt_by_root();
         moved.adopt_by_survivors(&passed);
@@ -46,25 +49,27 @@ struct Rerooting<'a> {
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
     inside: Vec<bool>,
-    children: Vec<Vec<u32>>,
+    children: Children,
     /// Where each old node is in the new tree.
     index: Vec<Option<u32>>,
     tree: Tree,
+    /// Of the new tree.
+    neighbours: Neighbours,
 }
 
 impl Rerooting<'_> {
     /// Hangs on the root what it reaches, from the old root downwards, each with all that is below it;
     /// returns the nodes that were not reached, parents first.
     fn adopt_by_root(&mut self) -> Vec<usize> {
-        let root = self.tree.pose(0);
-        let mut open: VecDeque<u32> = self.children[0].iter().copied().collect();
+        let root = self.tree.pose(0).into();
+        let mut open: VecDeque<u32> = self.children.of(0).iter().copied().collect();
         let mut unreached = Vec::new();
         while let Some(node) = open.pop_front() {
             let node = node as usize;
             match self.sensible(root, node) {
                 Some(length) => self.adopt(node, 0, length),
                 None => {
-                    open.extend(&self.children[node]);
+                    open.extend(self.children.of(node));
                     unreached.push(node);
                 }
             }
@@ -74,21 +79,17 @@ impl Rerooting<'_> {
 
     /// Hangs what is left on nodes of the new tree, each with what is left below it.
     fn adopt_by_survivors(&mut self, unreached: &[usize]) {
+        let mut near = Vec::new();
         for &node in unreached {
             if self.index[node].is_some() || !self.inside[node] {
                 continue;
             }
-            let here = self.old.position(node);
-            let reach = self.params.eta * self.params.eta;
-            let mut near: Vec<(f64, usize)> = (1..self.tree.len())
-                .filter_map(|n| {
-                    let d = self.tree.position(n).distance_squared(here);
-                    (d <= reach).then(|| (self.tree.cost[n] + d.sqrt(), n))
-                })
-                .collect();
+            self.neighbours.within(self.old.position(node), self.params.eta, &mut near);
+            near.retain(|&(_, n)| n > 0);
+            near.iter_mut().for_each(|(way, n)| *way += self.tree.cost[*n]);
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for &(_, parent) in near.iter().take(FOSTERS) {
-                if let Some(length) = self.sensible(self.tree.pose(parent), node) {
+                if let Some(length) = self.sensible(self.tree.pose(parent).into(), node) {
                     self.adopt(node, parent as u32, length);
                     break;
                 }
@@ -97,13 +98,13 @@ impl Rerooting<'_> {
     }
 
     /// Length of the edge from a pose to an old node, if the node still counts and the edge is no detour.
-    fn sensible(&self, from: Pose2, node: usize) -> Option<f64> {
+    fn sensible(&self, from: Facing, node: usize) -> Option<f64> {
         if !self.inside[node] {
             return None;
         }
         let to = self.old.pose(node);
-        let bound = (DETOUR * from.position().distance(to.position())).min(self.params.max_edge);
-        let path = edge(from, to, bound, self.params.turning_radius, self.checker)?;
+        let bound = (DETOUR * from.pose.position().distance(to.position())).min(self.params.max_edge);
+        let path = edge(from, to.into(), bound, self.params.turning_radius, self.checker)?;
         Some(path.length())
     }
 
@@ -114,8 +115,9 @@ impl Rerooting<'_> {
         let mut open = VecDeque::from([(node, parent)]);
         while let Some((node, parent)) = open.pop_front() {
             let index = self.tree.push(self.old.pose(node), self.old.cost[node] + shift, parent) as u32;
+            self.neighbours.push(self.old.position(node));
             self.index[node] = Some(index);
-            for &child in &self.children[node] {
+            for &child in self.children.of(node) {
                 let child = child as usize;
                 if self.inside[child] && self.index[child].is_none() {
                     open.push_back((child, index));
@@ -132,7 +134,10 @@ pub fn thin(tree: Tree, target: usize, length_through: impl Fn(&Tree, usize) -> 
         return tree;
     }
     let mut alive = vec![true; tree.len()];
-    let mut child_count: Vec<usize> = tree.children().iter().map(Vec::len).collect();
+    let mut child_count: Vec<usize> = {
+        let children = tree.children();
+        (0..tree.len()).map(|node| children.of(node).len()).collect()
+    };
     let mut count = tree.len();
     while count > target.max(1) {
         let mut leaves: Vec<(f64, usize)> = (1..tree.len())

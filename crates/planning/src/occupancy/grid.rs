@@ -162,6 +162,13 @@ impl OccupancyGrid {
             .then_some((c as usize, r as usize))
     }
 
+    /// Distance from a point to the grid's edge, metres; negative outside.
+    pub fn to_edge(&self, p: Point2) -> f64 {
+        let (column, row) = self.grid_from_map(p);
+        let across = column.min(self.width as f64 - column);
+        across.min(row).min(self.height as f64 - row) * self.resolution
+    }
+
     /// What lies at the point; unknown outside.
     pub fn at(&self, p: Point2) -> Cell {
         self.locate(p).map_or(Cell::Unknown, |(c, r)| self.cell(self.index(c, r)))
