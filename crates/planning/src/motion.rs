@@ -111,10 +111,15 @@ impl RobotModel {
     /// The twist reached after `dt` seconds when `wanted` is asked for: clipped to the speed limits and
     /// to what acceleration allows from `current`. Never backwards.
     pub fn limit(&self, current: Twist, wanted: Twist, dt: f64) -> Twist {
-        let v = wanted.v.clamp(current.v - self.a_max * dt, current.v + self.a_max * dt);
         let omega =
             wanted.omega.clamp(current.omega - self.alpha_max * dt, current.omega + self.alpha_max * dt);
-        Twist { v: v.clamp(0.0, self.v_max), omega: omega.clamp(-self.omega_max, self.omega_max) }
+        let omega = omega.clamp(-self.omega_max, self.omega_max);
+        Twist { v: self.limit_speed(current.v, wanted.v, dt), omega }
+    }
+
+    /// The speed of [`Self::limit`], m/s.
+    pub fn limit_speed(&self, current: f64, wanted: f64, dt: f64) -> f64 {
+        wanted.clamp(current - self.a_max * dt, current + self.a_max * dt).clamp(0.0, self.v_max)
     }
 
     /// Distance needed to stop from `v` m/s at full braking, metres.

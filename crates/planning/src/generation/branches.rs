@@ -1,6 +1,7 @@
 //! Which branches of the tree are worth timing.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use crate::generation::dubins::Dubins;
 use crate::generation::path::Path;
@@ -70,7 +71,8 @@ pub fn branches(
         rank[b.sector] += 1;
     }
     turns.sort_unstable();
-    turns.iter().take(most).map(|&(_, k)| path_to(tree, all[k].end, reach, turning_radius)).collect()
+    let mut edges = Edges::new(tree, turning_radius);
+    turns.iter().take(most).map(|&(_, k)| edges.path_to(all[k].end, reach)).collect()
 }
 
 fn cell(p: Point2, side: f64) -> (i64, i64) {
@@ -86,20 +88,42 @@ fn fork(tree: &Tree, end: usize) -> usize {
     node
 }
 
-/// The edges from the root to a node, rebuilt.
-fn path_to(tree: &Tree, end: usize, reach: f64, turning_radius: f64) -> Path {
-    let mut chain = vec![end];
-    while let Some(p) = tree.parent(chain[chain.len() - 1]) {
-        chain.push(p);
+/// The edges of a tree as points, each rebuilt once however many branches share it.
+struct Edges<'a> {
+    tree: &'a Tree,
+    turning_radius: f64,
+    points: Vec<Point2>,
+    /// Where in `points` the edge to each node is; empty until it has been rebuilt.
+    ranges: Vec<Range<usize>>,
+}
+
+impl<'a> Edges<'a> {
+    fn new(tree: &'a Tree, turning_radius: f64) -> Self {
+        Self { tree, turning_radius, points: Vec::new(), ranges: vec![0..0; tree.len()] }
     }
-    chain.reverse();
-    let mut points = Vec::new();
-    for pair in chain.windows(2) {
-        let path = Dubins::shortest(tree.pose(pair[0]).into(), tree.pose(pair[1]).into(), turning_radius);
-        path.walk(Path::SPACING, |pose| {
-            points.push(pose.position());
+
+    /// The branch from the root to a node, cut at `reach` metres.
+    fn path_to(&mut self, end: usize, reach: f64) -> Path {
+        let mut chain = vec![end];
+        while let Some(p) = self.tree.parent(chain[chain.len() - 1]) {
+            chain.push(p);
+        }
+        chain.reverse();
+        chain.windows(2).for_each(|pair| self.rebuild(pair[0], pair[1]));
+        let points = chain.iter().flat_map(|&node| &self.points[self.ranges[node].clone()]);
+        Path::new(self.tree.position(chain[0]), points.copied(), reach)
+    }
+
+    fn rebuild(&mut self, from: usize, to: usize) {
+        if !self.ranges[to].is_empty() {
+            return;
+        }
+        let [start, end] = [from, to].map(|node| self.tree.pose(node).into());
+        let first = self.points.len();
+        Dubins::shortest(start, end, self.turning_radius).walk(Path::SPACING, |pose| {
+            self.points.push(pose.position());
             Some(Path::SPACING)
         });
+        self.ranges[to] = first..self.points.len();
     }
-    Path::new(tree.position(0), points, reach)
 }

@@ -1,7 +1,7 @@
 //! FindPathCandidates (Alg. 1, line 12): which ways out of the tree are offered, timed and free.
 
 use std::cell::OnceCell;
-use std::collections::HashSet;
+use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, TrajectoryChecker};
@@ -95,6 +95,7 @@ pub fn find_candidates(
         slow,
         states: States::default(),
         timed: Vec::new(),
+        led: BTreeSet::new(),
     };
     let mut proposals = finder.goal_directed(way, reach);
     proposals.extend(finder.arcs(turning_radius, reach));
@@ -136,6 +137,8 @@ struct Finder<'a> {
     /// Those of all rollouts, `[rollout, state]`.
     states: States,
     timed: Vec<Timed>,
+    /// Where the paths lead that have been timed, by profile.
+    led: BTreeSet<([(i64, i64); 2], bool, usize)>,
 }
 
 impl Finder<'_> {
@@ -233,12 +236,28 @@ impl Finder<'_> {
                 if should_stop() {
                     return;
                 }
+                if !self.leads_elsewhere(proposal, fraction, first_profile + k) {
+                    continue;
+                }
                 let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
                 let mean_speed =
                     rollout(&proposal.path, profile, &self.from, self.rollout_params, &mut self.states);
                 self.timed.push(self.describe(self.timed.len(), mean_speed, proposal, first_profile + k));
             }
         }
+    }
+
+    /// Whether a path differs from all before it as far as it can be driven with a profile. Slow profiles only reach what
+    /// many branches have in common, which is driven once.
+    fn leads_elsewhere(&mut self, proposal: &Proposal, fraction: f64, profile: usize) -> bool {
+        let Departure { robot, dt, steps, twist, .. } = self.from;
+        let length = fraction.max(twist.v / robot.v_max) * robot.v_max * dt * steps as f64;
+        let cell = |share: f64, side: f64| {
+            let p = proposal.path.at((share * length).min(proposal.path.length()));
+            ((p.x / side).floor() as i64, (p.y / side).floor() as i64)
+        };
+        let places = [cell(0.5, self.params.near_cell), cell(1.0, self.params.end_cell)];
+        self.led.insert((places, proposal.turn_first, profile)) || proposal.pinned
     }
 
     fn describe(&self, index: usize, mean_speed: f64, proposal: &Proposal, profile: usize) -> Timed {
@@ -284,7 +303,7 @@ impl Finder<'_> {
     fn pick(&self, fits: impl Fn(&Timed, bool) -> bool) -> Vec<&Timed> {
         let mut order: Vec<&Timed> = self.timed.iter().filter(|t| fits(t, true) || fits(t, false)).collect();
         order.sort_by(|a, b| b.pinned.cmp(&a.pinned).then(a.to_go.total_cmp(&b.to_go)));
-        let mut seen = HashSet::new();
+        let mut seen = BTreeSet::new();
         order.retain(|t| {
             let key = (t.near, t.end, t.profile);
             let is_picked = (t.pinned || !seen.contains(&key)) && {
@@ -302,7 +321,7 @@ impl Finder<'_> {
     /// Whether safe candidates lead to enough different places.
     fn has_enough(&self) -> bool {
         let is_enough = |fits: &dyn Fn(&Timed, bool) -> bool| {
-            let places: HashSet<_> = self.pick(fits).iter().map(|t| t.near).collect();
+            let places: BTreeSet<_> = self.pick(fits).iter().map(|t| t.near).collect();
             places.len() >= self.params.min_candidates as usize
         };
         // Most often those that are not slow are enough.
@@ -317,7 +336,7 @@ impl Finder<'_> {
         let all = [true, false].into_iter().flat_map(|is_safe| kinds.map(|kind| (is_safe, kind)));
         let picked = all.map(|(is_safe, kind)| self.pick(|t, safe| (safe || !is_safe) && kind(t)));
         let picked = picked.into_iter().find(|picked| !picked.is_empty()).unwrap_or_default();
-        let mut places = HashSet::new();
+        let mut places = BTreeSet::new();
         let (first, second): (Vec<&Timed>, Vec<&Timed>) =
             picked.into_iter().partition(|t| places.insert(t.near) || t.pinned);
         let (steps, dt) = (self.from.steps, self.from.dt);

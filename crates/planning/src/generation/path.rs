@@ -8,6 +8,9 @@ pub struct Path {
     points: Vec<Point2>,
 }
 
+/// Points that room is made for at once: those of most paths.
+const USUAL: usize = 64;
+
 impl Path {
     /// Metres between points.
     pub const SPACING: f64 = 0.1;
@@ -23,6 +26,7 @@ impl Path {
     /// Goes on through further points, up to `limit` metres in all.
     pub fn extend(&mut self, points: impl IntoIterator<Item = Point2>, limit: f64) {
         let most = (limit / Self::SPACING) as usize + 1;
+        self.points.reserve(most.saturating_sub(self.points.len()).min(USUAL));
         let mut last = self.end();
         let mut carried = 0.0;
         for p in points {

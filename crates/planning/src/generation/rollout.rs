@@ -147,7 +147,7 @@ impl Follower<'_> {
         let curvature = if squared > 1e-6 { 2.0 * left / squared } else { 0.0 };
         let v_bend = self.params.turn_share * self.robot.omega_max / curvature.abs().max(1e-6);
         let v = (self.profile.fraction * self.robot.v_max).min(v_bend).min(v_stop).max(0.0);
-        let reached = self.robot.limit(twist, Twist { v, omega: 0.0 }, h).v;
+        let reached = self.robot.limit_speed(twist.v, v, h);
         Twist { v, omega: curvature * reached }
     }
 }
