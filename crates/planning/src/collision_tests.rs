@@ -125,8 +125,12 @@ fn following_on_a_persons_heels_does_not_stop_short() {
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
     assert_eq!(c.first_collision(&straight(1.0), 0.3), None);
     // 0.3 m + 1 m of braking against a gap of 0.4 m
-    assert!(!c.over(10, 0.3, f64::INFINITY).stops_short(straight(1.0).poses(0..10), robot.stopping_distance(1.0)));
-    assert!(c.over(10, 0.3, f64::INFINITY).stops_short(straight(0.3).poses(0..10), robot.stopping_distance(0.3)));
+    assert!(
+        !c.over(10, 0.3, f64::INFINITY).stops_short(straight(1.0).poses(0..10), robot.stopping_distance(1.0))
+    );
+    assert!(
+        c.over(10, 0.3, f64::INFINITY).stops_short(straight(0.3).poses(0..10), robot.stopping_distance(0.3))
+    );
 }
 
 #[test]

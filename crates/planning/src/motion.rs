@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
+use crate::numerics::{SMALL_ANGLE, sin_cos, sinc_cos};
 
 /// The robot's outline in its own frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -137,11 +138,16 @@ pub fn step(pose: Pose2, twist: Twist, dt: f64) -> Pose2 {
 pub fn step_facing(from: Facing, twist: Twist, dt: f64) -> Facing {
     let Facing { pose, direction } = from;
     let turn = twist.omega * dt;
-    let travel = twist.v * dt;
-    // Chord of the arc: its length is travel * sinc(turn/2), its direction the mean heading.
     let half = 0.5 * turn;
-    let by = Direction::of(half);
-    let chord = if half.abs() < 1e-6 { travel * (1.0 - half * half / 6.0) } else { travel * by.sin / half };
+    let (sinc, cos) = if half.abs() <= SMALL_ANGLE {
+        sinc_cos(half)
+    } else {
+        let (sin, cos) = sin_cos(half);
+        (sin / half, cos)
+    };
+    // Chord of the arc: its length is travel * sinc(turn/2), its direction the mean heading.
+    let chord = twist.v * dt * sinc;
+    let by = Direction { cos, sin: half * sinc };
     let middle = direction.turned(by);
     let heading = wrap_angle(pose.heading + turn);
     let pose = Pose2::new(pose.x + chord * middle.cos, pose.y + chord * middle.sin, heading);

@@ -29,6 +29,30 @@ pub fn exp_minus_8_to_0(x: f64) -> f64 {
     p
 }
 
+/// Greatest angle that [`sinc_cos`] takes, radians.
+pub const SMALL_ANGLE: f64 = 0.5;
+
+/// `sin(x) / x` and `cos(x)` for |x| <= [`SMALL_ANGLE`] only, by their Taylor series, to 1e-16. Without branches, so that a
+/// loop over lanes becomes vector code.
+#[inline(always)]
+pub fn sinc_cos(x: f64) -> (f64, f64) {
+    const S: [f64; 6] =
+        [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0];
+    const C: [f64; 7] = [
+        -1.0 / 2.0,
+        1.0 / 24.0,
+        -1.0 / 720.0,
+        1.0 / 40_320.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 87_178_291_200.0,
+    ];
+    let h = x * x;
+    let sinc = 1.0 + h * (S[0] + h * (S[1] + h * (S[2] + h * (S[3] + h * (S[4] + h * S[5])))));
+    let cos = 1.0 + h * (C[0] + h * (C[1] + h * (C[2] + h * (C[3] + h * (C[4] + h * (C[5] + h * C[6]))))));
+    (sinc, cos)
+}
+
 /// Length of the vector (x, y).
 pub fn hypot(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
@@ -43,6 +67,17 @@ pub fn eigenvalues(a: f64, b: f64, c: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_angles_have_their_sine_and_cosine() {
+        for i in -1000..=1000 {
+            let x = SMALL_ANGLE * f64::from(i) / 1000.0;
+            let (sinc, cos) = sinc_cos(x);
+            let (sin, expected) = sin_cos(x);
+            assert!((x * sinc - sin).abs() < 2e-16 && (cos - expected).abs() < 2e-16, "{x}");
+        }
+        assert_eq!(sinc_cos(0.0), (1.0, 1.0));
+    }
 
     #[test]
     fn the_short_exponential_is_the_exponential_on_its_interval() {

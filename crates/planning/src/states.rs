@@ -58,6 +58,20 @@ impl States {
         self.omega.push(twist.omega);
     }
 
+    /// Adds so many states of zeros, which [`Self::set`] replaces.
+    pub(crate) fn lengthen(&mut self, count: usize) {
+        let Self { x, y, heading, v, omega } = self;
+        for array in [x, y, heading, v, omega] {
+            array.resize(array.len() + count, 0.0);
+        }
+    }
+
+    /// Replaces state `k`.
+    pub(crate) fn set(&mut self, k: usize, pose: Pose2, twist: Twist) {
+        (self.x[k], self.y[k], self.heading[k]) = (pose.x, pose.y, pose.heading);
+        (self.v[k], self.omega[k]) = (twist.v, twist.omega);
+    }
+
     /// Adds the states of `other` behind these.
     pub fn append(&mut self, mut other: Self) {
         self.x.append(&mut other.x);

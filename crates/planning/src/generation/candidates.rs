@@ -9,7 +9,7 @@ use crate::generation::GenerationInput;
 use crate::generation::branches::branches;
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
-use crate::generation::rollout::{Departure, RolloutParams, SpeedProfile, rollout};
+use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
@@ -25,6 +25,9 @@ const ARCS: u32 = 13;
 const BEGINNING: f64 = 1.2;
 /// A candidate that ends this far away gets somewhere, however slowly, metres.
 const SOMEWHERE: f64 = 0.3;
+
+/// Rollouts between two looks at the time.
+const BATCH: usize = 32;
 
 /// A path to be timed.
 struct Proposal {
@@ -122,7 +125,7 @@ fn fastest_mean(from: &Departure<'_>, reach: f64, params: &RolloutParams) -> f64
     let path = Path::new(from.pose.position(), [ahead], reach);
     let straight = Departure { twist: Twist { omega: 0.0, ..from.twist }, ..*from };
     let profile = SpeedProfile { fraction: 1.0, turn_first: false };
-    rollout(&path, profile, &straight, params, &mut States::default())
+    rollouts(&[Drive { path: &path, profile }], &straight, params, &mut States::default())[0]
 }
 
 struct Finder<'a> {
@@ -231,17 +234,26 @@ impl Finder<'_> {
         first_profile: usize,
         should_stop: &dyn Fn() -> bool,
     ) {
+        let mut chosen: Vec<(&Proposal, usize)> = Vec::with_capacity(proposals.len() * profiles.len());
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
             for (k, &fraction) in profiles.iter().enumerate() {
-                if should_stop() {
-                    return;
+                if self.leads_elsewhere(proposal, fraction, first_profile + k) {
+                    chosen.push((proposal, k));
                 }
-                if !self.leads_elsewhere(proposal, fraction, first_profile + k) {
-                    continue;
-                }
-                let profile = SpeedProfile { fraction, turn_first: proposal.turn_first };
-                let mean_speed =
-                    rollout(&proposal.path, profile, &self.from, self.rollout_params, &mut self.states);
+            }
+        }
+        for batch in chosen.chunks(BATCH) {
+            if should_stop() {
+                return;
+            }
+            let drives: Vec<Drive<'_>> = (batch.iter())
+                .map(|&(Proposal { path, turn_first, .. }, k)| Drive {
+                    path,
+                    profile: SpeedProfile { fraction: profiles[k], turn_first: *turn_first },
+                })
+                .collect();
+            let mean_speeds = rollouts(&drives, &self.from, self.rollout_params, &mut self.states);
+            for (&(proposal, k), mean_speed) in batch.iter().zip(mean_speeds) {
                 self.timed.push(self.describe(self.timed.len(), mean_speed, proposal, first_profile + k));
             }
         }

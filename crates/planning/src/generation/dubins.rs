@@ -86,6 +86,11 @@ impl Dubins {
         ))
     }
 
+    /// Where it starts.
+    pub fn start(&self) -> Point2 {
+        self.start.pose.position()
+    }
+
     /// Metres.
     pub fn length(&self) -> f64 {
         (self.pieces[0] + self.pieces[1] + self.pieces[2]) * self.radius
@@ -164,7 +169,8 @@ impl Normalised {
     fn new(from: &Facing, to: &Facing, radius: f64) -> Self {
         let (dx, dy) = ((to.pose.x - from.pose.x) / radius, (to.pose.y - from.pose.y) / radius);
         let d = (dx * dx + dy * dy).sqrt();
-        let line = if d > 0.0 { Direction { cos: dx / d, sin: dy / d } } else { Direction { cos: 1.0, sin: 0.0 } };
+        let line =
+            if d > 0.0 { Direction { cos: dx / d, sin: dy / d } } else { Direction { cos: 1.0, sin: 0.0 } };
         let [a, b] = [from, to].map(|end| {
             let Direction { cos, sin } = end.direction;
             (cos * line.cos + sin * line.sin, sin * line.cos - cos * line.sin)
@@ -341,9 +347,13 @@ mod tests {
             let Some((path, end)) = Dubins::to_point(a.into(), b.position(), 0.6) else { continue };
             found += 1;
             assert!(apart(path.at(path.length()).pose, end.pose) < 1e-7, "{a:?} {b:?} {path:?}");
-            assert!(apart(Facing::from(end.pose).pose, end.pose) == 0.0 && end.pose.position() == b.position());
+            assert!(
+                apart(Facing::from(end.pose).pose, end.pose) == 0.0 && end.pose.position() == b.position()
+            );
             let expected = Direction::of(end.pose.heading);
-            assert!((expected.cos - end.direction.cos).abs() + (expected.sin - end.direction.sin).abs() < 1e-12);
+            assert!(
+                (expected.cos - end.direction.cos).abs() + (expected.sin - end.direction.sin).abs() < 1e-12
+            );
             assert!((shortest(a, end.pose).length() - path.length()).abs() < 1e-7, "{a:?} {b:?}");
             for k in 0..32 {
                 let other = Pose2 { heading: TAU * f64::from(k) / 32.0, ..b };

@@ -130,7 +130,7 @@ mod tests {
     fn finds_what_a_scan_finds_while_it_grows() {
         let mut rng = rng(7, 0);
         // A square of 6 m, for points in one of 8 m.
-        let mut neighbours = Neighbours::new(Point2::new(4.0, 4.0), 3.0, 1.0);
+        let mut neighbours = Neighbours::new(Point2::new(4.0, 4.0), 3.0, 2.0);
         let first = neighbours.side;
         let mut near = Vec::new();
         for k in 0..2000 {
@@ -146,6 +146,6 @@ mod tests {
             assert_eq!(neighbours.nearest(p, way), expected.map(|(_, i)| i), "node {k}");
             neighbours.push(p);
         }
-        assert!(neighbours.side < 0.5 * first, "cells of {} m were never halved twice", neighbours.side);
+        assert!(neighbours.side < 0.5 * first, "the cells have not been halved twice: {} m", neighbours.side);
     }
 }

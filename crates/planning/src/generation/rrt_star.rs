@@ -73,20 +73,11 @@ impl SampleSpace<'_> {
     }
 }
 
-/// The shortest edge between two poses, if it is short enough and keeps clear of walls.
-pub fn edge(
-    from: Facing,
-    to: Facing,
-    bound: f64,
-    radius: f64,
-    checker: &CollisionChecker<'_>,
-) -> Option<Dubins> {
-    let path = Dubins::shortest_within(from, to, radius, bound)?;
-    clear(&path, checker).then_some(path)
-}
-
 /// Whether an edge keeps clear of walls: strides as long as the clearance allows.
-fn clear(path: &Dubins, checker: &CollisionChecker<'_>) -> bool {
+pub(super) fn clear(path: &Dubins, checker: &CollisionChecker<'_>) -> bool {
+    if path.length() <= checker.wall_free(path.start()) {
+        return true;
+    }
     path.walk(CollisionChecker::WALL_SPACING, |pose| {
         let spare = checker.wall_spare(pose);
         (spare >= 0.0).then_some(spare.max(CollisionChecker::WALL_SPACING))

@@ -144,7 +144,9 @@ impl Tree {
         while next < order.len() {
             let (node, parent) = order[next];
             let index = kept.push(self.pose(node), self.cost[node], parent) as u32;
-            order.extend(children.of(node).iter().filter(|&&c| keep(c as usize)).map(|&c| (c as usize, index)));
+            order.extend(
+                children.of(node).iter().filter(|&&c| keep(c as usize)).map(|&c| (c as usize, index)),
+            );
             next += 1;
         }
         for (name, values) in &self.extra {

@@ -1,22 +1,22 @@
 //! Taking last cycle's tree over: the robot has moved, so the root moves with it (Alg. 2, line 4; D15).
 
-use std::collections::VecDeque;
-
 use crate::collision::CollisionChecker;
+use crate::generation::dubins::Dubins;
 use crate::generation::neighbours::Neighbours;
-use crate::generation::rrt_star::{RrtStarParams, edge};
-use crate::generation::tree::{Children, Tree};
+use crate::generation::rrt_star::{RrtStarParams, clear};
+use crate::generation::tree::Tree;
 use crate::geometry::{Facing, Pose2};
 
-/// An edge to a node whose parent is gone may be this much longer than the straight line: about a
-/// quarter turn. Longer ones lead to what the robot has passed.
+/// An edge to a node may be this much longer than the straight line: about a quarter turn. Longer ones lead to what the
+/// robot has passed.
 const DETOUR: f64 = 1.3;
-/// Survivors tried for a node that the new root does not reach.
+/// Nodes tried as parents of one whose own is gone and that the new root does not reach.
 const FOSTERS: usize = 4;
 
-/// The tree seen from `root`: nodes outside `radius` are dropped, nodes the robot has passed too; what
-/// hung on them is hung on the new root or on surviving neighbours where a sensible edge leads there,
-/// and dropped otherwise. Costs are those from the new root.
+/// The tree seen from `root`: its nodes stay where they are, and each has the heading with which the shortest way from
+/// its parent arrives. Nodes outside `radius` are dropped, and so are those the robot has passed. A node whose parent is
+/// gone hangs on the new root, or on a near node, if a sensible edge leads there, and is dropped otherwise. Costs are
+/// those from the new root.
 pub fn reroot(
     old: &Tree,
     root: Pose2,
@@ -24,106 +24,61 @@ pub fn reroot(
     params: &RrtStarParams,
     checker: &CollisionChecker<'_>,
 ) -> Tree {
-    let mut moved = Rerooting {
-        inside: (0..old.len())
-            .map(|n| old.position(n).distance_squared(root.position()) <= radius * radius)
-            .collect(),
-        children: old.children(),
-        index: vec![None; old.len()],
-        tree: Tree::rooted(root),
-        neighbours: Neighbours::new(root.position(), radius, params.eta),
-        old,
-        params,
-        checker,
-    };
-    moved.neighbours.push(root.position());
-    if !old.is_empty() {
-        let passed = moved.adopt_by_root();
-        moved.adopt_by_survivors(&passed);
+    let neighbours = Neighbours::new(root.position(), radius, params.eta);
+    let (tree, index) = (Tree::default(), vec![None; old.len()]);
+    let mut moved = Rerooting { old, params, checker, index, tree, facing: Vec::new(), neighbours };
+    moved.put(root.into(), 0.0, Tree::NO_PARENT);
+    let is_inside = |n: &usize| old.position(*n).distance_squared(root.position()) <= radius * radius;
+    // Parents come before their children in the old tree, whose root is gone.
+    let mut unreached: Vec<usize> = (1..old.len()).filter(is_inside).collect();
+    unreached.retain(|&node| !moved.hang(node, moved.own_parent(node).unwrap_or(0)));
+    let mut near = Vec::new();
+    for node in unreached {
+        if moved.own_parent(node).is_some_and(|parent| moved.hang(node, parent)) {
+            continue;
+        }
+        moved.neighbours.within(old.position(node), params.eta, &mut near);
+        near.iter_mut().for_each(|(way, n)| *way += moved.tree.cost[*n]);
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let _is_hung = near.iter().filter(|(_, n)| *n > 0).take(FOSTERS).any(|&(_, n)| moved.hang(node, n));
     }
-    moved.tree.compact(|_| true)
+    moved.tree
 }
 
 struct Rerooting<'a> {
     old: &'a Tree,
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
-    inside: Vec<bool>,
-    children: Children,
     /// Where each old node is in the new tree.
-    index: Vec<Option<u32>>,
+    index: Vec<Option<usize>>,
     tree: Tree,
-    /// Of the new tree.
+    /// The new tree's nodes, with their directions.
+    facing: Vec<Facing>,
     neighbours: Neighbours,
 }
 
 impl Rerooting<'_> {
-    /// Hangs on the root what it reaches, from the old root downwards, each with all that is below it;
-    /// returns the nodes that were not reached, parents first.
-    fn adopt_by_root(&mut self) -> Vec<usize> {
-        let root = self.tree.pose(0).into();
-        let mut open: VecDeque<u32> = self.children.of(0).iter().copied().collect();
-        let mut unreached = Vec::new();
-        while let Some(node) = open.pop_front() {
-            let node = node as usize;
-            match self.sensible(root, node) {
-                Some(length) => self.adopt(node, 0, length),
-                None => {
-                    open.extend(self.children.of(node));
-                    unreached.push(node);
-                }
-            }
-        }
-        unreached
+    /// The parent that an old node had, in the new tree.
+    fn own_parent(&self, node: usize) -> Option<usize> {
+        self.index[self.old.parent(node)?]
     }
 
-    /// Hangs what is left on nodes of the new tree, each with what is left below it.
-    fn adopt_by_survivors(&mut self, unreached: &[usize]) {
-        let mut near = Vec::new();
-        for &node in unreached {
-            if self.index[node].is_some() || !self.inside[node] {
-                continue;
-            }
-            self.neighbours.within(self.old.position(node), self.params.eta, &mut near);
-            near.retain(|&(_, n)| n > 0);
-            near.iter_mut().for_each(|(way, n)| *way += self.tree.cost[*n]);
-            near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            for &(_, parent) in near.iter().take(FOSTERS) {
-                if let Some(length) = self.sensible(self.tree.pose(parent).into(), node) {
-                    self.adopt(node, parent as u32, length);
-                    break;
-                }
-            }
-        }
+    /// Hangs an old node on one of the new tree, if the edge is no detour and is clear of walls.
+    fn hang(&mut self, node: usize, parent: usize) -> bool {
+        let (from, to) = (self.facing[parent], self.old.position(node));
+        let bound = (DETOUR * from.pose.position().distance(to)).min(self.params.max_edge);
+        let path = Dubins::to_point(from, to, self.params.turning_radius);
+        let sensible = path.filter(|(path, _)| path.length() <= bound && clear(path, self.checker));
+        let Some((path, end)) = sensible else { return false };
+        self.index[node] = Some(self.tree.len());
+        self.put(end, self.tree.cost[parent] + path.length(), parent as u32);
+        true
     }
 
-    /// Length of the edge from a pose to an old node, if the node still counts and the edge is no detour.
-    fn sensible(&self, from: Facing, node: usize) -> Option<f64> {
-        if !self.inside[node] {
-            return None;
-        }
-        let to = self.old.pose(node);
-        let bound = (DETOUR * from.pose.position().distance(to.position())).min(self.params.max_edge);
-        let path = edge(from, to.into(), bound, self.params.turning_radius, self.checker)?;
-        Some(path.length())
-    }
-
-    /// Puts an old node and its not yet placed descendants into the new tree.
-    fn adopt(&mut self, node: usize, parent: u32, length: f64) {
-        let cost = self.tree.cost[parent as usize] + length;
-        let shift = cost - self.old.cost[node];
-        let mut open = VecDeque::from([(node, parent)]);
-        while let Some((node, parent)) = open.pop_front() {
-            let index = self.tree.push(self.old.pose(node), self.old.cost[node] + shift, parent) as u32;
-            self.neighbours.push(self.old.position(node));
-            self.index[node] = Some(index);
-            for &child in self.children.of(node) {
-                let child = child as usize;
-                if self.inside[child] && self.index[child].is_none() {
-                    open.push_back((child, index));
-                }
-            }
-        }
+    fn put(&mut self, at: Facing, cost: f64, parent: u32) {
+        self.tree.push(at.pose, cost, parent);
+        self.facing.push(at);
+        self.neighbours.push(at.pose.position());
     }
 }
 

@@ -25,10 +25,10 @@ fn grown(
     seed: u64,
 ) -> Tree {
     let checker = checker(map, scene);
-    let mut search = RrtStar::new(params, &checker, tree);
     let centre = scene.belief.pose.position();
     let space = SampleSpace { grid: &map.grid, centre, radius: RADIUS, way: &[] };
-    search.grow(&space, iterations, &mut rng(seed, 0), &|| false);
+    let mut search = RrtStar::new(params, &checker, &space, tree);
+    search.grow(iterations, &mut rng(seed, 0), &|| false);
     search.into_tree()
 }
 
@@ -42,7 +42,7 @@ fn edges_are_clear_and_costs_are_their_lengths() {
     let checker = checker(&map, &scene);
     for n in 1..tree.len() {
         let parent = tree.parent(n).unwrap();
-        let path = Dubins::shortest(tree.pose(parent), tree.pose(n), params.turning_radius);
+        let path = Dubins::shortest(tree.pose(parent).into(), tree.pose(n).into(), params.turning_radius);
         assert!((tree.cost[parent] + path.length() - tree.cost[n]).abs() < 1e-6);
         assert!(path.length() <= params.max_edge + 1e-9);
         assert!(path.walk(0.05, |p| checker.wall_clear(p).then_some(0.05)), "node {n}");
