@@ -244,7 +244,7 @@ impl<'a> RrtStar<'a> {
     }
 
     /// The parent that gives a point the least cost, with that cost and the pose with which its edge arrives; what may
-    /// cost least comes first.
+    /// cost least is looked at first.
     fn best_parent(&mut self, point: Point2, nearest: usize) -> Option<(usize, f64, Facing)> {
         let cost = &self.tree.cost;
         self.order.clear();
@@ -252,17 +252,22 @@ impl<'a> RrtStar<'a> {
         if !self.near.iter().any(|&(_, node)| node == nearest) {
             self.order.push((cost[nearest] + self.tree.position(nearest).distance(point), nearest));
         }
-        self.order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut best: Option<(usize, f64, Facing)> = None;
-        for &(least, node) in &self.order {
+        // Few are looked at, so to find each costs less than to sort all.
+        let least = |order: &[(f64, usize)]| {
+            let by_cost = |a: &(usize, &(f64, usize)), b: &(usize, &(f64, usize))| {
+                a.1.0.total_cmp(&b.1.0).then(a.1.1.cmp(&b.1.1))
+            };
+            order.iter().enumerate().min_by(by_cost).map(|(index, _)| index)
+        };
+        while let Some(index) = least(&self.order) {
+            let (least, node) = self.order.swap_remove(index);
             let bound = best.map_or(f64::INFINITY, |(_, cost, _)| cost);
             if least >= bound {
                 break;
             }
-            let Some((path, end)) = Dubins::to_point(self.facing(node), point, self.params.turning_radius)
-            else {
-                continue;
-            };
+            let way = Dubins::to_point(self.facing(node), point, self.params.turning_radius);
+            let Some((path, end)) = way else { continue };
             let length = path.length();
             let is_better = length <= self.params.max_edge && cost[node] + length < bound;
             if is_better && (length <= self.free[node] || clear(&path, self.checker)) {
