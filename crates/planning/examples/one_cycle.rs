@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         previous: None,
         seed: 1,
     };
-    let (generated, _) = generator.generate(&input, None, &|| false);
+    let (generated, _) = generator.generate(&input, None, &|| 0.0);
     let candidates = generated.candidates;
 
     // Evaluate.

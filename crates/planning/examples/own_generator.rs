@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use curionav_planning::candidates::CandidateSet;
-use curionav_planning::generation::{Generated, GenerationInput, GeneratorKind, Tree};
+use curionav_planning::generation::{Generated, GenerationInput, GeneratorKind, Pace, Tree};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::step;
 use curionav_planning::nalgebra::Matrix3;
@@ -25,11 +25,11 @@ const FAN: GeneratorKind =
     GeneratorKind { name: "fan", iterations: |params| &mut params.tree.iterations, grow: fan };
 
 /// Arcs of equal speed, turning from full left to full right.
-fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, should_stop: &dyn Fn() -> bool) -> Generated {
+fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let (steps, dt) = (input.params.steps, input.params.dt);
     let checker = input.checker();
     let (mut states, mut count) = (States::default(), 0);
-    for arc in (0..ARCS).take_while(|_| !should_stop()) {
+    for arc in (0..ARCS).take_while(|_| !pace.is_over(1.0)) {
         let share = 2.0 * f64::from(arc) / f64::from(ARCS - 1) - 1.0;
         let wanted = Twist { v: input.robot.v_max, omega: share * input.robot.omega_max };
         let (mut pose, mut twist) = input.scene.belief.motion();
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         previous: None,
         seed: 0,
     };
-    let candidates = FAN.generate(&input, None, &|| false).0.candidates;
+    let candidates = FAN.generate(&input, None, &|| 0.0).0.candidates;
     println!("{} of {ARCS} arcs are free; they end at", candidates.len());
     for i in 0..candidates.len() {
         let last = candidates.range(i).end - 1;

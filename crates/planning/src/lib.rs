@@ -31,7 +31,7 @@
 //!     scene: &scene, previous: None, seed: 1,
 //! };
 //! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
-//! let (generated, _) = generator.generate(&input, None, &|| false);
+//! let (generated, _) = generator.generate(&input, None, &|| 0.0);
 //!
 //! let mut scores = Scores::new(generated.candidates.len());
 //! for (term, _) in profile.active_terms(scene.uncertain) {

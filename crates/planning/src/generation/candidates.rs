@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, TrajectoryChecker};
-use crate::generation::GenerationInput;
+use crate::generation::{GenerationInput, Pace};
 use crate::generation::branches::branches;
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
@@ -71,7 +71,7 @@ pub fn find_candidates(
     tree: &Tree,
     way: &[Point2],
     checker: &CollisionChecker<'_>,
-    should_stop: &dyn Fn() -> bool,
+    pace: &Pace<'_>,
 ) -> CandidateSet {
     let (rollout_params, turning_radius) =
         (&input.params.generation.rollout, input.params.generation.tree.turning_radius);
@@ -107,14 +107,14 @@ pub fn find_candidates(
     let branches =
         branches(tree, params.max_branches as usize, reach, params.end_cell, turning_radius, to_go);
     proposals.extend(branches.into_iter().map(Proposal::of));
-    finder.time(&proposals[..sure], &params.profiles, 0, &|| false);
-    finder.time(&proposals[sure..], &params.profiles, 0, should_stop);
+    finder.time(&proposals[..sure], &params.profiles, 0, &Pace::new(&|| 0.0));
+    finder.time(&proposals[sure..], &params.profiles, 0, pace);
     if !finder.has_enough() {
         let fan = finder.fan(way, reach);
-        finder.time(&fan, &params.profiles, 0, should_stop);
+        finder.time(&fan, &params.profiles, 0, pace);
         let creep = [params.creep];
-        finder.time(&proposals, &creep, params.profiles.len(), should_stop);
-        finder.time(&fan, &creep, params.profiles.len(), should_stop);
+        finder.time(&proposals, &creep, params.profiles.len(), pace);
+        finder.time(&fan, &creep, params.profiles.len(), pace);
     }
     finder.emit()
 }
@@ -232,7 +232,7 @@ impl Finder<'_> {
         proposals: &[Proposal],
         profiles: &[f64],
         first_profile: usize,
-        should_stop: &dyn Fn() -> bool,
+        pace: &Pace<'_>,
     ) {
         let mut chosen: Vec<(&Proposal, usize)> = Vec::with_capacity(proposals.len() * profiles.len());
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
@@ -243,7 +243,7 @@ impl Finder<'_> {
             }
         }
         for batch in chosen.chunks(BATCH) {
-            if should_stop() {
+            if pace.is_over(1.0) {
                 return;
             }
             let drives: Vec<Drive<'_>> = (batch.iter())

@@ -23,7 +23,7 @@ pub mod update;
 
 pub use bi_risk_rrt::BiRiskRrtParams;
 pub use candidates::find_candidates;
-pub use generator::{Generated, GenerationInput};
+pub use generator::{Generated, GenerationInput, Pace};
 pub use params::{CandidateParams, GenerationParams, GeneratorPart};
 pub use registry::{GENERATORS, GeneratorKind, find, known};
 pub use risk_rrt::RiskRrtParams;

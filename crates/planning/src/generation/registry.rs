@@ -1,9 +1,7 @@
 //! The generators that profiles can name: a new one is its own file and one entry here.
 
-use std::cell::Cell;
-
 use crate::generation::{
-    Generated, GenerationInput, GenerationParams, Tree, bi_risk_rrt, risk_rrt, rrt_star_generator,
+    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, risk_rrt, rrt_star_generator,
 };
 
 /// A generator that profiles can name.
@@ -13,26 +11,20 @@ pub struct GeneratorKind {
     pub name: &'static str,
     /// What limits the growth of one cycle: samples drawn or nodes added.
     pub iterations: fn(&mut GenerationParams) -> &mut u32,
-    /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered. The
-    /// function that says whether to stop is for emergencies: an answer cut short is usable but depends on the machine.
-    pub grow: fn(&GenerationInput<'_>, Option<Tree>, &dyn Fn() -> bool) -> Generated,
+    /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered.
+    pub grow: fn(&GenerationInput<'_>, Option<Tree>, &Pace<'_>) -> Generated,
 }
 
 impl GeneratorKind {
-    /// What it generates; also says whether `should_stop` has cut that short.
+    /// What it generates; also says whether that was cut short. `spent` gives the share of the time for it that is over.
     pub fn generate(
         &self,
         input: &GenerationInput<'_>,
         tree: Option<Tree>,
-        should_stop: &dyn Fn() -> bool,
+        spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
-        // Once told to stop, it is told so for good.
-        let cut = Cell::new(false);
-        let should_stop = || {
-            cut.set(cut.get() || should_stop());
-            cut.get()
-        };
-        ((self.grow)(input, tree, &should_stop), cut.get())
+        let pace = Pace::new(spent);
+        ((self.grow)(input, tree, &pace), pace.has_cut())
     }
 }
 

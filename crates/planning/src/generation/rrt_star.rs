@@ -8,6 +8,7 @@ use crate::parameters::Range;
 
 use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
+use crate::generation::generator::Pace;
 use crate::generation::neighbours::Neighbours;
 use crate::generation::tree::Tree;
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
@@ -170,13 +171,12 @@ impl<'a> RrtStar<'a> {
     }
 
     /// Alg. 1's loop: draws `iterations` samples and adds a node for each that can be reached.
-    /// `should_stop` is asked now and then, for emergencies only: it makes the tree depend on the machine.
-    pub fn grow(&mut self, iterations: u32, rng: &mut Rng, should_stop: &dyn Fn() -> bool) {
+    pub fn grow(&mut self, iterations: u32, rng: &mut Rng, pace: &Pace<'_>) {
         // The root has moved since the last cycle: what it now reaches directly hangs on it.
         self.neighbours.within(self.tree.position(0), self.params.eta, &mut self.near);
         self.rewire(0);
         for k in 0..iterations {
-            if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && should_stop()) {
+            if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && pace.is_over(Pace::GROWTH)) {
                 break;
             }
             if let Some(sample) = self.space.draw(self.params.goal_bias, rng) {

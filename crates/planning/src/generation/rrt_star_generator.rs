@@ -1,12 +1,12 @@
 //! The paper's generator (Alg. 1): a tree of Dubins edges that follows the robot, and its branches as candidates.
 
-use crate::generation::{Generated, GenerationInput, RrtStar, SampleSpace, Tree, find_candidates, update};
+use crate::generation::{Generated, GenerationInput, Pace, RrtStar, SampleSpace, Tree, find_candidates, update};
 
 /// The candidates of one cycle.
 pub fn generate(
     input: &GenerationInput<'_>,
     tree: Option<Tree>,
-    should_stop: &dyn Fn() -> bool,
+    pace: &Pace<'_>,
 ) -> Generated {
     let (params, checker) = (&input.params.generation.tree, input.checker());
     let pose = input.scene.belief.pose;
@@ -22,9 +22,9 @@ pub fn generate(
     let warm_up = if old.is_empty() { params.warm_up } else { 0 };
     let space = SampleSpace { grid: &input.map.grid, centre: pose.position(), radius, way: &way };
     let mut search = RrtStar::new(params, &checker, &space, tree);
-    search.grow(params.iterations + warm_up, &mut input.samples(), should_stop);
+    search.grow(params.iterations + warm_up, &mut input.samples(), pace);
     let tree = search.into_tree();
 
-    let candidates = find_candidates(input, &tree, &way, &checker, should_stop);
+    let candidates = find_candidates(input, &tree, &way, &checker, pace);
     Generated { candidates, tree }
 }

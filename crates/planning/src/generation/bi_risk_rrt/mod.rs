@@ -9,7 +9,7 @@ mod params;
 
 use crate::generation::risk_rrt::growth::{Ground, Growth, sample_map};
 use crate::generation::risk_rrt::{TimeTree, paths};
-use crate::generation::{Generated, GenerationInput, Tree};
+use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, standard_normal, uniform};
 use heuristic::{Heuristic, meeting};
@@ -19,7 +19,7 @@ pub use params::BiRiskRrtParams;
 pub fn generate(
     input: &GenerationInput<'_>,
     tree: Option<Tree>,
-    should_stop: &dyn Fn() -> bool,
+    pace: &Pace<'_>,
 ) -> Generated {
     let params = &input.params.generation;
     let ground = Ground::new(input);
@@ -42,13 +42,13 @@ pub fn generate(
     if !heuristic.is_found {
         let max_depth = params.bi_risk_rrt.reverse_depth;
         let mut reverse = Growth { ground: &ground, tree: heuristic.tree, people: None, max_depth };
-        let met = search.grow_both(&mut growth, &mut reverse, &mut left, should_stop);
+        let met = search.grow_both(&mut growth, &mut reverse, &mut left, pace);
         heuristic = Heuristic { tree: reverse.tree, is_found: false };
         if let Some(node) = met {
             heuristic.find(node);
         }
     }
-    search.towards(&heuristic, &mut growth, left, should_stop);
+    search.towards(&heuristic, &mut growth, left, pace);
     let candidates = paths::candidates(&growth);
     let mut tree = growth.tree.to_value();
     heuristic.append_to(&mut tree);
@@ -70,11 +70,11 @@ impl Search<'_> {
         forward: &mut Growth<'g>,
         reverse: &mut Growth<'g>,
         left: &mut usize,
-        should_stop: &dyn Fn() -> bool,
+        pace: &Pace<'_>,
     ) -> Option<usize> {
         let (mut turn, mut stuck) = (0, 0);
         while *left > 0 && stuck < 2 {
-            if turn % 8 == 7 && should_stop() {
+            if turn % 8 == 7 && pace.is_over(Pace::GROWTH) {
                 return None;
             }
             let forwards = turn % 2 == 0;
@@ -126,7 +126,7 @@ impl Search<'_> {
         heuristic: &Heuristic,
         forward: &mut Growth<'_>,
         left: usize,
-        should_stop: &dyn Fn() -> bool,
+        pace: &Pace<'_>,
     ) {
         for k in 0..left {
             let target = if heuristic.is_found {
@@ -134,7 +134,7 @@ impl Search<'_> {
             } else {
                 self.sample(self.input.goal)
             };
-            if (k % 32 == 31 && should_stop()) || forward.extend(target).is_none() {
+            if (k % 32 == 31 && pace.is_over(Pace::GROWTH)) || forward.extend(target).is_none() {
                 return;
             }
         }

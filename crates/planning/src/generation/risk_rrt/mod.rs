@@ -15,7 +15,7 @@ pub mod paths;
 pub mod time_tree;
 pub mod update;
 
-use crate::generation::{Generated, GenerationInput, Tree};
+use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, uniform};
 pub use control_lattice::RiskRrtParams;
@@ -26,7 +26,7 @@ pub use time_tree::TimeTree;
 pub fn generate(
     input: &GenerationInput<'_>,
     tree: Option<Tree>,
-    should_stop: &dyn Fn() -> bool,
+    pace: &Pace<'_>,
 ) -> Generated {
     let params = &input.params.generation.risk_rrt;
     let ground = Ground::new(input);
@@ -35,7 +35,7 @@ pub fn generate(
     let mut rng = input.samples();
     let mut focus = Focus::new(&growth, input);
     for k in 0..params.nodes {
-        if k % 32 == 31 && should_stop() {
+        if k % 32 == 31 && pace.is_over(Pace::GROWTH) {
             break;
         }
         let target = focus.sample(input, params, &mut rng);

@@ -42,9 +42,9 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
     let (mut both, mut alone) = (0, 0);
     for seed in 1..=4 {
         let of_bi =
-            |nodes| Generator::new("bi-risk-rrt", deep(nodes)).generate(&input, None, seed, &|| false).tree;
+            |nodes| Generator::new("bi-risk-rrt", deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
         let of_one =
-            |nodes| Generator::new("risk-rrt", deep(nodes)).generate(&input, None, seed, &|| false).tree;
+            |nodes| Generator::new("risk-rrt", deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
         let met = budgets.iter().map(|&n| of_bi(n)).find(|tree| sides(tree).contains(&2.0)).unwrap();
         let in_time = sides(&met).iter().filter(|side| **side == 0.0).count();
         let at_goal = |tree: &Tree| (0..tree.len()).any(|n| tree.position(n).distance(world.goal) < 1.0);
@@ -59,7 +59,7 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
 fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
     let (world, scene) = walled();
     let input = world.input(&scene, None);
-    let tree = Generator::new("bi-risk-rrt", deep(7900)).generate(&input, None, 1, &|| false).tree;
+    let tree = Generator::new("bi-risk-rrt", deep(7900)).generate(&input, None, 1, &|| 0.0).tree;
     let path: Vec<usize> = (0..tree.len()).filter(|&n| sides(&tree)[n] == 2.0).collect();
     assert_eq!(tree.position(path[0]), world.goal);
     assert!(path.windows(2).all(|w| tree.parent(w[1]) == Some(w[0])));
@@ -84,7 +84,7 @@ fn people_are_in_the_way_of_the_robot_alone() {
         scene.people.vy.push(0.0);
     }
     let tree = Generator::new("bi-risk-rrt", deep(500))
-        .generate(&world.input(&scene, None), None, 1, &|| false)
+        .generate(&world.input(&scene, None), None, 1, &|| 0.0)
         .tree;
     let walls_alone = (0..tree.len()).filter(|&n| sides(&tree)[n] > 0.0).all(|n| {
         let risk = tree.extra["risk"][n];
@@ -100,7 +100,7 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
     let no_people = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &no_people);
     let answer =
-        Generator::new("bi-risk-rrt", params(200)).generate(&world.input(&scene, None), None, 1, &|| false);
+        Generator::new("bi-risk-rrt", params(200)).generate(&world.input(&scene, None), None, 1, &|| 0.0);
     let (tree, set) = (&answer.tree, &answer.candidates);
     let side = sides(tree);
     assert!(side.contains(&2.0) && !set.is_empty());
@@ -121,7 +121,7 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 5, omega_count: 9 };
     let params = deep(7900);
     let tree = Generator::new("bi-risk-rrt", params.clone())
-        .generate(&world.input(&scene, None), None, 1, &|| false)
+        .generate(&world.input(&scene, None), None, 1, &|| 0.0)
         .tree;
     let (forward, mut heuristic) =
         Heuristic::split(&tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap();
@@ -146,8 +146,8 @@ fn same_seed_same_trees_over_cycles() {
     let run = |seed: u64| {
         let (world, scene) = walled();
         let generator = Generator::new("bi-risk-rrt", params(200));
-        let first = generator.generate(&world.input(&scene, None), None, seed, &|| false);
-        generator.generate(&world.input(&scene, None), Some(first.tree), seed + 1, &|| false)
+        let first = generator.generate(&world.input(&scene, None), None, seed, &|| 0.0);
+        generator.generate(&world.input(&scene, None), Some(first.tree), seed + 1, &|| 0.0)
     };
     let answer = run(3);
     assert_eq!(answer, run(3));

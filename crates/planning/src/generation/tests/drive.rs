@@ -116,7 +116,7 @@ fn drive(
                 (passed..trajectory.len()).map(|k| trajectory.states().at(k).0).collect()
             });
             let begin = std::time::Instant::now();
-            let answer = generator.generate(&world.input(&scene, Some(&tail)), tree.take(), seed, &|| false);
+            let answer = generator.generate(&world.input(&scene, Some(&tail)), tree.take(), seed, &|| 0.0);
             let ms = begin.elapsed().as_secs_f64() * 1e3;
             d.worst_ms = d.worst_ms.max(ms);
             d.mean_ms += ms;

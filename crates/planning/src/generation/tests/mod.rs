@@ -85,10 +85,10 @@ impl Generator {
         input: &GenerationInput<'_>,
         tree: Option<Tree>,
         seed: u64,
-        should_stop: &dyn Fn() -> bool,
+        spent: &dyn Fn() -> f64,
     ) -> Generated {
         let input = GenerationInput { params: &self.params, seed, ..*input };
-        self.kind.generate(&input, tree, should_stop).0
+        self.kind.generate(&input, tree, spent).0
     }
 }
 
@@ -192,7 +192,7 @@ fn various() -> Vec<(World, Scene)> {
 fn every_candidate_can_be_driven_ends_standing_and_is_free() {
     for (world, scene) in various() {
         let generator = Generator::rrt_star();
-        let set = generator.generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+        let set = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
         let checker = CollisionChecker::new(
             &world.map,
             &world.robot,
@@ -224,7 +224,7 @@ fn every_candidate_can_be_driven_ends_standing_and_is_free() {
 fn there_is_a_choice_within_two_seconds_in_the_open_and_among_ten_people() {
     for (k, (world, scene)) in various().iter().enumerate() {
         let generator = Generator::rrt_star();
-        let set = generator.generate(&world.input(scene, None), None, 1, &|| false).candidates;
+        let set = generator.generate(&world.input(scene, None), None, 1, &|| 0.0).candidates;
         println!(
             "scene {k}: {} people, {} candidates, {} differ",
             scene.people.len(),
@@ -246,7 +246,7 @@ fn the_same_seed_and_tree_give_the_same_answer() {
         for k in 0..4 {
             let pose = Pose2::new(15.0, 7.0 + 0.3 * k as f64, 1.5);
             let scene = scene(3 * k, pose, Twist { v: 0.8, omega: 0.0 }, &people);
-            let answer = generator.generate(&world.input(&scene, None), tree, seed, &|| false);
+            let answer = generator.generate(&world.input(&scene, None), tree, seed, &|| 0.0);
             assert!(answer.tree.is_sound());
             tree = Some(answer.tree.clone());
             answers.push(answer);
@@ -262,9 +262,9 @@ fn a_broken_tree_from_outside_is_replaced() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let scene = scene(0, Pose2::new(15.0, 3.0, 1.5), Twist::default(), &crowd(1));
     let generator = Generator::rrt_star();
-    let fresh = generator.generate(&world.input(&scene, None), None, 1, &|| false);
+    let fresh = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0);
     let broken = Tree { parent: vec![7; 3], ..Tree::default() };
-    assert_eq!(generator.generate(&world.input(&scene, None), Some(broken), 1, &|| false), fresh);
+    assert_eq!(generator.generate(&world.input(&scene, None), Some(broken), 1, &|| 0.0), fresh);
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn a_way_that_lies_behind_can_be_turned_to_on_the_spot() {
     let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
     let people = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 8.0, -1.5), Twist::default(), &people);
-    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
     let turning = (0..set.len()).filter(|&i| {
         let r = set.range(i);
         (set.all_states().x[r.end - 8] - 15.0).abs() < 0.1
@@ -286,7 +286,7 @@ fn cells_of_candidates_cover_many_directions() {
     let world = World::new(hall(&[]), Point2::new(15.0, 25.0));
     let people = People { radius: 0.3, ..People::default() };
     let scene = scene(0, Pose2::new(15.0, 15.0, 1.57), Twist { v: 0.5, omega: 0.0 }, &people);
-    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| false).candidates;
+    let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
     let sectors: BTreeSet<i64> = (0..set.len())
         .map(|i| {
             let end = set.all_states().position(set.range(i).end - 1);

@@ -43,7 +43,7 @@ fn walk_in<'g>(
     let (mut tree, mut driven): (Option<Tree>, Option<Vec<Pose2>>) = (None, None);
     for cycle in 0..cycles {
         let scene = scene(ticks * cycle, belief.0, belief.1, &crowd(cycle));
-        let answer = generator(cycle).generate(&world.input(&scene, driven.as_deref()), tree, 7, &|| false);
+        let answer = generator(cycle).generate(&world.input(&scene, driven.as_deref()), tree, 7, &|| 0.0);
         each(world, &scene, &answer);
         let set = &answer.candidates;
         if set.is_empty() {
@@ -217,7 +217,7 @@ fn same_seed_same_tree() {
     let run = |seed: u64| {
         let world = World::new(furnished(), Point2::new(14.0, 26.0));
         let scene = scene(0, Pose2::new(12.0, 8.0, 1.2), Twist::default(), &crowd(1));
-        generator(200).generate(&world.input(&scene, None), None, seed, &|| false)
+        generator(200).generate(&world.input(&scene, None), None, seed, &|| 0.0)
     };
     assert_eq!(run(5), run(5));
     assert_ne!(run(5).tree, run(6).tree);
@@ -229,20 +229,20 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     let (pose, twist) = (Pose2::new(12.0, 8.0, 1.2), Twist { v: 0.3, omega: 0.1 });
     let scene = scene(0, pose, twist, &crowd(1));
     let input = world.input(&scene, None);
-    let fresh = generator(200).generate(&input, None, 1, &|| false);
+    let fresh = generator(200).generate(&input, None, 1, &|| 0.0);
     let tree = read(&fresh.tree, &world.robot);
     assert_eq!(tree.to_value(), fresh.tree);
     assert!(fresh.tree.is_sound());
 
     let others = [
-        Generator::rrt_star().generate(&input, None, 1, &|| false).tree,
-        Generator::new("bi-risk-rrt", generator(200).params).generate(&input, None, 1, &|| false).tree,
+        Generator::rrt_star().generate(&input, None, 1, &|| 0.0).tree,
+        Generator::new("bi-risk-rrt", generator(200).params).generate(&input, None, 1, &|| 0.0).tree,
         Tree::default(),
     ];
     let driven = poses(&fresh.candidates, 0, 0);
     let input = world.input(&scene, Some(&driven));
     for other in others {
-        assert_eq!(generator(200).generate(&input, Some(other), 1, &|| false), fresh);
+        assert_eq!(generator(200).generate(&input, Some(other), 1, &|| 0.0), fresh);
     }
     let mut moved = fresh.tree.clone();
     moved.x[150] += 0.1;
@@ -253,8 +253,8 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     assert_eq!(TimeTree::from_value(&fresh.tree, &lattice(&world.robot), 2), None);
     // And the paper's planner does not go on with this one.
     let star = Generator::rrt_star();
-    let alone = star.generate(&input, None, 1, &|| false);
-    assert_eq!(star.generate(&input, Some(fresh.tree), 1, &|| false), alone);
+    let alone = star.generate(&input, None, 1, &|| 0.0);
+    assert_eq!(star.generate(&input, Some(fresh.tree), 1, &|| 0.0), alone);
 }
 
 #[test]
@@ -262,13 +262,13 @@ fn off_its_path_the_robot_starts_a_new_tree() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let start = Pose2::new(12.0, 8.0, 1.2);
     let first = scene(0, start, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
-    let answer = generator(200).generate(&world.input(&first, None), None, 1, &|| false);
+    let answer = generator(200).generate(&world.input(&first, None), None, 1, &|| 0.0);
     let (driven, on_path) = (poses(&answer.candidates, 0, 1), poses(&answer.candidates, 0, 0)[0]);
     let tree_at = |aside: f64| {
         let pose = Pose2::new(on_path.x + aside, on_path.y, on_path.heading);
         let second = scene(3, pose, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
         generator(0)
-            .generate(&world.input(&second, Some(&driven)), Some(answer.tree.clone()), 1, &|| false)
+            .generate(&world.input(&second, Some(&driven)), Some(answer.tree.clone()), 1, &|| 0.0)
             .tree
     };
     assert!(tree_at(0.0).len() > 1);

@@ -28,7 +28,7 @@ fn grown(
     let centre = scene.belief.pose.position();
     let space = SampleSpace { grid: &map.grid, centre, radius: RADIUS, way: &[] };
     let mut search = RrtStar::new(params, &checker, &space, tree);
-    search.grow(iterations, &mut rng(seed, 0), &|| false);
+    search.grow(iterations, &mut rng(seed, 0), &Pace::new(&|| 0.0));
     search.into_tree()
 }
 

@@ -9,7 +9,7 @@ fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
     let params = Profile::default().generator_part();
     let pose = Pose2::new(12.0, 8.0, 1.6);
     let here = scene(0, pose, Twist::default(), &people);
-    let tree = Generator::rrt_star().generate(&world.input(&here, None), None, 1, &|| false).tree;
+    let tree = Generator::rrt_star().generate(&world.input(&here, None), None, 1, &|| 0.0).tree;
     let reroot = |pose: Pose2| {
         let scene = scene(3, pose, Twist::default(), &people);
         let checker = CollisionChecker::new(
@@ -38,7 +38,7 @@ fn moving_on_keeps_most_of_the_tree() {
         for k in 0..5 {
             let scene = scene(3 * k, pose, Twist { v: 0.9, omega: 0.0 }, &people);
             let input = world.input(&scene, None);
-            let answer = Generator::rrt_star().generate(&input, tree.take(), seed, &|| false);
+            let answer = Generator::rrt_star().generate(&input, tree.take(), seed, &|| 0.0);
             let best = (0..answer.candidates.len()).next().unwrap();
             let first = answer.candidates.range(best).start;
             let set = &answer.candidates;
