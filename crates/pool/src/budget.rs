@@ -5,8 +5,15 @@ use std::time::Duration;
 use curionav_schemas::limits::MAX_BUDGET_MS;
 use curionav_schemas::{Clock, Mission};
 
+use crate::lateness::Usual;
+
 /// No stage of a cycle takes longer.
 const LONGEST: Duration = Duration::from_millis(MAX_BUDGET_MS as u64);
+/// Share of the time between two cycles that both stages have in real time: the rest is for deciding, and for what the
+/// machine does besides.
+const STAGES: f64 = 0.8;
+/// The stage that usually takes less still has this share of it: what is unusual needs time as well.
+const LEAST: f64 = 0.25;
 
 /// The time of one stage. The pool has the first half of it: a question unanswered after a quarter, and after longer
 /// than is usual, is late and may go to another replica as well, and at half the arbiter computes what is missing in
@@ -20,23 +27,37 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of a stage that begins `now`. In lockstep a slow machine must never change a decision, so the budget
-    /// only catches what hangs. In real time the two stages of a cycle have four fifths of its period.
-    pub fn of_stage(now: Duration, mission: &Mission) -> Self {
-        let total = match mission.order.clock {
+    /// Of generation, for a cycle that begins `now`.
+    pub fn of_generation(now: Duration, mission: &Mission, stages: &StageTimes) -> Self {
+        Self::new(now, mission, |both| both.mul_f64(stages.share_of_generation()))
+    }
+
+    /// Of evaluation, which begins `now` in a cycle that began at `began`: what generation has left of the time for both.
+    pub fn of_evaluation(began: Duration, now: Duration, mission: &Mission) -> Self {
+        Self::new(now, mission, |both| (began + both).saturating_sub(now).max(both.mul_f64(LEAST)))
+    }
+
+    /// In lockstep a slow machine must never change a decision, so a budget only catches what hangs.
+    fn new(start: Duration, mission: &Mission, share: impl Fn(Duration) -> Duration) -> Self {
+        let order = &mission.order;
+        let total = match order.clock {
             Clock::Lockstep => LONGEST,
             Clock::Realtime => {
-                let period =
-                    mission.order.tick_s * f64::from(mission.order.plan_every) / mission.order.time_scale;
-                Duration::from_secs_f64(0.4 * period).min(LONGEST)
+                let period = order.tick_s * f64::from(order.plan_every) / order.time_scale;
+                share(Duration::from_secs_f64(STAGES * period)).min(LONGEST)
             }
         };
-        Self { start: now, total, clock: mission.order.clock }
+        Self { start, total, clock: order.clock }
     }
 
     /// From `now` until `share` of the budget is over.
     pub fn until(&self, share: f64, now: Duration) -> Duration {
         (self.start + self.total.mul_f64(share)).saturating_sub(now)
+    }
+
+    /// The share of it that is over.
+    pub fn spent(&self, now: Duration) -> f64 {
+        now.saturating_sub(self.start).as_secs_f64() / self.total.as_secs_f64()
     }
 
     /// Whether all of it is over.
@@ -49,4 +70,64 @@ impl Budget {
     pub fn ms(timeout: Duration) -> u32 {
         (timeout.as_millis() * 4 / 5).clamp(1, u128::from(MAX_BUDGET_MS)) as u32
     }
+}
+
+/// What the stages of a cycle usually take, whatever the machine.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StageTimes {
+    generation: Usual,
+    evaluation: Usual,
+}
+
+impl StageTimes {
+    /// A cycle's stages have taken so long.
+    pub fn took(&mut self, generation: Duration, evaluation: Duration) {
+        self.generation.took(generation);
+        self.evaluation.took(evaluation);
+    }
+
+    /// The share of the time of both stages that generation has.
+    fn share_of_generation(&self) -> f64 {
+        let (generation, evaluation) = (self.generation.time(), self.evaluation.time());
+        let both = (generation + evaluation).as_secs_f64();
+        if both > 0.0 { (generation.as_secs_f64() / both).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: Duration = Duration::from_millis(1);
+
+    #[test]
+    fn a_stage_has_the_share_that_it_usually_takes() {
+        let share = |generation: u32, evaluation: u32| {
+            let mut stages = StageTimes::default();
+            (0..100).for_each(|_| stages.took(generation * MS, evaluation * MS));
+            stages.share_of_generation()
+        };
+        assert_eq!(StageTimes::default().share_of_generation(), 0.5);
+        assert!((share(10, 10) - 0.5).abs() < 0.01);
+        assert!((share(14, 7) - 2.0 / 3.0).abs() < 0.01, "{}", share(14, 7));
+        assert_eq!((share(100, 1), share(1, 100)), (1.0 - LEAST, LEAST));
+    }
+
+    #[test]
+    fn evaluation_has_what_generation_has_left() {
+        let mut mission = curionav_testing::golden::mission();
+        (mission.order.clock, mission.order.time_scale) = (Clock::Realtime, 1.0);
+        (mission.order.tick_s, mission.order.plan_every) = (0.1, 1);
+        let began = Duration::from_secs(3);
+        // 100 ms between two cycles, 80 of them for both stages.
+        let generation = Budget::of_generation(began, &mission, &StageTimes::default());
+        assert_eq!(generation.until(1.0, began), 40 * MS);
+        let evaluation = |after: Duration| {
+            Budget::of_evaluation(began, began + after, &mission).until(1.0, began + after)
+        };
+        assert_eq!((evaluation(10 * MS), evaluation(40 * MS), evaluation(75 * MS)), (70 * MS, 40 * MS, 20 * MS));
+        assert!((generation.spent(began + 10 * MS) - 0.25).abs() < 1e-9);
+        assert!(generation.is_over(began + 40 * MS) && !generation.is_over(began + 39 * MS));
+    }
+
 }

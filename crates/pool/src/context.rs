@@ -179,14 +179,15 @@ impl PlanContext {
         })
     }
 
-    /// The answer to the same question, computed here; also says whether `should_stop` has cut it short.
+    /// The answer to the same question, computed here; also says whether it was cut short. `spent` gives the share of the
+    /// time for it that is over.
     pub fn generate(
         &self,
         scene: &planning::Scene,
         index: usize,
         tree: Option<Tree>,
         previous: &[Pose2],
-        should_stop: &dyn Fn() -> bool,
+        spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
         let input = GenerationInput {
             params: &self.profile.generator_part(),
@@ -198,7 +199,7 @@ impl PlanContext {
             previous: (!previous.is_empty()).then_some(previous),
             seed: self.tree_seed(index),
         };
-        self.generator.generate(&input, tree, should_stop)
+        self.generator.generate(&input, tree, spent)
     }
 
     fn tree_seed(&self, index: usize) -> u64 {

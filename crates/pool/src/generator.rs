@@ -31,22 +31,23 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     let instance = start.config.instance.clone();
     let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
         let budget = Duration::from_millis(request.budget_ms.into());
-        let reply = answer(&instance, fields, &request, &|| came.elapsed() > budget)?;
+        let spent = || came.elapsed().as_secs_f64() / budget.as_secs_f64();
+        let reply = answer(&instance, fields, &request, &spent)?;
         Ok((reply.candidates.count as usize, reply))
     };
     Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, answer))
 }
 
 /// The answer of `instance`. A request for no growth derives what such requests need; any other for which
-/// it has not been derived is refused as cold, at once.
+/// it has not been derived is refused as cold, at once. `spent` gives the share of the time for the answer that is over.
 pub fn answer(
     instance: &str,
     fields: &Fields,
     request: &GenerateRequest,
-    should_stop: &dyn Fn() -> bool,
+    spent: &dyn Fn() -> f64,
 ) -> Result<GenerateReply, Reject> {
     let warms_up = request.iterations == 0;
-    if !warms_up && should_stop() {
+    if !warms_up && spent() >= 1.0 {
         return Err(Refusal::Stopped.into());
     }
     let fields = if warms_up { fields.clone() } else { fields.kept() };
@@ -76,7 +77,7 @@ pub fn answer(
         seed: request.seed,
     };
     let tree = request.tree.clone().map(convert::tree);
-    let (generated, cut) = kind.generate(&input, tree, should_stop);
+    let (generated, cut) = kind.generate(&input, tree, spent);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,
@@ -112,12 +113,13 @@ mod tests {
             ..golden::generate_request()
         };
         let fields = Fields::of_maps([StaticMap::new(grid)]);
-        answer("a", &fields, &GenerateRequest { iterations: 0, ..request.clone() }, &|| false).unwrap();
+        answer("a", &fields, &GenerateRequest { iterations: 0, ..request.clone() }, &|| 0.0).unwrap();
         let nodes = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
-            let reply = answer("a", &fields, &request, &|| asked.replace(true) && is_short).unwrap();
+            let spent = || f64::from(u8::from(asked.replace(true) && is_short));
+            let reply = answer("a", &fields, &request, &spent).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.x.len()
         };

@@ -16,18 +16,36 @@ const HEDGED: f64 = 0.05;
 /// Questions that may be asked twice at once: the shards of one cycle that a lost replica leaves unanswered.
 const HEDGED_AT_ONCE: f64 = 8.0;
 
+/// Time within which `USUAL` of something's times have been, as far as is known; zero until there has been one.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Usual(f64);
+
+impl Usual {
+    /// Another time. The estimate settles where longer times lift it as much as the others lower it, at the quantile
+    /// `USUAL`; a time that is more than twice as long is no noise, and lifts it at once.
+    pub(crate) fn took(&mut self, time: Duration) {
+        let time = time.as_secs_f64();
+        self.0 *= if time > self.0 { 1.0 + STEP } else { 1.0 - STEP * (1.0 - USUAL) / USUAL };
+        self.0 = self.0.max(time / 2.0);
+    }
+
+    /// The estimate.
+    pub(crate) fn time(&self) -> Duration {
+        Duration::from_secs_f64(self.0)
+    }
+}
+
 /// What is known of the answers of one role.
 #[derive(Debug, Clone)]
 pub(crate) struct Lateness {
-    /// Seconds within which `USUAL` of the answers came; zero until there has been one.
-    usual: f64,
+    usual: Usual,
     /// Questions that may still be asked twice.
     left: f64,
 }
 
 impl Default for Lateness {
     fn default() -> Self {
-        Self { usual: 0.0, left: HEDGED_AT_ONCE }
+        Self { usual: Usual::default(), left: HEDGED_AT_ONCE }
     }
 }
 
@@ -35,15 +53,12 @@ impl Lateness {
     /// A question goes out; gives how long its answer is waited for before it is late, at least `at_least`.
     pub(crate) fn asked(&mut self, at_least: Duration) -> Duration {
         self.left = (self.left + HEDGED).min(HEDGED_AT_ONCE);
-        at_least.max(Duration::from_secs_f64(self.usual))
+        at_least.max(self.usual.time())
     }
 
-    /// A usable answer has come. The estimate settles where longer answers lift it as much as the others lower it, at
-    /// the quantile `USUAL`; an answer that takes more than twice as long is no noise, and lifts it at once.
+    /// A usable answer has come.
     pub(crate) fn answered(&mut self, took: Duration) {
-        let took = took.as_secs_f64();
-        self.usual *= if took > self.usual { 1.0 + STEP } else { 1.0 - STEP * (1.0 - USUAL) / USUAL };
-        self.usual = self.usual.max(took / 2.0);
+        self.usual.took(took);
     }
 
     /// Whether a late question may be asked of a second replica. Each such permission is counted.

@@ -16,7 +16,7 @@ use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 use tokio::sync::Notify;
 
-use crate::budget::Budget;
+use crate::budget::{Budget, StageTimes};
 use crate::context::PlanContext;
 use crate::peers::{Call, Peers};
 use crate::replicas::{Failure, Probe, Replicas};
@@ -34,6 +34,7 @@ pub struct Pool<P> {
     /// Answers that could not be understood, with whatever else the service refuses.
     refused: Tally,
     replicas: Mutex<Replicas>,
+    stages: Mutex<StageTimes>,
     /// Wakes the probing: a replica has lost its standing.
     failed: Notify,
     /// Which replica of a role refused the last probe, and why.
@@ -76,6 +77,7 @@ impl<P: Peers> Pool<P> {
             failures: Tally::new(&["pool", "reason"]),
             refused,
             replicas: Mutex::default(),
+            stages: Mutex::default(),
             failed: Notify::new(),
             refusals: Mutex::default(),
         }
@@ -95,6 +97,11 @@ impl<P: Peers> Pool<P> {
     /// What is known of the replicas.
     pub fn replicas(&self) -> MutexGuard<'_, Replicas> {
         locked(&self.replicas)
+    }
+
+    /// What the stages of a cycle usually take.
+    pub fn stages(&self) -> MutexGuard<'_, StageTimes> {
+        locked(&self.stages)
     }
 
     /// Forgets every replica: for another mission none is prepared, and none has refused it.

@@ -44,9 +44,10 @@ pub async fn plan<P: Peers>(
 
     // Evaluate: shards over every replica, and in process what no replica has scored.
     let EvaluationOutcome { scores, evaluated, times, shortfalls } =
-        evaluate(pool, context, id, &scene, &scene_message, &candidates).await;
+        evaluate(pool, context, (id, started), &scene, &scene_message, &candidates).await;
     degraded.extend(shortfalls);
     let scored = now();
+    pool.stages().took(generated - started, scored - generated);
 
     // Decide: the least total that is free of collisions (eqs. 4 to 6).
     let arbitration = context.arbitration(&scene, &candidates, memory.previous.as_ref());

@@ -1,6 +1,7 @@
 //! What a cycle's candidates cost: shards over every replica, and the rest in process.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use curionav_planning::arbitration::Scores;
 use curionav_planning::candidates::CandidateSet;
@@ -28,10 +29,11 @@ pub(crate) struct EvaluationOutcome {
 }
 
 /// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
+/// The cycle `id` began at `began`.
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
-    id: (u64, u64),
+    (id, began): ((u64, u64), Duration),
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
@@ -40,7 +42,7 @@ pub(crate) async fn evaluate<P: Peers>(
     let active: Vec<String> = active.collect();
     let remote: Vec<String> = active.iter().filter(|term| !terms::is_local(term)).cloned().collect();
     let started = pool.peers.now();
-    let stage = Budget::of_stage(started, &context.mission);
+    let stage = Budget::of_evaluation(began, started, &context.mission);
     let request = |term: &str, range| context.evaluate_request(term, id, scene_message, candidates, range);
     let robot = &context.mission.order.robot;
     let shards = dispatch::evaluate(pool, &remote, robot, candidates.len(), request, stage).await;

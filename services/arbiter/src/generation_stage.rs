@@ -37,7 +37,7 @@ pub(crate) async fn generate<P: Peers>(
         .map(|(i, tree)| context.generate_request(id, scene_message, i, tree.as_ref(), &previous))
         .collect::<Result<Vec<_>, _>>()?;
     let shape = (context.profile.steps, context.profile.dt);
-    let stage = Budget::of_stage(peers.now(), &context.mission);
+    let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
     let asked = requests.iter().enumerate();
     let answers = join_all(asked.map(|(index, request)| {
         dispatch::generate(pool, &context.mission.order.robot, request, index, shape, stage)
@@ -47,8 +47,8 @@ pub(crate) async fn generate<P: Peers>(
     let (mut is_local, mut is_cut) = (false, false);
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
-            let is_over = || stage.is_over(peers.now());
-            let here = || context.generate(scene, index, tree.clone(), &previous, &is_over);
+            let spent = || stage.spent(peers.now());
+            let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
             let grown = context.in_process.then(|| peers.compute(here))?;
             is_local = true;
             Some(grown)

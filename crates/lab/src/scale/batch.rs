@@ -103,7 +103,7 @@ fn candidates(
         if grown >= count {
             break;
         }
-        let (generated, _) = context.generate(&scene, seed, None, &[], &|| false);
+        let (generated, _) = context.generate(&scene, seed, None, &[], &|| 0.0);
         grown += generated.candidates.len();
         sets.push(generated.candidates);
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use curionav_pool::budget::Budget;
+use curionav_pool::budget::{Budget, StageTimes};
 use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::Clock;
 use tokio::task::JoinSet;
@@ -63,7 +63,7 @@ async fn row(
         times.extend(answers.iter().map(|answer| answer.took));
     }
     let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
-    let budget = robots.all.first().map(|r| Budget::of_stage(Duration::ZERO, &r.context.mission));
+    let budget = robots.all.first().map(|r| Budget::of_generation(Duration::ZERO, &r.context.mission, &StageTimes::default()));
     // The pool's time in a cycle: after it the arbiter computes itself what is missing.
     let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();

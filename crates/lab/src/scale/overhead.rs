@@ -190,7 +190,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
     for (seq, past) in workload.cycles.iter().enumerate().take(half + 1) {
         let seq = seq as u64;
         let request = context.generate_request((epoch, seq), &past.scene, 0, tree.as_ref(), &[])?;
-        let stage = Budget::of_stage(robot.pool.peers.now(), &context.mission);
+        let stage = Budget::of_generation(robot.pool.peers.now(), &context.mission, &robot.pool.stages());
         let shape = (context.profile.steps, context.profile.dt);
         let generated =
             dispatch::generate(&robot.pool, &context.mission.order.robot, &request, 0, shape, stage).await;

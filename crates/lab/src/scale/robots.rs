@@ -82,7 +82,7 @@ impl Robot {
     /// Asks the pool for piece `seq` of the work. `tree` is what the last answer of a generator left.
     pub(super) async fn ask(&self, work: &Work, seq: u64, tree: &mut Option<Tree>) -> anyhow::Result<Answer> {
         let started = std::time::Instant::now();
-        let stage = Budget::of_stage(self.pool.peers.now(), &self.context.mission);
+        let stage = Budget::of_generation(self.pool.peers.now(), &self.context.mission, &self.pool.stages());
         let robot = &self.context.mission.order.robot;
         let turn = |of: usize| (seq % of.max(1) as u64) as usize;
         match work {
