@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use curionav_planning::terms;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
 use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
@@ -42,7 +43,7 @@ pub fn answer(
         if warms_up { evaluator(term, &request, fields) } else { evaluator(term, &request, &fields.kept()) }?;
     let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
     let scene = convert::scene(&request.scene);
-    let candidates = convert::candidates(request.candidates)?;
+    let candidates = convert::shard(request.candidates, term, terms::columns(term))?;
     let cost = evaluator.evaluate(&scene, &candidates, &should_stop).map_err(|_| Refusal::Stopped)?;
     Ok(Scores {
         epoch,

@@ -31,7 +31,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     let instance = start.config.instance.clone();
     let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
         let budget = Duration::from_millis(request.budget_ms.into());
-        let reply = answer(&instance, fields, &request, &|| came.elapsed() > budget)?;
+        let reply = answer(&instance, fields, request, &|| came.elapsed() > budget)?;
         Ok((reply.candidates.count as usize, reply))
     };
     Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, answer))
@@ -42,7 +42,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 pub fn answer(
     instance: &str,
     fields: &Fields,
-    request: &GenerateRequest,
+    request: GenerateRequest,
     should_stop: &dyn Fn() -> bool,
 ) -> Result<GenerateReply, Reject> {
     let warms_up = request.iterations == 0;
@@ -75,7 +75,7 @@ pub fn answer(
         previous: (!previous.is_empty()).then_some(&previous),
         seed: request.seed,
     };
-    let tree = request.tree.clone().map(convert::tree);
+    let tree = request.tree.map(convert::tree);
     let (generated, cut) = kind.generate(&input, tree, should_stop);
     Ok(GenerateReply {
         epoch: request.epoch,
@@ -112,12 +112,12 @@ mod tests {
             ..golden::generate_request()
         };
         let fields = Fields::of_maps([StaticMap::new(grid)]);
-        answer("a", &fields, &GenerateRequest { iterations: 0, ..request.clone() }, &|| false).unwrap();
+        answer("a", &fields, GenerateRequest { iterations: 0, ..request.clone() }, &|| false).unwrap();
         let nodes = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
-            let reply = answer("a", &fields, &request, &|| asked.replace(true) && is_short).unwrap();
+            let reply = answer("a", &fields, request, &|| asked.replace(true) && is_short).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.x.len()
         };

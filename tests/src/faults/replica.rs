@@ -203,7 +203,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     let answered = match &job.question {
         Question::Generate(request) => {
             let budget = Duration::from_millis(request.budget_ms.into());
-            generator::answer(&name.1, &world.fields, request, &|| elapsed() > budget)
+            generator::answer(&name.1, &world.fields, request.clone(), &|| elapsed() > budget)
                 .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
