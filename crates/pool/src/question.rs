@@ -172,3 +172,107 @@ impl GenerateQuestion {
             .into_bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::terms::NAMES;
+    use curionav_schemas::{self as wire, EvaluateRequest, GenerateRequest, Message};
+    use curionav_testing::golden;
+
+    use super::*;
+    use crate::generator::GeneratorParams;
+
+    const BUDGET: u32 = 80;
+
+    fn fields(mission: &Mission, profile: &Profile) -> MissionFields {
+        MissionFields::new(mission, profile).unwrap()
+    }
+
+    /// What the bytes of a message say, which is the same for any order of its fields.
+    fn read<M: Message>(bytes: &[u8]) -> M {
+        M::decode(bytes, None).unwrap()
+    }
+
+    #[test]
+    fn a_question_to_an_evaluator_says_what_its_request_says() {
+        let (mission, scene, set) = (golden::mission(), golden::scene(), golden::candidate_set());
+        let candidates = convert::candidates(set.clone()).unwrap();
+        let profile = Profile::builtin("curiosity").unwrap();
+        let mission_fields = fields(&mission, &profile);
+        let questions = mission_fields.evaluate((2, 14), &scene, Cow::Borrowed(&candidates));
+        let order = mission.order;
+        for term in NAMES.iter().copied().chain(["comfort"]) {
+            let columns = terms::columns(term);
+            for (shard, range) in [0..2, 0..1, 1..2, 2..2].into_iter().enumerate() {
+                let part = convert::candidates_to_wire(&candidates.pick(range.clone()));
+                let part = wire::CandidateShard::from(part);
+                let plain = EvaluateRequest {
+                    epoch: 2,
+                    seq: 14,
+                    shard: shard as u32,
+                    budget_ms: BUDGET,
+                    map: order.map,
+                    goal_x: order.goal_x,
+                    goal_y: order.goal_y,
+                    laser: order.laser.clone(),
+                    robot_model: order.robot_model.clone(),
+                    odometry_noise: order.odometry_noise,
+                    scene: scene.clone(),
+                    candidates: wire::CandidateShard {
+                        heading: part.heading.filter(|_| columns.heading),
+                        v: part.v.filter(|_| columns.v),
+                        omega: part.omega.filter(|_| columns.omega),
+                        ..part
+                    },
+                    params: match profile.terms.contains_key(term) {
+                        true => evaluators::parameters(&profile, term).unwrap(),
+                        false => Value::Map(Vec::new()),
+                    },
+                };
+                let question = questions.shard(term, shard as u32, range);
+                assert_eq!(question.count(), plain.candidates.count as usize);
+                let (asked, plain) = (question.encode(BUDGET), plain.encode());
+                assert_eq!(asked.len(), plain.len(), "{term}, shard {shard}");
+                assert_eq!(read::<EvaluateRequest>(&asked), read(&plain), "{term}, shard {shard}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_question_to_a_generator_says_what_its_request_says() {
+        let (mission, scene) = (golden::mission(), golden::scene());
+        for (name, tree) in [
+            ("curiosity", None),
+            ("curiosity", Some(golden::tree())),
+            ("bi-risk-rrt", Some(golden::tree_of_two_roots())),
+        ] {
+            let profile = Profile::builtin(name).unwrap();
+            let previous = vec![[1.3, -0.45, 0.31], [1.5, -0.4, 0.3]];
+            let params = GeneratorParams { profile: profile.generator_part(), previous };
+            let order = mission.order.clone();
+            let plain = GenerateRequest {
+                epoch: 2,
+                seq: 14,
+                budget_ms: BUDGET,
+                map: order.map,
+                goal_x: order.goal_x,
+                goal_y: order.goal_y,
+                scene: scene.clone(),
+                tree: tree.clone(),
+                seed: 17,
+                iterations: 400,
+                generator: profile.generator.clone(),
+                robot_model: order.robot_model,
+                laser: order.laser,
+                params: convert::to_value(&params).unwrap(),
+            };
+            let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
+            let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));
+            let question =
+                fields(&mission, &profile).generate((2, 14), &scene, tree.as_ref(), &previous, (17, 400));
+            let (asked, plain) = (question.encode(BUDGET), plain.encode());
+            assert_eq!(asked.len(), plain.len(), "{name}");
+            assert_eq!(read::<GenerateRequest>(&asked), read(&plain), "{name}");
+        }
+    }
+}
