@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import curionav
 from curionav import keys
-from curionav.messages import CandidateSet, CycleReport, EvaluateRequest, People, Scores, TermReport
+from curionav.messages import CandidateSet, CandidateShard, CycleReport, EvaluateRequest, People, Scores, TermReport
 from curionav.session import ask
 
 GOLDEN = Path(__file__).resolve().parents[2] / "schemas" / "golden"
@@ -98,7 +98,13 @@ def request(count: int, steps: int) -> EvaluateRequest:
     golden = EvaluateRequest.decode((GOLDEN / "evaluate_request.cbor").read_bytes())
     scene = dataclasses.replace(golden.scene, people=people(40))
     return dataclasses.replace(
-        golden, scene=scene, candidates=candidates(count, steps), budget_ms=10_000, goal_x=20.0, goal_y=20.0, params={}
+        golden,
+        scene=scene,
+        candidates=CandidateShard.of(candidates(count, steps)),
+        budget_ms=10_000,
+        goal_x=20.0,
+        goal_y=20.0,
+        params={},
     )
 
 
@@ -132,7 +138,7 @@ def evaluating(deployment: curionav.Deployment) -> None:
     with deployment.serve(discomfort) as server:
         for count, steps in [(100, 13), (2000, 56)]:
             asked = request(count, steps)
-            none = dataclasses.replace(asked, candidates=candidates(0, steps))
+            none = dataclasses.replace(asked, candidates=CandidateShard.of(candidates(0, steps)))
             figures = {}
             for term, instance in [("discomfort", server.instance), ("cnc", own)]:
                 key = keys.question(term, instance, "robot")

@@ -36,8 +36,16 @@ def test_an_evaluator_is_still_its_function() -> None:
     asked = request()
     assert tempo.term == "tempo"
     assert tempo.__doc__ == "Lack of speed."
-    assert np.array_equal(tempo(asked.scene, asked.candidates), tempo.costs(asked))
+    assert np.array_equal(tempo(asked.scene, asked.all_columns("tempo")), tempo.costs(asked))
     assert tempo.trial(warm_up()).shape == (0,)
+
+
+def test_a_column_that_a_question_leaves_out_is_refused_by_name() -> None:
+    positions = EvaluateRequest.decode(golden("evaluate_request.positions"))
+    assert np.array_equal(positions.candidates.x, request().candidates.x)
+    assert positions.candidates.v is None
+    with pytest.raises(curionav.DecodeError, match=r"candidates\.heading.*is missing, and the term `tempo` reads it"):
+        tempo.costs(positions)
 
 
 def test_a_third_parameter_gets_the_whole_request() -> None:
@@ -133,7 +141,7 @@ def test_a_function_that_forgets_that_there_may_be_no_people_is_found_out() -> N
 
 
 def test_a_part_is_one_candidate() -> None:
-    candidates = request().candidates
+    candidates = request().all_columns("tempo")
     last = part(candidates, candidates.count - 1)
     assert last.count == 1
     assert np.array_equal(last.x[0], candidates.x[-1])

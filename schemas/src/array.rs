@@ -65,6 +65,10 @@ pub type I8Array = TypedArray<i8>;
 /// Unsigned 8-bit (tag 64); `numpy.frombuffer(b, "u1")`.
 pub type U8Array = TypedArray<u8>;
 
+/// Numbers of another owner that are to travel as a typed array.
+#[derive(Debug, Clone, Copy)]
+pub struct TypedSlice<'a, T>(pub &'a [T]);
+
 impl<T> Deref for TypedArray<T> {
     type Target = [T];
     fn deref(&self) -> &[T] {
@@ -92,7 +96,13 @@ impl<T> FromIterator<T> for TypedArray<T> {
 
 impl<T: Element> Serialize for TypedArray<T> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        Captured(Some(T::TAG), serde_bytes::Bytes::new(&T::write(&self.0))).serialize(serializer)
+        TypedSlice(&self.0).serialize(serializer)
+    }
+}
+
+impl<T: Element> Serialize for TypedSlice<'_, T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Captured(Some(T::TAG), serde_bytes::Bytes::new(&T::write(self.0))).serialize(serializer)
     }
 }
 
@@ -113,7 +123,7 @@ struct Elements<T>(Vec<T>);
 
 impl<'de, T: Element> Deserialize<'de> for Elements<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_byte_buf(ElementsVisitor(PhantomData))
+        deserializer.deserialize_bytes(ElementsVisitor(PhantomData))
     }
 }
 

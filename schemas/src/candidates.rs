@@ -1,8 +1,8 @@
 //! Candidate trajectories as a structure of arrays.
 
-use crate::check::{array, checks, count, exactly, positive};
+use crate::check::{array, checks, count, exactly, optional, positive};
 use crate::limits::{MAX_CANDIDATES, MAX_STEPS};
-use crate::{F64Array, U32Array};
+use crate::{F64Array, TypedSlice, U32Array};
 use serde::{Deserialize, Serialize};
 
 /// `count` trajectories of `steps` states; state k (from 0) is `(k + 1) * dt` after the scene's stamp. Every array is
@@ -37,3 +37,59 @@ checks! { set: CandidateSet {
     id: exactly(set.count as usize);
     x, y, heading, v, omega: array(set.count as usize * set.steps as usize);
 }}
+
+/// Candidates that a term is to score: as a [`CandidateSet`], but columns that the term does not read may be absent.
+///
+/// A reader has arrays of its own; a writer may borrow them ([`CandidateShardSlices`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CandidateShard<Ids = U32Array, Column = F64Array> {
+    /// Candidates.
+    pub count: u32,
+    /// States a candidate.
+    pub steps: u32,
+    /// Between states, s.
+    pub dt: f64,
+    /// `[count]` identifiers.
+    pub id: Ids,
+    /// Metres.
+    pub x: Column,
+    /// Metres.
+    pub y: Column,
+    /// Radians.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub heading: Option<Column>,
+    /// Forward speed that led to the state, m/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub v: Option<Column>,
+    /// Turn rate that led to the state, rad/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub omega: Option<Column>,
+}
+
+/// Candidates as they are written.
+pub type CandidateShardSlices<'a> = CandidateShard<TypedSlice<'a, u32>, TypedSlice<'a, f64>>;
+
+impl CandidateShardSlices<'_> {
+    /// Bytes of all arrays.
+    pub fn array_bytes(&self) -> usize {
+        let further = [self.heading, self.v, self.omega].into_iter().flatten();
+        let columns = [self.x, self.y].into_iter().chain(further);
+        size_of_val(self.id.0) + columns.map(|column| size_of_val(column.0)).sum::<usize>()
+    }
+}
+
+checks! { shard: CandidateShard {
+    dt: positive;
+    count: count(0, MAX_CANDIDATES);
+    steps: count(1, MAX_STEPS);
+    id: exactly(shard.count as usize);
+    x, y: array(shard.count as usize * shard.steps as usize);
+    heading, v, omega: optional(array(shard.count as usize * shard.steps as usize));
+}}
+
+impl From<CandidateSet> for CandidateShard {
+    fn from(set: CandidateSet) -> Self {
+        let CandidateSet { count, steps, dt, id, x, y, heading, v, omega } = set;
+        Self { count, steps, dt, id, x, y, heading: Some(heading), v: Some(v), omega: Some(omega) }
+    }
+}

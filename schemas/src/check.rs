@@ -202,7 +202,7 @@ fn free_form(field: &str, value: &Value) -> Checked {
         Value::Map(entries) => entries.iter().try_for_each(|(key, entry)| match key {
             Value::Text(key) => {
                 text(field, key)?;
-                free_form(&format!("{field}.{key}"), entry)
+                free_form(key, entry).map_err(|reject| reject.within(field))
             }
             _ => Err(Refusal::NotAMap.at(field)),
         }),

@@ -2,7 +2,7 @@
 
 use crate::check::{checks, count, id, length, number, numbers, parameters, part};
 use crate::limits::{MAX_BUDGET_MS, MAX_CANDIDATES};
-use crate::{CandidateSet, F64Array, LaserModel, MapId, OdometryNoise, RobotModel, Scene};
+use crate::{CandidateShard, F64Array, LaserModel, MapId, OdometryNoise, RobotModel, Scene};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 
@@ -33,7 +33,7 @@ pub struct EvaluateRequest {
     /// The moment the candidates start from.
     pub scene: Scene,
     /// The shard; empty asks only to warm up for the map.
-    pub candidates: CandidateSet,
+    pub candidates: CandidateShard,
     /// The term's parameters: a map.
     pub params: Value,
 }

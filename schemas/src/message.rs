@@ -53,8 +53,8 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
             let (found, expected) = (cut(found.to_owned()), Self::ENCODING.to_owned());
             return Err(Refusal::WrongEncoding { found, expected }.into());
         }
-        wellformed::check(bytes)?;
-        let mut scratch = vec![0; bytes.len().clamp(SCRATCH_MIN, SCRATCH_MAX)];
+        // The deserialiser copies every string through its scratch: with room for the longest, in one piece.
+        let mut scratch = vec![0; wellformed::check(bytes)?];
         let mut rest = bytes;
         let value: Self = ciborium::de::from_reader_with_buffer(&mut rest, &mut scratch)
             .map_err(|error| Refusal::WrongStructure { detail: detail(&error) })?;
@@ -68,7 +68,8 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
     }
 }
 
-fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
+/// Encodes a message, or a part of one.
+pub(crate) fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
     #[expect(
         clippy::expect_used,
         reason = "memory takes all bytes and no type of the contract fails to serialise"
@@ -88,11 +89,6 @@ impl std::io::Write for Length {
         Ok(())
     }
 }
-
-/// The deserialiser reads keys whole into its scratch: room for the longest key there is.
-const SCRATCH_MIN: usize = 1024;
-/// It copies byte strings through its scratch: larger pieces are no faster.
-const SCRATCH_MAX: usize = 64 * 1024;
 
 fn detail(error: &ciborium::de::Error<std::io::Error>) -> String {
     cut(match error {

@@ -9,9 +9,10 @@ fn malformed(offset: usize, fault: CborFault) -> Refusal {
     Refusal::Malformed { offset: offset as u64, fault }
 }
 
-/// Checks that `bytes` are one well-formed item and nothing more.
-pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
-    let mut offset = 0;
+/// Checks that `bytes` are one well-formed item and nothing more; gives the length of the longest item without the
+/// items in it: of the longest string, that is, with its head.
+pub(crate) fn check(bytes: &[u8]) -> Result<usize, Refusal> {
+    let (mut offset, mut longest) = (0, 0);
     let mut items = 0;
     // Items still owed at each level of nesting; the first level owes the one item itself.
     let mut owed = [0; MAX_DEPTH + 1];
@@ -21,7 +22,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
         while owed[depth] == 0 {
             if depth == 0 {
                 let trailing = malformed(offset, CborFault::TrailingBytes);
-                return if offset == bytes.len() { Ok(()) } else { Err(trailing) };
+                return if offset == bytes.len() { Ok(longest) } else { Err(trailing) };
             }
             depth -= 1;
         }
@@ -38,6 +39,7 @@ pub(crate) fn check(bytes: &[u8]) -> Result<(), Refusal> {
             depth += 1;
             owed[depth] = children;
         }
+        longest = longest.max(next - offset);
         offset = next;
     }
 }

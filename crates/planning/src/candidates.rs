@@ -1,6 +1,6 @@
 //! Candidate trajectories as a structure of arrays.
 
-use crate::states::{States, StatesError};
+use crate::states::{Columns, States, StatesError};
 
 /// `count` trajectories of exactly `steps` states each; state k (from 0) is at time `(k + 1) * dt` after
 /// the scene's stamp. Every array is `[candidate, step]`, row-major, map frame, finite.
@@ -32,10 +32,22 @@ impl CandidateSet {
     /// One candidate of `steps` states, `dt` seconds apart, per identifier. Shapes and finiteness are checked
     /// once, for good.
     pub fn new(steps: usize, dt: f64, id: Vec<u32>, states: States) -> Result<Self, StatesError> {
+        Self::of_columns(Columns::ALL, steps, dt, id, states)
+    }
+
+    /// As [`Self::new`], of which `columns` are known: for an evaluator that reads no other, as
+    /// [`BuiltIn::COLUMNS`](crate::terms::BuiltIn::COLUMNS) says. The arrays of the others are empty.
+    pub fn of_columns(
+        columns: Columns,
+        steps: usize,
+        dt: f64,
+        id: Vec<u32>,
+        states: States,
+    ) -> Result<Self, StatesError> {
         if steps == 0 || !(dt > 0.0 && dt.is_finite()) {
             return Err(StatesError::Shape);
         }
-        states.check(id.len() * steps)?;
+        states.check(id.len() * steps, columns)?;
         Ok(Self { steps, dt, id, states })
     }
 
@@ -126,5 +138,16 @@ mod tests {
         assert!(ok(vec![0.0, 1.0]).is_ok());
         assert_eq!(ok(vec![0.0]), Err(StatesError::Length { array: "x", found: 1, expected: 2 }));
         assert_eq!(ok(vec![0.0, f64::NAN]), Err(StatesError::NotFinite { array: "x", index: 1 }));
+    }
+
+    #[test]
+    fn a_column_is_there_if_and_only_if_it_was_asked_for() {
+        let zeros = vec![0.0; 2];
+        let states = States { x: zeros.clone(), y: zeros.clone(), heading: zeros, ..States::default() };
+        let of = |columns| CandidateSet::of_columns(columns, 2, 0.3, vec![0], states.clone());
+        assert!(of(Columns::POSES).is_ok());
+        let wrong = |array, found, expected| Err(StatesError::Length { array, found, expected });
+        assert_eq!(of(Columns::POSITIONS), wrong("heading", 2, 0));
+        assert_eq!(of(Columns::ALL), wrong("v", 0, 2));
     }
 }

@@ -20,6 +20,24 @@ pub enum StatesError {
     Shape,
 }
 
+/// Which arrays of [`States`] hold something, besides `x` and `y`, which always do. The others are empty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[expect(missing_docs, reason = "they are named as the arrays of the states")]
+pub struct Columns {
+    pub heading: bool,
+    pub v: bool,
+    pub omega: bool,
+}
+
+impl Columns {
+    /// Positions alone.
+    pub const POSITIONS: Self = Self { heading: false, v: false, omega: false };
+    /// Positions and headings.
+    pub const POSES: Self = Self { heading: true, ..Self::POSITIONS };
+    /// Poses and twists.
+    pub const ALL: Self = Self { heading: true, v: true, omega: true };
+}
+
 /// Poses in the map frame and the twists that led to them: one number per state in each array.
 ///
 /// The fields are public, so nothing is guaranteed about them: [`crate::candidates::CandidateSet`] and
@@ -121,14 +139,24 @@ impl States {
         }
     }
 
-    /// Whether there are `expected` states and all their numbers are finite.
-    pub(crate) fn check(&self, expected: usize) -> Result<(), StatesError> {
+    /// Whether there are `expected` states, of which `columns` are known, and all their numbers are finite.
+    pub(crate) fn check(&self, expected: usize, columns: Columns) -> Result<(), StatesError> {
         let Self { x, y, heading, v, omega } = self;
-        for (array, values) in [("x", x), ("y", y), ("heading", heading), ("v", v), ("omega", omega)] {
+        let arrays = [
+            ("x", x, true),
+            ("y", y, true),
+            ("heading", heading, columns.heading),
+            ("v", v, columns.v),
+            ("omega", omega, columns.omega),
+        ];
+        for (array, values, is_known) in arrays {
+            let expected = if is_known { expected } else { 0 };
             if values.len() != expected {
                 return Err(StatesError::Length { array, found: values.len(), expected });
             }
-            if let Some(index) = values.iter().position(|n| !n.is_finite()) {
+            // Without an early exit the loop runs several numbers at a time.
+            if !values.iter().fold(true, |good, n| good & n.is_finite()) {
+                let index = values.iter().position(|n| !n.is_finite()).unwrap_or(0);
                 return Err(StatesError::NotFinite { array, index });
             }
         }

@@ -23,6 +23,7 @@ use crate::occupancy::{GeodesicField, StaticMap};
 use crate::parameters::Ranged;
 use crate::profile::Profile;
 use crate::sensor::LaserModel;
+use crate::states::Columns;
 
 /// What stays the same from one cycle of a mission to the next, apart from map and parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -100,6 +101,9 @@ pub trait BuiltIn {
     /// Whether the arbiter always computes it itself, because that costs less than asking a replica.
     const LOCAL: bool = false;
 
+    /// What it reads of a candidate: a question to a replica carries this and no more.
+    const COLUMNS: Columns = Columns::ALL;
+
     /// Everything of a profile that it depends on, as it travels with every request: all replicas then compute the
     /// same, whatever they were started with.
     type Params: Ranged + Serialize + DeserializeOwned;
@@ -139,6 +143,7 @@ enum Cnc {}
 
 impl BuiltIn for Cnc {
     const NAME: &'static str = "cnc";
+    const COLUMNS: Columns = Columns::POSITIONS;
     type Params = HccdmParams;
 
     fn params(profile: &Profile) -> Self::Params {
@@ -161,6 +166,7 @@ enum Distance {}
 impl BuiltIn for Distance {
     const NAME: &'static str = "distance";
     const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
     type Params = DistanceTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
@@ -189,6 +195,7 @@ enum Risk {}
 impl BuiltIn for Risk {
     const NAME: &'static str = "risk";
     const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSES;
     type Params = RiskTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
@@ -221,6 +228,14 @@ macro_rules! built_in {
             $((name == <$term>::NAME && <$term>::LOCAL))||+
         }
 
+        /// What the term of that name reads of a candidate; all, if it is not built in.
+        pub fn columns(name: &str) -> Columns {
+            match name {
+                $(<$term>::NAME => <$term>::COLUMNS,)+
+                _ => Columns::ALL,
+            }
+        }
+
         /// Does what `visitor` does with the term of that name; `None` if it is not built in.
         pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
             match name {
@@ -251,55 +266,4 @@ pub fn evaluator<F: DerivedFields>(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Pose2;
-    use crate::occupancy::OccupancyGrid;
-
-    #[test]
-    fn every_term_is_built_from_any_profile() {
-        let grid = OccupancyGrid::new(40, 40, 0.25, Pose2::default(), vec![0; 1600]).unwrap();
-        let fields = Arc::new(StaticMap::new(grid));
-        let task = Task {
-            goal: Point2::new(5.0, 5.0),
-            robot: RobotModel::default(),
-            laser: LaserModel::default(),
-            noise: OdometryNoise::default(),
-        };
-        for profile in
-            [Profile::default(), Profile { distance: DistanceMeasure::Euclid, ..Profile::default() }]
-        {
-            for name in NAMES {
-                assert!(evaluator(name, &profile, &task, &fields).is_ok(), "{name}");
-            }
-        }
-        assert!(matches!(evaluator("view", &Profile::default(), &task, &fields), Err(BuildError::Unknown)));
-    }
-
-    #[cfg(feature = "profiles")]
-    #[test]
-    fn every_profile_that_is_built_in_lists_terms_that_are() {
-        for profile in Profile::names() {
-            let terms = Profile::builtin(profile).unwrap().terms;
-            assert!(terms.keys().all(|name| NAMES.contains(&name.as_str())), "{profile}: {terms:?}");
-        }
-    }
-
-    #[cfg(feature = "profiles")]
-    #[test]
-    fn parameters_travel_unchanged() {
-        struct ThereAndBack;
-        impl Visitor for ThereAndBack {
-            type Output = (toml::Table, toml::Table);
-            fn visit<T: BuiltIn>(self) -> Self::Output {
-                let sent = toml::Table::try_from(T::params(&Profile::default())).unwrap();
-                let back: T::Params = sent.clone().try_into().unwrap();
-                (sent, toml::Table::try_from(back).unwrap())
-            }
-        }
-        for name in NAMES {
-            let (sent, back) = visit(name, ThereAndBack).unwrap();
-            assert_eq!(sent, back);
-        }
-    }
-}
+mod tests;

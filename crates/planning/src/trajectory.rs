@@ -5,7 +5,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::geometry::{Pose2, Twist, wrap_angle};
-use crate::states::{States, StatesError};
+use crate::states::{Columns, States, StatesError};
 
 /// A motion from a start through K states; state k (from 0) is due `(k + 1) * dt` seconds after the stamp of
 /// its scene, at which the robot is at the start. Map frame, finite.
@@ -41,7 +41,7 @@ impl Trajectory {
         if !(finite && dt > 0.0 && dt.is_finite()) {
             return Err(StatesError::Shape);
         }
-        states.check(states.len())?;
+        states.check(states.len(), Columns::ALL)?;
         Ok(Self { dt, start, states })
     }
 
@@ -50,7 +50,7 @@ impl Trajectory {
         if knots.is_empty() {
             return Err(StatesError::Shape);
         }
-        knots.check(knots.len())?;
+        knots.check(knots.len(), Columns::ALL)?;
         Self::new(knots.at(0), dt, knots.map(|array| array[1..].to_vec()))
     }
 

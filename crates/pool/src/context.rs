@@ -1,12 +1,12 @@
 //! What stays the same for one revision of the mission.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use crate::evaluators;
 use crate::fields::Fields;
-use crate::generator::GeneratorParams;
+use crate::question::{EvaluateQuestions, GenerateQuestion, MissionFields};
 use curionav_planning::arbitration::{self, Previous};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::Evaluator;
@@ -18,7 +18,7 @@ use curionav_planning::profile::Profile;
 use curionav_planning::scene as planning;
 use curionav_planning::terms::{self, BuildError, DerivedFields, Task};
 use curionav_runtime::convert;
-use curionav_schemas::{EvaluateRequest, GenerateRequest, Mission, Refusal, Reject, Scene, Value, keys};
+use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
 
 /// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
 /// of a seed, so that no tree draws what another draws at another tick.
@@ -41,7 +41,7 @@ pub struct PlanContext {
     /// Whether the arbiter computes itself what no replica answers.
     pub in_process: bool,
     generator: &'static GeneratorKind,
-    parameters: BTreeMap<String, Value>,
+    fields: MissionFields,
     local: BTreeMap<String, Arc<dyn Evaluator>>,
 }
 
@@ -59,8 +59,8 @@ impl PlanContext {
         }
         let robot = convert::robot_model(&mission.order.robot_model);
         let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-        let fields = fields.of(mission.order.map);
-        let (map, geodesic) = (fields.map()?, fields.geodesic(goal, robot.radius())?);
+        let derived = fields.of(mission.order.map);
+        let (map, geodesic) = (derived.map()?, derived.geodesic(goal, robot.radius())?);
         let start = convert::pose(mission.order.initial_pose).position();
         if !geodesic.at(start).is_finite() {
             return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
@@ -71,10 +71,9 @@ impl PlanContext {
             laser: convert::laser(&mission.order.laser),
             noise: convert::noise(&mission.order.odometry_noise),
         };
-        let (mut parameters, mut local) = (BTreeMap::new(), BTreeMap::new());
+        let mut local = BTreeMap::new();
         for term in profile.terms.keys() {
-            parameters.insert(term.clone(), evaluators::parameters(&profile, term)?);
-            match terms::evaluator(term, &profile, &task, &fields) {
+            match terms::evaluator(term, &profile, &task, &derived) {
                 Ok(built) => {
                     local.insert(term.clone(), built);
                 }
@@ -83,7 +82,8 @@ impl PlanContext {
                 Err(error) => return Err(evaluators::reject("profile", error)),
             }
         }
-        Ok(Self { mission, profile, map, geodesic, robot, goal, in_process, generator, parameters, local })
+        let fields = MissionFields::new(&mission, &profile)?;
+        Ok(Self { mission, profile, map, geodesic, robot, goal, in_process, generator, fields, local })
     }
 
     /// Terms asked of pools, in order.
@@ -123,60 +123,27 @@ impl PlanContext {
         self.local.get(term)
     }
 
-    /// The question for some candidates of a scene under `term`.
-    pub fn evaluate_request(
-        &self,
-        term: &str,
+    /// The questions about `candidates` of a scene, in cycle `id` (epoch and number).
+    pub fn evaluate_questions<'a>(
+        &'a self,
         id: (u64, u64),
         scene: &Scene,
-        candidates: &CandidateSet,
-        range: Range<usize>,
-    ) -> EvaluateRequest {
-        EvaluateRequest {
-            epoch: id.0,
-            seq: id.1,
-            shard: 0,
-            budget_ms: 0,
-            map: self.mission.order.map,
-            goal_x: self.goal.x,
-            goal_y: self.goal.y,
-            laser: self.mission.order.laser.clone(),
-            robot_model: self.mission.order.robot_model.clone(),
-            odometry_noise: self.mission.order.odometry_noise,
-            scene: scene.clone(),
-            candidates: convert::shard_to_wire(candidates, range),
-            params: self.parameters.get(term).cloned().unwrap_or(Value::Map(Vec::new())),
-        }
+        candidates: &'a CandidateSet,
+    ) -> EvaluateQuestions<'a> {
+        self.fields.evaluate(id, scene, Cow::Borrowed(candidates))
     }
 
     /// The question for candidates of tree `index`. What is drawn depends on the mission's seed, the tree's
     /// index and the scene's tick alone, so that a restart, or another replica, grows the same tree.
-    pub fn generate_request(
+    pub fn generate_question(
         &self,
         id: (u64, u64),
         scene: &Scene,
         index: usize,
         tree: Option<&Tree>,
         previous: &[Pose2],
-    ) -> Result<GenerateRequest, Reject> {
-        let previous = previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect();
-        let params = GeneratorParams { profile: self.profile.generator_part(), previous };
-        Ok(GenerateRequest {
-            epoch: id.0,
-            seq: id.1,
-            budget_ms: 0,
-            map: self.mission.order.map,
-            goal_x: self.goal.x,
-            goal_y: self.goal.y,
-            scene: scene.clone(),
-            tree: tree.cloned().map(convert::tree_to_wire),
-            seed: self.tree_seed(index),
-            iterations: self.profile.iterations(),
-            generator: self.profile.generator.clone(),
-            robot_model: self.mission.order.robot_model.clone(),
-            laser: self.mission.order.laser.clone(),
-            params: convert::to_value(&params)?,
-        })
+    ) -> GenerateQuestion {
+        self.fields.generate(id, scene, tree, previous, (self.tree_seed(index), self.profile.iterations()))
     }
 
     /// The answer to the same question, computed here; also says whether it was cut short. `spent` gives the share of the
@@ -206,17 +173,15 @@ impl PlanContext {
         self.mission.order.seed.wrapping_add((index as u64).wrapping_mul(TREE_SEED_STEP))
     }
 
-    /// A question without candidates: a replica that answers it is warm.
-    pub fn warm_up(&self, term: &str) -> EvaluateRequest {
+    /// Questions without candidates: a replica that answers one is warm.
+    pub fn warm_up(&self) -> EvaluateQuestions<'_> {
         let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
-        self.evaluate_request(term, (0, 0), &self.empty_scene(), &none, 0..0)
+        self.fields.evaluate((0, 0), &self.empty_scene(), Cow::Owned(none))
     }
 
     /// A question for no growth at all: a replica that answers it is warm.
-    pub fn warm_up_generator(&self) -> Result<GenerateRequest, Reject> {
-        let mut request = self.generate_request((0, 0), &self.empty_scene(), 0, None, &[])?;
-        request.iterations = 0;
-        Ok(request)
+    pub fn warm_up_generator(&self) -> GenerateQuestion {
+        self.fields.generate((0, 0), &self.empty_scene(), None, &[], (self.tree_seed(0), 0))
     }
 
     fn empty_scene(&self) -> Scene {

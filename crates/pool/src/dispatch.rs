@@ -3,39 +3,38 @@
 //! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
 //! answers changes nothing about the result.
 
-use std::borrow::Cow;
 use std::ops::Range;
 use std::time::Duration;
 
 use curionav_planning::generation::Generated;
 use curionav_runtime::convert;
 use curionav_runtime::query::AskError;
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores, keys};
+use curionav_schemas::{GenerateReply, Scores, keys};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 
 use crate::budget::Budget;
 use crate::peers::{Call, Peers};
 use crate::pool::{Answer, Pool};
+use crate::question::{EvaluateQuestion, EvaluateQuestions, GenerateQuestion};
 
 /// Asks generators until one gives candidates of the right shape for tree `index` of a cycle; also says whether the
 /// budget has cut its growth short, as [`PlanContext::generate`](crate::context::PlanContext::generate) does.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
     robot: &str,
-    request: &GenerateRequest,
+    question: &GenerateQuestion,
     index: usize,
     shape: (usize, f64),
     budget: Budget,
 ) -> Option<(Generated, bool)> {
     let ready = pool.replicas().ready(keys::GENERATOR);
     // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
-    let turn = request.seq.wrapping_add(index as u64) % ready.len().max(1) as u64;
+    let turn = question.id().1.wrapping_add(index as u64) % ready.len().max(1) as u64;
     let first = ready.get(turn as usize)?.clone();
     let ask = |instance: String, timeout: Duration| async move {
-        let request = GenerateRequest { budget_ms: Budget::ms(timeout), ..request.clone() };
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
-        usable(pool.peers.generate(call, &request).await?, &instance, &request, shape)
+        usable(pool.peers.generate(call, question).await?, &instance, question.id(), shape)
     };
     pool.first_answer(keys::GENERATOR, first, budget, ask).await
 }
@@ -43,11 +42,11 @@ pub async fn generate<P: Peers>(
 fn usable(
     reply: GenerateReply,
     instance: &str,
-    request: &GenerateRequest,
+    (epoch, seq): (u64, u64),
     shape: (usize, f64),
 ) -> Result<Answer<(Generated, bool)>, AskError> {
     let busy = Duration::from_micros(reply.elapsed_us);
-    if (reply.epoch, reply.seq, reply.instance.as_str()) != (request.epoch, request.seq, instance) {
+    if (reply.epoch, reply.seq, reply.instance.as_str()) != (epoch, seq, instance) {
         return Err(AskError::Malformed("candidates of another cycle or replica".into()));
     }
     let candidates = convert::candidates(reply.candidates).map_err(|r| AskError::Malformed(r.to_string()))?;
@@ -72,16 +71,15 @@ pub struct Shard {
     pub elapsed: Duration,
 }
 
-/// Scores `count` candidates of `robot` under each of `terms`, all shards at once. `request` makes the question for
-/// (term, candidates).
+/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once.
 pub async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     terms: &[String],
     robot: &str,
-    count: usize,
-    request: impl Fn(&str, Range<usize>) -> EvaluateRequest + Sync,
+    questions: &EvaluateQuestions<'_>,
     budget: Budget,
 ) -> Vec<Shard> {
+    let count = questions.count();
     let started = pool.peers.now();
     let open = FuturesUnordered::new();
     for term in terms {
@@ -91,11 +89,9 @@ pub async fn evaluate<P: Peers>(
             if range.is_empty() {
                 continue;
             }
-            let mut question = request(term, range.clone());
-            question.shard = index as u32;
-            question.budget_ms = Budget::ms(budget.until(0.5, pool.peers.now()));
+            let question = questions.shard(term, index as u32, range.clone());
             open.push(async move {
-                let cost = evaluate_shard(pool, term, robot, slot.instance, question, budget).await;
+                let cost = evaluate_shard(pool, term, robot, slot.instance, &question, budget).await;
                 Shard { term: term.clone(), range, cost, elapsed: pool.peers.now() - started }
             });
         }
@@ -110,20 +106,13 @@ async fn evaluate_shard<P: Peers>(
     term: &str,
     robot: &str,
     first: String,
-    question: EvaluateRequest,
+    question: &EvaluateQuestion<'_>,
     budget: Budget,
 ) -> Option<Vec<f64>> {
-    let question = &question;
     let ask = |instance: String, timeout: Duration| async move {
-        let budget_ms = Budget::ms(timeout);
-        // The replica asked first may have the whole time; a shard is too large to be copied for that.
-        let request = match question.budget_ms == budget_ms {
-            true => Cow::Borrowed(question),
-            false => Cow::Owned(EvaluateRequest { budget_ms, ..question.clone() }),
-        };
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
-        let scores = pool.peers.evaluate(term, call, &request).await?;
-        if !fits(&scores, &request, term, &instance) {
+        let scores = pool.peers.evaluate(term, call, question).await?;
+        if !fits(&scores, question, term, &instance) {
             return Err(AskError::Malformed("scores are not for this shard".into()));
         }
         let busy = Duration::from_micros(scores.elapsed_us);
@@ -132,10 +121,10 @@ async fn evaluate_shard<P: Peers>(
     pool.first_answer(term, first, budget, ask).await
 }
 
-fn fits(scores: &Scores, request: &EvaluateRequest, term: &str, instance: &str) -> bool {
-    (scores.epoch, scores.seq, scores.shard) == (request.epoch, request.seq, request.shard)
+fn fits(scores: &Scores, question: &EvaluateQuestion<'_>, term: &str, instance: &str) -> bool {
+    (scores.epoch, scores.seq, scores.shard) == question.id()
         && (scores.term.as_str(), scores.instance.as_str()) == (term, instance)
-        && scores.cost.len() == request.candidates.count as usize
+        && scores.cost.len() == question.count()
 }
 
 /// Contiguous ranges that cover `count` candidates, one per slot, proportional to its speed.

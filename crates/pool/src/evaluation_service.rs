@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use curionav_planning::terms;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
 use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
@@ -42,7 +43,7 @@ pub fn answer(
         if warms_up { evaluator(term, &request, fields) } else { evaluator(term, &request, &fields.kept()) }?;
     let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
     let scene = convert::scene(&request.scene);
-    let candidates = convert::candidates(request.candidates)?;
+    let candidates = convert::shard(request.candidates, term, terms::columns(term))?;
     let cost = evaluator.evaluate(&scene, &candidates, &should_stop).map_err(|_| Refusal::Stopped)?;
     Ok(Scores {
         epoch,
@@ -54,4 +55,47 @@ pub fn answer(
         elapsed_us: elapsed().as_micros() as u64,
         slots,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::candidates::CandidateSet;
+    use curionav_planning::geometry::Pose2;
+    use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
+    use curionav_planning::profile::Profile;
+    use curionav_schemas::{CandidateShard, MapId};
+    use curionav_testing::golden;
+
+    use super::*;
+    use crate::evaluators::parameters;
+
+    /// What comes of two candidates under `term`.
+    fn answered(term: &str, candidates: CandidateShard) -> Result<Scores, Reject> {
+        let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
+        let params = parameters(&Profile::builtin("curiosity").unwrap(), term).unwrap();
+        let request =
+            EvaluateRequest { map: MapId(grid.hash()), params, candidates, ..golden::evaluate_request() };
+        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        let none = CandidateSet::empty(3, 0.3);
+        let none = convert::candidates_to_wire(&none).into();
+        let warm_up = EvaluateRequest { candidates: none, ..request.clone() };
+        let ask = |request| answer(term, "a", &fields, request, 1, &|| Duration::ZERO);
+        ask(warm_up)?;
+        ask(request)
+    }
+
+    #[test]
+    fn a_column_that_a_term_reads_is_asked_for_by_name_and_no_other_is() {
+        let all: CandidateShard = golden::candidate_set().into();
+        let whole = answered("cpc", all.clone()).unwrap();
+        assert_eq!(whole.cost.len(), 2);
+        let lacks = |shard: CandidateShard| answered("cpc", shard).unwrap_err().to_string();
+        let said = |column: &str| format!("candidates.{column}: is missing, and the term `cpc` reads it");
+        assert_eq!(lacks(CandidateShard { heading: None, ..all.clone() }), said("heading"));
+        assert_eq!(lacks(CandidateShard { v: None, ..all.clone() }), said("v"));
+        assert_eq!(lacks(CandidateShard { omega: None, ..all.clone() }), said("omega"));
+
+        let positions = CandidateShard { heading: None, v: None, omega: None, ..all.clone() };
+        assert_eq!(answered("cnc", positions).unwrap().cost, answered("cnc", all).unwrap().cost);
+    }
 }

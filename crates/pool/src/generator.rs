@@ -31,8 +31,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     let instance = start.config.instance.clone();
     let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
         let budget = Duration::from_millis(request.budget_ms.into());
-        let spent = || came.elapsed().as_secs_f64() / budget.as_secs_f64();
-        let reply = answer(&instance, fields, &request, &spent)?;
+        let spent = || came.elapsed().as_secs_f64() / budget.as_secs_f64().max(1e-6);
+        let reply = answer(&instance, fields, request, &spent)?;
         Ok((reply.candidates.count as usize, reply))
     };
     Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, answer))
@@ -43,7 +43,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 pub fn answer(
     instance: &str,
     fields: &Fields,
-    request: &GenerateRequest,
+    request: GenerateRequest,
     spent: &dyn Fn() -> f64,
 ) -> Result<GenerateReply, Reject> {
     let warms_up = request.iterations == 0;
@@ -76,7 +76,7 @@ pub fn answer(
         previous: (!previous.is_empty()).then_some(&previous),
         seed: request.seed,
     };
-    let tree = request.tree.clone().map(convert::tree);
+    let tree = request.tree.map(convert::tree);
     let (generated, cut) = kind.generate(&input, tree, spent);
     Ok(GenerateReply {
         epoch: request.epoch,
@@ -113,13 +113,13 @@ mod tests {
             ..golden::generate_request()
         };
         let fields = Fields::of_maps([StaticMap::new(grid)]);
-        answer("a", &fields, &GenerateRequest { iterations: 0, ..request.clone() }, &|| 0.0).unwrap();
+        answer("a", &fields, GenerateRequest { iterations: 0, ..request.clone() }, &|| 0.0).unwrap();
         let nodes = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
             let spent = || f64::from(u8::from(asked.replace(true) && is_short));
-            let reply = answer("a", &fields, &request, &spent).unwrap();
+            let reply = answer("a", &fields, request, &spent).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.x.len()
         };

@@ -1,6 +1,6 @@
 //! How work is split over replicas, both halves.
 //!
-//! The side that asks: [`context`] makes the questions of a mission, [`dispatch`] splits a batch over the slots that
+//! The side that asks: [`context`] makes the [`question`]s of a mission, [`dispatch`] splits a batch over the slots that
 //! `slot_selection` picks, within a [`budget`]; [`pool`] asks again elsewhere when a replica fails or is late
 //! (`lateness`), and [`replicas`] is what is known of each. [`peers`] is the way to them, over Zenoh or in a test.
 //!
@@ -19,5 +19,6 @@ mod lateness;
 pub mod peers;
 pub mod pool;
 mod pool_service;
+pub mod question;
 pub mod replicas;
 mod slot_selection;

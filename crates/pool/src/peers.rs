@@ -5,10 +5,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use curionav_runtime::membership::{Members, Membership};
-use curionav_runtime::query::{AskError, Urgency, ask};
+use curionav_runtime::query::{AskError, Urgency, ask_encoded};
 use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, keys};
 use tokio::sync::{Mutex, watch};
 use zenoh::Session;
+
+use crate::budget::Budget;
+use crate::question::{EvaluateQuestion, GenerateQuestion};
 
 /// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
 /// memory and in a time of their own, so that a cycle is a function of what they answer and when.
@@ -32,7 +35,7 @@ pub trait Peers: Send + Sync + 'static {
     fn generate(
         &self,
         call: Call<'_>,
-        request: &GenerateRequest,
+        question: &GenerateQuestion,
     ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
 
     /// Asks one evaluator of a term.
@@ -40,7 +43,7 @@ pub trait Peers: Send + Sync + 'static {
         &self,
         term: &str,
         call: Call<'_>,
-        request: &EvaluateRequest,
+        question: &EvaluateQuestion<'_>,
     ) -> impl Future<Output = Result<Scores, AskError>> + Send;
 }
 
@@ -55,6 +58,13 @@ pub struct Call<'a> {
     pub timeout: Duration,
     /// How the robot's time passes.
     pub clock: Clock,
+}
+
+impl Call<'_> {
+    /// The time for the answer as the question says it.
+    pub fn budget_ms(&self) -> u32 {
+        Budget::ms(self.timeout)
+    }
 }
 
 /// Peers over Zenoh.
@@ -73,15 +83,15 @@ impl ZenohPeers {
         Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
     }
 
-    async fn question<Q: Message, A: Message>(
+    async fn ask<Q: Message, A: Message>(
         &self,
         role: &str,
         call: Call<'_>,
-        request: &Q,
+        question: Vec<u8>,
     ) -> Result<A, AskError> {
         let Call { instance, robot, timeout, clock } = call;
         let key = keys::question(role, instance, robot).map_err(|e| AskError::Send(e.to_string()))?;
-        ask(&self.session, &key, request, timeout, Urgency::Shard { clock }).await
+        ask_encoded::<Q, A>(&self.session, &key, question, timeout, Urgency::Shard { clock }).await
     }
 }
 
@@ -109,16 +119,18 @@ impl Peers for ZenohPeers {
         }
     }
 
-    async fn generate(&self, call: Call<'_>, request: &GenerateRequest) -> Result<GenerateReply, AskError> {
-        self.question(keys::GENERATOR, call, request).await
+    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+        let bytes = question.encode(call.budget_ms());
+        self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
     }
 
     async fn evaluate(
         &self,
         term: &str,
         call: Call<'_>,
-        request: &EvaluateRequest,
+        question: &EvaluateQuestion<'_>,
     ) -> Result<Scores, AskError> {
-        self.question(term, call, request).await
+        let bytes = question.encode(call.budget_ms());
+        self.ask::<EvaluateRequest, _>(term, call, bytes).await
     }
 }

@@ -261,13 +261,10 @@ impl<P: Peers> Pool<P> {
         let (instance, timeout) = (probe.instance.as_str(), PROBE_TIMEOUT);
         let call = Call { instance, robot: &order.robot, timeout, clock: order.clock };
         if probe.role == keys::GENERATOR {
-            let mut request = context.warm_up_generator().map_err(AskError::Rejected)?;
-            request.budget_ms = Budget::ms(timeout);
-            return self.peers.generate(call, &request).await.map(|_| 1);
+            return self.peers.generate(call, &context.warm_up_generator()).await.map(|_| 1);
         }
-        let mut request = context.warm_up(&probe.role);
-        request.budget_ms = Budget::ms(timeout);
-        Ok(self.peers.evaluate(&probe.role, call, &request).await?.slots)
+        let warm_up = context.warm_up();
+        Ok(self.peers.evaluate(&probe.role, call, &warm_up.shard(&probe.role, 0, 0..0)).await?.slots)
     }
 }
 
@@ -281,9 +278,10 @@ fn failure(error: &AskError) -> Failure {
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Scores};
+    use curionav_schemas::{GenerateReply, Scores};
 
     use super::*;
+    use crate::question::{EvaluateQuestion, GenerateQuestion};
 
     /// One of every role is there and answers nothing.
     struct Alive;
@@ -305,11 +303,11 @@ mod tests {
 
         async fn membership_changed(&self) {}
 
-        async fn generate(&self, _: Call<'_>, _: &GenerateRequest) -> Result<GenerateReply, AskError> {
+        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
             Err(AskError::NoReply)
         }
 
-        async fn evaluate(&self, _: &str, _: Call<'_>, _: &EvaluateRequest) -> Result<Scores, AskError> {
+        async fn evaluate(&self, _: &str, _: Call<'_>, _: &EvaluateQuestion<'_>) -> Result<Scores, AskError> {
             Err(AskError::NoReply)
         }
     }

@@ -56,7 +56,18 @@ pub async fn ask<Q: Message, A: Message>(
     timeout: Duration,
     urgency: Urgency,
 ) -> Result<A, AskError> {
-    let question = Some((question.encode(), Q::ENCODING));
+    ask_encoded::<Q, A>(session, key, question.encode(), timeout, urgency).await
+}
+
+/// As [`ask`], with the question `Q` in its bytes.
+pub async fn ask_encoded<Q: Message, A: Message>(
+    session: &Session,
+    key: &str,
+    question: Vec<u8>,
+    timeout: Duration,
+    urgency: Urgency,
+) -> Result<A, AskError> {
+    let question = Some((question, Q::ENCODING));
     send(session, key, question, timeout, urgency, QueryTarget::BestMatching, KEPT)?.first(Ok).await
 }
 

@@ -14,7 +14,7 @@ from . import keys
 from .array import F64
 from .errors import EvaluatorError
 from .field_types import MAX_MAGNITUDE
-from .messages import CandidateSet, EvaluateRequest, People, Scene
+from .messages import CandidateSet, CandidateShard, EvaluateRequest, People, Scene
 
 BUILT_IN = frozenset({"cnc", "cpc", "distance", "risk"})
 """Terms that the services compute themselves: a function of that name would be mixed with theirs."""
@@ -50,15 +50,17 @@ class Evaluator:
 
         Raises:
             EvaluatorError: The function raised, or gave anything but one finite cost >= 0 per candidate.
+            DecodeError: A column of the candidates is absent, which the services never leave out for such a term.
         """
-        if not request.candidates.count:
+        candidates = request.all_columns(self.term)
+        if not candidates.count:
             return np.empty(0)
-        arguments = [request.scene, request.candidates]
+        arguments = [request.scene, candidates]
         try:
             found = self._function(*arguments, request) if self._takes_request else self._function(*arguments)
         except Exception as error:
             raise EvaluatorError(self.term, f"raised {type(error).__name__}: {error}{_place(error)}") from error
-        return self._checked(found, request.candidates.count)
+        return self._checked(found, candidates.count)
 
     def trial(self, request: EvaluateRequest) -> F64:
         """Tries the function on three candidates, without people and among two, before work depends on it.
@@ -73,7 +75,7 @@ class Evaluator:
             scene = dataclasses.replace(request.scene, people=people)
 
             def asked(candidates: CandidateSet, scene: Scene = scene) -> F64:
-                return self.costs(dataclasses.replace(request, scene=scene, candidates=candidates))
+                return self.costs(dataclasses.replace(request, scene=scene, candidates=CandidateShard.of(candidates)))
 
             together = asked(three)
             alone = np.concatenate([asked(part(three, index)) for index in range(three.count)])

@@ -133,6 +133,7 @@ class EvaluatorServer(Closable):
             request = EvaluateRequest.decode(
                 payload.to_bytes() if payload is not None else b"", str(query.encoding) if query.encoding else None
             )
+            request.all_columns(self.term)
         except DecodeError as error:
             self._refuse(query, error.why, error.field or None)
             return

@@ -43,9 +43,9 @@ pub(crate) async fn evaluate<P: Peers>(
     let remote: Vec<String> = active.iter().filter(|term| !terms::is_local(term)).cloned().collect();
     let started = pool.peers.now();
     let stage = Budget::of_evaluation(began, started, &context.mission);
-    let request = |term: &str, range| context.evaluate_request(term, id, scene_message, candidates, range);
+    let questions = context.evaluate_questions(id, scene_message, candidates);
     let robot = &context.mission.order.robot;
-    let shards = dispatch::evaluate(pool, &remote, robot, candidates.len(), request, stage).await;
+    let shards = dispatch::evaluate(pool, &remote, robot, &questions, stage).await;
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =

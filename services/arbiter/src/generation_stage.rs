@@ -33,14 +33,15 @@ pub(crate) async fn generate<P: Peers>(
     let (id, peers) = (memory.id(), &*pool.peers);
     let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
     memory.trees.resize(context.profile.trees as usize, None);
-    let requests = (memory.trees.iter().enumerate())
-        .map(|(i, tree)| context.generate_request(id, scene_message, i, tree.as_ref(), &previous))
-        .collect::<Result<Vec<_>, _>>()?;
+    let trees = memory.trees.iter().enumerate();
+    let questions: Vec<_> = trees
+        .map(|(i, tree)| context.generate_question(id, scene_message, i, tree.as_ref(), &previous))
+        .collect();
     let shape = (context.profile.steps, context.profile.dt);
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
-    let asked = requests.iter().enumerate();
-    let answers = join_all(asked.map(|(index, request)| {
-        dispatch::generate(pool, &context.mission.order.robot, request, index, shape, stage)
+    let asked = questions.iter().enumerate();
+    let answers = join_all(asked.map(|(index, question)| {
+        dispatch::generate(pool, &context.mission.order.robot, question, index, shape, stage)
     }))
     .await;
     let mut sets = Vec::new();
@@ -60,7 +61,7 @@ pub(crate) async fn generate<P: Peers>(
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
-        grown if grown < requests.len() => Some(Degradation::PartlyGenerated),
+        grown if grown < questions.len() => Some(Degradation::PartlyGenerated),
         _ => is_local.then_some(Degradation::GeneratedLocally),
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();

@@ -203,8 +203,8 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     let answered = match &job.question {
         Question::Generate(request) => {
             let budget = Duration::from_millis(request.budget_ms.into());
-            let spent = || elapsed().as_secs_f64() / budget.as_secs_f64();
-            generator::answer(&name.1, &world.fields, request, &spent)
+            let spent = || elapsed().as_secs_f64() / budget.as_secs_f64().max(1e-6);
+            generator::answer(&name.1, &world.fields, request.clone(), &spent)
                 .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),

@@ -9,10 +9,11 @@ use curionav_planning::random::{Rng, rng, uniform};
 use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
+use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Mission, People, Scores,
-    Twist,
+    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, People,
+    Scores, Twist,
 };
 use tokio::sync::Notify;
 
@@ -341,9 +342,10 @@ impl Peers for SimulatedPeers {
         self.seat.members.notified().await;
     }
 
-    async fn generate(&self, call: Call<'_>, request: &GenerateRequest) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
-        match self.world.exchange(name, Question::Generate(request.clone()), call.timeout).await? {
+        let request = GenerateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
+        match self.world.exchange(name, Question::Generate(request), call.timeout).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
@@ -353,10 +355,11 @@ impl Peers for SimulatedPeers {
         &self,
         term: &str,
         call: Call<'_>,
-        request: &EvaluateRequest,
+        question: &EvaluateQuestion<'_>,
     ) -> Result<Scores, AskError> {
         let name = (term.to_owned(), call.instance.to_owned());
-        match self.world.exchange(name, Question::Evaluate(request.clone()), call.timeout).await? {
+        let request = EvaluateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
+        match self.world.exchange(name, Question::Evaluate(request), call.timeout).await? {
             Answer::Scored(scores) => Ok(scores),
             Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
         }

@@ -160,10 +160,8 @@ impl Instance {
         let is_generator = self.role == keys::GENERATOR;
         let question = match context {
             None => Vec::new(),
-            Some(context) if is_generator => {
-                GenerateRequest { budget_ms, ..context.warm_up_generator()? }.encode()
-            }
-            Some(context) => EvaluateRequest { budget_ms, ..context.warm_up(&self.role) }.encode(),
+            Some(context) if is_generator => context.warm_up_generator().encode(budget_ms),
+            Some(context) => context.warm_up().shard(&self.role, 0, 0..0).encode(budget_ms),
         };
         let encoding = if is_generator { GenerateRequest::ENCODING } else { EvaluateRequest::ENCODING };
         let sent = question.len() as f64 / 1e3;

@@ -189,11 +189,11 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
     let epoch = 1;
     for (seq, past) in workload.cycles.iter().enumerate().take(half + 1) {
         let seq = seq as u64;
-        let request = context.generate_request((epoch, seq), &past.scene, 0, tree.as_ref(), &[])?;
+        let asked = context.generate_question((epoch, seq), &past.scene, 0, tree.as_ref(), &[]);
         let stage = Budget::of_generation(robot.pool.peers.now(), &context.mission, &robot.pool.stages());
         let shape = (context.profile.steps, context.profile.dt);
         let generated =
-            dispatch::generate(&robot.pool, &context.mission.order.robot, &request, 0, shape, stage).await;
+            dispatch::generate(&robot.pool, &context.mission.order.robot, &asked, 0, shape, stage).await;
         let (Generated { candidates, tree: grown }, cut) = generated.context("no generator answered")?;
         tree = Some(grown.clone());
         if seq < half as u64 {
@@ -208,10 +208,10 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
             elapsed_us: 0,
             cut,
         };
-        add(wire::keys::GENERATOR, request.encode(), reply.encode());
+        add(wire::keys::GENERATOR, asked.encode(Budget::ms(TIMEOUT)), reply.encode());
+        let questions = context.evaluate_questions((epoch, seq), &past.scene, &candidates);
         for term in context.pool_terms() {
-            let all = 0..candidates.len();
-            let request = context.evaluate_request(term, (epoch, 0), &past.scene, &candidates, all);
+            let asked = questions.shard(term, 0, 0..candidates.len());
             let scores = wire::Scores {
                 epoch,
                 seq,
@@ -222,7 +222,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
                 elapsed_us: 0,
                 slots: 1,
             };
-            add(term, request.encode(), scores.encode());
+            add(term, asked.encode(Budget::ms(TIMEOUT)), scores.encode());
         }
     }
     Ok(questions)

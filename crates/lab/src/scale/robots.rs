@@ -88,11 +88,9 @@ impl Robot {
         match work {
             Work::Evaluate(term, batches) => {
                 let batch = batches.get(turn(batches.len())).context("no batch")?;
-                let question = |term: &str, range| {
-                    self.context.evaluate_request(term, (1, seq), &batch.message, &batch.candidates, range)
-                };
-                let (terms, count) = ([(*term).to_owned()], batch.candidates.len());
-                let shards = dispatch::evaluate(&self.pool, &terms, robot, count, question, stage).await;
+                let questions = self.context.evaluate_questions((1, seq), &batch.message, &batch.candidates);
+                let terms = [(*term).to_owned()];
+                let shards = dispatch::evaluate(&self.pool, &terms, robot, &questions, stage).await;
                 let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
                 let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
                 Ok(Answer {
@@ -108,9 +106,9 @@ impl Robot {
                 let scene = scenes.get(turn).context("no scene")?;
                 // A new drive begins without a tree.
                 let old = tree.take().filter(|_| turn > 0);
-                let request = self.context.generate_request((1, seq), scene, 0, old.as_ref(), &[])?;
+                let question = self.context.generate_question((1, seq), scene, 0, old.as_ref(), &[]);
                 let shape = (self.context.profile.steps, self.context.profile.dt);
-                let generated = dispatch::generate(&self.pool, robot, &request, 0, shape, stage).await;
+                let generated = dispatch::generate(&self.pool, robot, &question, 0, shape, stage).await;
                 let candidates = generated.as_ref().map_or(0, |(generated, _)| generated.candidates.len());
                 let unanswered = usize::from(generated.is_none());
                 *tree = generated.map(|(generated, _)| generated.tree);

@@ -13,11 +13,12 @@ use curionav_pool::context::PlanContext;
 use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
+use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::convert;
 use curionav_runtime::locked::locked;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, MapId, Memory, Mission,
+    CycleReport, Decision, EvaluateRequest, F64Array, GenerateReply, MapId, Memory, Message, Mission,
     OccupancyGrid, Scores, Tree,
 };
 
@@ -147,9 +148,10 @@ impl OfflinePeers {
         let first = known.id.iter().position(|id| asked.id.first() == Some(id))?;
         let rows = first..first + asked.count as usize;
         let cells = rows.start * steps..rows.end * steps;
-        let same = [(&asked.x, &known.x), (&asked.y, &known.y), (&asked.heading, &known.heading)]
-            .iter()
-            .all(|(a, b)| b.get(cells.clone()).is_some_and(|b| a[..] == *b));
+        let is_same = |a: &F64Array, b: &F64Array| b.get(cells.clone()).is_some_and(|b| a[..] == *b);
+        let same = is_same(&asked.x, &known.x)
+            && is_same(&asked.y, &known.y)
+            && asked.heading.as_ref().is_none_or(|heading| is_same(heading, &known.heading));
         if !same {
             return None;
         }
@@ -178,7 +180,7 @@ impl Peers for OfflinePeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateRequest) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 
@@ -186,9 +188,11 @@ impl Peers for OfflinePeers {
         &self,
         term: &str,
         call: Call<'_>,
-        request: &EvaluateRequest,
+        question: &EvaluateQuestion<'_>,
     ) -> Result<Scores, AskError> {
-        let cost = self.recorded(term, request).ok_or(AskError::NoReply)?;
+        let request = EvaluateRequest::decode(&question.encode(call.budget_ms()), None);
+        let request = request.map_err(|error| AskError::Send(error.to_string()))?;
+        let cost = self.recorded(term, &request).ok_or(AskError::NoReply)?;
         Ok(Scores {
             epoch: request.epoch,
             seq: request.seq,

@@ -6,9 +6,9 @@ use curionav_planning::arbitration::Previous;
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Tree;
 use curionav_planning::geometry::{Pose2, Twist};
-use curionav_planning::states::States;
+use curionav_planning::states::{Columns, States};
 use curionav_planning::trajectory::Trajectory;
-use curionav_schemas::{self as wire, Refusal, Reject};
+use curionav_schemas::{self as wire, F64Array, Refusal, Reject, TypedSlice};
 
 /// Candidates.
 pub fn candidates(c: wire::CandidateSet) -> Result<CandidateSet, Reject> {
@@ -19,22 +19,62 @@ pub fn candidates(c: wire::CandidateSet) -> Result<CandidateSet, Reject> {
 
 /// Candidates.
 pub fn candidates_to_wire(c: &CandidateSet) -> wire::CandidateSet {
-    shard_to_wire(c, 0..c.len())
+    let States { x, y, heading, v, omega } = c.all_states().clone();
+    wire::CandidateSet {
+        count: c.len() as u32,
+        steps: c.steps() as u32,
+        dt: c.dt(),
+        id: c.id().into(),
+        x: x.into(),
+        y: y.into(),
+        heading: heading.into(),
+        v: v.into(),
+        omega: omega.into(),
+    }
 }
 
-/// Candidates `range` alone.
-pub fn shard_to_wire(c: &CandidateSet, range: Range<usize>) -> wire::CandidateSet {
+/// Candidates for `term`, which reads `columns` of them; the others are left out.
+pub fn shard(c: wire::CandidateShard, term: &str, columns: Columns) -> Result<CandidateSet, Reject> {
+    let read = |name: &str, is_read: bool, column: Option<F64Array>| match (is_read, column) {
+        (false, _) => Ok(Vec::new()),
+        (true, Some(column)) => Ok(column.0),
+        (true, None) => {
+            let detail = format!("is missing, and the term `{term}` reads it");
+            Err(Refusal::WrongStructure { detail }.at(format!("candidates.{name}")))
+        }
+    };
+    let states = States {
+        heading: read("heading", columns.heading, c.heading)?,
+        v: read("v", columns.v, c.v)?,
+        omega: read("omega", columns.omega, c.omega)?,
+        x: c.x.0,
+        y: c.y.0,
+    };
+    CandidateSet::of_columns(columns, c.steps as usize, c.dt, c.id.0, states)
+        .map_err(|e| Refusal::invalid(e).at("candidates"))
+}
+
+/// `columns` of candidates `range` alone, which must know them.
+pub fn shard_to_wire(
+    c: &CandidateSet,
+    range: Range<usize>,
+    columns: Columns,
+) -> wire::CandidateShardSlices<'_> {
     let states = range.start * c.steps()..range.end * c.steps();
-    wire::CandidateSet {
+    fn of<'a>(column: &'a [f64], states: &Range<usize>) -> TypedSlice<'a, f64> {
+        TypedSlice(&column[states.clone()])
+    }
+    let all = c.all_states();
+    wire::CandidateShard {
         count: range.len() as u32,
         steps: c.steps() as u32,
         dt: c.dt(),
-        id: c.id()[range].into(),
-        x: c.all_states().x[states.clone()].into(),
-        y: c.all_states().y[states.clone()].into(),
-        heading: c.all_states().heading[states.clone()].into(),
-        v: c.all_states().v[states.clone()].into(),
-        omega: c.all_states().omega[states].into(),
+        id: TypedSlice(&c.id()[range]),
+        x: of(&all.x, &states),
+        y: of(&all.y, &states),
+        heading: columns.heading.then(|| of(&all.heading, &states)),
+        v: columns.v.then(|| of(&all.v, &states)),
+        omega: columns.omega.then(|| of(&all.omega, &states)),
     }
 }
 

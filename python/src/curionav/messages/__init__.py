@@ -35,6 +35,7 @@ from .mission import (
 from .planning import (
     NO_PARENT,
     CandidateSet,
+    CandidateShard,
     EvaluateRequest,
     GenerateReply,
     GenerateRequest,
@@ -93,6 +94,7 @@ __all__ = [
     "Belief",
     "Cancel",
     "CandidateSet",
+    "CandidateShard",
     "ChangeGoal",
     "Clock",
     "Crowd",

@@ -8,8 +8,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from ..array import F64, U32, Array
+from ..errors import DecodeError
 from ..field_types import Fault, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
-from ..record import Message
+from ..record import Message, Record
 from .robot import LaserModel, OdometryNoise, RobotModel
 from .sensing import Scene
 
@@ -37,6 +38,26 @@ class CandidateSet(Message):
     heading: Annotated[F64, Array("f64", "count", "steps")]
     v: Annotated[F64, Array("f64", "count", "steps")]
     omega: Annotated[F64, Array("f64", "count", "steps")]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CandidateShard(Record):
+    """Candidates to be scored: a `CandidateSet`, of which columns are ``None`` that the term does not read."""
+
+    count: Annotated[int, Integer(0, 4096)]
+    steps: Annotated[int, Integer(1, 256)]
+    dt: Positive
+    id: Annotated[U32, Array("u32", "count", high=2**32 - 1)]
+    x: Annotated[F64, Array("f64", "count", "steps")]
+    y: Annotated[F64, Array("f64", "count", "steps")]
+    heading: Annotated[F64, Array("f64", "count", "steps")] | None = None
+    v: Annotated[F64, Array("f64", "count", "steps")] | None = None
+    omega: Annotated[F64, Array("f64", "count", "steps")] | None = None
+
+    @classmethod
+    def of(cls, candidates: CandidateSet) -> CandidateShard:
+        """All of ``candidates``."""
+        return cls(**vars(candidates))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -135,8 +156,20 @@ class EvaluateRequest(Message):
     robot_model: RobotModel
     odometry_noise: OdometryNoise
     scene: Scene
-    candidates: CandidateSet
+    candidates: CandidateShard
     params: Params
+
+    def all_columns(self, term: str) -> CandidateSet:
+        """The candidates for a term that reads every column.
+
+        Raises:
+            DecodeError: A column is absent.
+        """
+        for name in ("heading", "v", "omega"):
+            if getattr(self.candidates, name) is None:
+                detail = f"is missing, and the term `{term}` reads it"
+                raise DecodeError(self.NAME, f"candidates.{name}", {"code": "wrong_structure", "detail": detail})
+        return CandidateSet(**vars(self.candidates))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,8 +1,9 @@
 //! Every example, encoded.
 
 use super::planning::{
-    candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request, explained_cycle_report,
-    generate_reply, generate_request, memory, scores, stop, tree, tree_of_two_roots, twist,
+    candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request,
+    evaluate_request_of_positions, explained_cycle_report, generate_reply, generate_request, memory, scores,
+    stop, tree, tree_of_two_roots, twist,
 };
 use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
@@ -56,6 +57,7 @@ pub fn all() -> Vec<Golden> {
         golden("generate_reply", &generate_reply()),
         golden("generate_reply.cut", &cut_generate_reply()),
         golden("evaluate_request", &evaluate_request()),
+        golden("evaluate_request.positions", &evaluate_request_of_positions()),
         golden("scores", &scores()),
         golden("cycle_report", &cycle_report()),
         golden("cycle_report.explained", &explained_cycle_report()),

@@ -2,9 +2,10 @@
 
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
-    Action, CandidateSet, CommandReason, Crowd, CycleReport, Decision, Degradation, EvaluateRequest,
-    Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT, Previous,
-    PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime, Timings, Tree, Twist,
+    Action, CandidateSet, CandidateShard, CommandReason, Crowd, CycleReport, Decision, Degradation,
+    EvaluateRequest, Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT,
+    Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime, Timings,
+    Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -106,9 +107,15 @@ pub fn evaluate_request() -> EvaluateRequest {
         robot_model: robot_model(Footprint::Disc { radius: 0.3 }),
         odometry_noise: odometry_noise(),
         scene: scene(),
-        candidates: candidate_set(),
+        candidates: candidate_set().into(),
         params: parameters(&[("stride", 4.into())]),
     }
+}
+
+/// The same for a term that reads positions alone.
+pub fn evaluate_request_of_positions() -> EvaluateRequest {
+    let candidates = CandidateShard { heading: None, v: None, omega: None, ..candidate_set().into() };
+    EvaluateRequest { candidates, ..evaluate_request() }
 }
 
 /// Costs of two candidates.
