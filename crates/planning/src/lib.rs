@@ -85,6 +85,7 @@ pub mod footprint;
 pub mod forecast;
 pub mod generation;
 pub mod geometry;
+mod lanes;
 pub mod motion;
 pub mod numerics;
 pub mod occupancy;

@@ -3,10 +3,12 @@
 use std::sync::Arc;
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::{Costs, Evaluator, each};
+use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::geometry::Point2;
+use crate::lanes::{LANES, Level, Simd, SimdBase, SimdFloat, dispatch, f64x8, lesser};
 use crate::occupancy::GeodesicField;
 use crate::scene::Scene;
+use crate::states::States;
 
 /// What a state costs from which the goal cannot be reached, metres: more than any way through a map of
 /// the largest size allowed, so that one such state outweighs every state that has a way.
@@ -34,36 +36,73 @@ pub enum DistanceEvaluator {
     Euclid(Point2),
 }
 
+/// States between two looks at the budget, whole groups of lanes.
+const STATES: usize = 32 * LANES;
+
 impl DistanceEvaluator {
-    /// Distance to go from one point, metres, at most [`UNREACHABLE`].
-    #[inline]
-    fn at(&self, p: Point2) -> f64 {
-        let distance = match self {
-            Self::Geodesic(field) => field.at(p),
-            Self::Euclid(goal) => p.distance(*goal),
+    /// The costs, with vectors of this kind, which makes no difference to them.
+    pub(super) fn evaluate_at(
+        &self,
+        level: Level,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Costs {
+        let States { x, y, .. } = candidates.all_states();
+        let mut metres = vec![0.0; x.len()];
+        for ((metres, x), y) in metres.chunks_mut(STATES).zip(x.chunks(STATES)).zip(y.chunks(STATES)) {
+            if should_stop() {
+                return Err(Stopped);
+            }
+            match self {
+                Self::Geodesic(field) => {
+                    let lookup = field.lookup();
+                    dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| lookup.at(x, y)));
+                }
+                Self::Euclid(goal) => {
+                    dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| {
+                        let (dx, dy) = (goal.x - x, goal.y - y);
+                        (dx * dx + dy * dy).sqrt()
+                    }));
+                }
+            }
+        }
+        Ok(metres.chunks_exact(candidates.steps()).map(|metres| metres.iter().sum()).collect())
+    }
+}
+
+/// Sets `metres` to the distance to go `at` each point, at most [`UNREACHABLE`].
+#[inline(always)]
+fn fill<S: Simd>(
+    simd: S,
+    metres: &mut [f64],
+    x: &[f64],
+    y: &[f64],
+    at: impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>,
+) {
+    for (first, metres) in (0..).step_by(LANES).zip(metres.chunks_mut(LANES)) {
+        // The last lanes are filled up with the last point.
+        let last = first + metres.len() - 1;
+        let lanes = |of: &[f64]| match of[first..].first_chunk() {
+            Some(whole) => f64x8::load_array_ref(simd, whole),
+            None => f64x8::from_fn(simd, |lane| of[(first + lane).min(last)]),
         };
-        if distance < UNREACHABLE { distance } else { UNREACHABLE }
+        let distance = lesser(at(lanes(x), lanes(y)), f64x8::splat(simd, UNREACHABLE));
+        metres.copy_from_slice(&distance.as_slice()[..metres.len()]);
     }
 }
 
 impl Evaluator for DistanceEvaluator {
     fn evaluate(&self, _: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        each(candidates, should_stop, |i| {
-            let states = candidates.range(i);
-            let (x, y) = (&candidates.all_states().x[states.clone()], &candidates.all_states().y[states]);
-            x.iter().zip(y).map(|(&x, &y)| self.at(Point2::new(x, y))).sum()
-        })
+        self.evaluate_at(Level::new(), candidates, should_stop)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::Stopped;
     use crate::geometry::{Pose2, Twist};
     use crate::occupancy::{OccupancyGrid, StaticMap};
     use crate::scene::{Belief, People};
-    use crate::states::States;
 
     fn scene() -> Scene {
         let belief = Belief {

@@ -9,9 +9,10 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::hccdm_simd::{Lanes, State};
-use crate::evaluation::{Costs, Evaluator, each};
+use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
+use crate::lanes::Level;
 use crate::scene::{People, Scene};
 
 pub use crate::evaluation::hccdm_simd::CUT_SIGMAS;
@@ -156,7 +157,7 @@ impl Hccdm {
     /// H of eq. 18 of one trajectory: the density summed over its states, 1/m2. `x` and `y` hold exactly
     /// `steps` numbers.
     pub fn cost(&self, x: &[f64], y: &[f64]) -> f64 {
-        self.lanes.sum(x, y)
+        self.lanes.sums(Level::new(), x, y)[0]
     }
 }
 
@@ -172,13 +173,34 @@ pub struct HccdmEvaluator {
     pub params: HccdmParams,
 }
 
+/// Candidates between two looks at the budget.
+const GROUP: usize = 16;
+
+impl HccdmEvaluator {
+    /// The costs, with vectors of this kind, which makes no difference to them.
+    pub(super) fn evaluate_at(
+        &self,
+        level: Level,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Costs {
+        let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
+        let (mut costs, states) = (Vec::with_capacity(candidates.len()), candidates.all_states());
+        let numbers = GROUP * candidates.steps();
+        for (x, y) in states.x.chunks(numbers).zip(states.y.chunks(numbers)) {
+            if should_stop() {
+                return Err(Stopped);
+            }
+            costs.append(&mut map.lanes.sums(level, x, y));
+        }
+        Ok(costs)
+    }
+}
+
 impl Evaluator for HccdmEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
-        each(candidates, should_stop, |i| {
-            let range = candidates.range(i);
-            map.cost(&candidates.all_states().x[range.clone()], &candidates.all_states().y[range])
-        })
+        self.evaluate_at(Level::new(), scene, candidates, should_stop)
     }
 }
 

@@ -5,13 +5,11 @@
 //! operations in the same order whatever else is in the batch.
 
 use crate::geometry::Point2;
-use crate::numerics::exp_minus_8_to_0;
+use crate::lanes::{LANES, Level, Select, Simd, SimdBase, SimdMask, dispatch, exp_minus_8_to_0, f64x8};
 
 /// A component is exactly zero farther from its mean than this many standard deviations: there it has
 /// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time.
 pub const CUT_SIGMAS: f64 = 4.0;
-/// States handled together.
-const WIDTH: usize = 8;
 
 /// One Gaussian component at one moment.
 #[derive(Debug, Clone, Copy)]
@@ -42,16 +40,17 @@ impl State {
 
 /// A component over eight consecutive states.
 #[derive(Debug, Clone)]
+#[repr(align(64))]
 struct Run {
-    x: [f64; WIDTH],
-    y: [f64; WIDTH],
-    exponent: [f64; WIDTH],
-    peak: [f64; WIDTH],
-    cut: [f64; WIDTH],
+    x: [f64; LANES],
+    y: [f64; LANES],
+    exponent: [f64; LANES],
+    peak: [f64; LANES],
+    cut: [f64; LANES],
 }
 
 impl Run {
-    fn new(states: [State; WIDTH]) -> Self {
+    fn new(states: [State; LANES]) -> Self {
         Self {
             x: states.map(|s| s.mean.x),
             y: states.map(|s| s.mean.y),
@@ -61,96 +60,133 @@ impl Run {
         }
     }
 
-    /// Adds the component's value at each of eight points.
-    #[inline]
-    fn add(&self, x: &[f64; WIDTH], y: &[f64; WIDTH], sum: &mut [f64; WIDTH]) {
-        for lane in 0..WIDTH {
-            let (dx, dy) = (x[lane] - self.x[lane], y[lane] - self.y[lane]);
-            let squared = dx * dx + dy * dy;
-            let value = self.peak[lane] * exp_minus_8_to_0(self.exponent[lane] * squared);
-            sum[lane] += if squared <= self.cut[lane] { value } else { 0.0 };
-        }
+    /// The component's value at each of eight points.
+    #[inline(always)]
+    fn at<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+        let lanes = |of: &[f64; LANES]| f64x8::load_array_ref(x.simd, of);
+        let (dx, dy) = (x - lanes(&self.x), y - lanes(&self.y));
+        let squared = dx * dx + dy * dy;
+        let value = lanes(&self.peak) * exp_minus_8_to_0(lanes(&self.exponent) * squared);
+        squared.simd_le(lanes(&self.cut)).select(value, f64x8::splat(x.simd, 0.0))
     }
 }
 
-/// A disc that holds everything a component touches during a run.
+/// A disc around the centre of a box, as wide as the box.
 #[derive(Debug, Clone, Copy)]
-struct Reach {
+struct Disc {
     x: f64,
     y: f64,
     radius: f64,
 }
 
-impl Reach {
-    fn new(states: &[State]) -> Self {
-        let hull = enclose(states.iter().map(|s| (s.mean.x, s.mean.y)));
+impl Disc {
+    /// A small one around points.
+    #[inline(always)]
+    fn around(x: &[f64], y: &[f64]) -> Self {
+        let span = |of: &[f64]| {
+            let (low, high) = (of.iter().copied().reduce(f64::min), of.iter().copied().reduce(f64::max));
+            (low.unwrap_or(0.0), high.unwrap_or(0.0))
+        };
+        let ((left, right), (low, high)) = (span(x), span(y));
+        let (w, h) = (right - left, high - low);
+        Self { x: left + 0.5 * w, y: low + 0.5 * h, radius: 0.5 * (w * w + h * h).sqrt() }
+    }
+
+    /// One that holds everything a component touches during a run.
+    fn reach(states: &[State]) -> Self {
+        let (x, y): (Vec<f64>, Vec<f64>) = states.iter().map(|s| (s.mean.x, s.mean.y)).unzip();
+        let hull = Self::around(&x, &y);
         let cut = states.iter().map(|s| s.cut.sqrt()).fold(0.0, f64::max);
         // the slack covers rounding: a run is discarded only when each of its lanes would be cut
         Self { radius: (hull.radius + cut) * (1.0 + 1e-9) + 1e-9, ..hull }
     }
+
+    /// So far away that it touches nothing: takes the place of components beyond the last.
+    const NOWHERE: Self = Self { x: f64::INFINITY, y: f64::INFINITY, radius: 0.0 };
 }
 
-/// A small disc around points: centre of the bounding box, half its diagonal.
-fn enclose(points: impl Iterator<Item = (f64, f64)>) -> Reach {
-    let (mut low, mut high) = ((f64::INFINITY, f64::INFINITY), (f64::NEG_INFINITY, f64::NEG_INFINITY));
-    for (x, y) in points {
-        low = (low.0.min(x), low.1.min(y));
-        high = (high.0.max(x), high.1.max(y));
+/// Eight components over one run.
+#[derive(Debug, Clone)]
+struct Group {
+    /// The discs that hold what each of them touches.
+    x: [f64; LANES],
+    y: [f64; LANES],
+    radius: [f64; LANES],
+    /// Fewer in the last group.
+    runs: Vec<Run>,
+}
+
+impl Group {
+    /// Which of them may touch something in `here`, lowest bit first.
+    #[inline(always)]
+    fn touching<S: Simd>(&self, simd: S, here: Disc) -> u64 {
+        let lanes = |of: &[f64; LANES]| f64x8::load_array_ref(simd, of);
+        let (dx, dy) = (lanes(&self.x) - here.x, lanes(&self.y) - here.y);
+        let far = lanes(&self.radius) + here.radius;
+        (dx * dx + dy * dy).simd_le(far * far).to_bitmask()
     }
-    let (w, h) = (high.0 - low.0, high.1 - low.1);
-    Reach { x: low.0 + 0.5 * w, y: low.1 + 0.5 * h, radius: 0.5 * (w * w + h * h).sqrt() }
 }
 
-/// All components over the whole horizon: `[run, component]`.
+/// All components over the whole horizon.
 #[derive(Debug, Clone)]
 pub(super) struct Lanes {
-    components: usize,
     steps: usize,
-    runs: Vec<Run>,
-    reach: Vec<Reach>,
+    /// The groups of each run of eight states.
+    groups: Vec<Vec<Group>>,
 }
 
 impl Lanes {
     /// Lays out `state(component, step)`.
     pub(super) fn new(steps: usize, components: usize, state: impl Fn(usize, usize) -> State) -> Self {
-        let mut runs = Vec::with_capacity(steps.div_ceil(WIDTH) * components);
-        let mut reach = Vec::with_capacity(runs.capacity());
-        for first in (0..steps).step_by(WIDTH) {
-            let used = WIDTH.min(steps - first);
-            for g in 0..components {
-                let mut states = [State::NOTHING; WIDTH];
+        let group = |first: usize, g: usize| {
+            let used = LANES.min(steps - first);
+            let (mut reach, mut runs) = ([Disc::NOWHERE; LANES], Vec::new());
+            for component in g..components.min(g + LANES) {
+                let mut states = [State::NOTHING; LANES];
                 for (lane, s) in states[..used].iter_mut().enumerate() {
-                    *s = state(g, first + lane);
+                    *s = state(component, first + lane);
                 }
-                reach.push(Reach::new(&states[..used]));
+                reach[runs.len()] = Disc::reach(&states[..used]);
                 runs.push(Run::new(states));
             }
-        }
-        Self { components, steps, runs, reach }
+            Group { x: reach.map(|r| r.x), y: reach.map(|r| r.y), radius: reach.map(|r| r.radius), runs }
+        };
+        let of_run = |first| (0..components).step_by(LANES).map(|g| group(first, g)).collect();
+        Self { steps, groups: (0..steps).step_by(LANES).map(of_run).collect() }
     }
 
-    /// Sum over the states of the sum over the components, each in ascending order.
-    pub(super) fn sum(&self, x: &[f64], y: &[f64]) -> f64 {
-        let mut total = 0.0;
-        for (r, first) in (0..self.steps).step_by(WIDTH).enumerate() {
-            let used = WIDTH.min(self.steps - first);
-            let (mut px, mut py) = ([0.0; WIDTH], [0.0; WIDTH]);
-            px[..used].copy_from_slice(&x[first..first + used]);
-            py[..used].copy_from_slice(&y[first..first + used]);
-            let here = enclose(px[..used].iter().copied().zip(py[..used].iter().copied()));
-            let mut densities = [0.0; WIDTH];
-            let row = r * self.components..(r + 1) * self.components;
-            for (run, reach) in self.runs[row.clone()].iter().zip(&self.reach[row]) {
-                let (dx, dy, far) = (reach.x - here.x, reach.y - here.y, reach.radius + here.radius);
-                if dx * dx + dy * dy <= far * far {
-                    run.add(&px, &py, &mut densities);
+    /// Of each trajectory the sum over its states of the sum over the components, each in ascending order. `x` and
+    /// `y` are `[trajectory, step]`.
+    pub(super) fn sums(&self, level: Level, x: &[f64], y: &[f64]) -> Vec<f64> {
+        let mut totals = vec![0.0; x.len() / self.steps];
+        dispatch!(level, simd => self.add_all(simd, x, y, &mut totals));
+        totals
+    }
+
+    /// Run after run, so that its components stay in the cache.
+    #[inline(always)]
+    fn add_all<S: Simd>(&self, simd: S, x: &[f64], y: &[f64], totals: &mut [f64]) {
+        for (groups, first) in self.groups.iter().zip((0..self.steps).step_by(LANES)) {
+            let used = LANES.min(self.steps - first);
+            for (i, total) in totals.iter_mut().enumerate() {
+                let start = i * self.steps + first;
+                let (x, y) = (&x[start..start + used], &y[start..start + used]);
+                let here = Disc::around(x, y);
+                let padded = |of: &[f64]| f64x8::from_fn(simd, |lane| of[lane.min(used - 1)]);
+                let (x, y) = (padded(x), padded(y));
+                let mut densities = f64x8::splat(simd, 0.0);
+                for group in groups {
+                    let mut touching = group.touching(simd, here);
+                    while touching != 0 {
+                        densities += group.runs[touching.trailing_zeros() as usize].at(x, y);
+                        touching &= touching - 1;
+                    }
+                }
+                for density in densities.iter().take(used) {
+                    *total += density;
                 }
             }
-            for density in &densities[..used] {
-                total += density;
-            }
         }
-        total
     }
 }
 
@@ -163,7 +199,9 @@ mod tests {
         pub(in crate::evaluation) fn density(&self, p: Point2) -> f64 {
             let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
             let squared = dx * dx + dy * dy;
-            if squared <= self.cut { self.peak * exp_minus_8_to_0(self.exponent * squared) } else { 0.0 }
+            let exponential =
+                |x: f64| dispatch!(Level::baseline(), simd => exp_minus_8_to_0(f64x8::splat(simd, x))[0]);
+            if squared <= self.cut { self.peak * exponential(self.exponent * squared) } else { 0.0 }
         }
     }
 }

@@ -1,5 +1,8 @@
 //! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
 
+#[path = "geodesic_lookup.rs"]
+mod lookup;
+
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;

@@ -11,6 +11,8 @@
 //! Computed once per map and laser: from the centre of each block of cells a fan of rays is cast, and
 //! for each heading those within the field of view are summed. Nothing is stored where nothing is seen.
 
+mod lookup;
+
 use nalgebra::Matrix3;
 
 use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, MeasurementModel, factorise, sum};
@@ -102,7 +104,7 @@ impl InformationField {
     /// Information of one scan about the robot's pose (x, y, heading) at `pose`, in the map frame:
     /// 1/m2, 1/(m rad), 1/rad2. Zero outside the map, inside walls and where nothing is in range.
     pub fn at(&self, pose: Pose2) -> Matrix3<f64> {
-        let [d1, l21, l31, d2, l32, d3] = self.factor(pose.x, pose.y, pose.heading);
+        let [d1, l21, l31, d2, l32, d3] = self.factor(pose);
         let l = Matrix3::new(1.0, 0.0, 0.0, l21, 1.0, 0.0, l31, l32, 1.0);
         let in_grid = l * Matrix3::from_diagonal(&nalgebra::vector![d1, d2, d3]) * l.transpose();
         let turn = self.map_from_grid();
@@ -118,47 +120,6 @@ impl InformationField {
     pub(super) fn map_from_grid(&self) -> Matrix3<f64> {
         let (s, c) = self.sin_cos;
         Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
-    }
-
-    /// Information about the robot's pose in the grid's axes, for a robot at (x, y, heading) of the map.
-    #[inline]
-    pub(super) fn factor(&self, x: f64, y: f64, heading: f64) -> Factor {
-        let (dx, dy) = (x - self.origin.x, y - self.origin.y);
-        let (s, c) = self.sin_cos;
-        let (mut x, mut y) = (c * dx + s * dy, c * dy - s * dx);
-        let heading = heading - self.origin.heading;
-        let lever = self.robot_from_laser;
-        if lever.x == 0.0 && lever.y == 0.0 {
-            return self.of_laser(x, y, heading + lever.heading);
-        }
-        let (s, c) = sin_cos(heading);
-        let (ax, ay) = (c * lever.x - s * lever.y, s * lever.x + c * lever.y);
-        (x, y) = (x + ax, y + ay);
-        // Turning the robot also carries the laser along by (-ay, ax) per radian; each direction h of
-        // the factor becomes (h1, h2, h3 - ay h1 + ax h2).
-        let [d1, l21, l31, d2, l32, d3] = self.of_laser(x, y, heading + lever.heading);
-        [d1, l21, l31 - ay + ax * l21, d2, l32 + ax, d3]
-    }
-
-    /// Stored information about the laser's own pose, all in the grid's axes, metres.
-    #[inline]
-    fn of_laser(&self, x: f64, y: f64, heading: f64) -> Factor {
-        let (column, row) = (x * self.blocks_per_metre, y * self.blocks_per_metre);
-        let inside = column >= 0.0 && row >= 0.0 && column < self.columns as f64 && row < self.rows as f64;
-        if !inside {
-            return [0.0; 6];
-        }
-        // By way of u32: conversions to 64 bits cost several times as much, and this is the inner loop.
-        let place = self.place[row as u32 as usize * self.columns + column as u32 as usize] as usize;
-        let factor = if self.headings == 1 {
-            &self.factors[place]
-        } else {
-            // A whole number of turns is added first, for truncation to be rounding down.
-            const TURNS: f64 = (HEADINGS * 1_000_000) as f64;
-            let bins = heading * (HEADINGS as f64 / std::f64::consts::TAU) + (TURNS + 0.5);
-            &self.factors[place + bins as u32 as usize % HEADINGS]
-        };
-        factor.map(f64::from)
     }
 }
 

@@ -7,6 +7,8 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use crate::lanes::{LANES, Simd, SimdBase, f64x8, floor, greater, indices, lesser};
+
 /// The entries of `K = [[along, 0, 0], [0, across, heading]]`: rows are speed and turn rate, columns
 /// the error in the path frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,39 +70,56 @@ fn inverse(m: Matrix2<f64>) -> Matrix2<f64> {
 
 /// Gains over speed for one step length, linear in between.
 #[derive(Debug, Clone)]
-pub struct GainTable {
-    gains: Vec<FeedbackGains>,
+pub(super) struct GainTable {
+    /// Those at the slower end of each interval and what they grow by to the other: along, across, heading.
+    intervals: Vec<[[f64; 3]; 2]>,
 }
 
 impl GainTable {
     /// Solves the LQR from 0.1 to 2 m/s, every 0.05 m/s, for steps of `dt` seconds.
-    pub fn new(dt: f64) -> Self {
+    pub(super) fn new(dt: f64) -> Self {
         let entries = ((FASTEST - SLOWEST) / SPACING).round() as usize + 1;
-        Self { gains: (0..entries).map(|i| lqr(SLOWEST + i as f64 * SPACING, dt)).collect() }
+        let gains = |i: usize| {
+            let FeedbackGains { along, across, heading } = lqr(SLOWEST + i as f64 * SPACING, dt);
+            [along, across, heading]
+        };
+        let gains: Vec<[f64; 3]> = (0..entries).map(gains).collect();
+        let interval = |pair: &[[f64; 3]]| [pair[0], std::array::from_fn(|i| pair[1][i] - pair[0][i])];
+        Self { intervals: gains.windows(2).map(interval).collect() }
     }
 
-    /// Gains at speed `v` m/s, clamped to the table.
-    #[inline]
-    pub fn at(&self, v: f64) -> FeedbackGains {
-        let last = self.gains.len() - 1;
-        let u = ((v - SLOWEST) * (1.0 / SPACING)).clamp(0.0, last as f64);
-        let i = (u as u32 as usize).min(last - 1);
-        let (low, high, f) = (self.gains[i], self.gains[i + 1], u - i as f64);
-        FeedbackGains {
-            along: low.along + f * (high.along - low.along),
-            across: low.across + f * (high.across - low.across),
-            heading: low.heading + f * (high.heading - low.heading),
-        }
+    /// Gains along, across and of the heading at speed `v` m/s, clamped to the table.
+    #[inline(always)]
+    pub(super) fn at<S: Simd>(&self, v: f64x8<S>) -> [f64x8<S>; 3] {
+        let simd = v.simd;
+        let [zero, last, most] =
+            [0, self.intervals.len() - 1, self.intervals.len()].map(|n| f64x8::splat(simd, n as f64));
+        let u = lesser(greater((v - SLOWEST) * (1.0 / SPACING), zero), most);
+        let i = lesser(floor(u), last);
+        let f = u - i;
+        let rows: [&[[f64; 3]; 2]; LANES] = indices(i).map(|i| &self.intervals[i]);
+        std::array::from_fn(|gain| {
+            let [low, growth] = [0, 1].map(|end| f64x8::from_fn(simd, |lane| rows[lane][end][gain]));
+            low + f * growth
+        })
     }
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::lanes::{Level, dispatch};
 
     /// No feedback at all, `K = 0`: the case in which observations cannot matter.
     pub(in crate::evaluation::cpc) fn without_feedback() -> GainTable {
-        GainTable { gains: vec![FeedbackGains { along: 0.0, across: 0.0, heading: 0.0 }; 2] }
+        GainTable { intervals: vec![[[0.0; 3]; 2]] }
+    }
+
+    /// Gains at one speed.
+    pub(in crate::evaluation::cpc) fn at(table: &GainTable, v: f64) -> FeedbackGains {
+        let gains =
+            dispatch!(Level::baseline(), simd => table.at(f64x8::splat(simd, v)).map(|lanes| lanes[0]));
+        FeedbackGains { along: gains[0], across: gains[1], heading: gains[2] }
     }
 
     #[test]
@@ -153,12 +172,12 @@ pub(super) mod tests {
         let table = GainTable::new(0.3);
         for i in 0..=200 {
             let v = 0.01 * f64::from(i);
-            let (near, exact) = (table.at(v), lqr(v, 0.3));
+            let (near, exact) = (at(&table, v), lqr(v, 0.3));
             assert!((near.across / exact.across - 1.0).abs() < 5e-3, "{v}");
             assert!((near.heading / exact.heading - 1.0).abs() < 5e-3, "{v}");
             assert!((near.along - exact.along).abs() < 1e-12);
         }
-        assert_eq!(table.at(5.0), table.at(2.0));
-        assert_eq!(table.at(-1.0), table.at(0.1));
+        assert_eq!(at(&table, 5.0), at(&table, 2.0));
+        assert_eq!(at(&table, -1.0), at(&table, 0.1));
     }
 }

@@ -24,14 +24,16 @@ mod wall_normals;
 
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
+
 use crate::candidates::CandidateSet;
 use crate::evaluation::{Costs, Evaluator, Stopped};
+use crate::lanes::{LANES, Level, Simd, SimdBase, dispatch, f64x8, sin_cos};
 use crate::motion::OdometryNoise;
-use crate::numerics::sin_cos;
 use crate::scene::Scene;
 
 pub use beam_fan::MeasurementModel;
-use covariance::{Covariances, LANES, Step, StepModel, Steps};
+use covariance::{Covariances, Step, StepModel};
 pub use information_field::{InformationField, InformationParams};
 use lqr::GainTable;
 
@@ -67,35 +69,39 @@ impl CpcEvaluator {
         Self { field, noise, params }
     }
 
+    /// The costs under these gains, with vectors of this kind, which makes no difference to them.
     fn evaluate_with(
         &self,
         gains: &GainTable,
+        level: Level,
         scene: &Scene,
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        let model = self.step_model(candidates.dt());
         let turn = self.field.map_from_grid();
-        let start = Covariances::new(&(turn.transpose() * scene.belief.covariance * turn));
+        let sigma = turn.transpose() * scene.belief.covariance * turn;
+        let drive =
+            Drive { field: &self.field, gains, model: self.step_model(candidates.dt()), sigma, candidates };
         let mut costs = Vec::with_capacity(candidates.len());
-        let mut steps = Steps::new();
         for first in (0..candidates.len()).step_by(LANES) {
             if should_stop() {
                 return Err(Stopped);
             }
-            // The last group is filled up with copies of the last candidate.
-            let rows: [usize; LANES] =
-                std::array::from_fn(|lane| (first + lane).min(candidates.len() - 1) * candidates.steps());
-            let mut covariances = start.clone();
-            for k in 0..candidates.steps() {
-                for (lane, row) in rows.iter().enumerate() {
-                    steps.set(lane, &self.step(gains, candidates, row + k));
-                }
-                covariances.step(&model, &steps);
-            }
-            costs.extend(covariances.zeta().iter().take(candidates.len() - first));
+            let zeta = dispatch!(level, simd => drive.zeta(simd, first));
+            costs.extend(zeta.iter().take(candidates.len() - first));
         }
         Ok(costs)
+    }
+
+    /// The costs with vectors of this kind.
+    pub(super) fn evaluate_at(
+        &self,
+        level: Level,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Costs {
+        self.evaluate_with(&GainTable::new(candidates.dt()), level, scene, candidates, should_stop)
     }
 
     fn step_model(&self, dt: f64) -> StepModel {
@@ -105,30 +111,51 @@ impl CpcEvaluator {
         let updates = (rate(update_min_d), rate(update_min_a), dt * rate(update_max_interval));
         StepModel { noise: self.noise, dt, updates }
     }
+}
 
-    /// What the step that leads to state `i` does. Linearised half way through the step, where the
-    /// chord of the arc points: better than Euler's at its start, and no other state is needed.
-    #[inline]
-    fn step(&self, gains: &GainTable, candidates: &CandidateSet, i: usize) -> Step {
-        let (heading, v) = (candidates.all_states().heading[i], candidates.all_states().v[i]);
-        let (travel, turn) = (v * candidates.dt(), candidates.all_states().omega[i] * candidates.dt());
-        Step {
-            sin_cos: sin_cos(heading - self.field.grid_heading() - 0.5 * turn),
-            travel,
-            turn,
-            gains: gains.at(v),
-            information: self.field.factor(
-                candidates.all_states().x[i],
-                candidates.all_states().y[i],
-                heading,
-            ),
+/// What all candidates of a batch have in common.
+struct Drive<'a> {
+    field: &'a InformationField,
+    gains: &'a GainTable,
+    model: StepModel,
+    /// The belief's covariance in the grid's axes.
+    sigma: Matrix3<f64>,
+    candidates: &'a CandidateSet,
+}
+
+impl Drive<'_> {
+    /// Zeta of the candidates from `first` on, side by side. The last group is filled up with copies of the last
+    /// candidate.
+    #[inline(always)]
+    fn zeta<S: Simd>(&self, simd: S, first: usize) -> [f64; LANES] {
+        let (set, states) = (self.candidates, self.candidates.all_states());
+        let rows: [_; LANES] = std::array::from_fn(|lane| set.range((first + lane).min(set.len() - 1)));
+        let [x, y, heading, v, omega] = [&states.x, &states.y, &states.heading, &states.v, &states.omega]
+            .map(|of| rows.each_ref().map(|row| &of[row.clone()]));
+        let mut covariances = Covariances::new(simd, &self.sigma);
+        for k in 0..set.steps() {
+            let lanes = |of: &[&[f64]; LANES]| f64x8::from_fn(simd, |lane| of[lane][k]);
+            let (heading, v) = (lanes(&heading), lanes(&v));
+            let (travel, turn) = (v * set.dt(), lanes(&omega) * set.dt());
+            // Linearised half way through the step, where the chord of the arc points: better than Euler's at its
+            // start, and no other state is needed.
+            let chord = heading - self.field.grid_heading() - 0.5 * turn;
+            let step = Step {
+                sin_cos: sin_cos(chord),
+                travel,
+                turn,
+                gains: self.gains.at(v),
+                information: self.field.factors_at(lanes(&x), lanes(&y), heading),
+            };
+            covariances.step(&self.model, &step);
         }
+        covariances.zeta.into()
     }
 }
 
 impl Evaluator for CpcEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        self.evaluate_with(&GainTable::new(candidates.dt()), scene, candidates, should_stop)
+        self.evaluate_at(Level::new(), scene, candidates, should_stop)
     }
 }
 

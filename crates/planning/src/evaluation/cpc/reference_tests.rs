@@ -5,6 +5,7 @@ use nalgebra::{Matrix2x3, Matrix3, Matrix3x2, Vector3};
 use super::tests::{corridor, drives, evaluator, map, scene, uncertain, wandering, zeta};
 use super::*;
 use crate::geometry::{Pose2, Twist};
+use crate::numerics::sin_cos;
 use crate::random::{rng, standard_normal};
 use crate::sensor::LaserModel;
 
@@ -24,7 +25,7 @@ pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<Lin
         .map(|i| {
             let (v, omega, dt) = (set.all_states().v[i], set.all_states().omega[i], set.dt());
             let (s, c) = sin_cos(set.all_states().heading[i] - 0.5 * omega * dt);
-            let gain = gains.at(v);
+            let gain = lqr::tests::at(&gains, v);
             let k = Matrix2x3::new(gain.along, 0.0, 0.0, 0.0, gain.across, gain.heading)
                 * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
             due += (v * dt / evaluator.params.update_min_d)

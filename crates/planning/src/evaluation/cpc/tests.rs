@@ -4,6 +4,7 @@ use super::reference_tests::linearise;
 use super::*;
 use crate::geometry::{Pose2, Twist};
 use crate::motion;
+use crate::numerics::sin_cos;
 use crate::occupancy::{OccupancyGrid, StaticMap};
 use crate::random::{Rng, rng, uniform};
 use crate::scene::{Belief, People};
@@ -91,8 +92,9 @@ fn zeta_falls_with_landmarks_and_only_through_feedback() {
 
     // With K = 0, Lambda + Sigma obeys P <- A P A^T + M', in which there is no C.
     let blind = lqr::tests::without_feedback();
-    let [rich, poor, none] =
-        evaluators.each_ref().map(|e| e.evaluate_with(&blind, &scene, &set, &|| false).unwrap()[0]);
+    let [rich, poor, none] = evaluators
+        .each_ref()
+        .map(|e| e.evaluate_with(&blind, Level::new(), &scene, &set, &|| false).unwrap()[0]);
     assert!((rich / none - 1.0).abs() < 1e-12 && (poor / none - 1.0).abs() < 1e-12, "{rich} {poor} {none}");
 }
 

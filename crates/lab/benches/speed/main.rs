@@ -1,0 +1,141 @@
+//! What the parts of a cycle cost, as ratios to the time of a plain loop that is taken in the same run: `cargo speed`.
+//! CONTRIBUTING.md says how to read it.
+//!
+//! The harness is our own: those that are maintained time a function alone, while here every figure is a ratio to a
+//! reference that meets the same noise, and is compared with a committed ratio instead of with the last run.
+
+#![expect(clippy::print_stdout, reason = "a benchmark prints its figures")]
+
+mod baseline;
+mod case;
+mod cycle;
+mod depot;
+mod generation;
+mod hall;
+mod localization;
+mod mission;
+mod peers;
+mod preparation;
+mod reference;
+mod simulation;
+mod terms;
+mod wire;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use comfy_table::{CellAlignment, Table};
+
+use baseline::Baseline;
+use case::{Case, Measured};
+use reference::Reference;
+
+/// How often a case that seems to be slower than before is measured again: most of them met other work.
+const SECOND_LOOKS: usize = 2;
+
+/// Times each part of a cycle; r is the time of a plain loop in the same run.
+#[derive(Parser)]
+struct Options {
+    /// Only cases whose names begin with one of these.
+    only: Vec<String>,
+    /// Fail if a case takes more than a tenth longer than in the baseline.
+    #[arg(long)]
+    check: bool,
+    /// Make what is measured the baseline.
+    #[arg(long, conflicts_with = "check")]
+    write: bool,
+    /// Do each case N times and time nothing: put a profiler in front.
+    #[arg(long, value_name = "N", conflicts_with_all = ["check", "write"])]
+    times: Option<usize>,
+    /// Cargo says so to every benchmark.
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// How the names of a theme's cases begin, and what makes them.
+type Theme = (&'static [&'static str], fn() -> anyhow::Result<Vec<Case>>);
+
+const THEMES: [Theme; 8] = [
+    (&["term/"], terms::cases),
+    (&["generate/"], generation::cases),
+    (&["rrt-star/"], depot::cases),
+    (&["prepare/"], preparation::cases),
+    (&["localize/"], localization::cases),
+    (&["simulate/"], simulation::cases),
+    (&["encode/", "decode/"], wire::cases),
+    (&["cycle/"], cycle::cases),
+];
+
+fn main() -> anyhow::Result<ExitCode> {
+    let options = Options::parse();
+    let mut reference = Reference::new();
+    reference::check(&mut reference)?;
+    let baseline = Baseline::read()?;
+    let is_asked =
+        |name: &str| options.only.is_empty() || options.only.iter().any(|o| name.starts_with(o.as_str()));
+    let (mut rows, mut found) = (Vec::new(), false);
+    for (theme, cases) in THEMES {
+        // Making the cases takes time as well.
+        if !theme.iter().any(|t| is_asked(t) || options.only.iter().any(|asked| asked.starts_with(t))) {
+            continue;
+        }
+        for mut case in cases()?.into_iter().filter(|case| is_asked(&case.name)) {
+            found = true;
+            if let Some(times) = options.times {
+                case.run(times);
+                continue;
+            }
+            let mut measured = case.measure(&mut reference);
+            for _ in 0..SECOND_LOOKS {
+                if baseline.is_worse(&case.name, measured.ratio()) {
+                    measured = measured.or(case.measure(&mut reference));
+                }
+            }
+            rows.push((case.name, measured));
+        }
+    }
+    anyhow::ensure!(found, "no case has a name that begins so; without a name all are measured");
+    if options.times.is_some() {
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("{}", table(&rows, &baseline));
+    let worse: Vec<&str> = rows
+        .iter()
+        .filter(|(name, m)| baseline.is_worse(name, m.ratio()))
+        .map(|row| row.0.as_str())
+        .collect();
+    if !worse.is_empty() {
+        println!("slower than the baseline by more than a tenth: {}", worse.join(", "));
+    }
+    if options.write {
+        baseline.write(rows.iter().map(|(name, measured)| (name.clone(), measured.ratio())))?;
+    }
+    Ok(ExitCode::from(u8::from(options.check && !worse.is_empty())))
+}
+
+fn table(rows: &[(String, Measured)], baseline: &Baseline) -> Table {
+    let mut table = Table::new();
+    let header = ["case", "ms", "r ms", "in r", "baseline", "change", "peer", "note"];
+    table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY).set_header(header);
+    let ms = |time: std::time::Duration| 1e3 * time.as_secs_f64();
+    for (name, measured) in rows {
+        let ratio = measured.ratio();
+        let before = baseline.of(name);
+        table.add_row([
+            name.clone(),
+            format!("{:.4}", ms(measured.time)),
+            format!("{:.3}", ms(measured.reference)),
+            format!("{ratio:.4}"),
+            before.map_or_else(String::new, |before| format!("{before:.4}")),
+            before.map_or_else(String::new, |before| format!("{:+.0} %", 100.0 * (ratio / before - 1.0))),
+            peers::of(name).map_or_else(String::new, |(peer, who)| format!("{:.1} x {who}", peer / ratio)),
+            measured.note.clone(),
+        ]);
+    }
+    for column in 1..6 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}

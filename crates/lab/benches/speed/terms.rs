@@ -1,0 +1,37 @@
+//! The cost terms, on the batch of the budgets and on that of an ordinary cycle.
+
+use std::sync::Arc;
+
+use curionav_planning::evaluation::Evaluator;
+use curionav_planning::profile::Profile;
+use curionav_planning::terms::{self, Task};
+
+use crate::case::Case;
+use crate::hall;
+
+/// Each built-in term alone, and those of the paper's planner together.
+pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
+    let (map, scene) = (hall::map()?, Arc::new(hall::scene()));
+    let task = Task { goal: hall::GOAL, ..Task::default() };
+    let built = |term: &&'static str| {
+        let evaluator = terms::evaluator(term, &Profile::default(), &task, &map);
+        anyhow::Ok((*term, evaluator.map_err(|e| anyhow::anyhow!("{term}: {e}"))?))
+    };
+    let evaluators: Vec<(&str, Arc<dyn Evaluator>)> =
+        terms::NAMES.iter().map(built).collect::<Result<_, _>>()?;
+    let of_paper: Vec<_> = evaluators.iter().filter(|(term, _)| *term != "risk").cloned().collect();
+    let mut cases = Vec::new();
+    for (size, count, steps, dt) in [("2000x56", 2000, 56, 0.1), ("100x13", 100, 13, 0.3)] {
+        let candidates = Arc::new(hall::candidates(count, steps, dt)?);
+        let case = |name: &str, evaluators: Vec<(&'static str, Arc<dyn Evaluator>)>| {
+            let (scene, candidates) = (Arc::clone(&scene), Arc::clone(&candidates));
+            Case::new(format!("term/{name}/{size}"), move || {
+                let costs = |(_, e): &(_, Arc<dyn Evaluator>)| e.evaluate(&scene, &candidates, &|| false);
+                evaluators.iter().map(costs).collect::<Vec<_>>()
+            })
+        };
+        cases.extend(evaluators.iter().map(|(term, e)| case(term, vec![(*term, Arc::clone(e))])));
+        cases.push(case("cnc+cpc+distance", of_paper.clone()));
+    }
+    Ok(cases)
+}
