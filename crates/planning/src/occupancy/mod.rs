@@ -1,6 +1,7 @@
 //! The static world: occupancy grid, its map_server files, and the fields derived from it.
 
 mod distance_transform;
+mod front;
 mod geodesic;
 mod grid;
 #[cfg(feature = "map-files")]

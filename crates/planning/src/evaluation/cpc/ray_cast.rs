@@ -2,6 +2,7 @@
 
 use crate::occupancy::DistanceField;
 
+/// Where a ray ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Hit {
     /// Length of the ray, cells.
@@ -15,6 +16,15 @@ pub(super) struct RayCaster<'a> {
     width: usize,
     height: usize,
     per_metre: f64,
+}
+
+/// A ray under way.
+#[derive(Clone, Copy)]
+struct Ray {
+    range: f64,
+    /// Column and row one step ago, if that step was so short that it may have cut a corner.
+    before: Option<(u32, u32)>,
+    hit: Option<Hit>,
 }
 
 impl<'a> RayCaster<'a> {
@@ -32,38 +42,62 @@ impl<'a> RayCaster<'a> {
         f64::from(self.metres[row * self.width + column]) * self.per_metre
     }
 
-    /// First occupied cell from (x, y) towards the unit vector (dx, dy), not farther than `reach`.
-    /// Unknown cells are looked through. Range is good to half a cell.
-    pub(super) fn cast(&self, (x, y): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> Option<Hit> {
-        let (mut range, mut before) = (0.0, None::<(usize, usize)>);
-        while range <= reach {
-            let (px, py) = (x + range * dx, y + range * dy);
-            if px < 0.0 || py < 0.0 {
-                return None;
+    /// First occupied cell from `from` towards each of N unit vectors, not farther than `reach`, if there is one.
+    /// Unknown cells are looked through. Ranges are good to half a cell.
+    ///
+    /// All rays take their steps in turn: each step waits for memory, and the steps of other rays fill the time.
+    pub(super) fn cast<const N: usize>(
+        &self,
+        from: (f64, f64),
+        directions: &[(f64, f64); N],
+        reach: f64,
+    ) -> [Option<Hit>; N] {
+        let mut rays = [Ray { range: 0.0, before: None, hit: None }; N];
+        let (mut open, mut count): ([usize; N], usize) = (std::array::from_fn(|i| i), N);
+        while count > 0 {
+            let mut left = 0;
+            for k in 0..count {
+                let i = open[k];
+                let goes_on = self.step(&mut rays[i], from, directions[i], reach);
+                open[left] = i;
+                left += usize::from(goes_on);
             }
-            let (column, row) = (px as usize, py as usize);
-            if column >= self.width || row >= self.height {
-                return None;
-            }
-            let cell = row * self.width + column;
-            let clearance = self.clearance(column, row);
-            if clearance == 0.0 {
-                return Some(Hit { range, cell });
-            }
-            // Between two steps that change both indices lies a third cell. A ray must not slip
-            // through the joint of two cells that touch in a corner.
-            if let Some((c, r)) = before.filter(|&(c, r)| c != column && r != row) {
-                let corner = [row * self.width + c, r * self.width + column];
-                if let Some(&cell) = corner.iter().find(|&&i| self.metres[i] == 0.0) {
-                    return Some(Hit { range, cell });
-                }
-            }
-            // Neither the point nor the nearest obstacle's edge is at a cell's centre.
-            let step = clearance - std::f64::consts::SQRT_2;
-            before = (step < Self::SHORTEST).then_some((column, row));
-            range += step.max(Self::SHORTEST);
+            count = left;
         }
-        None
+        rays.map(|ray| ray.hit)
+    }
+
+    /// One step of a ray; whether there is another.
+    #[inline(always)]
+    fn step(&self, ray: &mut Ray, (x, y): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> bool {
+        let (px, py) = (x + ray.range * dx, y + ray.range * dy);
+        // Conversions to 32 bits are faster. What is left of the grid or below it becomes 0.
+        let (column, row) = (px as u32, py as u32);
+        let inside =
+            (px >= 0.0) & (py >= 0.0) & ((column as usize) < self.width) & ((row as usize) < self.height);
+        if !inside {
+            return false;
+        }
+        let cell = row as usize * self.width + column as usize;
+        let clearance = f64::from(self.metres[cell]) * self.per_metre;
+        if clearance == 0.0 {
+            ray.hit = Some(Hit { range: ray.range, cell });
+            return false;
+        }
+        // Between two steps that change both indices lies a third cell. A ray must not slip through the joint of two
+        // cells that touch in a corner.
+        if let Some((c, r)) = ray.before.filter(|&(c, r)| c != column && r != row) {
+            let corner = [row as usize * self.width + c as usize, r as usize * self.width + column as usize];
+            if let Some(&cell) = corner.iter().find(|&&i| self.metres[i] == 0.0) {
+                ray.hit = Some(Hit { range: ray.range, cell });
+                return false;
+            }
+        }
+        // Neither the point nor the nearest obstacle's edge is at a cell's centre.
+        let step = clearance - std::f64::consts::SQRT_2;
+        ray.before = (step < Self::SHORTEST).then_some((column, row));
+        ray.range += step.max(Self::SHORTEST);
+        ray.range <= reach
     }
 }
 
@@ -94,7 +128,7 @@ mod tests {
                 }
                 (field.cell(y as usize * 100 + x as usize) == 0.0).then_some(Some(t))
             });
-            let fast = caster.cast(from, (c, s), 80.0).map(|h| h.range);
+            let fast = caster.cast(from, &[(c, s)], 80.0)[0].map(|h| h.range);
             let same = match (slow.flatten(), fast) {
                 (Some(a), Some(b)) => (a - b).abs() <= 0.51,
                 (None, None) => true,
@@ -117,7 +151,7 @@ mod tests {
         for _ in 0..2000 {
             let from = (5.0 + 10.0 * uniform(&mut r), 5.0 + 10.0 * uniform(&mut r));
             let (s, c) = sin_cos(0.5 + 0.57 * uniform(&mut r));
-            assert!(caster.cast(from, (c, s), 60.0).is_some(), "leaked from {from:?} towards {c} {s}");
+            assert!(caster.cast(from, &[(c, s)], 60.0)[0].is_some(), "leaked from {from:?} towards {c} {s}");
         }
     }
 }
