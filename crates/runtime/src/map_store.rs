@@ -9,6 +9,7 @@ use curionav_schemas::{self as wire, MapId, Refusal, Reject, keys};
 use zenoh::Session;
 
 use crate::convert;
+use crate::cores::Cores;
 use crate::metrics::Tally;
 use crate::query::{AskError, fetch_from_all};
 use crate::serve::{ServeError, Server, serve_state};
@@ -58,6 +59,13 @@ impl MapStore {
         store
     }
 
+    /// The map of this grid, which is here already.
+    pub fn insert(&self, grid: OccupancyGrid) -> Arc<StaticMap> {
+        let id = MapId(grid.hash());
+        let Ok(map) = self.maps.get_or_try(&id, || Ok::<_, Infallible>(StaticMap::by(&Cores::all(), grid)));
+        map
+    }
+
     /// The maps kept.
     pub fn ids(&self) -> Vec<MapId> {
         self.maps.keys()
@@ -76,7 +84,8 @@ impl MapStore {
                 return Err(missing("this process does not fetch maps".into()));
             };
             let fetched = runtime.block_on(fetch(session, id, FETCH_TIMEOUT));
-            fetched.map(StaticMap::new).map_err(|e| missing(e.to_string()))
+            let grid = fetched.map_err(|e| missing(e.to_string()))?;
+            Ok(StaticMap::by(&Cores::all(), grid))
         })
     }
 }

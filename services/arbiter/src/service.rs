@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
@@ -51,14 +51,14 @@ struct Arbiter {
 /// Plans for one robot until `shutdown`; `on_ready` is called once it follows missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready } = start;
+        let Start { config, session, fields, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("arbiter", config, session) => service?,
         };
         let missions = service.inbox("mission")?;
         let mut arbiter = Arbiter {
-            fields: Fields::new(session),
+            fields: fields.clone(),
             in_process: config.in_process,
             pool: Arc::new(Pool::counted(ZenohPeers::new(session)?, service.counts.refused.clone())),
             keeping_ready: JoinSet::new(),

@@ -7,8 +7,8 @@ use std::time::Instant;
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
@@ -45,11 +45,11 @@ struct Localization {
 /// Localizes one robot until `shutdown`; `on_ready` is called once it follows missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, shutdown, on_ready } = start;
+        let Start { config, session, fields, shutdown, on_ready } = start;
         let service = RobotService::new("localizer", config, session);
         let missions = service.inbox("mission")?;
         let mut localization = Localization {
-            fields: Fields::new(session),
+            fields: fields.clone(),
             scans: Latest::new(service.inbox("scan")?),
             odometry: Latest::new(service.inbox("odom")?),
             recent_scans: Vec::new(),
