@@ -14,6 +14,7 @@ use zenoh::Session;
 use crate::cores::Cores;
 use crate::map_store::MapStore;
 use crate::single_flight_cache::SingleFlightCache;
+use crate::telemetry::timed;
 
 /// Distance fields kept: a robot has one goal at a time. On a map of 350 000 cells a distance field is 2.8 MB, so a
 /// pool of robots with 32 goals fills 90 MB.
@@ -97,7 +98,7 @@ impl Fields {
         derive: impl FnOnce() -> V,
     ) -> Result<Arc<V>, Reject> {
         if self.derives {
-            return kept.get_or_try(key, || Ok(derive()));
+            return kept.get_or_try(key, || Ok(timed(what, derive)));
         }
         kept.get(key).ok_or_else(|| cold(what))
     }

@@ -14,6 +14,7 @@ use crate::metrics::Tally;
 use crate::query::{AskError, fetch_from_all};
 use crate::serve::{ServeError, Server, serve_state};
 use crate::single_flight_cache::SingleFlightCache;
+use crate::telemetry::timed;
 
 /// Maps kept by one process: a robot works on one or two at a time.
 const MAPS_KEPT: usize = 4;
@@ -33,6 +34,10 @@ pub async fn fetch(session: &Session, id: MapId, timeout: Duration) -> Result<Oc
         if grid.hash() == id.0 { Ok(grid) } else { Err(Refusal::WrongMap.at("map")) }
     };
     fetch_from_all(session, &keys::map(&id), timeout, accept).await
+}
+
+fn static_map(grid: OccupancyGrid) -> StaticMap {
+    timed("distances to walls", || StaticMap::by(&Cores::all(), grid))
 }
 
 /// Fetches maps on a miss and keeps them with their distance fields.
@@ -62,7 +67,7 @@ impl MapStore {
     /// The map of this grid, which is here already.
     pub fn insert(&self, grid: OccupancyGrid) -> Arc<StaticMap> {
         let id = MapId(grid.hash());
-        let Ok(map) = self.maps.get_or_try(&id, || Ok::<_, Infallible>(StaticMap::by(&Cores::all(), grid)));
+        let Ok(map) = self.maps.get_or_try(&id, || Ok::<_, Infallible>(static_map(grid)));
         map
     }
 
@@ -84,8 +89,7 @@ impl MapStore {
                 return Err(missing("this process does not fetch maps".into()));
             };
             let fetched = runtime.block_on(fetch(session, id, FETCH_TIMEOUT));
-            let grid = fetched.map_err(|e| missing(e.to_string()))?;
-            Ok(StaticMap::by(&Cores::all(), grid))
+            Ok(static_map(fetched.map_err(|e| missing(e.to_string()))?))
         })
     }
 }

@@ -146,9 +146,15 @@ impl OccupancyGrid {
     /// Continuous cell coordinates (column, row) of a point of the map frame: cell (i, j) covers
     /// [i, i+1) x [j, j+1). May lie outside the grid.
     pub fn grid_from_map(&self, p: Point2) -> (f64, f64) {
+        let q = self.from_corner(p);
+        (q.x / self.resolution, q.y / self.resolution)
+    }
+
+    /// A point of the map frame in the grid's axes, metres from its lower-left corner.
+    pub fn from_corner(&self, p: Point2) -> Point2 {
         let (s, c) = self.turn;
         let (dx, dy) = (p.x - self.origin.x, p.y - self.origin.y);
-        ((c * dx + s * dy) / self.resolution, (-s * dx + c * dy) / self.resolution)
+        Point2::new(c * dx + s * dy, -s * dx + c * dy)
     }
 
     /// The point of the map frame at the continuous cell coordinates (column, row).

@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use crate::evaluation::cpc::ray_cast::{Hit, RayCaster};
 use crate::evaluation::cpc::wall_normals::WallNormals;
 use crate::numerics::sin_cos;
-use crate::occupancy::StaticMap;
+use crate::occupancy::{Hit, RayCaster, StaticMap};
 use crate::sensor::LaserModel;
 
 crate::parameters! {
@@ -67,7 +66,7 @@ impl<'a> Fan<'a> {
         let headings = if all_around { 1 } else { HEADINGS };
         let seen_by = (0..FAN).map(|i| seen_by(headings, |h| weight(h, i))).collect();
         Self {
-            caster: RayCaster::new(&map.to_occupied, grid.resolution()),
+            caster: RayCaster::new(map),
             normals: WallNormals::new(grid),
             directions: std::array::from_fn(|i| {
                 let (s, c) = sin_cos(i as f64 * spacing);
@@ -89,7 +88,7 @@ impl<'a> Fan<'a> {
     /// What a scan from the point (x, y), in cells, tells at each heading, into `headings`; whether any ray ends in
     /// range. Every sum is over the rays in their order.
     pub(super) fn cast(&self, x: f64, y: f64, headings: &mut [Information]) -> bool {
-        if self.caster.clearance(x as usize, y as usize) > self.reach + 2.0 {
+        if self.caster.clearance(x as i64, y as i64).is_none_or(|clear| clear > self.reach + 2.0) {
             return false;
         }
         headings.fill([0.0; 6]);

@@ -1,17 +1,23 @@
-//! Rays through an occupancy grid, by sphere tracing over the distance to occupied cells.
+//! How far a ray goes until it meets something: sphere tracing over the distance to occupied cells (Hart, 1996).
 
-use crate::occupancy::DistanceField;
+use crate::occupancy::StaticMap;
 
 /// Where a ray ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Hit {
+pub struct Hit {
     /// Length of the ray, cells.
-    pub(super) range: f64,
-    pub(super) cell: usize,
+    pub range: f64,
+    /// Index of the cell that it meets.
+    pub cell: usize,
 }
 
-/// Casts rays over one grid; all lengths in cells, all directions in the grid's axes.
-pub(super) struct RayCaster<'a> {
+/// Casts rays over one grid against its occupied cells; all lengths in cells, all directions in the grid's axes.
+/// Unknown cells are looked through, and there is nothing outside the grid.
+///
+/// There are two ways to go: [`Self::cast`] for many rays from one point, which is fast, and [`Self::range`] for exact
+/// lengths.
+#[derive(Debug, Clone, Copy)]
+pub struct RayCaster<'a> {
     metres: &'a [f32],
     width: usize,
     height: usize,
@@ -30,23 +36,59 @@ struct Ray {
 impl<'a> RayCaster<'a> {
     /// Step beside a wall, cells: never more than one new column and one new row at a time.
     const SHORTEST: f64 = 0.5;
+    /// What the distance from a cell's centre to a wall's centre may fall short of the distance from a
+    /// point of the one to a point of the other: a diagonal, rounded up.
+    const SLACK: f64 = 1.42;
 
-    /// `to_occupied` over cells of `resolution` metres.
-    pub(super) fn new(to_occupied: &'a DistanceField, resolution: f64) -> Self {
-        let (width, height) = to_occupied.size();
-        Self { metres: to_occupied.metres(), width, height, per_metre: 1.0 / resolution }
+    /// Casts rays over `map`.
+    pub fn new(map: &'a StaticMap) -> Self {
+        let (width, height) = map.to_occupied.size();
+        Self { metres: map.to_occupied.metres(), width, height, per_metre: 1.0 / map.grid.resolution() }
     }
 
-    /// Distance from a cell's centre to the nearest occupied one's, cells.
-    pub(super) fn clearance(&self, column: usize, row: usize) -> f64 {
-        f64::from(self.metres[row * self.width + column]) * self.per_metre
+    /// Distance from a cell's centre to the nearest occupied one's, cells; none outside the grid.
+    #[inline]
+    pub fn clearance(&self, column: i64, row: i64) -> Option<f64> {
+        let inside = column >= 0 && row >= 0 && column < self.width as i64 && row < self.height as i64;
+        inside.then(|| f64::from(self.metres[row as usize * self.width + column as usize]) * self.per_metre)
     }
 
-    /// First occupied cell from `from` towards each of N unit vectors, not farther than `reach`, if there is one.
-    /// Unknown cells are looked through. Ranges are good to half a cell.
+    /// Length of the ray from `origin` towards a unit vector to the first occupied cell, if it meets one before `reach`:
+    /// exact, from cell to cell (Amanatides and Woo, 1987), with leaps where nothing is near.
+    pub fn range(&self, (ox, oy): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> Option<f64> {
+        let (inverse_x, inverse_y) = (1.0 / dx, 1.0 / dy);
+        let (mut column, mut row) = (ox.floor() as i64, oy.floor() as i64);
+        let mut t = 0.0_f64;
+        while t < reach {
+            let clearance = self.clearance(column, row)?;
+            if clearance == 0.0 {
+                return Some(t);
+            }
+            let leap = clearance - Self::SLACK;
+            if leap > 1.0 {
+                t += leap;
+                column = (ox + t * dx).floor() as i64;
+                row = (oy + t * dy).floor() as i64;
+                continue;
+            }
+            let to_column = edge(column, ox, dx, inverse_x);
+            let to_row = edge(row, oy, dy, inverse_y);
+            if to_column < to_row {
+                t = t.max(to_column);
+                column += if dx > 0.0 { 1 } else { -1 };
+            } else {
+                t = t.max(to_row);
+                row += if dy > 0.0 { 1 } else { -1 };
+            }
+        }
+        None
+    }
+
+    /// First occupied cell from `from` towards each of N unit vectors, not farther than `reach`, if there is one. Lengths
+    /// are good to half a cell.
     ///
     /// All rays take their steps in turn: each step waits for memory, and the steps of other rays fill the time.
-    pub(super) fn cast<const N: usize>(
+    pub fn cast<const N: usize>(
         &self,
         from: (f64, f64),
         directions: &[(f64, f64); N],
@@ -101,6 +143,17 @@ impl<'a> RayCaster<'a> {
     }
 }
 
+/// Length of a ray where it leaves the cell along one axis.
+fn edge(cell: i64, origin: f64, direction: f64, inverse: f64) -> f64 {
+    if direction > 0.0 {
+        ((cell + 1) as f64 - origin) * inverse
+    } else if direction < 0.0 {
+        (cell as f64 - origin) * inverse
+    } else {
+        f64::INFINITY
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,8 +167,8 @@ mod tests {
         let mut r = rng(1, 0);
         let cells: Vec<i8> = (0..10_000).map(|_| if uniform(&mut r) < 0.01 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(100, 100, 0.05, Pose2::default(), cells).unwrap();
-        let field = DistanceField::to_occupied(&grid);
-        let caster = RayCaster::new(&field, 0.05);
+        let map = StaticMap::new(grid);
+        let caster = RayCaster::new(&map);
         let mut differences = 0;
         for _ in 0..2000 {
             let from = (100.0 * uniform(&mut r), 100.0 * uniform(&mut r));
@@ -126,7 +179,7 @@ mod tests {
                 if !inside {
                     return Some(None);
                 }
-                (field.cell(y as usize * 100 + x as usize) == 0.0).then_some(Some(t))
+                (map.to_occupied.cell(y as usize * 100 + x as usize) == 0.0).then_some(Some(t))
             });
             let fast = caster.cast(from, &[(c, s)], 80.0)[0].map(|h| h.range);
             let same = match (slow.flatten(), fast) {
@@ -145,8 +198,8 @@ mod tests {
     fn a_one_cell_diagonal_wall_does_not_leak() {
         let cells = (0..2500).map(|i| if i % 50 + i / 50 == 50 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(50, 50, 0.05, Pose2::default(), cells).unwrap();
-        let field = DistanceField::to_occupied(&grid);
-        let caster = RayCaster::new(&field, 0.05);
+        let map = StaticMap::new(grid);
+        let caster = RayCaster::new(&map);
         let mut r = rng(2, 0);
         for _ in 0..2000 {
             let from = (5.0 + 10.0 * uniform(&mut r), 5.0 + 10.0 * uniform(&mut r));
