@@ -16,6 +16,7 @@ use curionav_schemas::Clock;
 use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::fields::Fields;
 use curionav_runtime::print::print;
 use curionav_simulator::Prepared;
 
@@ -78,7 +79,8 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
 /// A scenario as it would be run.
 fn prepared(file: &Path) -> anyhow::Result<Prepared> {
     let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
-    curionav_simulator::prepare(&package.request, "robot").map_err(|reject| package.refusal(&reject))
+    curionav_simulator::prepare(&package.request, "robot", &Fields::of_maps([]))
+        .map_err(|reject| package.refusal(&reject))
 }
 
 fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {

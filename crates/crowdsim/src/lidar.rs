@@ -1,11 +1,8 @@
 //! The laser as it really measures: rays against the map and against people, with noise.
-//!
-//! Rays step from cell to cell exactly (Amanatides and Woo, 1987), and leap where the distance field
-//! says that nothing is near (sphere tracing; Hart, 1996).
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{atan2, sin_cos};
-use curionav_planning::occupancy::StaticMap;
+use curionav_planning::occupancy::{RayCaster, StaticMap};
 use curionav_planning::random::{Rng, standard_normal};
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
@@ -75,9 +72,7 @@ fn shorten(laser: &LaserModel, directions: &[(f64, f64)], ranges: &mut [f64], ce
 
 /// Rays from one point against the occupied cells of a map.
 pub(crate) struct Rays<'a> {
-    cells: &'a [f32],
-    width: usize,
-    height: usize,
+    caster: RayCaster<'a>,
     resolution: f64,
     /// Origin in cell units.
     origin: (f64, f64),
@@ -86,22 +81,12 @@ pub(crate) struct Rays<'a> {
 }
 
 impl<'a> Rays<'a> {
-    /// What the distance from a cell's centre to a wall's centre may fall short of the distance from a
-    /// point of the one to a point of the other: a diagonal, rounded up.
-    const SLACK: f64 = 1.42;
-
     /// Rays from `origin`, map frame.
     pub(crate) fn new(map: &'a StaticMap, origin: Point2) -> Self {
         let grid = &map.grid;
         let (s, c) = sin_cos(-grid.origin().heading);
-        Self {
-            cells: map.to_occupied.metres(),
-            width: grid.width(),
-            height: grid.height(),
-            resolution: grid.resolution(),
-            origin: grid.grid_from_map(origin),
-            turn: (c, s),
-        }
+        let (caster, origin) = (RayCaster::new(map), grid.grid_from_map(origin));
+        Self { caster, resolution: grid.resolution(), origin, turn: (c, s) }
     }
 
     /// Distance along the unit vector `direction` (map frame) to the first occupied cell, metres;
@@ -110,50 +95,9 @@ impl<'a> Rays<'a> {
         let (c, s) = self.turn;
         let dx = c * direction.0 - s * direction.1;
         let dy = s * direction.0 + c * direction.1;
-        let (ox, oy) = self.origin;
-        let (inverse_x, inverse_y) = (1.0 / dx, 1.0 / dy);
-        let per_metre = 1.0 / self.resolution;
-        let limit = range_max * per_metre;
-        let (mut column, mut row) = (ox.floor() as i64, oy.floor() as i64);
-        let mut t = 0.0_f64;
-        while t < limit {
-            let outside = column < 0 || row < 0 || column >= self.width as i64 || row >= self.height as i64;
-            if outside {
-                return range_max;
-            }
-            let distance = self.cells[row as usize * self.width + column as usize];
-            if distance == 0.0 {
-                return t * self.resolution;
-            }
-            let leap = f64::from(distance) * per_metre - Self::SLACK;
-            if leap > 1.0 {
-                t += leap;
-                column = (ox + t * dx).floor() as i64;
-                row = (oy + t * dy).floor() as i64;
-                continue;
-            }
-            let to_column = edge(column, ox, dx, inverse_x);
-            let to_row = edge(row, oy, dy, inverse_y);
-            if to_column < to_row {
-                t = t.max(to_column);
-                column += if dx > 0.0 { 1 } else { -1 };
-            } else {
-                t = t.max(to_row);
-                row += if dy > 0.0 { 1 } else { -1 };
-            }
-        }
-        range_max
-    }
-}
-
-/// Ray parameter at which the cell is left along one axis.
-fn edge(cell: i64, origin: f64, direction: f64, inverse: f64) -> f64 {
-    if direction > 0.0 {
-        ((cell + 1) as f64 - origin) * inverse
-    } else if direction < 0.0 {
-        (cell as f64 - origin) * inverse
-    } else {
-        f64::INFINITY
+        let reach = range_max * (1.0 / self.resolution);
+        let range = self.caster.range(self.origin, (dx, dy), reach);
+        range.map_or(range_max, |range| range * self.resolution)
     }
 }
 

@@ -1,6 +1,7 @@
 //! All services in this process, over one session without a network.
 
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::process::Start;
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
@@ -21,19 +22,21 @@ impl Embedded {
     /// Starts them all and waits until each serves.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
         let session = session::embedded().await?;
+        let fields = Fields::new(&session);
         let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
         for &kind in Kind::ALL {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
-            let (config, session) =
-                (ServiceConfig { instance: kind.name().into(), ..config.clone() }, session.clone());
+            let config = ServiceConfig { instance: kind.name().into(), ..config.clone() };
+            let (session, fields) = (session.clone(), fields.clone());
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // The receiver is gone if another service failed first.
                 let on_ready = Box::new(move |_| {
                     let _ = ready.send(());
                 });
-                let start = Start { config: &config, session: &session, shutdown: token, on_ready };
+                let (config, session, fields) = (&config, &session, &fields);
+                let start = Start { config, session, fields, shutdown: token, on_ready };
                 (kind, kind.service()(start).await)
             });
             tokio::select! {

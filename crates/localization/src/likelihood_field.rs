@@ -1,9 +1,9 @@
 //! The likelihood field: how well a beam that ends at a point fits the map (Thrun, Burgard and Fox,
 //! Probabilistic Robotics, 2005, section 6.4).
 
-use curionav_planning::geometry::Pose2;
+use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::{exp, ln, sin_cos};
-use curionav_planning::occupancy::{Cell, DistanceField, StaticMap};
+use curionav_planning::occupancy::{Cell, DistanceField, RayCaster, StaticMap};
 
 use crate::params::{LaserLikelihood, LocalizerParams};
 
@@ -21,11 +21,9 @@ pub(crate) struct LikelihoodField {
     last_row: i32,
     stride: usize,
     scores: Vec<f32>,
-    /// Distance to the nearest occupied cell's centre, cells.
-    clear: Vec<f32>,
     /// Score of a beam that ends right on a surface, the greatest there is.
     pub(crate) perfect: f32,
-    origin: Pose2,
+    map: StaticMap,
     cells_per_metre: f64,
 }
 
@@ -58,34 +56,31 @@ impl LikelihoodField {
             }) as f32
         };
         let (width, height) = map.to_occupied.size();
-        let (stride, cells_per_metre) = (width + 2, 1.0 / map.grid.resolution());
-        let bordered = |metres: &[f32], border: f32, value: &dyn Fn(f64) -> f32| {
-            let mut cells = vec![border; stride * (height + 2)];
-            for (row, distances) in metres.chunks_exact(width).enumerate() {
-                let start = (row + 1) * stride + 1;
-                for (cell, &d) in cells[start..start + width].iter_mut().zip(distances) {
-                    *cell = value(f64::from(d));
-                }
+        let stride = width + 2;
+        let mut scores = vec![score(params.max_distance); stride * (height + 2)];
+        let (surface, mut known) = (to_surface(map), Known::new(&score));
+        for (row, distances) in surface.chunks_exact(width).enumerate() {
+            let start = (row + 1) * stride + 1;
+            for (cell, &distance) in scores[start..start + width].iter_mut().zip(distances) {
+                *cell = known.score(distance);
             }
-            cells
-        };
+        }
         Self {
-            // Beyond the map nothing is known to be met.
-            clear: bordered(map.to_occupied.metres(), BEYOND, &|d| (d * cells_per_metre) as f32),
             last_column: width as i32 + 1,
             last_row: height as i32 + 1,
             stride,
-            scores: bordered(&to_surface(map), score(params.max_distance), &score),
+            scores,
             perfect: score(0.0),
-            origin: map.grid.origin(),
-            cells_per_metre,
+            map: map.clone(),
+            cells_per_metre: 1.0 / map.grid.resolution(),
         }
     }
 
     /// A robot pose, ready for [`Self::score`].
     pub(crate) fn pose(&self, x: f64, y: f64, heading: f64) -> FieldPose {
-        let p = self.origin.inverse_transform(Pose2::new(x, y, 0.0).position());
-        let (s, c) = sin_cos(heading - self.origin.heading);
+        let grid = &self.map.grid;
+        let p = grid.from_corner(Point2::new(x, y));
+        let (s, c) = sin_cos(heading - grid.origin().heading);
         FieldPose {
             column: (p.x * self.cells_per_metre + 1.0) as f32,
             row: (p.y * self.cells_per_metre + 1.0) as f32,
@@ -98,15 +93,16 @@ impl LikelihoodField {
     #[inline]
     pub(crate) fn score(&self, pose: FieldPose, x: f32, y: f32) -> f32 {
         let (column, row) = pose.place(x, y);
-        self.scores[self.index(column, row)]
+        let (column, row) = self.bordered(column, row);
+        self.scores[row * self.stride + column]
     }
 
+    /// Column and row of a place, border included.
     #[inline]
-    fn index(&self, column: f32, row: f32) -> usize {
+    fn bordered(&self, column: f32, row: f32) -> (usize, usize) {
         // The cast cuts towards zero: what lies between -1 and 0 is border too.
         let column = (column as i32).clamp(0, self.last_column) as usize;
-        let row = (row as i32).clamp(0, self.last_row) as usize;
-        row * self.stride + column
+        (column, (row as i32).clamp(0, self.last_row) as usize)
     }
 
     /// Whether an obstacle lies between two points of the robot frame, metres, or the first is in one: steps
@@ -121,9 +117,10 @@ impl LikelihoodField {
             room / by.abs() * length
         };
         let end = leaves(x, dx, self.last_column).min(leaves(y, dy, self.last_row)).min(RESOLVED);
-        let (mut share, mut travelled) = (0.0, 0.0);
+        let (mut share, mut travelled, rays) = (0.0, 0.0, RayCaster::new(&self.map));
         loop {
-            let clear = self.clear[self.index(x + share * dx, y + share * dy)];
+            let (column, row) = self.bordered(x + share * dx, y + share * dy);
+            let clear = rays.clearance(column as i64 - 1, row as i64 - 1).map_or(BEYOND, |c| c as f32);
             if clear < 0.5 {
                 return true;
             }
@@ -143,6 +140,31 @@ const BEYOND: f32 = 2.0;
 /// Cells up to which half a cell more is another number in single precision.
 const RESOLVED: f32 = 8_388_608.0;
 
+/// A score by distance, with those found last: a map has few different distances.
+struct Known<F> {
+    score: F,
+    found: Vec<(f32, f32)>,
+}
+
+impl<F: Fn(f64) -> f32> Known<F> {
+    const PLACES_LOG2: u32 = 12;
+
+    fn new(score: F) -> Self {
+        let nought = (0.0, score(0.0));
+        Self { score, found: vec![nought; 1 << Self::PLACES_LOG2] }
+    }
+
+    fn score(&mut self, distance: f32) -> f32 {
+        // Multiplied by 2^32 over the golden ratio, numbers that are near each other lie far apart (Knuth).
+        let place = distance.to_bits().wrapping_mul(0x9E37_79B1) >> (32 - Self::PLACES_LOG2);
+        let found = &mut self.found[place as usize];
+        if found.0 != distance {
+            *found = (distance, (self.score)(f64::from(distance)));
+        }
+        found.1
+    }
+}
+
 /// Distance from each cell's centre to the nearest surface, metres: the side between an occupied cell and
 /// one that is not lies half a cell before either's centre.
 fn to_surface(map: &StaticMap) -> Vec<f32> {
@@ -154,7 +176,7 @@ fn to_surface(map: &StaticMap) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use curionav_planning::geometry::Point2;
+    use curionav_planning::geometry::Pose2;
     use curionav_planning::occupancy::OccupancyGrid;
     use curionav_planning::random::{rng, uniform};
 

@@ -73,9 +73,42 @@ impl Localizer {
         params: LocalizerParams,
         seed: u64,
     ) -> Result<Self, FieldError> {
+        let mut localizer = Self::without_particles(map, laser, noise, params, seed)?;
+        let most = localizer.params.particles_max;
+        // The first stream.
+        let mut random = rng(seed, 1);
+        for _ in 0..most {
+            let pose = localizer.free.draw(&localizer.map.grid, &mut random);
+            localizer.particles.push(pose, 1.0 / most as f64);
+        }
+        localizer.describe(None);
+        Ok(localizer)
+    }
+
+    /// The same filter, started around a known pose: [`Self::initialise`] without a search all over the map before.
+    pub fn starting_at(
+        map: StaticMap,
+        laser: LaserModel,
+        noise: OdometryNoise,
+        params: LocalizerParams,
+        seed: u64,
+        start: (Pose2, &Matrix3<f64>),
+    ) -> Result<Self, FieldError> {
+        let mut localizer = Self::without_particles(map, laser, noise, params, seed)?;
+        localizer.initialise(start.0, start.1);
+        Ok(localizer)
+    }
+
+    fn without_particles(
+        map: StaticMap,
+        laser: LaserModel,
+        noise: OdometryNoise,
+        params: LocalizerParams,
+        seed: u64,
+    ) -> Result<Self, FieldError> {
         params.check()?;
         let most = params.particles_max;
-        let mut localizer = Self {
+        Ok(Self {
             field: LikelihoodField::new(&map, laser.range_max, &params),
             free: FreeSpace::new(&map.grid),
             particles: Particles::default(),
@@ -85,7 +118,8 @@ impl Localizer {
             recovery: Recovery::default(),
             anchor: None,
             credit: 1.0,
-            streams: 0,
+            // The first is that of particles all over the map.
+            streams: 1,
             updates_since_resampling: 0,
             clusters: Clusters::default(),
             seen: Selection::default(),
@@ -93,14 +127,7 @@ impl Localizer {
             noise,
             params,
             seed,
-        };
-        let mut random = localizer.next_stream();
-        for _ in 0..most {
-            let pose = localizer.free.draw(&localizer.map.grid, &mut random);
-            localizer.particles.push(pose, 1.0 / most as f64);
-        }
-        localizer.describe(None);
-        Ok(localizer)
+        })
     }
 
     /// Starts over around a known pose.

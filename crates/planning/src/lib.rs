@@ -69,6 +69,7 @@
 //! | how it is driven | [`tracking`], [`motion`] |
 //! | what is in its way | [`collision`], [`collision_risk`], [`footprint`] |
 //! | every parameter, its range and the reason for it | [`profile`], [`parameters`](mod@parameters) |
+//! | how long work is shared by threads of the caller | [`workers`] |
 //! | geometry, and mathematics and random numbers that agree everywhere | [`geometry`], [`numerics`], [`random`] |
 //!
 //! # Features
@@ -98,6 +99,7 @@ pub mod states;
 pub mod terms;
 pub mod tracking;
 pub mod trajectory;
+pub mod workers;
 
 // Covariances are matrices of this version.
 pub use nalgebra;

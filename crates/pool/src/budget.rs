@@ -122,12 +122,13 @@ mod tests {
         // 100 ms between two cycles, 80 of them for both stages.
         let generation = Budget::of_generation(began, &mission, &StageTimes::default());
         assert_eq!(generation.until(1.0, began), 40 * MS);
-        let evaluation = |after: Duration| {
-            Budget::of_evaluation(began, began + after, &mission).until(1.0, began + after)
-        };
-        assert_eq!((evaluation(10 * MS), evaluation(40 * MS), evaluation(75 * MS)), (70 * MS, 40 * MS, 20 * MS));
+        let evaluation =
+            |after: Duration| Budget::of_evaluation(began, began + after, &mission).until(1.0, began + after);
+        assert_eq!(
+            (evaluation(10 * MS), evaluation(40 * MS), evaluation(75 * MS)),
+            (70 * MS, 40 * MS, 20 * MS)
+        );
         assert!((generation.spent(began + 10 * MS) - 0.25).abs() < 1e-9);
         assert!(generation.is_over(began + 40 * MS) && !generation.is_over(began + 39 * MS));
     }
-
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::evaluators;
-use crate::fields::Fields;
 use crate::question::{EvaluateQuestions, GenerateQuestion, MissionFields};
 use curionav_planning::arbitration::{self, Previous};
 use curionav_planning::candidates::CandidateSet;
@@ -18,6 +17,7 @@ use curionav_planning::profile::Profile;
 use curionav_planning::scene as planning;
 use curionav_planning::terms::{self, BuildError, DerivedFields, Task};
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
 
 /// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams

@@ -8,8 +8,8 @@ use curionav_runtime::process::{Running, Start};
 use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
 
 use crate::evaluators::evaluator;
-use crate::fields::Fields;
 use crate::pool_service;
+use curionav_runtime::fields::Fields;
 
 /// Serves `term`. A request without candidates warms the replica: it is answered once every field the request would
 /// need is there.

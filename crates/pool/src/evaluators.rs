@@ -8,8 +8,8 @@ use curionav_planning::profile::Profile;
 use curionav_planning::terms::{self, BuildError, BuiltIn, Task, Visitor};
 use curionav_schemas::{EvaluateRequest, Refusal, Reject, Value};
 
-use crate::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 
 /// The parameters `profile` gives for `term`, as they travel with every request.
 pub fn parameters(profile: &Profile, term: &str) -> Result<Value, Reject> {

@@ -10,8 +10,8 @@ use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
 use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject, keys};
 
-use crate::fields::Fields;
 use crate::pool_service;
+use curionav_runtime::fields::Fields;
 
 curionav_planning::parameters! {
     /// Parameters of one generation as they travel.

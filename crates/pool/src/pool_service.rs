@@ -8,7 +8,7 @@ use curionav_runtime::serve::{refusals, serve};
 use curionav_runtime::status::announce_service;
 use curionav_schemas::{Message, Reject, keys};
 
-use crate::fields::Fields;
+use curionav_runtime::fields::Fields;
 
 /// Serves `role`. `answer` is told when the question came, and also gives how many candidates are in the answer: they
 /// are counted, which `help` describes.
@@ -18,8 +18,7 @@ pub(crate) async fn run<Q: Message, A: Message>(
     start: Start<'_>,
     answer: impl Fn(&Fields, Q, Instant) -> Result<(usize, A), Reject> + Send + Sync + 'static,
 ) -> anyhow::Result<()> {
-    let Start { config, session, mut shutdown, on_ready } = start;
-    let fields = Fields::new(session);
+    let Start { config, session, fields, mut shutdown, on_ready } = start;
     let candidates: Counter = Counter::default();
     let (answering, counted) = (fields.clone(), candidates.clone());
     let handler = move |question: Q, came: Instant| {
@@ -31,6 +30,7 @@ pub(crate) async fn run<Q: Message, A: Message>(
     let server = serve(session, &key, (config.slots, config.queue), &refusals(), handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);
+    let fields = fields.clone();
     let prepared = move || fields.prepared();
     let announced = announce_service(config, &[("data", session)], metrics, server.counts(), prepared)?;
     on_ready(announced.metrics_address());

@@ -23,7 +23,7 @@ pub fn serve(session: &Session, instance: &str) -> Result<Queryable<()>, ServeEr
 /// The same as a service, until `shutdown`.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready } = start;
+        let Start { config, session, mut shutdown, on_ready, .. } = start;
         let _serving = serve(session, &config.instance)?;
         on_ready(None);
         shutdown.requested().await;

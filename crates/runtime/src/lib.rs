@@ -1,11 +1,14 @@
-//! What turns pure code into services: configuration, sessions, typed topics and queries, maps by content, telemetry,
+//! What turns pure code into services: configuration, sessions, typed topics and queries, maps by content and what is
+//! derived from them, telemetry,
 //! and the conversion between wire and domain types.
 
 pub mod config;
 pub mod convert;
+pub mod cores;
 pub mod echo;
 pub mod exit;
 pub mod fair_queue;
+pub mod fields;
 pub mod latency;
 pub mod locked;
 pub mod lockstep;

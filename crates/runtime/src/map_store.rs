@@ -9,10 +9,12 @@ use curionav_schemas::{self as wire, MapId, Refusal, Reject, keys};
 use zenoh::Session;
 
 use crate::convert;
+use crate::cores::Cores;
 use crate::metrics::Tally;
 use crate::query::{AskError, fetch_from_all};
 use crate::serve::{ServeError, Server, serve_state};
 use crate::single_flight_cache::SingleFlightCache;
+use crate::telemetry::timed;
 
 /// Maps kept by one process: a robot works on one or two at a time.
 const MAPS_KEPT: usize = 4;
@@ -32,6 +34,10 @@ pub async fn fetch(session: &Session, id: MapId, timeout: Duration) -> Result<Oc
         if grid.hash() == id.0 { Ok(grid) } else { Err(Refusal::WrongMap.at("map")) }
     };
     fetch_from_all(session, &keys::map(&id), timeout, accept).await
+}
+
+fn static_map(grid: OccupancyGrid) -> StaticMap {
+    timed("distances to walls", || StaticMap::by(&Cores::all(), grid))
 }
 
 /// Fetches maps on a miss and keeps them with their distance fields.
@@ -58,6 +64,13 @@ impl MapStore {
         store
     }
 
+    /// The map of this grid, which is here already.
+    pub fn insert(&self, grid: OccupancyGrid) -> Arc<StaticMap> {
+        let id = MapId(grid.hash());
+        let Ok(map) = self.maps.get_or_try(&id, || Ok::<_, Infallible>(static_map(grid)));
+        map
+    }
+
     /// The maps kept.
     pub fn ids(&self) -> Vec<MapId> {
         self.maps.keys()
@@ -76,7 +89,7 @@ impl MapStore {
                 return Err(missing("this process does not fetch maps".into()));
             };
             let fetched = runtime.block_on(fetch(session, id, FETCH_TIMEOUT));
-            fetched.map(StaticMap::new).map_err(|e| missing(e.to_string()))
+            Ok(static_map(fetched.map_err(|e| missing(e.to_string()))?))
         })
     }
 }

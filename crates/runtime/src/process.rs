@@ -12,6 +12,7 @@ use zenoh::Session;
 
 use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
+use crate::fields::Fields;
 use crate::metrics_endpoint;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, on_end};
@@ -124,6 +125,8 @@ pub struct Start<'a> {
     pub config: &'a ServiceConfig,
     /// What it speaks over.
     pub session: &'a Session,
+    /// Maps and what is derived from them, shared with the other services of the process.
+    pub fields: &'a Fields,
     /// When it is to end.
     pub shutdown: Shutdown,
     /// Called once it answers.
@@ -152,7 +155,9 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     let Some(session) = session.map_err(Exit::network)? else { return Ok(()) };
     let ready = format!("{role} {}", config.instance);
     let on_ready: OnReady = Box::new(move |metrics| Ready { ready, metrics, ..Ready::default() }.print());
-    let served = service(Start { config: &config, session: &session, shutdown, on_ready }).await;
+    let fields = Fields::new(&session);
+    let start = Start { config: &config, session: &session, fields: &fields, shutdown, on_ready };
+    let served = service(start).await;
     session::close(&session);
     served.map_err(Exit::network)
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_pool::peers::ZenohPeers;
 use curionav_pool::pool::Pool;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
@@ -45,20 +45,22 @@ struct Arbiter {
     memory: Memory,
     /// Tick of the last decision.
     planned: Option<u64>,
+    /// When it heard of the mission, until its first decision.
+    heard: Option<Instant>,
     counts: CycleCounts,
 }
 
 /// Plans for one robot until `shutdown`; `on_ready` is called once it follows missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready } = start;
+        let Start { config, session, fields, mut shutdown, on_ready } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("arbiter", config, session) => service?,
         };
         let missions = service.inbox("mission")?;
         let mut arbiter = Arbiter {
-            fields: Fields::new(session),
+            fields: fields.clone(),
             in_process: config.in_process,
             pool: Arc::new(Pool::counted(ZenohPeers::new(session)?, service.counts.refused.clone())),
             keeping_ready: JoinSet::new(),
@@ -73,6 +75,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             // Random enough for the few arbiters there are.
             memory: Memory::new(RandomState::new().build_hasher().finish()),
             planned: None,
+            heard: None,
             counts: CycleCounts::new(),
         };
         let mut metrics = arbiter.service.metrics();
@@ -93,6 +96,7 @@ impl MissionFollower for Arbiter {
 
     async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
         self.context = None;
+        self.heard = Some(Instant::now());
         // Until it has ended it could still call a replica ready.
         self.keeping_ready.shutdown().await;
         self.pool.clear();
@@ -156,6 +160,10 @@ impl MissionFollower for Arbiter {
         let (decision, outcome) =
             cycle::decide(&self.pool, context, &mut self.memory, mission, belief, people).await;
         self.decisions.publish(&decision, clock);
+        if let Some(heard) = self.heard.take() {
+            let ms = |since: Instant| 1e3 * since.elapsed().as_secs_f64();
+            tracing::debug!(ms = ms(heard), cycle_ms = ms(started), "first decision of the mission");
+        }
         self.counts.record(&decision, outcome.as_ref());
         self.service.counts.record(started.elapsed());
         let Some((context, outcome)) = context.zip(outcome) else { return };

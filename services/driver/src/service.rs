@@ -50,7 +50,7 @@ struct Driver {
 /// Drives one robot until `shutdown`; `on_ready` is called once it takes missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready } = start;
+        let Start { config, session, mut shutdown, on_ready, .. } = start;
         let service = tokio::select! {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("driver", config, session) => service?,

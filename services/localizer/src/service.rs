@@ -7,14 +7,15 @@ use std::time::Instant;
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::mission_follower::{MissionFollower, follow};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::telemetry::timed;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
 use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan};
 
@@ -45,11 +46,11 @@ struct Localization {
 /// Localizes one robot until `shutdown`; `on_ready` is called once it follows missions.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, shutdown, on_ready } = start;
+        let Start { config, session, fields, shutdown, on_ready } = start;
         let service = RobotService::new("localizer", config, session);
         let missions = service.inbox("mission")?;
         let mut localization = Localization {
-            fields: Fields::new(session),
+            fields: fields.clone(),
             scans: Latest::new(service.inbox("scan")?),
             odometry: Latest::new(service.inbox("odom")?),
             recent_scans: Vec::new(),
@@ -105,14 +106,17 @@ impl MissionFollower for Localization {
         let order = &mission.order;
         convert::check_order(order)?;
         let params: LocalizerParams = convert::parameters("localizer", &order.localizer)?;
-        let (fields, id) = (self.fields.clone(), order.map);
-        let fetched = tokio::task::spawn_blocking(move || fields.map(id)).await;
-        let map = fetched.map_err(|e| Refusal::failed(e).at("map"))??;
+        let (fields, id, seed) = (self.fields.clone(), order.map, order.seed);
         let (laser, noise) = (convert::laser(&order.laser), convert::noise(&order.odometry_noise));
-        let mut filter = Localizer::new((*map).clone(), laser, noise, params, order.seed)
-            .map_err(|e| Refusal::invalid(e).at("localizer"))?;
-        let covariance = convert::covariance(&order.initial_covariance);
-        filter.initialise(convert::pose(order.initial_pose), &covariance);
+        let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
+        let starting = move || {
+            let map = (*fields.map(id)?).clone();
+            let start = (start.0, &start.1);
+            let filter = || Localizer::starting_at(map, laser, noise, params, seed, start);
+            timed("the filter", filter).map_err(|e| Refusal::invalid(e).at("localizer"))
+        };
+        let started = tokio::task::spawn_blocking(starting).await;
+        let filter = started.map_err(|e| Refusal::failed(e).at("map"))??;
         self.filter = Some((mission.run, filter));
         Ok(())
     }

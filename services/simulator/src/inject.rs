@@ -3,10 +3,11 @@
 use curionav_crowdsim::scenario::{Recorded, Scenario};
 use curionav_crowdsim::{Recording, World};
 use curionav_localization::LocalizerParams;
-use curionav_planning::occupancy::{MapYaml, StaticMap, load_map};
+use curionav_planning::occupancy::{MapYaml, load_map};
 use curionav_planning::parameters::{Ranged, read_table};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value};
 
 /// Roles that must report ready before a run starts.
@@ -28,7 +29,7 @@ pub struct Prepared {
 
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
-pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, Reject> {
+pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<Prepared, Reject> {
     let scenario: Scenario = convert::from_value("scenario", &request.scenario)?;
     scenario.check().map_err(convert::refusal)?;
     let localizer = localizer(&scenario)?;
@@ -45,7 +46,8 @@ pub fn prepare(request: &InjectRequest, robot: &str) -> Result<Prepared, Reject>
         .collect::<Result<_, _>>()?;
     let map = convert::occupancy_grid_to_wire(&grid);
     let seed = request.seed.unwrap_or(1);
-    let world = World::new(&scenario, StaticMap::new(grid), recordings, seed).map_err(convert::refusal)?;
+    let static_map = fields.insert(grid);
+    let world = World::new(&scenario, (*static_map).clone(), recordings, seed).map_err(convert::refusal)?;
     let order = order(request, &scenario, &profile, localizer, map.map, robot, seed)?;
     Ok(Prepared { world, map, order, profile, seed })
 }
@@ -129,7 +131,7 @@ mod tests {
     fn a_refusal_names_its_field_once() {
         let scenario = Value::Map(vec![("nme".into(), "a".into())]);
         let request = InjectRequest { scenario, ..golden::inject_request() };
-        let reject = prepare(&request, "robot").err().unwrap();
+        let reject = prepare(&request, "robot", &Fields::of_maps([])).err().unwrap();
         assert_eq!(reject.field.as_deref(), Some("scenario"));
         assert_eq!(reject.to_string().matches("scenario").count(), 1, "{reject}");
     }

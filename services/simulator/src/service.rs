@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
+use curionav_runtime::fields::Fields;
 use curionav_runtime::map_store::host;
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::{Running, Start};
@@ -27,20 +28,21 @@ type SharedStatus = watch::Sender<RunStatus>;
 /// Simulates one world until `shutdown`, one run at a time; `on_ready` is called once it takes scenarios.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
-        let Start { config, session, mut shutdown, on_ready } = start;
+        let Start { config, session, fields, mut shutdown, on_ready } = start;
         let status = SharedStatus::new(idle(&config.world));
         let key = |channel| keys::world(&config.world, channel);
         let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
         let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
+        let fields = fields.clone();
         let runs = AtomicU64::new(first_run());
         let inject =
             serve(session, &key("scenario")?, (1, 4), &refusals(), move |request: InjectRequest, _| {
                 if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
                     return Err(Refusal::Busy.into());
                 }
-                let prepared = prepare(&request, &robot)?;
+                let prepared = prepare(&request, &robot, &fields)?;
                 let run = runs.fetch_add(1, Ordering::Relaxed);
                 let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
                 // Before it can be played, so that the end of the run is not overwritten.
@@ -51,10 +53,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let counts = inject.counts();
         let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(shown.borrow().clone()))?;
         let (robot, shown) = (config.robot.clone(), status.clone());
-        // As injecting, but nothing is run, whatever goes on meanwhile.
+        // As injecting, but nothing is run and no map is kept, whatever goes on meanwhile.
         let _checks =
             serve(session, &key("check")?, (1, 4), &counts.refused, move |request: InjectRequest, _| {
-                prepare(&request, &robot).map(|_| shown.borrow().clone())
+                prepare(&request, &robot, &Fields::of_maps([])).map(|_| shown.borrow().clone())
             })?;
         let crowd = LiveCrowd::new(session, &config.world, &counts)?;
         let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;

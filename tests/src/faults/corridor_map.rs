@@ -7,8 +7,8 @@ use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::profile::Profile;
 use curionav_planning::sensor::LaserModel;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{Clock, MapId, Mission, MissionState};
 use curionav_testing::golden;
 

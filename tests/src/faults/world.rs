@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use curionav_planning::random::{Rng, rng, uniform};
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
+use curionav_runtime::fields::Fields;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
     Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, People,

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::membership::Membership;
 use curionav_runtime::query::fetch;
 use curionav_runtime::session;

@@ -5,6 +5,7 @@ use std::time::Duration;
 use curionav_planning::profile::Profile;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::map_store::host;
 use curionav_runtime::process::{Service, Start};
 use curionav_runtime::query::{Urgency, ask, fetch};
@@ -43,10 +44,12 @@ impl TestBench {
             let (ready, is_ready) = tokio::sync::oneshot::channel();
             let config = ServiceConfig { in_process, ..ServiceConfig::default() };
             let (service, session) = (*service, bench.session.clone());
+            let fields = Fields::new(&session);
             bench.triggers.push(trigger);
             bench.services.spawn(async move {
                 let on_ready = Box::new(move |_| ready.send(()).unwrap());
-                service(Start { config: &config, session: &session, shutdown: token, on_ready }).await
+                let (config, session, fields) = (&config, &session, &fields);
+                service(Start { config, session, fields, shutdown: token, on_ready }).await
             });
             is_ready.await.unwrap();
         }

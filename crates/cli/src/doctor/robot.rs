@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::map_store;
 use curionav_runtime::probe::{Heard, Listener, ask_all};
 use curionav_runtime::query::AskError;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
 use curionav_planning::profile::Profile;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{Clock, Message, OccupancyGrid, hex};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -138,12 +139,12 @@ fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
-    let mut digests = Vec::new();
-    let mut first = None;
+    let (mut digests, mut first) = (Vec::new(), None);
+    let fields = Fields::of_maps([]);
     for planner in planners {
         let choice = Choice { planner: Some(planner.source.clone()), seed: None };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
-        let prepared = curionav_simulator::prepare(&package.request, "robot")
+        let prepared = curionav_simulator::prepare(&package.request, "robot", &fields)
             .map_err(|reject| package.refusal(&reject))?;
         digests.push(digest(&package));
         first.get_or_insert((package, prepared));

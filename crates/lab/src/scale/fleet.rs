@@ -63,7 +63,10 @@ async fn row(
         times.extend(answers.iter().map(|answer| answer.took));
     }
     let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
-    let budget = robots.all.first().map(|r| Budget::of_generation(Duration::ZERO, &r.context.mission, &StageTimes::default()));
+    let budget = robots
+        .all
+        .first()
+        .map(|r| Budget::of_generation(Duration::ZERO, &r.context.mission, &StageTimes::default()));
     // The pool's time in a cycle: after it the arbiter computes itself what is missing.
     let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
     robots.leave();

@@ -8,9 +8,9 @@ use std::time::Duration;
 use anyhow::Context;
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::query::fetch;
 use curionav_schemas::{Clock, CycleReport, Mission, OccupancyGrid, keys};
 

@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, TrajectoryChecker};
-use crate::generation::{GenerationInput, Pace};
 use crate::generation::branches::branches;
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
 use crate::generation::tree::Tree;
+use crate::generation::{GenerationInput, Pace};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
 use crate::numerics::sin_cos;
@@ -227,13 +227,7 @@ impl Finder<'_> {
     }
 
     /// Times every path with every profile, until told to stop.
-    fn time(
-        &mut self,
-        proposals: &[Proposal],
-        profiles: &[f64],
-        first_profile: usize,
-        pace: &Pace<'_>,
-    ) {
+    fn time(&mut self, proposals: &[Proposal], profiles: &[f64], first_profile: usize, pace: &Pace<'_>) {
         let mut chosen: Vec<(&Proposal, usize)> = Vec::with_capacity(proposals.len() * profiles.len());
         for proposal in proposals.iter().filter(|p| p.path.length() > 0.0) {
             for (k, &fraction) in profiles.iter().enumerate() {

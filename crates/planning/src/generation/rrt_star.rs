@@ -176,7 +176,9 @@ impl<'a> RrtStar<'a> {
         self.neighbours.within(self.tree.position(0), self.params.eta, &mut self.near);
         self.rewire(0);
         for k in 0..iterations {
-            if self.tree.len() >= self.params.max_nodes as usize || (k % 32 == 31 && pace.is_over(Pace::GROWTH)) {
+            if self.tree.len() >= self.params.max_nodes as usize
+                || (k % 32 == 31 && pace.is_over(Pace::GROWTH))
+            {
                 break;
             }
             if let Some(sample) = self.space.draw(self.params.goal_bias, rng) {

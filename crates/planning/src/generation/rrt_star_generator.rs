@@ -1,13 +1,11 @@
 //! The paper's generator (Alg. 1): a tree of Dubins edges that follows the robot, and its branches as candidates.
 
-use crate::generation::{Generated, GenerationInput, Pace, RrtStar, SampleSpace, Tree, find_candidates, update};
+use crate::generation::{
+    Generated, GenerationInput, Pace, RrtStar, SampleSpace, Tree, find_candidates, update,
+};
 
 /// The candidates of one cycle.
-pub fn generate(
-    input: &GenerationInput<'_>,
-    tree: Option<Tree>,
-    pace: &Pace<'_>,
-) -> Generated {
+pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let (params, checker) = (&input.params.generation.tree, input.checker());
     let pose = input.scene.belief.pose;
     let horizon = input.params.dt * input.params.steps as f64;

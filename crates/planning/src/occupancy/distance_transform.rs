@@ -27,17 +27,14 @@ impl DistanceField {
     /// Distance to the nearest cell of `grid` whose index is a target.
     pub fn to(grid: &OccupancyGrid, is_target: impl Fn(usize) -> bool) -> Self {
         let (width, height) = (grid.width(), grid.height());
-        let far = ((width * width + height * height) as f64).max(1.0);
-        let mut squared: Vec<f64> =
-            (0..width * height).map(|i| if is_target(i) { 0.0 } else { far }).collect();
-        let mut scratch = Scratch::new(width.max(height));
-        for row in squared.chunks_exact_mut(width) {
-            scratch.transform(row.len(), row, 1, far);
+        let within_columns = within_columns(width, height, is_target);
+        let far = (width * width + height * height) as f64;
+        let mut envelope = Envelope::new(width);
+        let mut metres = Vec::with_capacity(width * height);
+        for row in within_columns.chunks_exact(width) {
+            let squared = envelope.of(row).iter();
+            metres.extend(squared.map(|d| (d.min(far).sqrt() * grid.resolution()) as f32));
         }
-        for column in 0..width {
-            scratch.transform(height, &mut squared[column..], width, far);
-        }
-        let metres = squared.iter().map(|d| (d.sqrt() * grid.resolution()) as f32).collect();
         Self { width, height, resolution: grid.resolution(), metres }
     }
 
@@ -86,31 +83,66 @@ impl DistanceField {
     }
 }
 
-/// Lower envelope of parabolas over one line.
-struct Scratch {
-    values: Vec<f64>,
-    vertex: Vec<usize>,
-    boundary: Vec<f64>,
+/// Distance from each cell to the nearest target of its column, cells; more than the diagonal where there is none.
+/// Row by row in both directions, so that memory is walked in its order.
+fn within_columns(width: usize, height: usize, is_target: impl Fn(usize) -> bool) -> Vec<i32> {
+    // At most 16 million cells: neither this nor the index of a cell is near the greatest number.
+    let none = (width + height) as i32;
+    let mut cells: Vec<i32> = (0..width * height).map(|i| if is_target(i) { 0 } else { none }).collect();
+    for row in 1..height {
+        let (before, rest) = cells.split_at_mut(row * width);
+        nearer(&mut rest[..width], &before[(row - 1) * width..]);
+    }
+    for row in (1..height).rev() {
+        let (before, rest) = cells.split_at_mut(row * width);
+        nearer(&mut before[(row - 1) * width..], &rest[..width]);
+    }
+    cells
 }
 
-impl Scratch {
-    fn new(n: usize) -> Self {
-        Self { values: vec![0.0; n], vertex: vec![0; n], boundary: vec![0.0; n + 1] }
+/// A target of the row beside is one cell farther from this row.
+fn nearer(row: &mut [i32], beside: &[i32]) {
+    for (cell, beside) in row.iter_mut().zip(beside) {
+        *cell = (*cell).min(beside + 1);
+    }
+}
+
+/// Lower envelope of the parabolas over one row.
+struct Envelope {
+    /// Height of each column's parabola at its vertex.
+    lowest: Vec<f64>,
+    /// The same at column 0, less what all parabolas have in common there.
+    risen: Vec<f64>,
+    vertex: Vec<usize>,
+    boundary: Vec<f64>,
+    squared: Vec<f64>,
+}
+
+impl Envelope {
+    fn new(width: usize) -> Self {
+        let zeros = || vec![0.0; width];
+        Self {
+            lowest: zeros(),
+            risen: zeros(),
+            vertex: vec![0; width],
+            boundary: vec![0.0; width + 1],
+            squared: zeros(),
+        }
     }
 
-    /// Replaces line[i * stride] (i < n), squared distances so far, by min over j of line[j] + (i - j)^2.
-    fn transform(&mut self, n: usize, line: &mut [f64], stride: usize, far: f64) {
-        for (i, value) in self.values[..n].iter_mut().enumerate() {
-            *value = line[i * stride];
+    /// The least of `row[j]^2 + (i - j)^2` over all j, for every i. All numbers are whole but for the boundaries, and
+    /// these differ from a whole number by nothing or by far more than their rounding, so the result is exact.
+    fn of(&mut self, row: &[i32]) -> &[f64] {
+        for (q, &cells) in row.iter().enumerate() {
+            self.lowest[q] = f64::from(cells) * f64::from(cells);
+            self.risen[q] = self.lowest[q] + (q * q) as f64;
         }
-        let f = &self.values;
-        let crossing = |q: usize, p: usize| {
-            ((f[q] + (q * q) as f64) - (f[p] + (p * p) as f64)) / (2.0 * (q as f64 - p as f64))
-        };
+        let risen = &self.risen;
+        let crossing = |q: usize, p: usize| (risen[q] - risen[p]) / (2 * (q - p)) as f64;
         let mut top = 0;
         self.vertex[0] = 0;
         self.boundary[0] = f64::NEG_INFINITY;
-        for q in 1..n {
+        for q in 1..row.len() {
             let mut s = crossing(q, self.vertex[top]);
             while s <= self.boundary[top] {
                 top -= 1;
@@ -121,13 +153,14 @@ impl Scratch {
             self.boundary[top] = s;
         }
         let mut k = 0;
-        for i in 0..n {
+        for (i, squared) in self.squared.iter_mut().enumerate() {
             while k < top && self.boundary[k + 1] < i as f64 {
                 k += 1;
             }
             let d = i as f64 - self.vertex[k] as f64;
-            line[i * stride] = (self.values[self.vertex[k]] + d * d).min(far);
+            *squared = self.lowest[self.vertex[k]] + d * d;
         }
+        &self.squared
     }
 }
 

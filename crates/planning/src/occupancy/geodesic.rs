@@ -3,11 +3,11 @@
 #[path = "geodesic_lookup.rs"]
 mod lookup;
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 use std::sync::Arc;
 
 use crate::geometry::Point2;
+use crate::numerics::sin_cos;
+use crate::occupancy::front::Front;
 use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 
 /// Geodesic distance to the goal, metres, for every cell from which the goal can be reached.
@@ -20,7 +20,12 @@ use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 pub struct GeodesicField {
     grid: Arc<OccupancyGrid>,
     metres: Vec<f32>,
+    /// Unit vectors in which a descent looks around.
+    directions: [Point2; DIRECTIONS],
 }
+
+/// Enough for a descent to be robust where the gradient is not (ridges, rims).
+const DIRECTIONS: usize = 32;
 
 impl GeodesicField {
     /// Cost factor of cells closer to an obstacle than the robot's radius.
@@ -37,72 +42,30 @@ impl GeodesicField {
 
     /// Marches from `goal` over `map`, for a robot of `radius` metres.
     pub fn new(map: &StaticMap, goal: Point2, radius: f64) -> Self {
-        let (grid, clearance) = (&map.grid, &map.to_obstacle);
-        let (width, height) = (grid.width(), grid.height());
-        let slowness: Vec<f32> = (0..width * height)
-            .map(|i| {
-                if grid.cell(i) != Cell::Free {
-                    return f32::INFINITY;
-                }
-                let margin = clearance.cell(i) - radius;
-                let factor = if margin < 0.0 {
-                    Self::TIGHT_SLOWNESS
-                } else {
-                    1.0 + (Self::WALL_SLOWNESS - 1.0) * (1.0 - margin / Self::COMFORT).max(0.0)
-                };
-                (factor * grid.resolution()) as f32
-            })
-            .collect();
-        let mut metres = vec![f32::INFINITY; width * height];
-        let mut done = vec![false; width * height];
-        // The front, nearest first: the bits of numbers that are not negative are in their order.
-        let mut heap = BinaryHeap::new();
+        let grid = &map.grid;
+        let mut march = March::new(grid.width(), slowness(map, radius));
         if let Some((column, row)) = grid.locate(goal) {
             // Exact Euclidean values next to the goal: the march has its greatest error there.
             for (c, r) in grid.around(column, row, 3) {
-                let index = grid.index(c, r);
-                if slowness[index].is_finite() {
-                    metres[index] = grid.centre(c, r).distance(goal) as f32;
-                    heap.push(Reverse((metres[index].to_bits(), index)));
+                let index = march.bordered(c, r);
+                if march.slowness[index].is_finite() {
+                    march.offer(index, grid.centre(c, r).distance(goal) as f32);
                 }
             }
         }
-        while let Some(Reverse((distance, index))) = heap.pop() {
-            if done[index] || f32::from_bits(distance) > metres[index] {
-                continue;
-            }
-            done[index] = true;
-            for next in grid.neighbours(index) {
-                if done[next] || slowness[next].is_infinite() {
-                    continue;
-                }
-                let candidate = eikonal(&metres, &done, next, width, height, slowness[next]);
-                if candidate < metres[next] {
-                    metres[next] = candidate;
-                    heap.push(Reverse((candidate.to_bits(), next)));
-                }
-            }
-        }
-        let mut field = Self { grid: Arc::clone(grid), metres };
-        field.grow_rim();
-        field.grow_rim();
-        field
-    }
-
-    /// Gives unreachable cells beside reachable ones a value one metre per cell above the least neighbour,
-    /// which keeps interpolation finite at walls and points away from them.
-    fn grow_rim(&mut self) {
-        let (width, height) = self.size();
-        let before = self.metres.clone();
-        for row in 0..height {
-            for column in 0..width {
-                let index = row * width + column;
-                if before[index].is_finite() {
-                    continue;
-                }
-                let around = self.grid.around(column, row, 1).map(|(c, r)| before[r * width + c]);
-                self.metres[index] = around.fold(f32::INFINITY, f32::min) + 1.0;
-            }
+        let (mut bordered, stride) = (march.run(), grid.width() + 2);
+        grow_rim(&mut bordered, stride);
+        grow_rim(&mut bordered, stride);
+        let rows = bordered.chunks_exact(stride).skip(1).take(grid.height());
+        let mut metres = Vec::with_capacity(grid.width() * grid.height());
+        rows.for_each(|row| metres.extend_from_slice(&row[1..stride - 1]));
+        Self {
+            grid: Arc::clone(grid),
+            metres,
+            directions: std::array::from_fn(|k| {
+                let (s, c) = sin_cos(k as f64 * std::f64::consts::TAU / DIRECTIONS as f64);
+                Point2::new(c, s)
+            }),
         }
     }
 
@@ -147,20 +110,17 @@ impl GeodesicField {
             return Vec::new();
         }
         let limit = ((4.0 * whole / spacing) as usize + 16).min((length / spacing).ceil() as usize);
+        let mut here = whole;
         for _ in 0..limit {
-            let here = self.at(p);
             if here <= spacing {
                 break;
             }
-            // 32 directions: robust where the gradient is not (ridges, rims).
-            let best = (0..32)
-                .map(|k| {
-                    let (s, c) = crate::numerics::sin_cos(f64::from(k) * std::f64::consts::TAU / 32.0);
-                    Point2::new(p.x + spacing * c, p.y + spacing * s)
-                })
-                .min_by(|a, b| self.at(*a).total_cmp(&self.at(*b)));
-            match best {
-                Some(next) if self.at(next) < here => p = next,
+            let around = self.directions.iter().map(|d| {
+                let next = Point2::new(p.x + spacing * d.x, p.y + spacing * d.y);
+                (self.at(next), next)
+            });
+            match around.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                Some((least, next)) if least < here => (here, p) = (least, next),
                 _ => break,
             }
             path.push(p);
@@ -169,20 +129,111 @@ impl GeodesicField {
     }
 }
 
-/// First-order upwind solution of |grad T| = slowness at one cell.
-fn eikonal(metres: &[f32], done: &[bool], index: usize, width: usize, height: usize, slowness: f32) -> f32 {
-    let (column, row) = (index % width, index / width);
-    let value = |i: usize| if done[i] { metres[i] } else { f32::INFINITY };
-    let left = if column > 0 { value(index - 1) } else { f32::INFINITY };
-    let right = if column + 1 < width { value(index + 1) } else { f32::INFINITY };
-    let below = if row > 0 { value(index - width) } else { f32::INFINITY };
-    let above = if row + 1 < height { value(index + width) } else { f32::INFINITY };
-    let (a, b) = (left.min(right), below.min(above));
-    let difference = (a - b).abs();
-    if difference >= slowness || !difference.is_finite() {
-        a.min(b) + slowness
-    } else {
-        0.5 * (a + b + (2.0 * slowness * slowness - difference * difference).sqrt())
+/// Metres that each cell counts as, with a border of one cell around the grid; infinite where nothing can be driven.
+fn slowness(map: &StaticMap, radius: f64) -> Vec<f32> {
+    let (grid, clearance) = (&map.grid, &map.to_obstacle);
+    let (width, height) = (grid.width(), grid.height());
+    let of_cell = |i: usize| {
+        if grid.cell(i) != Cell::Free {
+            return f32::INFINITY;
+        }
+        let margin = clearance.cell(i) - radius;
+        let factor = if margin < 0.0 {
+            GeodesicField::TIGHT_SLOWNESS
+        } else {
+            let comfort = (1.0 - margin / GeodesicField::COMFORT).max(0.0);
+            1.0 + (GeodesicField::WALL_SLOWNESS - 1.0) * comfort
+        };
+        (factor * grid.resolution()) as f32
+    };
+    let mut cells = vec![f32::INFINITY; (width + 2) * (height + 2)];
+    for (row, cells) in cells.chunks_exact_mut(width + 2).skip(1).take(height).enumerate() {
+        for (column, cell) in cells[1..=width].iter_mut().enumerate() {
+            *cell = of_cell(row * width + column);
+        }
+    }
+    cells
+}
+
+/// The march: cells are settled in the order of their distance, each from those settled before.
+struct March {
+    /// Cells of a row, with the border.
+    stride: usize,
+    /// Metres that a cell counts as; infinite once it is settled, and where nothing can be driven.
+    slowness: Vec<f32>,
+    /// The least distance found for each cell.
+    metres: Vec<f32>,
+    /// The same of cells that are settled, infinite for all others.
+    settled: Vec<f32>,
+    front: Front,
+}
+
+impl March {
+    fn new(width: usize, slowness: Vec<f32>) -> Self {
+        let unknown = vec![f32::INFINITY; slowness.len()];
+        let slowest = slowness.iter().copied().filter(|s| s.is_finite()).fold(0.0, f32::max);
+        let front = Front::new(slowest);
+        Self { stride: width + 2, slowness, metres: unknown.clone(), settled: unknown, front }
+    }
+
+    /// Index of a cell of the grid.
+    fn bordered(&self, column: usize, row: usize) -> usize {
+        (row + 1) * self.stride + column + 1
+    }
+
+    /// A distance of a cell, which counts if it is the least so far.
+    fn offer(&mut self, index: usize, metres: f32) {
+        if metres < self.metres[index] {
+            self.metres[index] = metres;
+            self.front.push(metres, index);
+        }
+    }
+
+    /// The distances of all cells, border included.
+    fn run(mut self) -> Vec<f32> {
+        while let Some((metres, index)) = self.front.pop() {
+            // A cell whose distance has fallen since is here once more.
+            if metres > self.metres[index] {
+                continue;
+            }
+            self.settled[index] = metres;
+            self.slowness[index] = f32::INFINITY;
+            for next in [index - 1, index + 1, index - self.stride, index + self.stride] {
+                if self.slowness[next].is_finite() {
+                    self.offer(next, self.eikonal(next));
+                }
+            }
+        }
+        self.metres
+    }
+
+    /// First-order upwind solution of |grad T| = slowness at one cell.
+    fn eikonal(&self, index: usize) -> f32 {
+        let (settled, slowness) = (&self.settled, self.slowness[index]);
+        let a = settled[index - 1].min(settled[index + 1]);
+        let b = settled[index - self.stride].min(settled[index + self.stride]);
+        let difference = (a - b).abs();
+        if difference >= slowness || !difference.is_finite() {
+            a.min(b) + slowness
+        } else {
+            0.5 * (a + b + (2.0 * slowness * slowness - difference * difference).sqrt())
+        }
+    }
+}
+
+/// Gives unreachable cells beside reachable ones a value one metre per cell above the least neighbour, which keeps
+/// interpolation finite at walls and points away from them. `stride` cells are a row; the border stays as it is.
+fn grow_rim(metres: &mut [f32], stride: usize) {
+    let least = |a: &[f32], b: &[f32]| -> Vec<f32> { a.iter().zip(b).map(|(a, b)| a.min(*b)).collect() };
+    let of_three = |row: &[f32]| least(&least(&row[..stride - 2], &row[1..stride - 1]), &row[2..]);
+    let mut rows = metres.chunks_exact(stride).map(of_three).collect::<Vec<_>>().into_iter();
+    let (Some(mut below), Some(mut here)) = (rows.next(), rows.next()) else { return };
+    for (row, above) in metres.chunks_exact_mut(stride).skip(1).zip(rows) {
+        let around = least(&least(&below, &here), &above);
+        for (cell, around) in row[1..].iter_mut().zip(around) {
+            *cell = if cell.is_finite() { *cell } else { around + 1.0 };
+        }
+        (below, here) = (here, above);
     }
 }
 

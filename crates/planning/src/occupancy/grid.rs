@@ -3,6 +3,7 @@
 use sha2::{Digest, Sha256};
 
 use crate::geometry::{Point2, Pose2};
+use crate::numerics::sin_cos;
 
 /// Largest number of cells a map may have: 16 million is 200 m x 200 m at 5 cm.
 pub(crate) const MAX_CELLS: usize = 16_000_000;
@@ -40,6 +41,8 @@ pub struct OccupancyGrid {
     height: usize,
     resolution: f64,
     origin: Pose2,
+    /// Sine and cosine of the origin's heading: every look-up needs them.
+    turn: (f64, f64),
     cells: Vec<i8>,
     hash: [u8; 32],
 }
@@ -74,7 +77,7 @@ impl OccupancyGrid {
         }
         digest.update(cells.iter().map(|&c| c as u8).collect::<Vec<u8>>());
         let hash = digest.finalize().into();
-        Ok(Self { width, height, resolution, origin, cells, hash })
+        Ok(Self { width, height, resolution, origin, turn: sin_cos(origin.heading), cells, hash })
     }
 
     /// Columns.
@@ -143,16 +146,27 @@ impl OccupancyGrid {
     /// Continuous cell coordinates (column, row) of a point of the map frame: cell (i, j) covers
     /// [i, i+1) x [j, j+1). May lie outside the grid.
     pub fn grid_from_map(&self, p: Point2) -> (f64, f64) {
-        let q = self.origin.inverse_transform(p);
+        let q = self.from_corner(p);
         (q.x / self.resolution, q.y / self.resolution)
+    }
+
+    /// A point of the map frame in the grid's axes, metres from its lower-left corner.
+    pub fn from_corner(&self, p: Point2) -> Point2 {
+        let (s, c) = self.turn;
+        let (dx, dy) = (p.x - self.origin.x, p.y - self.origin.y);
+        Point2::new(c * dx + s * dy, -s * dx + c * dy)
+    }
+
+    /// The point of the map frame at the continuous cell coordinates (column, row).
+    pub fn map_from_grid(&self, column: f64, row: f64) -> Point2 {
+        let (s, c) = self.turn;
+        let (x, y) = (column * self.resolution, row * self.resolution);
+        Point2::new(self.origin.x + c * x - s * y, self.origin.y + s * x + c * y)
     }
 
     /// Map-frame centre of cell (column, row).
     pub fn centre(&self, column: usize, row: usize) -> Point2 {
-        self.origin.transform(Point2::new(
-            (column as f64 + 0.5) * self.resolution,
-            (row as f64 + 0.5) * self.resolution,
-        ))
+        self.map_from_grid(column as f64 + 0.5, row as f64 + 0.5)
     }
 
     /// (column, row) of the cell that holds the point, if inside.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::occupancy::{DistanceField, OccupancyGrid};
+use crate::workers::{Alone, Workers};
 
 /// Grid and distance fields, computed once per map and shared.
 ///
@@ -32,8 +33,18 @@ pub struct StaticMap {
 impl StaticMap {
     /// Derives the fields of `grid`.
     pub fn new(grid: OccupancyGrid) -> Self {
-        let to_obstacle = Arc::new(DistanceField::to_obstacle(&grid));
-        let to_occupied = Arc::new(DistanceField::to_occupied(&grid));
+        Self::by(&Alone, grid)
+    }
+
+    /// The same, in pieces that `workers` do.
+    pub fn by(workers: &dyn Workers, grid: OccupancyGrid) -> Self {
+        let (mut to_obstacle, mut to_occupied) = (None, None);
+        workers.run(vec![
+            Box::new(|| to_obstacle = Some(DistanceField::to_obstacle(&grid))),
+            Box::new(|| to_occupied = Some(DistanceField::to_occupied(&grid))),
+        ]);
+        let to_obstacle = Arc::new(to_obstacle.unwrap_or_else(|| DistanceField::to_obstacle(&grid)));
+        let to_occupied = Arc::new(to_occupied.unwrap_or_else(|| DistanceField::to_occupied(&grid)));
         Self { grid: Arc::new(grid), to_obstacle, to_occupied }
     }
 }

@@ -10,11 +10,11 @@ use curionav_arbiter::cycle::{self, Observation};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::profile::Profile;
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{

@@ -1,9 +1,10 @@
 //! Rays around one place: which walls a scan meets there, and what it tells at each heading.
 
-use crate::evaluation::cpc::ray_cast::RayCaster;
+use std::ops::Range;
+
 use crate::evaluation::cpc::wall_normals::WallNormals;
 use crate::numerics::sin_cos;
-use crate::occupancy::StaticMap;
+use crate::occupancy::{Hit, RayCaster, StaticMap};
 use crate::sensor::LaserModel;
 
 crate::parameters! {
@@ -27,18 +28,21 @@ pub(super) const HEADINGS: usize = 24;
 /// Least `|n.d|`: beams that graze a wall are not trusted to be arbitrarily informative.
 const LEAST_INCIDENCE: f64 = 0.2;
 
-/// A measurement row dr/d(x, y, heading) for each ray of the fan that ended in range.
-pub(super) type Seen = Vec<(usize, [f64; 3])>;
-/// Weight of each ray of the fan for one heading: its share of the field of view times what one scan's
-/// beams are worth.
-pub(super) type Window = [f64; FAN];
+/// `C^T C` as xx, xy, xt, yy, yt, tt, of a measurement row C = dr/d(x, y, heading) or of several.
+pub(super) type Information = [f64; 6];
+
+/// The headings that see one ray: runs of neighbours with equal weights.
+type SeenBy = Vec<(Range<usize>, f64)>;
 
 /// The rays cast from every block, and which of them each heading sees.
 pub(super) struct Fan<'a> {
     caster: RayCaster<'a>,
     normals: WallNormals,
     directions: [(f64, f64); FAN],
-    pub(super) windows: Vec<Window>,
+    /// The headings that see each ray. Its weight is its share of the field of view times what one scan's beams are
+    /// worth.
+    seen_by: Vec<SeenBy>,
+    headings: usize,
     model: MeasurementModel,
     /// Range of the laser, cells.
     reach: f64,
@@ -52,76 +56,88 @@ impl<'a> Fan<'a> {
         let all_around = laser.fov >= std::f64::consts::TAU - 1e-9;
         let fov = laser.fov.min(std::f64::consts::TAU);
         let spacing = std::f64::consts::TAU / FAN as f64;
-        let windows = (0..if all_around { 1 } else { HEADINGS })
-            .map(|h| {
-                std::array::from_fn(|i| {
-                    // How much of the sector around ray i lies in the field of view around heading h.
-                    let away = (i + FAN - h * (FAN / HEADINGS)) % FAN;
-                    let away = away.min(FAN - away) as f64 * spacing;
-                    let overlap = (0.5 * fov - away + 0.5 * spacing).clamp(0.0, spacing);
-                    let overlap = if all_around { spacing } else { overlap };
-                    scan * overlap / fov
-                })
-            })
-            .collect();
+        // How much of the sector around ray i lies in the field of view around heading h.
+        let weight = |h: usize, i: usize| {
+            let away = (i + FAN - h * (FAN / HEADINGS)) % FAN;
+            let away = away.min(FAN - away) as f64 * spacing;
+            let overlap = (0.5 * fov - away + 0.5 * spacing).clamp(0.0, spacing);
+            scan * if all_around { spacing } else { overlap } / fov
+        };
+        let headings = if all_around { 1 } else { HEADINGS };
+        let seen_by = (0..FAN).map(|i| seen_by(headings, |h| weight(h, i))).collect();
         Self {
-            caster: RayCaster::new(&map.to_occupied, grid.resolution()),
+            caster: RayCaster::new(map),
             normals: WallNormals::new(grid),
             directions: std::array::from_fn(|i| {
                 let (s, c) = sin_cos(i as f64 * spacing);
                 (c, s)
             }),
-            windows,
+            seen_by,
+            headings,
             model,
             reach: laser.range_max / grid.resolution(),
             resolution: grid.resolution(),
         }
     }
 
-    /// Rows of all rays from the point (x, y), in cells, that end in range.
-    pub(super) fn cast(&self, x: f64, y: f64) -> Seen {
-        let mut seen = Seen::new();
-        if self.caster.clearance(x as usize, y as usize) > self.reach + 2.0 {
-            return seen;
+    /// Headings that are told apart.
+    pub(super) fn headings(&self) -> usize {
+        self.headings
+    }
+
+    /// What a scan from the point (x, y), in cells, tells at each heading, into `headings`; whether any ray ends in
+    /// range. Every sum is over the rays in their order.
+    pub(super) fn cast(&self, x: f64, y: f64, headings: &mut [Information]) -> bool {
+        if self.caster.clearance(x as i64, y as i64).is_none_or(|clear| clear > self.reach + 2.0) {
+            return false;
         }
-        for (i, &(dx, dy)) in self.directions.iter().enumerate() {
-            let Some(hit) = self.caster.cast((x, y), (dx, dy), self.reach) else { continue };
-            let measured = match self.model {
-                MeasurementModel::Range => [-dx, -dy, 0.0],
-                MeasurementModel::Beam => {
-                    // A post is met head-on from every side.
-                    let (nx, ny) = self.normals.at(hit.cell).unwrap_or((dx, dy));
-                    let towards = nx * dx + ny * dy;
-                    let incidence = towards.abs().max(LEAST_INCIDENCE).copysign(towards);
-                    let across = ny * dx - nx * dy;
-                    let range = hit.range * self.resolution;
-                    [-nx / incidence, -ny / incidence, -range * across / incidence]
+        headings.fill([0.0; 6]);
+        let hits = self.caster.cast((x, y), &self.directions, self.reach);
+        for (i, hit) in hits.iter().enumerate() {
+            let Some(hit) = hit else { continue };
+            let told = self.told(hit, self.directions[i]);
+            for (run, weight) in &self.seen_by[i] {
+                let weighted = told.map(|term| weight * term);
+                for sum in &mut headings[run.clone()] {
+                    sum.iter_mut().zip(weighted).for_each(|(sum, term)| *sum += term);
                 }
-            };
-            seen.push((i, measured));
+            }
         }
-        seen
+        hits.iter().any(Option::is_some)
+    }
+
+    fn told(&self, hit: &Hit, (dx, dy): (f64, f64)) -> Information {
+        let [x, y, t] = match self.model {
+            MeasurementModel::Range => [-dx, -dy, 0.0],
+            MeasurementModel::Beam => {
+                // A post is met head-on from every side.
+                let (nx, ny) = self.normals.at(hit.cell).unwrap_or((dx, dy));
+                let towards = nx * dx + ny * dy;
+                let incidence = towards.abs().max(LEAST_INCIDENCE).copysign(towards);
+                let across = ny * dx - nx * dy;
+                let range = hit.range * self.resolution;
+                [-nx / incidence, -ny / incidence, -range * across / incidence]
+            }
+        };
+        [x * x, x * y, x * t, y * y, y * t, t * t]
     }
 }
 
-/// `sum w C^T C` over the rays seen: xx, xy, xt, yy, yt, tt.
-pub(super) fn sum(seen: &Seen, window: &Window) -> [f64; 6] {
-    let mut j = [0.0; 6];
-    for &(i, [x, y, t]) in seen {
-        let w = window[i];
-        if w > 0.0 {
-            let terms = [x * x, x * y, x * t, y * y, y * t, t * t];
-            for (sum, term) in j.iter_mut().zip(terms) {
-                *sum += w * term;
-            }
+/// The runs of headings whose weight is positive, and it.
+fn seen_by(headings: usize, weight: impl Fn(usize) -> f64) -> SeenBy {
+    let mut runs = SeenBy::new();
+    for h in (0..headings).filter(|h| weight(*h) > 0.0) {
+        match runs.last_mut() {
+            Some((run, of)) if run.end == h && *of == weight(h) => run.end += 1,
+            _ => runs.push((h..h + 1, weight(h))),
         }
     }
-    j
+    runs
 }
 
 /// `L D L^T` of a positive semi-definite matrix. What is left of a diagonal entry below its rounding
 /// noise is nothing.
-pub(super) fn factorise(&[xx, xy, xt, yy, yt, tt]: &[f64; 6]) -> [f32; 6] {
+pub(super) fn factorise(&[xx, xy, xt, yy, yt, tt]: &Information) -> [f32; 6] {
     const NOISE: f64 = 1e-9;
     let divide = |a: f64, d: f64| if d > 0.0 { a / d } else { 0.0 };
     let left = |d: f64, of: f64| if d > NOISE * of { d } else { 0.0 };

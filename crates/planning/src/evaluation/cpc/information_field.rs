@@ -13,13 +13,16 @@
 
 mod lookup;
 
+use std::ops::Range;
+
 use nalgebra::Matrix3;
 
-use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, MeasurementModel, factorise, sum};
+use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, MeasurementModel, factorise};
 use crate::geometry::Pose2;
 use crate::numerics::sin_cos;
-use crate::occupancy::{Cell, StaticMap};
+use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 use crate::sensor::LaserModel;
+use crate::workers::{Alone, Piece, Workers};
 
 /// Cells along a block's side: 0.2 m at the paper's resolution, well below the ranges measured.
 const BLOCK: usize = 4;
@@ -64,29 +67,38 @@ pub struct InformationField {
 }
 
 impl InformationField {
-    /// Casts the rays: about 0.3 s for a laser of 5 m on a map of 350 000 cells.
+    /// Casts the rays: some 40 ms for a laser of 5 m on a map of 350 000 cells.
     pub fn new(map: &StaticMap, laser: &LaserModel, params: &InformationParams) -> Self {
+        Self::by(&Alone, map, laser, params)
+    }
+
+    /// The same, in pieces that `workers` do.
+    pub fn by(
+        workers: &dyn Workers,
+        map: &StaticMap,
+        laser: &LaserModel,
+        params: &InformationParams,
+    ) -> Self {
         let grid = &*map.grid;
         let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
         let beams = f64::from(params.beams.min(laser.beams));
         let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
         let fan = Fan::new(map, laser, params.model, scan);
-        let headings = fan.windows.len();
+        let headings = fan.headings();
+        let mut bands: Vec<Band> = (0..rows.div_ceil(BAND)).map(|_| Band::default()).collect();
+        let pieces = bands.iter_mut().enumerate().map(|(i, band)| -> Piece<'_> {
+            let fan = &fan;
+            Box::new(move || *band = Band::of(grid, fan, columns, i * BAND..rows.min((i + 1) * BAND)))
+        });
+        workers.run(pieces.collect());
         let mut factors = vec![[0.0; 6]; headings];
-        let mut place = vec![0; columns * rows];
-        for (index, place) in place.iter_mut().enumerate() {
-            let centre = |i: usize, end: usize| ((i * BLOCK + BLOCK / 2) as f64).min(end as f64 - 0.5);
-            let (x, y) = (centre(index % columns, grid.width()), centre(index / columns, grid.height()));
-            if grid.cell(grid.index(x as usize, y as usize)) != Cell::Free {
-                continue;
-            }
-            let seen = fan.cast(x, y);
-            if !seen.is_empty() {
-                *place = factors.len() as u32;
-                factors.extend(fan.windows.iter().map(|window| factorise(&sum(&seen, window))));
-            }
+        factors.reserve_exact(bands.iter().map(|band| band.factors.len()).sum());
+        let mut place = Vec::with_capacity(columns * rows);
+        for band in bands {
+            let first = factors.len();
+            place.extend(band.place.iter().map(|place| place.map_or(0, |place| (first + place) as u32)));
+            factors.extend(band.factors);
         }
-        factors.shrink_to_fit();
         let origin = grid.origin();
         Self {
             origin,
@@ -120,6 +132,34 @@ impl InformationField {
     pub(super) fn map_from_grid(&self) -> Matrix3<f64> {
         let (s, c) = self.sin_cos;
         Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+    }
+}
+
+/// Rows of blocks that are one piece of work: few enough to share them evenly, many enough to be worth it.
+const BAND: usize = 8;
+
+/// The field of some rows of blocks.
+#[derive(Default)]
+struct Band {
+    /// Place of each block's first factor, if anything is seen.
+    place: Vec<Option<usize>>,
+    factors: Vec<[f32; 6]>,
+}
+
+impl Band {
+    fn of(grid: &OccupancyGrid, fan: &Fan<'_>, columns: usize, rows: Range<usize>) -> Self {
+        let (mut band, mut headings) = (Self::default(), vec![[0.0; 6]; fan.headings()]);
+        let centre = |i: usize, end: usize| ((i * BLOCK + BLOCK / 2) as f64).min(end as f64 - 0.5);
+        for (row, column) in rows.flat_map(|row| (0..columns).map(move |column| (row, column))) {
+            let (x, y) = (centre(column, grid.width()), centre(row, grid.height()));
+            let is_free = grid.cell(grid.index(x as usize, y as usize)) == Cell::Free;
+            let sees = is_free && fan.cast(x, y, &mut headings);
+            band.place.push(sees.then_some(band.factors.len()));
+            if sees {
+                band.factors.extend(headings.iter().map(factorise));
+            }
+        }
+        band
     }
 }
 

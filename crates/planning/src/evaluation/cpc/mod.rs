@@ -19,7 +19,6 @@ mod beam_fan;
 mod covariance;
 mod information_field;
 pub mod lqr;
-mod ray_cast;
 mod wall_normals;
 
 use std::sync::Arc;

@@ -16,11 +16,7 @@ use heuristic::{Heuristic, meeting};
 pub use params::BiRiskRrtParams;
 
 /// The candidates of one cycle.
-pub fn generate(
-    input: &GenerationInput<'_>,
-    tree: Option<Tree>,
-    pace: &Pace<'_>,
-) -> Generated {
+pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let params = &input.params.generation;
     let ground = Ground::new(input);
     let robot = input.scene.belief.pose.position();
@@ -121,13 +117,7 @@ impl Search<'_> {
     }
 
     /// Grows the tree in time by `left` nodes, around the heuristic if there is one.
-    fn towards(
-        &mut self,
-        heuristic: &Heuristic,
-        forward: &mut Growth<'_>,
-        left: usize,
-        pace: &Pace<'_>,
-    ) {
+    fn towards(&mut self, heuristic: &Heuristic, forward: &mut Growth<'_>, left: usize, pace: &Pace<'_>) {
         for k in 0..left {
             let target = if heuristic.is_found {
                 self.sample_around(&heuristic.tree)

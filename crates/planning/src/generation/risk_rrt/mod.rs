@@ -23,11 +23,7 @@ use growth::{Ground, Growth};
 pub use time_tree::TimeTree;
 
 /// The candidates of one cycle.
-pub fn generate(
-    input: &GenerationInput<'_>,
-    tree: Option<Tree>,
-    pace: &Pace<'_>,
-) -> Generated {
+pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let params = &input.params.generation.risk_rrt;
     let ground = Ground::new(input);
     let old = tree.and_then(|value| TimeTree::from_value(&value, &ground.lattice, ground.max_depth));

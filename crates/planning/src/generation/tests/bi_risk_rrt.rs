@@ -83,9 +83,8 @@ fn people_are_in_the_way_of_the_robot_alone() {
         scene.people.vx.push(0.0);
         scene.people.vy.push(0.0);
     }
-    let tree = Generator::new("bi-risk-rrt", deep(500))
-        .generate(&world.input(&scene, None), None, 1, &|| 0.0)
-        .tree;
+    let tree =
+        Generator::new("bi-risk-rrt", deep(500)).generate(&world.input(&scene, None), None, 1, &|| 0.0).tree;
     let walls_alone = (0..tree.len()).filter(|&n| sides(&tree)[n] > 0.0).all(|n| {
         let risk = tree.extra["risk"][n];
         risk == 0.0 || risk == 1.0

@@ -1,18 +1,20 @@
 //! Fields of a map that evaluators and generators look up instead of computing, kept by what they
-//! depend on.
+//! depend on. The services of one process share them.
 
 use std::sync::Arc;
 
 use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
 use curionav_planning::geometry::Point2;
-use curionav_planning::occupancy::{GeodesicField, StaticMap};
+use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
 use curionav_planning::sensor::LaserModel;
 use curionav_planning::terms::DerivedFields;
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
 use zenoh::Session;
 
-use curionav_runtime::map_store::MapStore;
-use curionav_runtime::single_flight_cache::SingleFlightCache;
+use crate::cores::Cores;
+use crate::map_store::MapStore;
+use crate::single_flight_cache::SingleFlightCache;
+use crate::telemetry::timed;
 
 /// Distance fields kept: a robot has one goal at a time. On a map of 350 000 cells a distance field is 2.8 MB, so a
 /// pool of robots with 32 goals fills 90 MB.
@@ -55,6 +57,11 @@ impl Fields {
         Self { stock: Arc::clone(&self.stock), derives: false }
     }
 
+    /// The map of a grid that needs not be fetched.
+    pub fn insert(&self, grid: OccupancyGrid) -> Arc<StaticMap> {
+        self.stock.maps.insert(grid)
+    }
+
     /// The map itself with its distance fields. Blocks while it is fetched or derived, as do the others.
     pub fn map(&self, id: MapId) -> Result<Arc<StaticMap>, Reject> {
         if self.derives {
@@ -91,7 +98,7 @@ impl Fields {
         derive: impl FnOnce() -> V,
     ) -> Result<Arc<V>, Reject> {
         if self.derives {
-            return kept.get_or_try(key, || Ok(derive()));
+            return kept.get_or_try(key, || Ok(timed(what, derive)));
         }
         kept.get(key).ok_or_else(|| cold(what))
     }
@@ -126,7 +133,7 @@ impl DerivedFields for FieldsOf<'_> {
         let map = self.map()?;
         let key = (self.map, laser, *params);
         self.fields.derived("what this sensor sees", &self.fields.stock.information, &key, || {
-            InformationField::new(&map, &laser, params)
+            InformationField::by(&Cores::all(), &map, &laser, params)
         })
     }
 }
