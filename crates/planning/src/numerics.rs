@@ -3,15 +3,16 @@
 //! The system's own vary with processor and version, and one different last bit can change a
 //! decision; so everything that feeds a decision calls these (D18 in `docs/methods.md`).
 
+use std::ops::{Add, Mul};
+
 pub use libm::{asin, atan2, erf, exp, log as ln, sincos as sin_cos};
 
 /// Greatest angle that [`sinc_cos`] takes, radians.
 pub const SMALL_ANGLE: f64 = 0.5;
 
-/// `sin(x) / x` and `cos(x)` for |x| <= [`SMALL_ANGLE`] only, by their Taylor series, to 1e-16. Without branches, so that a
-/// loop over lanes becomes vector code.
+/// `sin(x) / x` and `cos(x)` for |x| <= [`SMALL_ANGLE`] only, by their Taylor series, to 1e-16; of a number or of lanes.
 #[inline(always)]
-pub fn sinc_cos(x: f64) -> (f64, f64) {
+pub fn sinc_cos<T: Copy + Mul<Output = T> + Mul<f64, Output = T> + Add<f64, Output = T>>(x: T) -> (T, T) {
     const S: [f64; 6] =
         [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0, 1.0 / 362_880.0, -1.0 / 39_916_800.0, 1.0 / 6_227_020_800.0];
     const C: [f64; 7] = [
@@ -24,9 +25,8 @@ pub fn sinc_cos(x: f64) -> (f64, f64) {
         -1.0 / 87_178_291_200.0,
     ];
     let h = x * x;
-    let sinc = 1.0 + h * (S[0] + h * (S[1] + h * (S[2] + h * (S[3] + h * (S[4] + h * S[5])))));
-    let cos = 1.0 + h * (C[0] + h * (C[1] + h * (C[2] + h * (C[3] + h * (C[4] + h * (C[5] + h * C[6]))))));
-    (sinc, cos)
+    let horner = |c: &[f64], last: f64| c.iter().rev().fold(h * last, |sum, &c| (sum + c) * h) + 1.0;
+    (horner(&S[..5], S[5]), horner(&C[..6], C[6]))
 }
 
 /// Length of the vector (x, y).

@@ -1,11 +1,14 @@
 //! Timing a path: the unicycle is driven along it in closed loop, under its limits, and braked so that it
 //! stands when the horizon ends (D14).
 
+mod robots;
+
 use crate::generation::path::Path;
-use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
+use crate::geometry::{Pose2, Twist};
+use crate::lanes::{LANES, Level, dispatch};
 use crate::motion::RobotModel;
-use crate::numerics::{SMALL_ANGLE, atan2, sin_cos, sinc_cos};
 use crate::states::States;
+use robots::{Law, Robots};
 
 crate::parameters! {
     /// Parameters of the path-following law: pure pursuit (Coulter, 1992) with turning on the spot.
@@ -66,12 +69,6 @@ pub struct Drive<'a> {
     pub profile: SpeedProfile,
 }
 
-/// Rollouts that are driven side by side: enough for vector registers and for independent work.
-const LANES: usize = 8;
-
-/// One number of each lane.
-type Lanes = [f64; LANES];
-
 /// Drives along every path from `from.pose` and adds `from.steps` states of each to `states`: where the robot is dt, 2 dt,
 /// ... after the start. Speeds, turn rates and their changes obey the robot's limits at every substep, and the last state
 /// stands still (if the limits allow it to stop at all within the horizon).
@@ -84,216 +81,36 @@ pub fn rollouts(
     params: &RolloutParams,
     states: &mut States,
 ) -> Vec<f64> {
-    let pieces = (from.dt / params.substep - 1e-9).ceil().max(1.0) as usize;
-    let law = Law {
-        robot: from.robot,
-        params,
-        h: from.dt / pieces as f64,
-        turn_from: Direction::of(params.turn_from).cos,
-        turn_until: Direction::of(params.turn_until).cos,
-    };
+    rollouts_with(Level::new(), drives, from, params, states)
+}
+
+fn rollouts_with(
+    level: Level,
+    drives: &[Drive<'_>],
+    from: &Departure<'_>,
+    params: &RolloutParams,
+    states: &mut States,
+) -> Vec<f64> {
+    let law = Law::new(from, params);
     let mut mean_speeds = Vec::with_capacity(drives.len());
     for chunk in drives.chunks(LANES) {
         // The last group is filled up with copies of the last drive.
         let drives: [Drive<'_>; LANES] = std::array::from_fn(|lane| chunk[lane.min(chunk.len() - 1)]);
-        let mut robots = Robots::new(&drives, from);
         let first = states.len();
         states.lengthen(chunk.len() * from.steps);
-        for k in 1..=from.steps * pieces {
-            let left = (from.steps * pieces - k) as f64 * law.h;
-            robots.advance(&drives, &law, left);
-            if k % pieces == 0 {
-                for lane in 0..chunk.len() {
-                    let (pose, twist) = robots.state(lane);
-                    states.set(first + lane * from.steps + k / pieces - 1, pose, twist);
-                }
-            }
-        }
-        mean_speeds.extend((0..chunk.len()).map(|lane| robots.mean_speed(lane)));
+        let rows = (first, chunk.len());
+        let speeds: [f64; LANES] =
+            dispatch!(level, simd => Robots::new(simd, &drives, from).drive(&law, from.steps, states, rows));
+        mean_speeds.extend_from_slice(&speeds[..chunk.len()]);
     }
     mean_speeds
-}
-
-/// What is the same for all lanes and times.
-struct Law<'a> {
-    robot: &'a RobotModel,
-    params: &'a RolloutParams,
-    /// Seconds per substep.
-    h: f64,
-    /// Cosines of the bearings of the same names.
-    turn_from: f64,
-    turn_until: f64,
-}
-
-/// The robot in every lane.
-struct Robots {
-    x: Lanes,
-    y: Lanes,
-    heading: Lanes,
-    cos: Lanes,
-    sin: Lanes,
-    v: Lanes,
-    omega: Lanes,
-    /// Share of the greatest speed.
-    fraction: Lanes,
-    /// Index of the path's point the robot has come to.
-    progress: [usize; LANES],
-    /// Whether it is turning on the spot before it drives.
-    turning: [bool; LANES],
-    /// Whether it is on the final braking ramp.
-    ramp: [bool; LANES],
-    /// Metres and seconds driven before that.
-    travelled: Lanes,
-    driven: Lanes,
-}
-
-impl Robots {
-    fn new(drives: &[Drive<'_>; LANES], from: &Departure<'_>) -> Self {
-        let Facing { pose, direction } = from.pose.into();
-        Self {
-            x: [pose.x; LANES],
-            y: [pose.y; LANES],
-            heading: [pose.heading; LANES],
-            cos: [direction.cos; LANES],
-            sin: [direction.sin; LANES],
-            v: [from.twist.v; LANES],
-            omega: [from.twist.omega; LANES],
-            fraction: drives.map(|drive| drive.profile.fraction),
-            progress: [0; LANES],
-            turning: drives.map(|drive| drive.profile.turn_first),
-            ramp: [false; LANES],
-            travelled: [0.0; LANES],
-            driven: [0.0; LANES],
-        }
-    }
-
-    fn state(&self, lane: usize) -> (Pose2, Twist) {
-        let pose = Pose2::new(self.x[lane], self.y[lane], wrap_angle(self.heading[lane]));
-        (pose, Twist { v: self.v[lane], omega: self.omega[lane] })
-    }
-
-    fn mean_speed(&self, lane: usize) -> f64 {
-        if self.driven[lane] > 0.0 { self.travelled[lane] / self.driven[lane] } else { 0.0 }
-    }
-
-    /// One substep, after which `left` seconds remain.
-    fn advance(&mut self, drives: &[Drive<'_>; LANES], law: &Law<'_>, left: f64) {
-        let [mut target_x, mut target_y, mut remaining] = [[0.0; LANES]; 3];
-        for (lane, Drive { path, .. }) in drives.iter().enumerate() {
-            let position = Point2::new(self.x[lane], self.y[lane]);
-            self.progress[lane] = path.advance(self.progress[lane], position);
-            let s = self.progress[lane] as f64 * Path::SPACING;
-            remaining[lane] = path.length() - s;
-            let target = path.at(s + law.params.lookahead + law.params.lookahead_time * self.v[lane]);
-            (target_x[lane], target_y[lane]) = (target.x, target.y);
-        }
-        let (mut v, mut omega) = self.pursue(law, &target_x, &target_y, &remaining);
-        self.brake_and_limit(law, left, &mut v, &mut omega);
-        self.step(law.h);
-    }
-
-    /// The twists that lead towards the points ahead on the paths.
-    #[inline(always)]
-    fn pursue(&mut self, law: &Law<'_>, x: &Lanes, y: &Lanes, remaining: &Lanes) -> (Lanes, Lanes) {
-        let RobotModel { v_max, a_max, omega_max, alpha_max, .. } = *law.robot;
-        let [mut ahead, mut left, mut v, mut omega] = [[0.0; LANES]; 4];
-        let mut on_the_spot = [false; LANES];
-        for i in 0..LANES {
-            let (dx, dy) = (x[i] - self.x[i], y[i] - self.y[i]);
-            (ahead[i], left[i]) = (self.cos[i] * dx + self.sin[i] * dy, self.cos[i] * dy - self.sin[i] * dx);
-            let squared = ahead[i] * ahead[i] + left[i] * left[i];
-            let distance = squared.sqrt();
-            // A bearing is greater than an angle where its cosine, ahead / distance, is less than the angle's.
-            self.turning[i] &= ahead[i] < law.turn_until * distance;
-            on_the_spot[i] = self.turning[i] | (ahead[i] < law.turn_from * distance);
-            // Braking in steps of h: half a step's speed less keeps the stop before the path's end.
-            let v_stop = (2.0 * a_max * at_least(remaining[i], 0.0)).sqrt() - 0.5 * a_max * law.h;
-            let curvature = 2.0 * left[i] / at_least(squared, 1e-6);
-            let v_bend = law.params.turn_share * omega_max / at_least(curvature.abs(), 1e-6);
-            v[i] = at_least(at_most(at_most(self.fraction[i] * v_max, v_bend), v_stop), 0.0);
-            omega[i] = curvature * law.limit_speed(self.v[i], v[i]);
-        }
-        for i in (0..LANES).filter(|&i| on_the_spot[i]) {
-            let bearing = atan2(left[i], ahead[i]);
-            let rate = (1.6 * alpha_max * bearing.abs()).sqrt().min(omega_max);
-            let rate = if remaining[i] > 0.0 { rate } else { 0.0 };
-            (v[i], omega[i]) = (0.0, rate * bearing.signum());
-        }
-        (v, omega)
-    }
-
-    /// Takes over wanted twists as far as the limits let the robot stand when `left` seconds are over.
-    #[inline(always)]
-    fn brake_and_limit(&mut self, law: &Law<'_>, left: f64, v: &mut Lanes, omega: &mut Lanes) {
-        let RobotModel { a_max, omega_max, alpha_max, .. } = *law.robot;
-        let (v_cap, omega_cap) = (a_max * left, alpha_max * left);
-        let change = alpha_max * law.h;
-        for i in 0..LANES {
-            let is_fast = v[i] > v_cap;
-            self.ramp[i] |= is_fast;
-            // Slower on the same curve.
-            let share = if is_fast { v_cap / v[i] } else { 1.0 };
-            let wanted = at_least(at_most(omega[i] * share, omega_cap), -omega_cap);
-            let omega = at_least(at_most(wanted, self.omega[i] + change), self.omega[i] - change);
-            self.omega[i] = at_least(at_most(omega, omega_max), -omega_max);
-            self.v[i] = law.limit_speed(self.v[i], at_most(v[i], v_cap));
-            let counts = if self.ramp[i] { 0.0 } else { law.h };
-            self.travelled[i] += self.v[i] * counts;
-            self.driven[i] += counts;
-        }
-    }
-
-    /// As [`crate::motion::step_facing`] for small angles; headings are not wrapped.
-    #[inline(always)]
-    fn step(&mut self, h: f64) {
-        let half: Lanes = std::array::from_fn(|i| 0.5 * h * self.omega[i]);
-        let is_small = half.iter().all(|half| half.abs() <= SMALL_ANGLE);
-        let turns: [(f64, f64); LANES] = if is_small {
-            half.map(sinc_cos)
-        } else {
-            half.map(|half| {
-                let (sin, cos) = sin_cos(half);
-                (if half == 0.0 { 1.0 } else { sin / half }, cos)
-            })
-        };
-        for i in 0..LANES {
-            let (sinc, cos) = turns[i];
-            let (sin, chord) = (half[i] * sinc, self.v[i] * h * sinc);
-            let middle = (self.cos[i] * cos - self.sin[i] * sin, self.sin[i] * cos + self.cos[i] * sin);
-            self.x[i] += chord * middle.0;
-            self.y[i] += chord * middle.1;
-            self.cos[i] = middle.0 * cos - middle.1 * sin;
-            self.sin[i] = middle.1 * cos + middle.0 * sin;
-            self.heading[i] += 2.0 * half[i];
-        }
-    }
-}
-
-impl Law<'_> {
-    /// As [`RobotModel::limit_speed`].
-    #[inline(always)]
-    fn limit_speed(&self, current: f64, wanted: f64) -> f64 {
-        let change = self.robot.a_max * self.h;
-        let v = at_least(at_most(wanted, current + change), current - change);
-        at_least(at_most(v, self.robot.v_max), 0.0)
-    }
-}
-
-/// The lesser of two numbers, in one instruction: what it gives for NaN does not matter.
-#[inline(always)]
-fn at_most(x: f64, most: f64) -> f64 {
-    if x < most { x } else { most }
-}
-
-/// The greater of two numbers.
-#[inline(always)]
-fn at_least(x: f64, least: f64) -> f64 {
-    if x > least { x } else { least }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Point2;
+    use crate::lanes::tests::levels;
     use crate::random::{rng, uniform};
 
     /// The states, and the mean speed.
@@ -360,5 +177,33 @@ mod tests {
         let (out, _) = driven(&path, 1.0, true, &Departure { steps: 25, ..departure(&robot, 0.0) });
         assert!(out.x[3].abs() < 0.05 && out.heading[3].abs() > 0.3);
         assert!(out.x[24] < -1.0, "{}", out.x[24]);
+    }
+
+    #[test]
+    fn every_kind_of_vectors_gives_the_same_bits() {
+        let robot = RobotModel { omega_max: 12.0, alpha_max: 30.0, ..RobotModel::default() };
+        let mut r = rng(12, 0);
+        let paths: Vec<Path> = (0..45)
+            .map(|_| {
+                let mut draw = || Point2::new(4.0 * uniform(&mut r) - 1.0, 4.0 * uniform(&mut r) - 2.0);
+                Path::new(Point2::default(), [draw(), draw(), draw()], 5.0)
+            })
+            .collect();
+        let profile =
+            |k: usize| SpeedProfile { fraction: 0.2 + 0.1 * (k % 8) as f64, turn_first: k % 3 == 0 };
+        let drives: Vec<Drive<'_>> =
+            paths.iter().enumerate().map(|(k, path)| Drive { path, profile: profile(k) }).collect();
+        let (from, params) = (departure(&robot, 0.4), RolloutParams::default());
+        let driven = levels().into_iter().map(|level| {
+            let mut states = States::default();
+            let mean_speeds = rollouts_with(level, &drives, &from, &params, &mut states);
+            (mean_speeds, states)
+        });
+        let driven: Vec<_> = driven.collect();
+        assert!(driven.len() > 1 && driven.iter().all(|d| *d == driven[0]));
+        // A drive does not depend on those beside it.
+        let mut alone = States::default();
+        rollouts_with(levels()[0], &drives[40..41], &from, &params, &mut alone);
+        assert!(alone.poses(0..13).eq(driven[0].1.poses(40 * 13..41 * 13)));
     }
 }
