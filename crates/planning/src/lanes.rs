@@ -4,7 +4,8 @@
 //! several, with the same operations in the same order; multiplications and additions are never fused. So the bits do
 //! not depend on the machine, and no lane on another.
 //!
-//! A function here must be inlined into the one that [`dispatch`] calls: only there are wide vectors allowed.
+//! A function here must be inlined into the one that [`dispatch`] calls: only there are wide vectors allowed. A closure
+//! cannot be told to, so what computes with lanes is no closure, and is not passed to the library's iterators.
 
 pub(crate) use fearless_simd::prelude::*;
 pub(crate) use fearless_simd::{Level, Simd, dispatch, f64x8};
@@ -56,22 +57,16 @@ pub(crate) fn sin_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     let quarters = shifted - WHOLE;
     let r = x - quarters * QUARTER[0] - quarters * QUARTER[1] - quarters * QUARTER[2];
     let z = r * r;
-    let polynomial = |[a, b, c, d, e]: [f64; 5]| ((((z * a + b) * z + c) * z + d) * z + e) * z;
-    let sine = r + r * z * (polynomial(SINE) + SINE_LAST);
+    let sine = r + r * z * polynomial(z, SINE);
     let half = z * 0.5;
-    let one = f64x8::splat(x.simd, 1.0);
-    let most = one - half;
-    let cosine = most + ((one - most - half) + z * (polynomial(COSINE) + COSINE_LAST) * z);
+    let most = 1.0 - half;
+    let cosine = most + ((1.0 - most - half) + z * polynomial(z, COSINE) * z);
 
     // An odd number of quarters exchanges the two, and half a turn changes a sign.
     let bits: u64x8<S> = shifted.bitcast();
     let odd = (bits & 1).simd_eq(1);
-    let signed = |value: f64x8<S>, quarters: u64x8<S>| -> f64x8<S> {
-        let value: u64x8<S> = value.bitcast();
-        (value ^ ((quarters & 2) << 62)).bitcast()
-    };
-    let mut sin = signed(odd.select(cosine, sine), bits);
-    let mut cos = signed(odd.select(sine, cosine), bits + 1);
+    let mut sin = negated_if(odd.select(cosine, sine), bits);
+    let mut cos = negated_if(odd.select(sine, cosine), bits + 1);
     if x.abs().simd_gt(FAR).any_true() {
         for lane in (0..LANES).filter(|&lane| x[lane].abs() > FAR) {
             (sin[lane], cos[lane]) = numerics::sin_cos(x[lane]);
@@ -80,28 +75,41 @@ pub(crate) fn sin_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     (sin, cos)
 }
 
+/// The sum of the coefficients times powers of `z`, the highest first.
+#[inline(always)]
+fn polynomial<S: Simd>(z: f64x8<S>, [a, b, c, d, e, f]: [f64; 6]) -> f64x8<S> {
+    ((((z * a + b) * z + c) * z + d) * z + e) * z + f
+}
+
+/// The number with its sign changed where the second bit of `quarters` is set.
+#[inline(always)]
+fn negated_if<S: Simd>(number: f64x8<S>, quarters: u64x8<S>) -> f64x8<S> {
+    let bits: u64x8<S> = number.bitcast();
+    (bits ^ ((quarters & 2) << 62)).bitcast()
+}
+
 /// Radians up to which the multiples of [`QUARTER`]'s first two parts are exact.
 const FAR: f64 = 100_000.0;
 /// Half of pi in three parts, of which the first two have 33 bits each.
 const QUARTER: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 /// (sin r / r - 1) / r^2 in powers of r^2, the highest first.
-const SINE: [f64; 5] = [
+const SINE: [f64; 6] = [
     1.589_690_995_211_55e-10,
     -2.505_076_025_340_686_3e-8,
     2.755_731_370_707_006_8e-6,
     -1.984_126_982_985_795e-4,
     8.333_333_333_322_49e-3,
+    -0.166_666_666_666_666_32,
 ];
-const SINE_LAST: f64 = -0.166_666_666_666_666_32;
 /// (cos r - 1 + r^2 / 2) / r^4 in powers of r^2, the highest first.
-const COSINE: [f64; 5] = [
+const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
     2.087_572_321_298_175e-9,
     -2.755_731_435_139_066_3e-7,
     2.480_158_728_947_673e-5,
     -1.388_888_888_887_411e-3,
+    0.041_666_666_666_666_6,
 ];
-const COSINE_LAST: f64 = 0.041_666_666_666_666_6;
 
 /// Natural exponential for -8.1 <= x <= 0 only, relative error below 1e-12 and exactly 1 at 0.
 ///

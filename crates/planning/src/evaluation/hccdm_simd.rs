@@ -63,12 +63,16 @@ impl Run {
     /// The component's value at each of eight points.
     #[inline(always)]
     fn at<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
-        let lanes = |of: &[f64; LANES]| f64x8::load_array_ref(x.simd, of);
-        let (dx, dy) = (x - lanes(&self.x), y - lanes(&self.y));
+        let (dx, dy) = (x - lanes(x.simd, &self.x), y - lanes(x.simd, &self.y));
         let squared = dx * dx + dy * dy;
-        let value = lanes(&self.peak) * exp_minus_8_to_0(lanes(&self.exponent) * squared);
-        squared.simd_le(lanes(&self.cut)).select(value, f64x8::splat(x.simd, 0.0))
+        let value = lanes(x.simd, &self.peak) * exp_minus_8_to_0(lanes(x.simd, &self.exponent) * squared);
+        squared.simd_le(lanes(x.simd, &self.cut)).select(value, f64x8::splat(x.simd, 0.0))
     }
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(simd: S, of: &[f64; LANES]) -> f64x8<S> {
+    f64x8::load_array_ref(simd, of)
 }
 
 /// A disc around the centre of a box, as wide as the box.
@@ -120,9 +124,8 @@ impl Group {
     /// Which of them may touch something in `here`, lowest bit first.
     #[inline(always)]
     fn touching<S: Simd>(&self, simd: S, here: Disc) -> u64 {
-        let lanes = |of: &[f64; LANES]| f64x8::load_array_ref(simd, of);
-        let (dx, dy) = (lanes(&self.x) - here.x, lanes(&self.y) - here.y);
-        let far = lanes(&self.radius) + here.radius;
+        let (dx, dy) = (lanes(simd, &self.x) - here.x, lanes(simd, &self.y) - here.y);
+        let far = lanes(simd, &self.radius) + here.radius;
         (dx * dx + dy * dy).simd_le(far * far).to_bitmask()
     }
 }

@@ -13,6 +13,9 @@ pub mod hccdm;
 mod hccdm_simd;
 pub mod risk;
 
+#[cfg(test)]
+mod dispatch_tests;
+
 use crate::candidates::CandidateSet;
 use crate::scene::Scene;
 
@@ -26,7 +29,7 @@ pub type Costs = Result<Vec<f64>, Stopped>;
 
 /// Scores candidates under one term. The arbiter and the services use the same code, so the costs are the same.
 pub trait Evaluator: Send + Sync {
-    /// The cost of each candidate. `should_stop` is asked between candidates.
+    /// The cost of each candidate. `should_stop` is asked every few candidates.
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs;
 }
 

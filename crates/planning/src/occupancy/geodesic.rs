@@ -1,6 +1,5 @@
 //! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
 
-#[path = "geodesic_lookup.rs"]
 mod lookup;
 
 use std::sync::Arc;

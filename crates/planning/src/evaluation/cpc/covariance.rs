@@ -67,8 +67,7 @@ impl<S: Simd> Covariances<S> {
         let credit = self.credit(model, step);
         let predicted = self.sigma.predict(model, step);
         let updated = predicted.observe(&step.information, credit);
-        let wander = self.lambda.steer(model.dt, step);
-        let wander = wander.zip(&predicted.zip(&updated, |p, u| p - u), |w, gained| w + gained);
+        let wander = self.lambda.steer(model.dt, step).plus(predicted.minus(updated));
         let ([wx, _, wy, .., wt], [ux, _, uy, .., ut]) = (wander.0, updated.0);
         self.zeta += wx + ux + (wy + uy) + (wt + ut);
         (self.sigma, self.lambda) = (updated, wander);
@@ -92,15 +91,22 @@ impl<S: Simd> Covariances<S> {
 
 impl<S: Simd> Symmetric<S> {
     #[inline(always)]
-    fn zip(&self, other: &Self, with: impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>) -> Self {
-        Self(std::array::from_fn(|i| with(self.0[i], other.0[i])))
+    fn plus(self, Self([a, b, c, d, e, f]): Self) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = self;
+        Self([xx + a, xy + b, yy + c, xt + d, yt + e, tt + f])
+    }
+
+    #[inline(always)]
+    fn minus(self, Self([a, b, c, d, e, f]): Self) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = self;
+        Self([xx - a, xy - b, yy - c, xt - d, yt - e, tt - f])
     }
 
     /// Eq. 10: `A Sigma A^T + M'` with A = I but for its last column (-travel sin, travel cos, 1), and the variances of
     /// [`OdometryNoise::variances`].
     #[inline(always)]
-    fn predict(&self, model: &StepModel, step: &Step<S>) -> Self {
-        let Self([xx, xy, yy, xt, yt, tt]) = *self;
+    fn predict(self, model: &StepModel, step: &Step<S>) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = self;
         let (sin, cos) = step.sin_cos;
         let (a, b) = (-step.travel * sin, step.travel * cos);
         let (noise, metres, radians) = (&model.noise, step.travel.abs(), step.turn.abs());
@@ -119,8 +125,8 @@ impl<S: Simd> Symmetric<S> {
     /// Eq. 11, `(Sigma^-1 + J)^-1` without either inverse: three scalar Kalman updates, one for each
     /// column of J's factor. Needs no regular Sigma, and keeps it positive semi-definite.
     #[inline(always)]
-    fn observe(&self, &[d1, l21, l31, d2, l32, d3]: &[f64x8<S>; 6], credit: f64x8<S>) -> Self {
-        let Self([xx, xy, yy, xt, yt, tt]) = *self;
+    fn observe(self, &[d1, l21, l31, d2, l32, d3]: &[f64x8<S>; 6], credit: f64x8<S>) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = self;
         let (u, v, w) = (xx + l21 * xy + l31 * xt, xy + l21 * yy + l31 * yt, xt + l21 * yt + l31 * tt);
         let s = self.less(u, v, w, credit * d1 / (1.0 + credit * d1 * (u + l21 * v + l31 * w)));
         let Self([_, xy, yy, xt, yt, tt]) = s;
@@ -132,15 +138,14 @@ impl<S: Simd> Symmetric<S> {
 
     /// `self - g (u, v, w) (u, v, w)^T`.
     #[inline(always)]
-    fn less(&self, u: f64x8<S>, v: f64x8<S>, w: f64x8<S>, g: f64x8<S>) -> Self {
+    fn less(self, u: f64x8<S>, v: f64x8<S>, w: f64x8<S>, g: f64x8<S>) -> Self {
         let (gu, gv, gw) = (g * u, g * v, g * w);
-        let outer = Self([gu * u, gu * v, gv * v, gu * w, gv * w, gw * w]);
-        self.zip(&outer, |s, o| s - o)
+        self.minus(Self([gu * u, gu * v, gv * v, gu * w, gv * w, gw * w]))
     }
 
     /// `(A - BK) Lambda (A - BK)^T` of eq. 14: in the path frame, where A - BK has five entries.
     #[inline(always)]
-    fn steer(&self, dt: f64, step: &Step<S>) -> Self {
+    fn steer(self, dt: f64, step: &Step<S>) -> Self {
         let (sin, cos) = step.sin_cos;
         let Self([xx, xy, yy, xt, yt, tt]) = self.turned(-sin, cos);
         // [[f, 0, 0], [0, 1, travel], [0, h, g]]
@@ -160,8 +165,8 @@ impl<S: Simd> Symmetric<S> {
 
     /// `R Sigma R^T` with R the turn by the angle of the given sine and cosine.
     #[inline(always)]
-    fn turned(&self, sin: f64x8<S>, cos: f64x8<S>) -> Self {
-        let Self([xx, xy, yy, xt, yt, tt]) = *self;
+    fn turned(self, sin: f64x8<S>, cos: f64x8<S>) -> Self {
+        let Self([xx, xy, yy, xt, yt, tt]) = self;
         let (ss, sc, cc) = (sin * sin, sin * cos, cos * cos);
         let twice = 2.0 * sc * xy;
         Self([

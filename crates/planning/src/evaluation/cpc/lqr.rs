@@ -91,18 +91,21 @@ impl GainTable {
     /// Gains along, across and of the heading at speed `v` m/s, clamped to the table.
     #[inline(always)]
     pub(super) fn at<S: Simd>(&self, v: f64x8<S>) -> [f64x8<S>; 3] {
-        let simd = v.simd;
-        let [zero, last, most] =
-            [0, self.intervals.len() - 1, self.intervals.len()].map(|n| f64x8::splat(simd, n as f64));
-        let u = lesser(greater((v - SLOWEST) * (1.0 / SPACING), zero), most);
-        let i = lesser(floor(u), last);
-        let f = u - i;
-        let rows: [&[[f64; 3]; 2]; LANES] = indices(i).map(|i| &self.intervals[i]);
-        std::array::from_fn(|gain| {
-            let [low, growth] = [0, 1].map(|end| f64x8::from_fn(simd, |lane| rows[lane][end][gain]));
-            low + f * growth
-        })
+        let most = self.intervals.len() as f64;
+        let u = (v - SLOWEST) * (1.0 / SPACING);
+        let u = lesser(greater(u, f64x8::splat(v.simd, 0.0)), f64x8::splat(v.simd, most));
+        let i = lesser(floor(u), f64x8::splat(v.simd, most - 1.0));
+        let (f, at) = (u - i, indices(i));
+        let rows: [&[[f64; 3]; 2]; LANES] = std::array::from_fn(|lane| &self.intervals[at[lane]]);
+        [between(rows, 0, f), between(rows, 1, f), between(rows, 2, f)]
     }
+}
+
+/// One of the gains of each row, the share `f` of the way to the other end.
+#[inline(always)]
+fn between<S: Simd>(rows: [&[[f64; 3]; 2]; LANES], gain: usize, f: f64x8<S>) -> f64x8<S> {
+    let low = f64x8::from_fn(f.simd, |lane| rows[lane][0][gain]);
+    low + f * f64x8::from_fn(f.simd, |lane| rows[lane][1][gain])
 }
 
 #[cfg(test)]

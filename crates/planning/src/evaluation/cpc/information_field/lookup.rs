@@ -57,8 +57,16 @@ impl InformationField {
         // Nothing is seen outside; the factors at 0 are of no information.
         let place = |lane: usize| self.place.get(block[lane]).map_or(0, |&p| p as usize) + bin[lane];
         let rows: [&[f32; 6]; LANES] = std::array::from_fn(|lane| &self.factors[place(lane)]);
-        std::array::from_fn(|i| f64x8::from_fn(simd, |lane| f64::from(rows[lane][i])))
+        let [a, b, c] = [column_of(simd, rows, 0), column_of(simd, rows, 1), column_of(simd, rows, 2)];
+        let [d, e, f] = [column_of(simd, rows, 3), column_of(simd, rows, 4), column_of(simd, rows, 5)];
+        [a, b, c, d, e, f]
     }
+}
+
+/// The same number of each row.
+#[inline(always)]
+fn column_of<S: Simd>(simd: S, rows: [&[f32; 6]; LANES], i: usize) -> f64x8<S> {
+    f64x8::from_fn(simd, |lane| f64::from(rows[lane][i]))
 }
 
 /// Which of the headings of a block is nearest.

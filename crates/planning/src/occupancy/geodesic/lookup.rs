@@ -22,39 +22,46 @@ impl GeodesicLookup<'_> {
     /// [`GeodesicField::at`] of each point, bit for bit.
     #[inline(always)]
     pub(crate) fn at<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
-        let simd = x.simd;
-        let splat = |value| f64x8::splat(simd, value);
-        let (grid, metres) = (&self.field.grid, &self.field.metres);
+        let grid = &self.field.grid;
         let (origin, (s, c)) = (grid.origin(), self.sin_cos);
         let (dx, dy) = (x - origin.x, y - origin.y);
         let column = (c * dx + s * dy) / grid.resolution() - 0.5;
         let row = (-s * dx + c * dy) / grid.resolution() - 0.5;
 
-        let [width, height] = [grid.width(), grid.height()].map(|n| n as f64);
+        let (width, height) = (grid.width() as f64, grid.height() as f64);
         let outside = column.simd_lt(-0.5)
             | row.simd_lt(-0.5)
             | column.simd_gt(width - 0.5)
             | row.simd_gt(height - 0.5);
-        let inside = |at, end: f64| lesser(greater(at, splat(0.0)), splat(end - 1.0));
-        let (column, row) = (inside(column, width), inside(row, height));
+        let (column, row) = (within(column, width - 1.0), within(row, height - 1.0));
         let (column_0, row_0) = (floor(column), floor(row));
         let (u, v) = (column - column_0, row - row_0);
 
         // The next cell, or the same one at the rim.
-        let cell = row_0 * width + column_0;
-        let right = column_0.simd_lt(width - 1.0).select(splat(1.0), splat(0.0));
-        let up = row_0.simd_lt(height - 1.0).select(splat(width), splat(0.0));
-        let value = |cell: f64x8<S>| {
-            let cells: [usize; LANES] = indices(cell);
-            f64x8::from_fn(simd, |lane| metres.get(cells[lane]).map_or(f64::INFINITY, |&m| m.into()))
-        };
-        let (a, b, d, e) = (value(cell), value(cell + right), value(cell + up), value(cell + right + up));
+        let (cell, zero) = (row_0 * width + column_0, f64x8::splat(x.simd, 0.0));
+        let right = column_0.simd_lt(width - 1.0).select(f64x8::splat(x.simd, 1.0), zero);
+        let up = row_0.simd_lt(height - 1.0).select(f64x8::splat(x.simd, width), zero);
+        let (a, b) = (self.of_cells(cell), self.of_cells(cell + right));
+        let (d, e) = (self.of_cells(cell + up), self.of_cells(cell + right + up));
         let between = (a * (1.0 - u) + b * u) * (1.0 - v) + (d * (1.0 - u) + e * u) * v;
         // Beside cells without a way there is nothing between: the least of the four counts.
         let no_way = (a + b + d + e).simd_ge(f64::INFINITY);
         let metres = no_way.select(lesser(lesser(a, b), lesser(d, e)), between);
-        outside.select(splat(f64::INFINITY), metres)
+        outside.select(f64x8::splat(x.simd, f64::INFINITY), metres)
     }
+
+    #[inline(always)]
+    fn of_cells<S: Simd>(&self, cells: f64x8<S>) -> f64x8<S> {
+        let at: [usize; LANES] = indices(cells);
+        let metres = &self.field.metres[..];
+        f64x8::from_fn(cells.simd, |lane| metres.get(at[lane]).map_or(f64::INFINITY, |&m| f64::from(m)))
+    }
+}
+
+/// The numbers, from 0 to `most`.
+#[inline(always)]
+fn within<S: Simd>(x: f64x8<S>, most: f64) -> f64x8<S> {
+    lesser(greater(x, f64x8::splat(x.simd, 0.0)), f64x8::splat(x.simd, most))
 }
 
 #[cfg(test)]
