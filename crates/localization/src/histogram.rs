@@ -12,6 +12,8 @@ pub(crate) struct Histogram {
     numbers: BTreeMap<Bin, u32>,
     bins: Vec<Bin>,
     weight: Vec<f64>,
+    /// The bin of the last pose: poses that follow each other are often neighbours.
+    last: Option<(Bin, u32)>,
     parent: Vec<u32>,
 }
 
@@ -37,6 +39,10 @@ impl Histogram {
             (pose.y / self.bin_position).floor() as i64,
             sector.rem_euclid(self.sectors),
         ];
+        if let Some((_, number)) = self.last.filter(|(last, _)| *last == bin) {
+            self.weight[number as usize] += weight;
+            return number;
+        }
         let number = *self.numbers.entry(bin).or_insert_with(|| {
             let number = self.bins.len() as u32;
             self.bins.push(bin);
@@ -44,6 +50,7 @@ impl Histogram {
             self.parent.push(number);
             number
         });
+        self.last = Some((bin, number));
         self.weight[number as usize] += weight;
         number
     }

@@ -75,6 +75,14 @@ impl Fields {
         FieldsOf { fields: self, map }
     }
 
+    /// Distances to `goal` on `map` for a robot that keeps `room` metres from walls.
+    pub fn way(&self, map: &StaticMap, goal: Point2, room: f64) -> Result<Arc<GeodesicField>, Reject> {
+        let key = (MapId(map.grid.hash()), [goal.x, goal.y, room].map(f64::to_bits));
+        self.derived("the way to this goal", &self.stock.geodesic, &key, || {
+            GeodesicField::new(map, goal, room)
+        })
+    }
+
     /// What is kept.
     pub fn prepared(&self) -> Vec<Prepared> {
         let maps = self.stock.maps.ids().into_iter().map(|map| Prepared::Map { map });
@@ -119,10 +127,7 @@ impl DerivedFields for FieldsOf<'_> {
 
     fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Reject> {
         let map = self.map()?;
-        let key = (self.map, [goal.x, goal.y, radius].map(f64::to_bits));
-        self.fields.derived("the way to this goal", &self.fields.stock.geodesic, &key, || {
-            GeodesicField::new(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
-        })
+        self.fields.way(&map, goal, radius + GeodesicField::PLANNING_MARGIN)
     }
 
     fn information(

@@ -14,7 +14,7 @@ const POOL_PATIENCE: Duration = Duration::from_secs(5);
 /// How long it waits for a term that is not built in. Only its replicas compute it, so the mission is then refused.
 const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// Between two looks.
-const PAUSE: Duration = Duration::from_millis(5);
+const PAUSE: Duration = Duration::from_millis(1);
 
 /// Completes once every replica that is alive is ready and there is one of each role. A role that the arbiter can
 /// replace is awaited for a short time, a term that is not built in for a longer one: without it nothing can be

@@ -9,9 +9,10 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::limits::{MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
-use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, RunResult, Trace};
+use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, Reject, RunResult, Trace};
 use sha2::{Digest, Sha256};
 
 /// Columns of the trace, one row per tick.
@@ -100,9 +101,13 @@ impl Record {
         seed: u64,
         outcome: Outcome,
         goal: Point2,
-    ) -> RunResult {
+        fields: &Fields,
+    ) -> Result<RunResult, Reject> {
+        // The robot's own time ends here.
         let wall = self.started.elapsed().as_secs_f64();
-        RunResult {
+        let radius = world.scenario().robot.model.radius();
+        let way = fields.way(world.map(), goal, radius)?;
+        Ok(RunResult {
             scenario: world.scenario().name.clone(),
             planner: planner.to_owned(),
             seed,
@@ -112,7 +117,7 @@ impl Record {
                 Outcome::Lost => wire::Outcome::Lost,
             },
             measures: measures(&Measures::of(&self.measured)),
-            social: social(&self.measured, world, outcome, goal),
+            social: social(&self.measured, outcome, goal, &way, radius),
             cycles: Cycles {
                 count: self.times.len() as u64,
                 degraded: self.degraded,
@@ -123,7 +128,7 @@ impl Record {
             real_time_factor: world.time() / wall.max(1e-9),
             decisions_sha256: wire::hex(&self.digest.finalize()),
             trace: trace(self.columns, &self.rows, &self.people),
-        }
+        })
     }
 }
 
@@ -173,14 +178,18 @@ fn measures(m: &Measures) -> wire::Measures {
 const WAY_SPACING: f64 = 0.1;
 
 /// The measures of social navigation by name.
-fn social(rows: &[Row], world: &World, outcome: Outcome, goal: Point2) -> BTreeMap<String, f64> {
-    let (map, radius) = (world.map(), world.scenario().robot.model.radius());
-    let field = GeodesicField::new(map, goal, radius);
+fn social(
+    rows: &[Row],
+    outcome: Outcome,
+    goal: Point2,
+    to_goal: &GeodesicField,
+    robot_radius: f64,
+) -> BTreeMap<String, f64> {
     let start = rows.first().map_or(goal, |row| row.truth.pose.position());
-    let way = field.descend(start, WAY_SPACING);
+    let way = to_goal.descend(start, WAY_SPACING);
     let driven: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     let rest = way.last().map_or(0.0, |end| end.distance(goal));
-    let task = Task { outcome, shortest_m: driven + rest, to_go: &|p| field.at(p), robot_radius: radius };
+    let task = Task { outcome, shortest_m: driven + rest, to_go: &|p| to_goal.at(p), robot_radius };
     let truth: Vec<&Truth> = rows.iter().map(|row| &row.truth).collect();
     let measures = social_measures(&truth, &task).into_iter();
     let sendable = measures.filter(|(_, value)| value.abs() < MAX_MAGNITUDE);

@@ -9,6 +9,7 @@ use curionav_crowdsim::outcome::Outcome;
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_runtime::lockstep::{LOCKSTEP_PATIENCE, Latest};
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::robot_service::is_over;
@@ -78,6 +79,7 @@ impl Streams {
     pub(crate) async fn play(
         &mut self,
         prepared: Prepared,
+        fields: &Fields,
         progress: Progress<'_>,
     ) -> Result<RunResult, MissionEnd> {
         let Prepared { mut world, order, profile, seed, .. } = prepared;
@@ -101,7 +103,7 @@ impl Streams {
             tracing::warn!(%error, "the driver did not take the end of the mission");
         }
         let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
-        Ok(record.finish(&world, &profile.name, seed, outcome?, goal))
+        record.finish(&world, &profile.name, seed, outcome?, goal, fields).map_err(failed)
     }
 
     async fn request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
@@ -174,7 +176,9 @@ impl Streams {
             if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last() {
                 changed = newest;
             }
-            mission.clone_from(&changed);
+            if *mission != changed {
+                mission.clone_from(&changed);
+            }
             if let Some(end) = ended(mission) {
                 return Err(end);
             }

@@ -35,14 +35,14 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
         let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
-        let fields = fields.clone();
+        let of_runs = fields.clone();
         let runs = AtomicU64::new(first_run());
         let inject =
             serve(session, &key("scenario")?, (1, 4), &refusals(), move |request: InjectRequest, _| {
                 if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
                     return Err(Refusal::Busy.into());
                 }
-                let prepared = prepare(&request, &robot, &fields)?;
+                let prepared = prepare(&request, &robot, &of_runs)?;
                 let run = runs.fetch_add(1, Ordering::Relaxed);
                 let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
                 // Before it can be played, so that the end of the run is not overwritten.
@@ -78,7 +78,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             drop(_hosted.take());
             _hosted = Some(host(session, prepared.map.clone(), &counts.refused)?);
             tokio::select! {
-                () = play(&mut streams, prepared, &status, &published) => {}
+                () = play(&mut streams, prepared, fields, &status, &published) => {}
                 () = shutdown.requested() => return Ok(()),
             }
         }
@@ -101,6 +101,7 @@ fn idle(world: &str) -> RunStatus {
 async fn play(
     streams: &mut Streams,
     prepared: Prepared,
+    fields: &Fields,
     status: &SharedStatus,
     published: &Topic<RunStatus>,
 ) {
@@ -125,7 +126,7 @@ async fn play(
         });
     };
     let outcome = tokio::select! {
-        outcome = streams.play(prepared, &progress) => outcome,
+        outcome = streams.play(prepared, fields, &progress) => outcome,
         () = publishing => return,
     };
     status.send_modify(|status| match outcome {

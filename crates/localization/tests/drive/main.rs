@@ -9,7 +9,7 @@ mod simulation;
 use std::time::Instant;
 
 use course::*;
-use curionav_localization::{LaserLikelihood, LocalizerParams, Scan};
+use curionav_localization::{LaserLikelihood, Localizer, LocalizerParams, Scan};
 use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
 use curionav_planning::sensor::LaserModel;
 use nalgebra::Matrix3;
@@ -42,6 +42,28 @@ fn a_long_drive_on_a_real_map_ends_near_the_truth_with_an_honest_covariance() {
             sum += nees;
         }
         assert!((0.5 * HONEST..1.2 * HONEST).contains(&(sum / 5.0)), "mean NEES {}", sum / 5.0);
+    }
+}
+
+#[test]
+fn a_filter_started_at_a_pose_is_one_that_is_told_it_afterwards() {
+    let (map, params) = (hall(12.0, 8.0, &[]), LocalizerParams::default());
+    for seed in 0..3 {
+        let (pose, covariance) = (Pose2::new(5.0, 4.0, 0.3), untold(&map, &params, seed).start_covariance());
+        let mut told = untold(&map, &params, seed);
+        told.initialise(pose, &covariance);
+        let (laser, params) = (LaserModel::default(), params.clone());
+        let start = (pose, &covariance);
+        let mut started = Localizer::starting_at(map.clone(), laser, NOISE, params, seed, start).unwrap();
+        let ranges = vec![2.0; laser.beams as usize];
+        for tick in 0..40 {
+            let (odometry, stamp) = (Pose2::new(0.1 * f64::from(tick), 0.0, 0.0), 0.1 * f64::from(tick));
+            let [a, b] = [&mut told, &mut started].map(|localizer| {
+                localizer.update(odometry, Twist::default(), stamp, &Scan { ranges: &ranges, laser })
+            });
+            assert_eq!((a.pose, a.covariance), (b.pose, b.covariance), "seed {seed}, tick {tick}");
+        }
+        assert!(told.particles().eq(started.particles()), "seed {seed}");
     }
 }
 

@@ -94,8 +94,11 @@ impl<'a> RayCaster<'a> {
         directions: &[(f64, f64); N],
         reach: f64,
     ) -> [Option<Hit>; N] {
-        let mut rays = [Ray { range: 0.0, before: None, hit: None }; N];
-        let (mut open, mut count): ([usize; N], usize) = (std::array::from_fn(|i| i), N);
+        // The first step is the same for all.
+        let mut first = Ray { range: 0.0, before: None, hit: None };
+        let mut count = if self.step(&mut first, from, (0.0, 0.0), reach) { N } else { 0 };
+        let mut rays = [first; N];
+        let mut open: [usize; N] = std::array::from_fn(|i| i);
         while count > 0 {
             let mut left = 0;
             for k in 0..count {
@@ -113,7 +116,7 @@ impl<'a> RayCaster<'a> {
     #[inline(always)]
     fn step(&self, ray: &mut Ray, (x, y): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> bool {
         let (px, py) = (x + ray.range * dx, y + ray.range * dy);
-        // Conversions to 32 bits are faster. What is left of the grid or below it becomes 0.
+        // Conversions to 32 bits are faster.
         let (column, row) = (px as u32, py as u32);
         let inside =
             (px >= 0.0) & (py >= 0.0) & ((column as usize) < self.width) & ((row as usize) < self.height);
