@@ -10,12 +10,19 @@ const PATIENCE: Duration = Duration::from_millis(400);
 /// Repeats of a case at least, also when one takes longer than that.
 const REPEATS_MIN: usize = 3;
 
-/// What one repeat came to.
+/// What one repeat came to, or the best of many.
 pub(crate) struct Sample {
     /// Of the work alone.
     pub(crate) time: Duration,
     /// What else is worth a look.
     pub(crate) note: String,
+}
+
+impl Sample {
+    /// The one that took less time.
+    pub(crate) fn or(self, other: Self) -> Self {
+        if other.time < self.time { other } else { self }
+    }
 }
 
 /// Something to be timed: its name, and a function that does it once.
@@ -24,25 +31,6 @@ pub(crate) struct Case {
     pub(crate) name: String,
     once: Box<dyn FnMut() -> Sample>,
     repeats_min: usize,
-}
-
-/// The least time of a case and of the reference in the same stretch of time.
-pub(crate) struct Measured {
-    pub(crate) time: Duration,
-    pub(crate) reference: Duration,
-    pub(crate) note: String,
-}
-
-impl Measured {
-    /// How many times as long as the reference it took.
-    pub(crate) fn ratio(&self) -> f64 {
-        self.time.as_secs_f64() / self.reference.as_secs_f64()
-    }
-
-    /// The least times of both.
-    pub(crate) fn or(self, other: Self) -> Self {
-        if other.ratio() < self.ratio() { other } else { self }
-    }
 }
 
 impl Case {
@@ -80,24 +68,20 @@ impl Case {
         (0..times).for_each(|_| drop((self.once)()));
     }
 
-    /// Repeats it, with the reference in between: blocks of about the same length, so that both meet the same noise.
-    pub(crate) fn measure(&mut self, reference: &mut Reference) -> Measured {
-        let first = (self.once)();
-        let mut least = Measured { time: first.time, reference: reference.time(), note: first.note };
-        let (started, mut repeats) = (Instant::now(), 0);
-        while repeats + 1 < self.repeats_min || (self.repeats_min > 1 && started.elapsed() < PATIENCE) {
+    /// The best of many repeats, with the reference in between: blocks of about the same length.
+    pub(crate) fn measure(&mut self, reference: &mut Reference) -> Sample {
+        reference.take_time();
+        let (mut best, mut repeats) = ((self.once)(), 1);
+        let started = Instant::now();
+        while repeats < self.repeats_min || (self.repeats_min > 1 && started.elapsed() < PATIENCE) {
             let block = Instant::now();
-            loop {
-                least.time = least.time.min((self.once)().time);
+            while block.elapsed() < reference.least {
+                best = best.or((self.once)());
                 repeats += 1;
-                if block.elapsed() >= least.reference {
-                    break;
-                }
             }
-            least.reference = least.reference.min(reference.time());
+            reference.take_time();
         }
-        (0..10).for_each(|_| least.reference = least.reference.min(reference.time()));
-        least
+        best
     }
 }
 

@@ -27,7 +27,7 @@ use clap::Parser;
 use comfy_table::{CellAlignment, Table};
 
 use baseline::Baseline;
-use case::{Case, Measured};
+use case::{Case, Sample};
 use reference::Reference;
 
 /// How often a case that seems to be slower than before is measured again: most of them met other work.
@@ -87,7 +87,7 @@ fn main() -> anyhow::Result<ExitCode> {
             }
             let mut measured = case.measure(&mut reference);
             for _ in 0..SECOND_LOOKS {
-                if baseline.is_worse(&case.name, measured.ratio()) {
+                if baseline.is_worse(&case.name, reference.ratio(measured.time)) {
                     measured = measured.or(case.measure(&mut reference));
                 }
             }
@@ -98,33 +98,29 @@ fn main() -> anyhow::Result<ExitCode> {
     if options.times.is_some() {
         return Ok(ExitCode::SUCCESS);
     }
-    println!("{}", table(&rows, &baseline));
-    let worse: Vec<&str> = rows
-        .iter()
-        .filter(|(name, m)| baseline.is_worse(name, m.ratio()))
-        .map(|row| row.0.as_str())
-        .collect();
+    let ratio = |measured: &Sample| reference.ratio(measured.time);
+    println!("{}\nr = {:.3} ms", table(&rows, &baseline, ratio), 1e3 * reference.least.as_secs_f64());
+    let is_worse = |(name, measured): &&(String, Sample)| baseline.is_worse(name, ratio(measured));
+    let worse: Vec<&str> = rows.iter().filter(is_worse).map(|row| row.0.as_str()).collect();
     if !worse.is_empty() {
         println!("slower than the baseline by more than a tenth: {}", worse.join(", "));
     }
     if options.write {
-        baseline.write(rows.iter().map(|(name, measured)| (name.clone(), measured.ratio())))?;
+        baseline.write(rows.iter().map(|(name, measured)| (name.clone(), ratio(measured))))?;
     }
     Ok(ExitCode::from(u8::from(options.check && !worse.is_empty())))
 }
 
-fn table(rows: &[(String, Measured)], baseline: &Baseline) -> Table {
+fn table(rows: &[(String, Sample)], baseline: &Baseline, ratio: impl Fn(&Sample) -> f64) -> Table {
     let mut table = Table::new();
-    let header = ["case", "ms", "r ms", "in r", "baseline", "change", "peer", "note"];
+    let header = ["case", "ms", "in r", "baseline", "change", "peer", "note"];
     table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY).set_header(header);
-    let ms = |time: std::time::Duration| 1e3 * time.as_secs_f64();
     for (name, measured) in rows {
-        let ratio = measured.ratio();
+        let ratio = ratio(measured);
         let before = baseline.of(name);
         table.add_row([
             name.clone(),
-            format!("{:.4}", ms(measured.time)),
-            format!("{:.3}", ms(measured.reference)),
+            format!("{:.4}", 1e3 * measured.time.as_secs_f64()),
             format!("{ratio:.4}"),
             before.map_or_else(String::new, |before| format!("{before:.4}")),
             before.map_or_else(String::new, |before| format!("{:+.0} %", 100.0 * (ratio / before - 1.0))),
@@ -132,7 +128,7 @@ fn table(rows: &[(String, Measured)], baseline: &Baseline) -> Table {
             measured.note.clone(),
         ]);
     }
-    for column in 1..6 {
+    for column in 1..5 {
         if let Some(column) = table.column_mut(column) {
             column.set_cell_alignment(CellAlignment::Right);
         }

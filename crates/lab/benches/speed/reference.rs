@@ -16,6 +16,8 @@ use fearless_simd::{Level, Simd, dispatch, f32x16, prelude::*};
 
 const STATES: usize = 112_000;
 const COMPONENTS: usize = 40;
+/// Times that the loop runs before anything is compared with it.
+const REPEATS: usize = 20;
 /// -1 / (2 variance) and weight of every component.
 const EXPONENT: f32 = -0.5 / 1.5;
 const WEIGHT: f32 = 0.1;
@@ -33,6 +35,8 @@ struct Points {
 pub(crate) struct Reference {
     points: Vec<Points>,
     means: Vec<(f32, f32)>,
+    /// The least time so far: r.
+    pub(crate) least: Duration,
 }
 
 impl Reference {
@@ -46,15 +50,23 @@ impl Reference {
             sum: [0.0; 16],
         };
         let points = (0..STATES / 16).map(points).collect();
-        Self { points, means: (0..COMPONENTS).map(|_| (draw(30.0), draw(25.0))).collect() }
+        let means = (0..COMPONENTS).map(|_| (draw(30.0), draw(25.0))).collect();
+        let mut reference = Self { points, means, least: Duration::MAX };
+        (0..REPEATS).for_each(|_| reference.take_time());
+        reference
     }
 
-    /// How long the loop takes this time.
-    pub(crate) fn time(&mut self) -> Duration {
+    /// Runs the loop once more.
+    pub(crate) fn take_time(&mut self) {
         let started = Instant::now();
         self.run();
         black_box(&self.points);
-        started.elapsed()
+        self.least = self.least.min(started.elapsed());
+    }
+
+    /// How many times as long as the loop something took.
+    pub(crate) fn ratio(&self, time: Duration) -> f64 {
+        time.as_secs_f64() / self.least.as_secs_f64()
     }
 
     #[inline(never)]
