@@ -10,8 +10,9 @@ use curionav_arbiter::report::CycleOutcome;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
+use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::query::AskError;
-use curionav_schemas::{self as wire, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Reject};
+use curionav_schemas::{self as wire, Decision, GenerateReply, Reject};
 
 use crate::case::Case;
 use crate::mission::OnTheWay;
@@ -84,11 +85,16 @@ impl Peers for NoPeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateRequest) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 
-    async fn evaluate(&self, _: &str, _: Call<'_>, _: &EvaluateRequest) -> Result<wire::Scores, AskError> {
+    async fn evaluate(
+        &self,
+        _: &str,
+        _: Call<'_>,
+        _: &EvaluateQuestion<'_>,
+    ) -> Result<wire::Scores, AskError> {
         Err(AskError::NoReply)
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use curionav_planning::collision::{CollisionChecker, CollisionParams};
 use curionav_planning::forecast::ForecastParams;
-use curionav_planning::generation::{RrtStar, RrtStarParams, SampleSpace, Tree};
+use curionav_planning::generation::{Pace, RrtStar, RrtStarParams, SampleSpace, Tree};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
 use curionav_planning::nalgebra::Matrix3;
@@ -77,11 +77,11 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
     let middle = at((0.5 * (START.0 + GOAL.0), 0.5 * (START.1 + GOAL.1)));
     let space = SampleSpace { grid: &map.grid, centre: middle, radius: 17.0, way: &[] };
 
-    let mut search = RrtStar::new(params, &checker, Tree::rooted(scene.belief.pose));
-    let (mut random, mut samples) = (rng(1, 0), 0);
+    let mut search = RrtStar::new(params, &checker, &space, Tree::rooted(scene.belief.pose));
+    let (mut random, mut samples, pace) = (rng(1, 0), 0, Pace::new(&|| 0.0));
     let started = Instant::now();
     while started.elapsed() < time {
-        search.grow(&space, BATCH, &mut random, &|| false);
+        search.grow(BATCH, &mut random, &pace);
         samples += BATCH;
     }
     let taken = started.elapsed();

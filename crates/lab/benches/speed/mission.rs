@@ -12,8 +12,8 @@ use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::nalgebra::{Matrix3, Vector3};
 use curionav_planning::scene::{Belief, Scene};
 use curionav_pool::context::PlanContext;
-use curionav_pool::fields::Fields;
 use curionav_runtime::convert;
+use curionav_runtime::fields::Fields;
 use curionav_schemas::{self as wire, Clock, Health, MissionState};
 
 /// Metres of the shortest way that the robot has behind it: people are then around it on all sides.
@@ -25,7 +25,6 @@ pub(crate) struct OnTheWay {
     pub(crate) context: Arc<PlanContext>,
     pub(crate) world: World,
     pub(crate) map: wire::OccupancyGrid,
-    pub(crate) fields: Fields,
     pub(crate) pose: Pose2,
 }
 
@@ -35,7 +34,8 @@ impl OnTheWay {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/paper/env4-s2.toml");
         let choice = Choice { planner: Some(planner.to_owned()), seed: Some(1) };
         let package = package::read(&file, &choice, Clock::Lockstep, 1.0)?;
-        let prepared = curionav_simulator::prepare(&package.request, "robot").context("scenario")?;
+        let fields = Fields::of_maps([]);
+        let prepared = curionav_simulator::prepare(&package.request, "robot", &fields).context("scenario")?;
         let mission = wire::Mission {
             run: 1,
             revision: 1,
@@ -45,13 +45,12 @@ impl OnTheWay {
             has_run: true,
             end: None,
         };
-        let fields = Fields::of_maps([prepared.world.map().clone()]);
         let start = convert::pose(mission.order.initial_pose).position();
         let context = PlanContext::new(mission, &fields, true).context("mission")?;
         let way = context.geodesic.descend_for(start, 0.2, DRIVEN);
         let [.., before, here] = way[..] else { anyhow::bail!("the goal cannot be reached") };
         let pose = Pose2::new(here.x, here.y, heading(before, here));
-        Ok(Self { context: Arc::new(context), world: prepared.world, map: prepared.map, fields, pose })
+        Ok(Self { context: Arc::new(context), world: prepared.world, map: prepared.map, pose })
     }
 
     /// What the robot knows at `tick` at `pose`. The variance of each coordinate is `variance` m2; of the heading, a

@@ -135,7 +135,7 @@ fn drive(hall: &Hall, level: Level, seed: u64) -> Vec<Pose2> {
             previous: None,
             seed,
         };
-        let (generated, _) = generator.generate(&input, tree.take(), &|| false);
+        let (generated, _) = generator.generate(&input, tree.take(), &|| 0.0);
         let candidates = &generated.candidates;
         let mut scores = Scores::new(candidates.len());
         for (term, costs) in hall.costs(level, &scene, candidates) {

@@ -75,7 +75,11 @@ pub fn branches(
     turns.iter().take(most).map(|&(_, k)| edges.path_to(all[k].end, reach)).collect()
 }
 
-fn cell(p: Point2, side: f64) -> (i64, i64) {
+/// Column and row of a square of the plane.
+pub(super) type Cell = (i64, i64);
+
+/// The square of that side, metres, in which a point lies.
+pub(super) fn cell(p: Point2, side: f64) -> Cell {
     ((p.x / side).floor() as i64, (p.y / side).floor() as i64)
 }
 

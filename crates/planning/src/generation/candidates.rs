@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, TrajectoryChecker};
-use crate::generation::branches::branches;
+use crate::generation::branches::{Cell, branches, cell};
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
@@ -55,8 +55,8 @@ struct Timed {
     travel: f64,
     /// Geodesic distance from the last state, metres.
     to_go: f64,
-    near: (i64, i64, i64),
-    end: (i64, i64),
+    near: (Cell, i64),
+    end: Cell,
     profile: usize,
     /// Whether it is free, and whether it can also be stopped short of people who stop walking; once that is known.
     free: OnceCell<(bool, bool)>,
@@ -141,7 +141,7 @@ struct Finder<'a> {
     states: States,
     timed: Vec<Timed>,
     /// Where the paths lead that have been timed, by profile.
-    led: BTreeSet<([(i64, i64); 2], bool, usize)>,
+    led: BTreeSet<([Cell; 2], bool, usize)>,
 }
 
 impl Finder<'_> {
@@ -258,11 +258,8 @@ impl Finder<'_> {
     fn leads_elsewhere(&mut self, proposal: &Proposal, fraction: f64, profile: usize) -> bool {
         let Departure { robot, dt, steps, twist, .. } = self.from;
         let length = fraction.max(twist.v / robot.v_max) * robot.v_max * dt * steps as f64;
-        let cell = |share: f64, side: f64| {
-            let p = proposal.path.at((share * length).min(proposal.path.length()));
-            ((p.x / side).floor() as i64, (p.y / side).floor() as i64)
-        };
-        let places = [cell(0.5, self.params.near_cell), cell(1.0, self.params.end_cell)];
+        let after = |share: f64| proposal.path.at((share * length).min(proposal.path.length()));
+        let places = [cell(after(0.5), self.params.near_cell), cell(after(1.0), self.params.end_cell)];
         self.led.insert((places, proposal.turn_first, profile)) || proposal.pinned
     }
 
@@ -271,8 +268,6 @@ impl Finder<'_> {
         let first = index * steps;
         let last = first + steps - 1;
         let near = first + ((params.differ_by / self.from.dt).round() as usize).clamp(1, steps) - 1;
-        let cell =
-            |k: usize, side: f64| ((states.x[k] / side).floor() as i64, (states.y[k] / side).floor() as i64);
         let end = states.position(last);
         let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
@@ -283,10 +278,10 @@ impl Finder<'_> {
             travel: end.distance(self.from.pose.position()),
             to_go,
             near: {
-                let (column, row) = cell(near, params.near_cell);
-                (column, row, (states.heading[near] / params.near_angle).floor() as i64)
+                let turn = (states.heading[near] / params.near_angle).floor() as i64;
+                (cell(states.position(near), params.near_cell), turn)
             },
-            end: cell(last, params.end_cell),
+            end: cell(end, params.end_cell),
             profile,
             free: OnceCell::new(),
         }

@@ -190,7 +190,7 @@ mod tests {
             })
             .collect();
         let profile =
-            |k: usize| SpeedProfile { fraction: 0.2 + 0.1 * (k % 8) as f64, turn_first: k % 3 == 0 };
+            |k: usize| SpeedProfile { fraction: 0.2 + 0.1 * (k % 8) as f64, turn_first: k.is_multiple_of(3) };
         let drives: Vec<Drive<'_>> =
             paths.iter().enumerate().map(|(k, path)| Drive { path, profile: profile(k) }).collect();
         let (from, params) = (departure(&robot, 0.4), RolloutParams::default());
