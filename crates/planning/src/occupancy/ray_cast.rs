@@ -198,6 +198,30 @@ mod tests {
     }
 
     #[test]
+    fn rays_that_are_cast_together_end_where_each_ends_alone() {
+        for seed in 0..5 {
+            let mut r = rng(seed, 3);
+            let cells = (0..10_000).map(|_| if uniform(&mut r) < 0.02 { 100 } else { 0 }).collect();
+            let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.05, Pose2::default(), cells).unwrap());
+            let caster = RayCaster::new(&map);
+            let mut hits = 0;
+            for _ in 0..200 {
+                let from = (100.0 * uniform(&mut r), 100.0 * uniform(&mut r));
+                let directions: [(f64, f64); 9] = std::array::from_fn(|_| {
+                    let (s, c) = sin_cos(7.0 * uniform(&mut r));
+                    (c, s)
+                });
+                let together = caster.cast(from, &directions, 20.0);
+                for (hit, direction) in together.iter().zip(directions) {
+                    assert_eq!(*hit, caster.cast(from, &[direction], 20.0)[0], "seed {seed}");
+                    hits += usize::from(hit.is_some());
+                }
+            }
+            assert!((100..1700).contains(&hits), "seed {seed}: {hits} of 1800 rays end");
+        }
+    }
+
+    #[test]
     fn a_one_cell_diagonal_wall_does_not_leak() {
         let cells = (0..2500).map(|i| if i % 50 + i / 50 == 50 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(50, 50, 0.05, Pose2::default(), cells).unwrap();
