@@ -11,6 +11,7 @@ pub mod candidates;
 pub mod dubins;
 mod generator;
 mod neighbours;
+mod pace;
 mod params;
 pub mod path;
 mod registry;
@@ -23,7 +24,8 @@ pub mod update;
 
 pub use bi_risk_rrt::BiRiskRrtParams;
 pub use candidates::find_candidates;
-pub use generator::{Generated, GenerationInput, Pace};
+pub use generator::{Generated, GenerationInput};
+pub use pace::Pace;
 pub use params::{CandidateParams, GenerationParams, GeneratorPart};
 pub use registry::{GENERATORS, GeneratorKind, find, known};
 pub use risk_rrt::RiskRrtParams;

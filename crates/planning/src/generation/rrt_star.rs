@@ -8,8 +8,8 @@ use crate::parameters::Range;
 
 use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
-use crate::generation::generator::Pace;
 use crate::generation::neighbours::Neighbours;
+use crate::generation::pace::Pace;
 use crate::generation::tree::Tree;
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
 use crate::motion::step_facing;

@@ -1,7 +1,7 @@
 //! Eight robots that drive side by side, each along its own path.
 
 use crate::generation::path::Path;
-use crate::generation::rollout::{Departure, Drive, RolloutParams};
+use crate::generation::rollout::drive::{Departure, Drive, RolloutParams};
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
 use crate::lanes::*;
 use crate::motion::RobotModel;
