@@ -55,8 +55,7 @@ impl DistanceEvaluator {
             }
             match self {
                 Self::Geodesic(field) => {
-                    let lookup = field.lookup();
-                    dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| lookup.at(x, y)));
+                    dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| field.at_each(x, y)));
                 }
                 Self::Euclid(goal) => {
                     dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| {

@@ -86,11 +86,6 @@ impl Dubins {
         ))
     }
 
-    /// Where it starts.
-    pub fn start(&self) -> Point2 {
-        self.start.pose.position()
-    }
-
     /// Metres.
     pub fn length(&self) -> f64 {
         (self.pieces[0] + self.pieces[1] + self.pieces[2]) * self.radius

@@ -23,9 +23,9 @@ crate::parameters! {
     #[non_exhaustive]
     pub struct RrtStarParams {
         /// Samples drawn in one cycle: fixed, so that a slow machine grows the same tree.
-        pub iterations: u32 [1.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end"] = 300,
+        pub iterations: u32 [1.0, 10_000.0, "samples", "each is tried against the nodes around it, and a cycle must end"] = 300,
         /// Samples drawn besides when there is no tree to go on with.
-        pub warm_up: u32 [0.0, 10_000.0, "samples", "each looks at all nodes, and a cycle must end"] = 300,
+        pub warm_up: u32 [0.0, 10_000.0, "samples", "each is tried against the nodes around it, and a cycle must end"] = 300,
         /// Most nodes a tree may have; beyond it the least promising leaves go first.
         pub max_nodes: u32 [1.0, 8000.0, "nodes", "the tree travels in every question to a generator"] = 800,
         /// Greatest length of one extension and of the neighbourhood, metres (RRT*'s eta).
@@ -74,9 +74,10 @@ impl SampleSpace<'_> {
     }
 }
 
-/// Whether an edge keeps clear of walls: strides as long as the clearance allows.
-pub(super) fn clear(path: &Dubins, checker: &CollisionChecker<'_>) -> bool {
-    if path.length() <= checker.wall_free(path.start()) {
+/// Whether an edge keeps clear of walls: strides as long as the clearance allows. Around one of its ends, so many metres
+/// are known to be free.
+pub(super) fn clear(path: &Dubins, free: f64, checker: &CollisionChecker<'_>) -> bool {
+    if path.length() <= free {
         return true;
     }
     path.walk(CollisionChecker::WALL_SPACING, |pose| {
@@ -272,7 +273,7 @@ impl<'a> RrtStar<'a> {
             let Some((path, end)) = way else { continue };
             let length = path.length();
             let is_better = length <= self.params.max_edge && cost[node] + length < bound;
-            if is_better && (length <= self.free[node] || clear(&path, self.checker)) {
+            if is_better && clear(&path, self.free[node], self.checker) {
                 best = Some((node, cost[node] + length, end));
             }
         }
@@ -290,13 +291,9 @@ impl<'a> RrtStar<'a> {
             let bound = gain.min(self.params.max_edge);
             let (from, to) = (self.facing(node), self.facing(other));
             let path = Dubins::shortest_within(from, to, self.params.turning_radius, bound);
-            let Some(length) = path.as_ref().map(Dubins::length) else { continue };
-            let delta = self.tree.cost[node] + length - self.tree.cost[other];
-            let is_clear = || {
-                let known = length <= self.free[node].max(self.free[other]);
-                known || path.as_ref().is_some_and(|path| clear(path, self.checker))
-            };
-            if delta < -1e-6 && is_clear() {
+            let Some(path) = path else { continue };
+            let delta = self.tree.cost[node] + path.length() - self.tree.cost[other];
+            if delta < -1e-6 && clear(&path, self.free[node].max(self.free[other]), self.checker) {
                 self.unhang(other);
                 self.hang(other, node as u32);
                 self.shift_costs(other, delta);

@@ -26,7 +26,7 @@ pub fn reroot(
 ) -> Tree {
     let neighbours = Neighbours::new(root.position(), radius, params.eta);
     let (tree, index) = (Tree::default(), vec![None; old.len()]);
-    let mut moved = Rerooting { old, params, checker, index, tree, facing: Vec::new(), neighbours };
+    let mut moved = Rerooting { old, params, checker, index, tree, nodes: Vec::new(), neighbours };
     moved.put(root.into(), 0.0, Tree::NO_PARENT);
     let is_inside = |n: &usize| old.position(*n).distance_squared(root.position()) <= radius * radius;
     // Parents come before their children in the old tree, whose root is gone.
@@ -52,8 +52,8 @@ struct Rerooting<'a> {
     /// Where each old node is in the new tree.
     index: Vec<Option<usize>>,
     tree: Tree,
-    /// The new tree's nodes, with their directions.
-    facing: Vec<Facing>,
+    /// The new tree's nodes, with their directions and the radius of a disc around each that is known to be free.
+    nodes: Vec<(Facing, f64)>,
     neighbours: Neighbours,
 }
 
@@ -65,10 +65,10 @@ impl Rerooting<'_> {
 
     /// Hangs an old node on one of the new tree, if the edge is no detour and is clear of walls.
     fn hang(&mut self, node: usize, parent: usize) -> bool {
-        let (from, to) = (self.facing[parent], self.old.position(node));
+        let ((from, free), to) = (self.nodes[parent], self.old.position(node));
         let bound = (DETOUR * from.pose.position().distance(to)).min(self.params.max_edge);
         let path = Dubins::to_point(from, to, self.params.turning_radius);
-        let sensible = path.filter(|(path, _)| path.length() <= bound && clear(path, self.checker));
+        let sensible = path.filter(|(path, _)| path.length() <= bound && clear(path, free, self.checker));
         let Some((path, end)) = sensible else { return false };
         self.index[node] = Some(self.tree.len());
         self.put(end, self.tree.cost[parent] + path.length(), parent as u32);
@@ -77,7 +77,7 @@ impl Rerooting<'_> {
 
     fn put(&mut self, at: Facing, cost: f64, parent: u32) {
         self.tree.push(at.pose, cost, parent);
-        self.facing.push(at);
+        self.nodes.push((at, self.checker.wall_free(at.pose.position())));
         self.neighbours.push(at.pose.position());
     }
 }

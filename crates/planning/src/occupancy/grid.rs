@@ -100,6 +100,11 @@ impl OccupancyGrid {
         self.origin
     }
 
+    /// Sine and cosine of the heading of the grid's axes.
+    pub(crate) fn turn(&self) -> (f64, f64) {
+        self.turn
+    }
+
     /// Raw values, row-major from the bottom row.
     pub fn cells(&self) -> &[i8] {
         &self.cells

@@ -2,28 +2,13 @@
 
 use super::GeodesicField;
 use crate::lanes::{LANES, Select, Simd, SimdBase, f64x8, floor, greater, indices, lesser};
-use crate::numerics::sin_cos;
-
-/// A field and its frame, ready for many points.
-pub(crate) struct GeodesicLookup<'a> {
-    field: &'a GeodesicField,
-    /// Of the heading of the grid's axes.
-    sin_cos: (f64, f64),
-}
 
 impl GeodesicField {
-    /// For many points at a time.
-    pub(crate) fn lookup(&self) -> GeodesicLookup<'_> {
-        GeodesicLookup { field: self, sin_cos: sin_cos(self.grid.origin().heading) }
-    }
-}
-
-impl GeodesicLookup<'_> {
-    /// [`GeodesicField::at`] of each point, bit for bit.
+    /// [`Self::at`] of each point, bit for bit.
     #[inline(always)]
-    pub(crate) fn at<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
-        let grid = &self.field.grid;
-        let (origin, (s, c)) = (grid.origin(), self.sin_cos);
+    pub(crate) fn at_each<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+        let grid = &self.grid;
+        let (origin, (s, c)) = (grid.origin(), grid.turn());
         let (dx, dy) = (x - origin.x, y - origin.y);
         let column = (c * dx + s * dy) / grid.resolution() - 0.5;
         let row = (-s * dx + c * dy) / grid.resolution() - 0.5;
@@ -53,7 +38,7 @@ impl GeodesicLookup<'_> {
     #[inline(always)]
     fn of_cells<S: Simd>(&self, cells: f64x8<S>) -> f64x8<S> {
         let at: [usize; LANES] = indices(cells);
-        let metres = &self.field.metres[..];
+        let metres = &self.metres[..];
         f64x8::from_fn(cells.simd, |lane| metres.get(at[lane]).map_or(f64::INFINITY, |&m| f64::from(m)))
     }
 }
@@ -81,7 +66,6 @@ mod tests {
             let grid = OccupancyGrid::new(60, 40, 0.1, origin, cells).unwrap();
             let field =
                 GeodesicField::new(&StaticMap::new(grid), origin.transform(Point2::new(3.0, 2.0)), 0.1);
-            let lookup = field.lookup();
             let mut ways = [0; 2];
             for _ in 0..2000 {
                 // Some lie outside, and some on the edges of cells.
@@ -94,7 +78,7 @@ mod tests {
                 for level in levels() {
                     let found: [f64; LANES] = dispatch!(level, simd => {
                         let lanes = |of: fn(&Point2) -> f64| f64x8::from_fn(simd, |lane| of(&points[lane]));
-                        lookup.at(lanes(|p| p.x), lanes(|p| p.y)).into()
+                        field.at_each(lanes(|p| p.x), lanes(|p| p.y)).into()
                     });
                     for (&p, found) in points.iter().zip(found) {
                         assert_eq!(found.to_bits(), field.at(p).to_bits(), "seed {seed}, {level:?}, {p:?}");
