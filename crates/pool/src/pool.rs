@@ -37,6 +37,8 @@ pub struct Pool<P> {
     stages: Mutex<StageTimes>,
     /// Wakes the probing: a replica has lost its standing.
     failed: Notify,
+    /// A probe has come back.
+    probed: Notify,
     /// Which replica of a role refused the last probe, and why.
     refusals: Mutex<BTreeMap<String, (String, Reject)>>,
 }
@@ -79,6 +81,7 @@ impl<P: Peers> Pool<P> {
             replicas: Mutex::default(),
             stages: Mutex::default(),
             failed: Notify::new(),
+            probed: Notify::new(),
             refusals: Mutex::default(),
         }
     }
@@ -92,6 +95,11 @@ impl<P: Peers> Pool<P> {
         if matches!(error, AskError::Malformed(_)) {
             self.refused.add(&["malformed"]);
         }
+    }
+
+    /// Completes when a probe has come back since this was called: a replica may be ready.
+    pub fn probed(&self) -> impl Future<Output = ()> + Send {
+        self.probed.notified()
     }
 
     /// What is known of the replicas.
@@ -231,6 +239,7 @@ impl<P: Peers> Pool<P> {
                         tracing::info!(role, instance, "replica ready");
                     }
                     self.replicas().probed(role, instance, slots, self.peers.now());
+                    self.probed.notify_waiters();
                 }
                 () = self.peers.membership_changed() => {}
                 () = self.failed.notified() => {}

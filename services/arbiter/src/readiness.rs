@@ -13,8 +13,8 @@ use curionav_pool::pool::Pool;
 const POOL_PATIENCE: Duration = Duration::from_secs(5);
 /// How long it waits for a term that is not built in. Only its replicas compute it, so the mission is then refused.
 const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
-/// Between two looks.
-const PAUSE: Duration = Duration::from_millis(1);
+/// Between two looks, unless a probe comes back.
+const PAUSE: Duration = Duration::from_millis(5);
 
 /// Completes once every replica that is alive is ready and there is one of each role. A role that the arbiter can
 /// replace is awaited for a short time, a term that is not built in for a longer one: without it nothing can be
@@ -24,6 +24,7 @@ pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Resu
     let started = pool.peers.now();
     let mut done_without = BTreeSet::new();
     loop {
+        let probed = pool.probed();
         let waited = pool.peers.now().saturating_sub(started);
         let mut missing = false;
         for role in &roles {
@@ -47,7 +48,10 @@ pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Resu
         if !missing {
             return Ok(());
         }
-        pool.peers.sleep(PAUSE).await;
+        tokio::select! {
+            () = probed => {}
+            () = pool.peers.sleep(PAUSE) => {}
+        }
     }
 }
 
