@@ -6,12 +6,11 @@ use tracing_subscriber::EnvFilter;
 
 /// Installs the process's log subscriber once: `RUST_LOG` if set, else `default` (a filter such as
 /// `info`). Zenoh's complaints about replies that come after their query has ended are kept out:
-/// under load there is one for each late shard, and the arbiter counts them itself. So are kiddo's warnings
-/// about the layout of trees that grew lopsided, which cost it time and never an answer.
+/// under load there is one for each late shard, and the arbiter counts them itself.
 pub fn init(default: &str) {
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| {
         EnvFilter::new(format!(
-            "{default},zenoh=error,zenoh_transport=error,zenoh_link=error,zenoh::api::handlers=off,kiddo=error"
+            "{default},zenoh=error,zenoh_transport=error,zenoh_link=error,zenoh::api::handlers=off"
         ))
     });
     // Already installed (tests): keep the first.
