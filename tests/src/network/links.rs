@@ -4,11 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::figures::Figures;
 use super::pace::{Kept, Pace, measured, play};
-use super::replicas::{BACK_LIMIT, await_work};
+use super::replicas::{await_gone, await_whole};
 use super::site::{Layout, NOMINAL_LIMIT, POOL, Site};
-
-/// The lease is a second, and one side may wait for the other's.
-const GONE_LIMIT: Duration = Duration::from_secs(6);
 
 #[test]
 fn a_machine_of_the_pool_that_is_cut_off_or_not_heard_costs_no_cycle() {
@@ -32,20 +29,13 @@ fn is_met(pace: Pace) -> impl Fn(&Figures) -> bool {
 
 fn cut_and_mended(site: &mut Site, set_cut: impl Fn(&Site, bool)) -> Kept<Figures> {
     site.recorder().await_nominal("nominal before the fault", NOMINAL_LIMIT)?;
-    let whole = site.recorder().ready("generator").unwrap();
     let from = Instant::now();
     set_cut(site, true);
-    let detected = site.recorder().await_until("gone", from, GONE_LIMIT, |r| !r.is_alive("cnc", "cnc-1"))?;
+    let detected = await_gone(site, "cnc", "cnc-1", from)?;
     site.recorder().await_cycles(5)?;
     let returned = Instant::now();
     set_cut(site, false);
-    await_work(site, "cnc", "cnc-1", returned)?;
-    await_work(site, "cpc", "cpc-1", returned)?;
-    // Of the generators each cycle asks one, and stays with those that have served it well: one that is back may be given
-    // work, and need not get it soon.
-    let recovered = site
-        .recorder()
-        .await_until("whole again", returned, BACK_LIMIT, |r| r.ready("generator") == Some(whole))?;
+    let recovered = await_whole(site, returned)?;
     let figures = site.recorder().figures_since(from);
     Ok(Figures { detected: Some(detected), recovered: Some(recovered), ..figures })
 }

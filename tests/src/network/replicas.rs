@@ -4,20 +4,25 @@ use std::time::{Duration, Instant};
 
 use super::figures::Figures;
 use super::pace::{Kept, Pace, measured, play};
-use super::site::{Layout, NOMINAL_LIMIT, Site};
+use super::recorder::Recorder;
+use super::site::{Layout, NOMINAL_LIMIT, POOL, Site};
 
 /// Role of the pool, instance and process.
 const REPLICAS: [(&str, &str); 3] = [("generator", "generator-1"), ("cpc", "cpc-1"), ("cnc", "cnc-1")];
-/// A hung process is gone when its lease of a second is over; the rest is for a busy machine.
-const GONE_LIMIT: Duration = Duration::from_secs(5);
-pub(super) const BACK_LIMIT: Duration = Duration::from_secs(10);
+/// A hung process is gone when its lease of a second is over, and one side may wait for the other's; the rest is for a
+/// busy machine.
+const GONE_LIMIT: Duration = Duration::from_secs(6);
+const BACK_LIMIT: Duration = Duration::from_secs(10);
 
 #[test]
 fn a_killed_replica_costs_no_cycle_and_is_back_at_work_soon() {
     play(&Layout::default(), |site| {
         REPLICAS.iter().try_for_each(|(role, instance)| {
             measured(&format!("SIGKILL of {instance}"), site, is_met(site.pace), |site| {
-                fails_and_returns(site, role, instance, |s| s.kill(instance), |s| s.restart(instance))
+                let kill = |s: &mut Site| s.kill(instance);
+                let restart = |s: &mut Site| s.restart(instance);
+                let works = |s: &Site, returned| await_work(s, role, instance, returned);
+                fails_and_returns(site, role, instance, kill, restart, works)
             })
         })
     });
@@ -30,7 +35,7 @@ fn a_hung_replica_costs_no_cycle_and_is_back_at_work_soon() {
             let stop = |s: &mut Site| s.signal("STOP", instance);
             let go_on = |s: &mut Site| s.signal("CONT", instance);
             measured(&format!("SIGSTOP of {instance}"), site, is_met(site.pace), |site| {
-                fails_and_returns(site, role, instance, stop, go_on)
+                fails_and_returns(site, role, instance, stop, go_on, await_whole)
             })
         })
     });
@@ -47,32 +52,43 @@ fn fails_and_returns(
     instance: &str,
     fail: impl Fn(&mut Site),
     heal: impl Fn(&mut Site),
+    await_back: impl Fn(&Site, Instant) -> Kept<Duration>,
 ) -> Kept<Figures> {
     site.recorder().await_nominal("nominal before the fault", NOMINAL_LIMIT)?;
     let from = Instant::now();
     fail(site);
-    let gone = |s: &Site| s.recorder().await_until("gone", from, GONE_LIMIT, |r| !r.is_alive(role, instance));
-    let detected = gone(site)?;
+    let detected = await_gone(site, role, instance, from)?;
     site.recorder().await_cycles(5)?;
     let returned = Instant::now();
     heal(site);
-    let recovered = await_work(site, role, instance, returned)?;
+    let recovered = await_back(site, returned)?;
     site.recorder().await_cycles(5)?;
     let figures = site.recorder().figures_since(from);
     Ok(Figures { detected: Some(detected), recovered: Some(recovered), ..figures })
 }
 
-/// Waits until a replica that has just come back is given work. What it says of itself is read once it is announced:
-/// questions from before its fault, which it may have answered meanwhile, do not count.
-pub(super) fn await_work(site: &Site, role: &str, instance: &str, returned: Instant) -> Kept<Duration> {
-    let recorder = site.recorder();
-    recorder.await_until("announced again", returned, BACK_LIMIT, |r| r.is_alive(role, instance))?;
-    let mut before = None;
-    recorder.await_until("says how it is", returned, BACK_LIMIT, |r| {
-        before = r.work(role, instance);
-        before.is_some()
-    })?;
+/// Waits until a replica that has just been started has answered questions of a cycle.
+fn await_work(site: &Site, role: &str, instance: &str, returned: Instant) -> Kept<Duration> {
     // A generator answers the question whether it is ready with candidates; an evaluator is asked for no cost.
-    let enough = before.unwrap() + if role == "generator" { 2.0 } else { 1.0 };
-    recorder.await_until("at work again", returned, BACK_LIMIT, |r| r.work(role, instance) >= Some(enough))
+    let enough = if role == "generator" { 2.0 } else { 1.0 };
+    let works = |r: &Recorder| r.is_alive(role, instance) && r.work(role, instance) >= Some(enough);
+    site.recorder().await_until("at work again", returned, BACK_LIMIT, works)
+}
+
+/// Waits until the arbiter may give every replica work. A replica that has not been started anew may have answered
+/// questions from before its fault, so its own counts say less. And a small batch is not cut: an evaluator that is back
+/// need not get a part of it soon.
+pub(super) fn await_whole(site: &Site, returned: Instant) -> Kept<Duration> {
+    let whole = |r: &Recorder| REPLICAS.iter().all(|(role, _)| has_all(r, role));
+    site.recorder().await_until("whole again", returned, BACK_LIMIT, whole)
+}
+
+/// Waits until `instance` is gone and the arbiter gives it no more work.
+pub(super) fn await_gone(site: &Site, role: &str, instance: &str, from: Instant) -> Kept<Duration> {
+    let gone = |r: &Recorder| !r.is_alive(role, instance) && !has_all(r, role);
+    site.recorder().await_until("gone", from, GONE_LIMIT, gone)
+}
+
+fn has_all(recorder: &Recorder, role: &str) -> bool {
+    recorder.ready(role) == Some(POOL.len() as f64)
 }
