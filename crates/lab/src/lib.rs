@@ -6,4 +6,5 @@ pub mod bench;
 pub mod paper;
 mod plural;
 pub mod scale;
+mod statistics;
 pub mod tune;

@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::measure::Measure;
 use super::published::published;
 use super::row::Row;
-use super::statistics::{mean, mean_interval, signed_rank, standard_deviation};
+use crate::statistics::{mean, mean_interval, signed_rank, standard_deviation};
 
 /// A measure over the runs of one planner in one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -10,8 +10,8 @@ use super::comparison::Comparison;
 use super::options::Options;
 use super::plan::{Job, Plan, Scene};
 use super::row::Row;
-use super::statistics::mean;
 use super::worker_process::Missing;
+use crate::statistics::mean;
 
 pub(crate) struct Findings<'a> {
     pub(crate) comparison: Comparison<'a>,

@@ -16,7 +16,6 @@ mod published;
 mod report;
 mod results;
 pub(crate) mod row;
-pub(crate) mod statistics;
 mod summary;
 mod worker;
 mod worker_process;

@@ -1,5 +1,8 @@
-//! What splitting the cycle into processes costs: the same cycles over processes and in this process, and bare
-//! queries of the same sizes, by turns.
+//! What splitting the cycle into processes costs: each cycle over processes and in this process, one right after the
+//! other, and then bare queries of the same sizes.
+//!
+//! A machine's speed drifts from second to second by more than the split costs. So only times that were taken within
+//! some milliseconds are compared, and what is reported is a mean over rounds with its interval.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -24,20 +27,20 @@ use super::processes::Processes;
 use super::robots::{Robot, Robots};
 use super::setup::Measured;
 use super::workload::Workload;
+use crate::statistics::{mean, mean_interval};
 
 /// What must not be exceeded: the cost of the split, in bare round trips.
-const ROUND_TRIPS_MAX: f64 = 4.0;
-/// Rounds at least, the first of which is not counted.
-const ROUNDS_MIN: usize = 3;
-/// Bare queries of each kind in a round.
-const BARE: usize = 100;
+const ROUND_TRIPS_MAX: f64 = 2.0;
+/// Rounds at least, the first of which is not counted. With fewer there is no interval.
+const ROUNDS_MIN: usize = 5;
 const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// A question of the cycle, the sizes of question and answer in bytes, and times of bare queries of these sizes.
+/// A question of the cycle, the sizes of question and answer in bytes, and the median time of bare queries of these
+/// sizes in each round, ms.
 struct Question {
     role: String,
     sizes: (usize, usize),
-    bare: Vec<Duration>,
+    bare: Vec<f64>,
 }
 
 /// Measures the split. `processes` must have no replicas yet.
@@ -46,7 +49,7 @@ pub(super) async fn measure(
     processes: &mut Processes,
     workload: &Workload,
 ) -> anyhow::Result<Measured> {
-    let seconds = options.seconds.unwrap_or(10.0);
+    let seconds = options.seconds.unwrap_or(20.0);
     eprintln!("{} cycles by turns in process and over processes, {seconds} s", workload.cycles.len());
     let pools = [Service::Generator, Service::Cpc, Service::Cnc];
     for service in pools {
@@ -71,6 +74,14 @@ pub(super) async fn measure(
     Ok(measured)
 }
 
+/// What one round over all cycles has shown, medians in milliseconds.
+struct Round {
+    /// What a cycle took longer over processes than in process.
+    added: f64,
+    /// A bare query, mean of the questions of a cycle.
+    bare: f64,
+}
+
 async fn compare(
     homes: [&Robot; 2],
     workload: &Workload,
@@ -79,61 +90,80 @@ async fn compare(
 ) -> anyhow::Result<Measured> {
     let mut questions = questions(homes[0], workload).await?;
     let mut cycles = [Vec::new(), Vec::new()];
+    let mut rounds = Vec::new();
     let begin = Instant::now();
-    let mut round = 0;
-    while round < ROUNDS_MIN || begin.elapsed().as_secs_f64() < seconds {
-        let (decided, took) = replay(homes[0], workload).await?;
-        let (decided_over_processes, took_over_processes) = replay(homes[1], workload).await?;
-        ensure!(decided == decided_over_processes, "processes decided otherwise");
-        for question in &mut questions {
-            for _ in 0..BARE {
+    while rounds.len() < ROUNDS_MIN || begin.elapsed().as_secs_f64() < seconds {
+        let mut memories = [Memory::new(0), Memory::new(0)];
+        let mut added = Vec::new();
+        let mut bare = vec![Vec::new(); questions.len()];
+        for (index, past) in workload.cycles.iter().enumerate() {
+            // Which goes first alternates: the second finds the scene in the processor's cache.
+            let first = (rounds.len() + index) % 2;
+            let mut planned = [None, None];
+            for home in [first, 1 - first] {
+                planned[home] = Some(plan(homes[home], &mut memories[home], &past.scene).await?);
+            }
+            let [Some((decided, here)), Some((decided_over_processes, there))] = planned else { continue };
+            ensure!(decided == decided_over_processes, "processes decided otherwise");
+            added.push((there.total_us as f64 - here.total_us as f64) / 1e3);
+            cycles[0].push(here);
+            cycles[1].push(there);
+            for (question, times) in questions.iter().zip(&mut bare) {
                 let time = round_trip(session, echo, question.sizes, TIMEOUT).await?;
-                if round > 0 {
-                    question.bare.push(time);
-                }
+                times.push(1e3 * time.as_secs_f64());
             }
         }
-        if round > 0 {
-            cycles[0].extend(took);
-            cycles[1].extend(took_over_processes);
+        if rounds.is_empty() {
+            cycles.iter_mut().for_each(Vec::clear);
         }
-        round += 1;
+        let bare: Vec<f64> = bare.into_iter().map(median).collect();
+        for (question, time) in questions.iter_mut().zip(&bare) {
+            question.bare.push(*time);
+        }
+        rounds.push(Round { added: median(added), bare: mean(&bare).unwrap_or_default() });
     }
-    Ok(measured(questions, &cycles))
+    Ok(measured(&questions, &cycles, &rounds[1..]))
 }
 
-fn measured(mut questions: Vec<Question>, cycles: &[Vec<wire::Timings>; 2]) -> Measured {
-    let question = |q: &mut Question| {
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or_default()
+}
+
+fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2], rounds: &[Round]) -> Measured {
+    let question = |q: &Question| {
         vec![
             label("question", "question", &q.role),
             count("question_bytes", q.sizes.0),
             count("answer_bytes", q.sizes.1),
-            number("p50_ms", "bare p50 ms", percentile_ms(&mut q.bare, 0.5), 3),
+            number("p50_ms", "bare p50 ms", median(q.bare[1..].to_vec()), 3),
         ]
     };
-    let [in_process, processes] = cycles.each_ref().map(|times| median_ms(times, |t| t.total_us));
-    // Of a bare query through the router, mean of the questions of a cycle.
-    let sum: f64 = questions.iter_mut().map(|q| percentile_ms(&mut q.bare, 0.5)).sum();
-    let bare = sum / questions.len().max(1) as f64;
-    let round_trips = (processes - in_process) / bare;
-    let questions: Vec<Row> = questions.iter_mut().map(question).collect();
+    let of = |value: fn(&Round) -> f64| rounds.iter().map(value).collect::<Vec<_>>();
+    let ratios = of(|round| round.added / round.bare);
+    let round_trips = mean(&ratios).unwrap_or_default();
+    let (low, high) = mean_interval(&ratios, 0).unwrap_or((round_trips, round_trips));
+    let (added, bare) = (median(of(|round| round.added)), median(of(|round| round.bare)));
+    let questions: Vec<Row> = questions.iter().map(question).collect();
     let homes = [stages("in process", &cycles[0]), stages("processes", &cycles[1])];
-    let verdict = if round_trips <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
-    let count = cycles[0].len();
+    let verdict = if high <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
+    let (count, rounds) = (cycles[0].len(), rounds.len());
     Measured {
         json: json!({
             "cycles": count,
-            "in_process_p50_ms": in_process,
-            "processes_p50_ms": processes,
+            "rounds": rounds,
+            "added_ms": added,
             "bare_p50_ms": bare,
             "round_trips": round_trips,
+            "round_trips_interval": [low, high],
             "questions": questions.iter().map(figures::json).collect::<Vec<_>>(),
             "in_process": figures::json(&homes[0]),
             "processes": figures::json(&homes[1]),
         }),
         text: format!(
-            "{}\n{}\n{count} cycles in either home\n\
-             the split adds {round_trips:.2} bare round trips of {bare:.3} ms, {verdict} the {ROUND_TRIPS_MAX} allowed",
+            "{}\n{}\n{count} cycles in either home, in {rounds} rounds\n\
+             the split adds {added:.3} ms to a cycle: {round_trips:.2} bare round trips of {bare:.3} ms \
+             ({low:.2} to {high:.2} with 95 % confidence), {verdict} the {ROUND_TRIPS_MAX} allowed",
             figures::table(&questions),
             figures::table(&homes),
         ),
@@ -156,24 +186,18 @@ fn median_ms(times: &[wire::Timings], of: impl Fn(&wire::Timings) -> u64) -> f64
     percentile_ms(&mut times, 0.5)
 }
 
-/// Plans every cycle of the workload once more: what was decided, and how long each took.
-async fn replay(
+/// Plans one cycle of the workload once more: what was decided, and how long it took.
+async fn plan(
     robot: &Robot,
-    workload: &Workload,
-) -> anyhow::Result<(Vec<(wire::Reason, wire::F64Array)>, Vec<wire::Timings>)> {
-    let mut memory = Memory::new(0);
-    let (mut decisions, mut times) = (Vec::new(), Vec::new());
-    for past in &workload.cycles {
-        memory.seq += 1;
-        let scene = past.scene.clone();
-        let observation = Observation { belief: scene.belief, people: scene.people };
-        let (decision, account) = cycle::plan(&robot.pool, &robot.context, &mut memory, observation).await?;
-        times.push(account.timings);
-        let degraded = wire::words::say_all("degradation", &decision.degraded);
-        ensure!(degraded.is_empty(), "a cycle was degraded: {degraded}");
-        decisions.push((decision.reason, decision.x));
-    }
-    Ok((decisions, times))
+    memory: &mut Memory,
+    scene: &wire::Scene,
+) -> anyhow::Result<((wire::Reason, wire::F64Array), wire::Timings)> {
+    memory.seq += 1;
+    let observation = Observation { belief: scene.belief.clone(), people: scene.people.clone() };
+    let (decision, account) = cycle::plan(&robot.pool, &robot.context, memory, observation).await?;
+    let degraded = wire::words::say_all("degradation", &decision.degraded);
+    ensure!(degraded.is_empty(), "a cycle was degraded: {degraded}");
+    Ok(((decision.reason, decision.x), account.timings))
 }
 
 /// The questions of a cycle halfway through the workload, with the sizes they have.

@@ -1,4 +1,4 @@
-//! The few statistics the report needs: nothing here knows what is measured.
+//! The few statistics that reports need: nothing here knows what is measured.
 
 mod bootstrap;
 mod signed_rank;
