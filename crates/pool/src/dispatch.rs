@@ -81,20 +81,25 @@ pub async fn evaluate<P: Peers>(
 ) -> Vec<Shard> {
     let count = questions.count();
     let started = pool.peers.now();
-    let open = FuturesUnordered::new();
+    let mut work = Vec::new();
     for term in terms {
         let slots = pool.replicas().choose_slots(term, robot, count);
         let speeds: Vec<f64> = slots.iter().map(|slot| slot.speed).collect();
         for (index, (slot, range)) in slots.into_iter().zip(shards(count, &speeds)).enumerate() {
-            if range.is_empty() {
-                continue;
+            if !range.is_empty() {
+                work.push((range.len() as f64 / slot.speed, term, slot.instance, index as u32, range));
             }
-            let question = questions.shard(term, index as u32, range.clone());
-            open.push(async move {
-                let cost = evaluate_shard(pool, term, robot, slot.instance, &question, budget).await;
-                Shard { term: term.clone(), range, cost, elapsed: pool.peers.now() - started }
-            });
         }
+    }
+    // What takes longest goes first: questions leave one after the other.
+    work.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let open = FuturesUnordered::new();
+    for (_, term, first, index, range) in work {
+        let question = questions.shard(term, index, range.clone());
+        open.push(async move {
+            let cost = evaluate_shard(pool, term, robot, first, &question, budget).await;
+            Shard { term: term.clone(), range, cost, elapsed: pool.peers.now() - started }
+        });
     }
     let mut done: Vec<Shard> = open.collect().await;
     done.sort_by(|a, b| (&a.term, a.range.start).cmp(&(&b.term, b.range.start)));
