@@ -80,7 +80,7 @@ fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
 
 pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     let (clock, time_scale) = options.speed;
-    let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed) };
+    let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed), ..Choice::default() };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let config = ServiceConfig {
         connect: options.connect.iter().cloned().collect(),

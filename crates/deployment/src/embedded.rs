@@ -1,4 +1,4 @@
-//! All services in this process, over one session without a network.
+//! Services in this process, over one session.
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::fields::Fields;
@@ -19,12 +19,16 @@ pub struct Embedded {
 }
 
 impl Embedded {
-    /// Starts them all and waits until each serves.
+    /// Starts them all on a session without a network and waits until each serves.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
-        let session = session::embedded().await?;
+        Self::of(Kind::ALL, session::embedded().await?, config).await
+    }
+
+    /// Starts one of each of these kinds on `session` and waits until each serves. Others may be elsewhere.
+    pub async fn of(kinds: &[Kind], session: Session, config: &ServiceConfig) -> anyhow::Result<Self> {
         let fields = Fields::new(&session);
         let mut embedded = Self { session: session.clone(), tasks: JoinSet::new(), triggers: Vec::new() };
-        for &kind in Kind::ALL {
+        for &kind in kinds {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
             let config = ServiceConfig { instance: kind.name().into(), ..config.clone() };

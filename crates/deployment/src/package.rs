@@ -21,6 +21,8 @@ pub struct Choice {
     pub planner: Option<String>,
     /// Seed of everything random.
     pub seed: Option<u64>,
+    /// Search trees of a cycle.
+    pub trees: Option<u32>,
 }
 
 /// A scenario read from disk.
@@ -84,6 +86,7 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
             .map_err(|e| e.below("profile").located_in(&text))
             .with_context(|| path.display().to_string())?;
     }
+    profile.trees = choice.trees.unwrap_or(profile.trees);
     let request = InjectRequest {
         scenario: convert::to_value(&scenario).map_err(anyhow::Error::from)?,
         files: files.into_iter().map(|(name, content)| (name, content.into())).collect(),

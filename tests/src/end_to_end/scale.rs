@@ -96,6 +96,16 @@ fn it_says_when_asking_pays_how_many_robots_are_served_and_what_processes_cost()
         positive(row, &["replicas", "people", "batch", "in_process_ms", "pool_ms"]);
     }
 
+    let even =
+        ["--service", "generator", "--break-even", "--replicas", "1", "--trees", "2,1", "--seconds", "0.5"];
+    let json = measured(&even);
+    let trees: Vec<&Value> = rows(&json).iter().map(|row| &row["trees"]).collect();
+    assert_eq!(
+        (trees, json["break_even"].as_array().unwrap().len()),
+        (vec![&1.into(), &2.into()], 1),
+        "{json}"
+    );
+
     let json = measured(&["--service", "cnc", "--replicas", "1", "--robots", "1,3", "--seconds", "1"]);
     assert_eq!(rows(&json).len(), 2, "{json}");
     for row in rows(&json) {
@@ -110,6 +120,20 @@ fn it_says_when_asking_pays_how_many_robots_are_served_and_what_processes_cost()
     let questions: Vec<&str> =
         json["questions"].as_array().unwrap().iter().map(|q| q["question"].as_str().unwrap()).collect();
     assert_eq!(questions, ["generator", "cnc", "cpc"]);
+}
+
+#[test]
+fn a_drive_with_several_trees_has_a_row() {
+    let _turn = turn();
+    let json = measured(&["--service", "generator", "--trees", "2"]);
+    let [row] = &rows(&json)[..] else { panic!("{json}") };
+    for (key, count) in [("trees", 2), ("generators", 2), ("drives", 1)] {
+        assert_eq!(row[key], count, "{key} in {row}");
+    }
+    positive(row, &["candidates", "p50_ms", "p99_ms"]);
+    for key in ["cut_short", "grown_locally", "td"] {
+        assert!(row[key].as_f64().is_some_and(|share| (0.0..=1.0).contains(&share)), "{key} in {row}");
+    }
 }
 
 #[test]
@@ -151,7 +175,10 @@ fn what_makes_no_sense_is_refused_in_one_line() {
         (&["--service", "cpc", "--cpu-quota", "0"], "--cpu-quota"),
         (&["--service", "cpc", "--batch", "5000"], "--batch"),
         (&["--service", "cpc", "--batch", "10,20"], "--batch"),
-        (&["--service", "generator", "--break-even"], "--break-even"),
+        (&["--service", "cnc", "--trees", "2"], "--trees"),
+        (&["--service", "generator", "--trees", "9"], "--trees"),
+        (&["--service", "generator", "--trees", "2", "--replicas", "1,2"], "--replicas"),
+        (&["--service", "generator", "--drives", "2"], "--drives"),
         (&["--service", "generator", "--people", "3"], "--people"),
         (&["--service", "cpc", "--overhead"], "--overhead"),
         (&["--service", "cpc", "--planner", "unknown"], "unknown"),

@@ -32,7 +32,7 @@ impl OnTheWay {
     /// With `planner`, a built-in profile.
     pub(crate) fn with(planner: &str) -> anyhow::Result<Self> {
         let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/paper/env4-s2.toml");
-        let choice = Choice { planner: Some(planner.to_owned()), seed: Some(1) };
+        let choice = Choice { planner: Some(planner.to_owned()), seed: Some(1), ..Choice::default() };
         let package = package::read(&file, &choice, Clock::Lockstep, 1.0)?;
         let fields = Fields::of_maps([]);
         let prepared = curionav_simulator::prepare(&package.request, "robot", &fields).context("scenario")?;

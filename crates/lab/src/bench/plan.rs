@@ -142,7 +142,7 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
     let (mut digests, mut first) = (Vec::new(), None);
     let fields = Fields::of_maps([]);
     for planner in planners {
-        let choice = Choice { planner: Some(planner.source.clone()), seed: None };
+        let choice = Choice { planner: Some(planner.source.clone()), seed: None, ..Choice::default() };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
         let prepared = curionav_simulator::prepare(&package.request, "robot", &fields)
             .map_err(|reject| package.refusal(&reject))?;

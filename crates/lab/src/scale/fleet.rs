@@ -99,13 +99,13 @@ async fn plan(
     beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
     let (settled, end) = (start + PERIOD * SETTLING, start + PERIOD * cycles);
     let mut answers = Vec::new();
-    let (mut seq, mut tree) = (first, None);
+    let (mut seq, mut trees) = (first, Vec::new());
     loop {
         let at = beat.tick().await.into_std();
         if at >= end {
             return Ok(answers);
         }
-        let answer = robot.ask(&work, seq, &mut tree).await?;
+        let answer = robot.ask(&work, seq, &mut trees).await?;
         seq += 1;
         if at >= settled {
             answers.push(answer);

@@ -14,6 +14,7 @@ mod processes;
 mod robots;
 mod setup;
 mod throughput;
+mod trees;
 mod workload;
 
 use anyhow::anyhow;
@@ -47,6 +48,9 @@ pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
 }
 
 async fn measure(options: &Options, processes: &mut Processes) -> anyhow::Result<Measured> {
+    if options.drives_through() {
+        return trees::measure(options, processes).await;
+    }
     eprintln!("driving through {}", options.scenario.display());
     let workload = Workload::of(&options.scenario, options.planner.as_deref()).await?;
     let measured = match options.service.map(|service| Setup { options, workload: &workload, service }) {

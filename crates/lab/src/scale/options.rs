@@ -11,6 +11,8 @@ use strum::IntoStaticStr;
 /// Replicas, robots: more than one machine is asked to carry.
 const PROCESSES_MAX: i64 = 64;
 const ROBOTS_MAX: i64 = 200;
+/// Search trees of a cycle, as in a profile.
+const TREES_MAX: i64 = 8;
 
 /// What can be run with more than one replica.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, IntoStaticStr)]
@@ -38,6 +40,7 @@ impl Service {
 ///
 ///   curionav scale --service cpc --cpu-quota 0.1            throughput with 1, 2, 4 and 8 replicas
 ///   curionav scale --service cnc --break-even             when asking beats computing in the arbiter
+///   curionav scale --service generator --trees 1,2,4,8      what several search trees per cycle bring
 ///   curionav scale --service cpc --robots 1,10,50           many robots over one pool, ten times a second
 ///   curionav scale --overhead                               what splitting the cycle into processes costs
 ///
@@ -45,6 +48,8 @@ impl Service {
 /// times of a batch that has the pool to itself. Efficiency is the throughput of a replica as a share of that
 /// in the first row. `cores` is what the replicas used, `asking` what router and robots used: when both
 /// together come near what the machine has, it is the limit and not the pool; --cpu-quota 0.1 makes room.
+///
+/// With --trees the robot's other services run in this process without a quota.
 ///
 /// --json prints {service, rows: [{replicas, candidates_per_s, p50_ms, p99_ms, efficiency, ...}], ...}.
 /// Exit status: 0 measured; 1 interrupted, or the drive failed; 2 bad argument, or no control groups for
@@ -86,9 +91,19 @@ pub struct Options {
     /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
     #[arg(long, value_name = "PROFILE")]
     pub(super) planner: Option<String>,
-    /// Find out from which batch on asking replicas is faster than computing in the arbiter.
+    /// Find out from which batch on, or from how many trees on, asking replicas is faster than computing in the
+    /// arbiter.
     #[arg(long, conflicts_with_all = ["robots", "overhead"])]
     pub(super) break_even: bool,
+    /// Drive through the scenario in real time with so many search trees per cycle, e.g. 1,2,4,8, each grown by a
+    /// generator of its own unless --replicas names one number of them. With --break-even only the trees of single
+    /// cycles are grown; default there: 1,2,4,8.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with_all = ["robots", "overhead"],
+        value_parser = clap::value_parser!(u16).range(1..=TREES_MAX))]
+    pub(super) trees: Vec<u16>,
+    /// Drives for each number of trees, with the seeds from 1 on.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub(super) drives: u16,
     /// Let this many robots plan ten times a second over one pool, e.g. 1,10,50.
     #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with = "overhead",
         value_parser = clap::value_parser!(u16).range(1..=ROBOTS_MAX))]
@@ -114,22 +129,31 @@ fn parse_seconds(text: &str) -> Result<f64, String> {
 impl Options {
     /// What the arguments say one by one makes sense together.
     pub(super) fn check(&self) -> Result<(), Exit> {
-        let Self { service, batch, people, break_even, .. } = self;
+        let Self { service, batch, people, break_even, trees, replicas, drives, seconds, .. } = self;
         let is_generator = *service == Some(Service::Generator);
+        let drives_through = self.drives_through();
         let faults = [
             (!break_even && batch.len() > 1, "--batch: several batches are only compared with --break-even"),
             (!break_even && people.len() > 1, "--people: several crowds are only compared with --break-even"),
             (
-                is_generator && *break_even,
-                "--break-even: is for evaluators; a generator's work is not cut into shards",
-            ),
-            (
                 is_generator && !(batch.is_empty() && people.is_empty()),
                 "--batch, --people: are for evaluators; a generator is asked what the scenario asks",
             ),
+            (!is_generator && !trees.is_empty(), "--trees: is for --service generator, which grows them"),
+            (drives_through && replicas.len() > 1, "--replicas: with --trees it is one number for all rows"),
+            (
+                drives_through && seconds.is_some(),
+                "--seconds: with --trees a drive ends at the goal; see --drives",
+            ),
+            (!drives_through && *drives != 1, "--drives: is for --trees, which drives through the scenario"),
         ];
         let fault = faults.into_iter().find(|(is_one, _)| *is_one);
         fault.map_or(Ok(()), |(_, fault)| Err(Exit::bad_input(anyhow!("{fault}"))))
+    }
+
+    /// Whether several search trees are measured in drives.
+    pub(super) fn drives_through(&self) -> bool {
+        !self.trees.is_empty() && !self.break_even
     }
 
     /// The numbers of replicas, or `default`.

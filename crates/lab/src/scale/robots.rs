@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
-use curionav_planning::generation::Tree;
+use curionav_planning::generation::{Generated, Tree};
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch;
@@ -14,6 +14,7 @@ use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::{map_store, session};
 use curionav_schemas::{self as wire, Clock};
+use futures_util::future::join_all;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
 use zenoh::Session;
@@ -29,8 +30,18 @@ const READY_TIMEOUT: Duration = Duration::from_secs(60);
 pub(super) enum Work {
     /// Costs of batches under a term.
     Evaluate(&'static str, Vec<Batch>),
-    /// Candidates for these moments, one after the other, the tree handed on.
-    Generate(Vec<wire::Scene>),
+    /// Candidates for these moments, one after the other, from so many trees, which are handed on.
+    Generate(Vec<wire::Scene>, usize),
+}
+
+/// Where in `all` piece `seq` of the work is found: they take turns.
+pub(super) fn turn_of<T>(all: &[T], seq: u64) -> usize {
+    (seq % all.len().max(1) as u64) as usize
+}
+
+/// What piece `seq` of the work is about; nothing of nothing.
+pub(super) fn turn<T>(all: &[T], seq: u64) -> Option<&T> {
+    all.get(turn_of(all, seq))
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -79,15 +90,19 @@ impl Robot {
         }
     }
 
-    /// Asks the pool for piece `seq` of the work. `tree` is what the last answer of a generator left.
-    pub(super) async fn ask(&self, work: &Work, seq: u64, tree: &mut Option<Tree>) -> anyhow::Result<Answer> {
+    /// Asks the pool for piece `seq` of the work. `trees` are what the last answers of generators left.
+    pub(super) async fn ask(
+        &self,
+        work: &Work,
+        seq: u64,
+        trees: &mut Vec<Option<Tree>>,
+    ) -> anyhow::Result<Answer> {
         let started = std::time::Instant::now();
         let stage = Budget::of_generation(self.pool.peers.now(), &self.context.mission, &self.pool.stages());
         let robot = &self.context.mission.order.robot;
-        let turn = |of: usize| (seq % of.max(1) as u64) as usize;
         match work {
             Work::Evaluate(term, batches) => {
-                let batch = batches.get(turn(batches.len())).context("no batch")?;
+                let batch = turn(batches, seq).context("no batch")?;
                 let questions = self.context.evaluate_questions((1, seq), &batch.message, &batch.candidates);
                 let terms = [(*term).to_owned()];
                 let shards = dispatch::evaluate(&self.pool, &terms, robot, &questions, stage).await;
@@ -101,18 +116,26 @@ impl Robot {
                     took: started.elapsed(),
                 })
             }
-            Work::Generate(scenes) => {
-                let turn = turn(scenes.len());
-                let scene = scenes.get(turn).context("no scene")?;
-                // A new drive begins without a tree.
-                let old = tree.take().filter(|_| turn > 0);
-                let question = self.context.generate_question((1, seq), scene, 0, old.as_ref(), &[]);
+            Work::Generate(scenes, count) => {
+                let scene = turn(scenes, seq).context("no scene")?;
+                // A new drive begins without trees.
+                let old = if turn_of(scenes, seq) > 0 { std::mem::take(trees) } else { Vec::new() };
                 let shape = (self.context.profile.steps, self.context.profile.dt);
-                let generated = dispatch::generate(&self.pool, robot, &question, 0, shape, stage).await;
-                let candidates = generated.as_ref().map_or(0, |(generated, _)| generated.candidates.len());
-                let unanswered = usize::from(generated.is_none());
-                *tree = generated.map(|(generated, _)| generated.tree);
-                Ok(Answer { candidates, shards: 1, unanswered, took: started.elapsed() })
+                let questions: Vec<_> = (0..*count)
+                    .map(|tree| {
+                        let old = old.get(tree).and_then(Option::as_ref);
+                        self.context.generate_question((1, seq), scene, tree, old, &[])
+                    })
+                    .collect();
+                let asked = questions.iter().enumerate().map(|(tree, question)| {
+                    dispatch::generate(&self.pool, robot, question, tree, shape, stage)
+                });
+                let generated: Vec<Option<Generated>> =
+                    join_all(asked).await.into_iter().map(|answer| answer.map(|(of, _)| of)).collect();
+                let candidates = generated.iter().flatten().map(|of| of.candidates.len()).sum();
+                let unanswered = generated.iter().filter(|of| of.is_none()).count();
+                *trees = generated.into_iter().map(|of| of.map(|of| of.tree)).collect();
+                Ok(Answer { candidates, shards: *count, unanswered, took: started.elapsed() })
             }
         }
     }

@@ -31,8 +31,7 @@ impl Setup<'_> {
     pub(super) fn work(&self, default: u32) -> anyhow::Result<Arc<Work>> {
         let role = self.service.name();
         if self.service == Service::Generator {
-            let scenes = self.workload.cycles.iter().map(|cycle| cycle.scene.clone()).collect();
-            return Ok(Arc::new(Work::Generate(scenes)));
+            return Ok(Arc::new(self.growth(1)));
         }
         let context = self.workload.context("robot", Clock::Lockstep)?;
         if !context.pool_terms().any(|term| term == role) {
@@ -42,6 +41,11 @@ impl Setup<'_> {
         let batch = self.options.batch.first().copied().unwrap_or(default);
         let people = self.options.people.first().map(|&n| n as usize);
         Ok(Arc::new(Work::Evaluate(role, batches(self.workload, &context, batch as usize, people)?)))
+    }
+
+    /// The growth of so many trees in every cycle of the drive.
+    pub(super) fn growth(&self, trees: usize) -> Work {
+        Work::Generate(self.workload.cycles.iter().map(|cycle| cycle.scene.clone()).collect(), trees)
     }
 
     /// Starts `replicas` of the service, connects `count` robots, and waits until all are ready for all. From then

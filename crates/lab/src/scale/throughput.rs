@@ -95,9 +95,9 @@ async fn keep_asking(
     end: Instant,
 ) -> anyhow::Result<Vec<(Instant, Answer)>> {
     let mut answers = Vec::new();
-    let (mut seq, mut tree) = (first, None);
+    let (mut seq, mut trees) = (first, Vec::new());
     while Instant::now() < end {
-        let answer = robot.ask(&work, seq, &mut tree).await?;
+        let answer = robot.ask(&work, seq, &mut trees).await?;
         answers.push((Instant::now(), answer));
         seq += 1;
     }

@@ -36,7 +36,7 @@ pub(super) struct Workload {
 
 impl Workload {
     pub(super) async fn of(scenario: &Path, planner: Option<&str>) -> anyhow::Result<Self> {
-        let choice = Choice { planner: planner.map(str::to_owned), seed: Some(SEED) };
+        let choice = Choice { planner: planner.map(str::to_owned), seed: Some(SEED), ..Choice::default() };
         let package = package::read(scenario, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
         let config = ServiceConfig::default();
         let services = Embedded::start(&config).await.map_err(Exit::network)?;
