@@ -27,12 +27,21 @@ const MAX_PNG_EXPANSION: u64 = 1100;
 pub fn load_map(yaml: &MapYaml, image_bytes: &[u8]) -> Result<OccupancyGrid, MapServerError> {
     yaml.check_order()?;
     let image = decode(image_bytes)?;
-    let alpha = image.color().has_alpha();
-    let image = image.into_rgba16();
     let (width, height) = (image.width() as usize, image.height() as usize);
     let mut cells = Vec::with_capacity(width * height);
-    for row in image.rows().rev() {
-        cells.extend(row.map(|&pixel| cell(yaml, pixel, alpha)));
+    if let DynamicImage::ImageLuma8(grey) = image {
+        // As nearly every map is: then there are 256 kinds of pixels.
+        let kind =
+            |value: u8| cell(yaml, Rgba([value, value, value, u8::MAX].map(|v| 257 * u16::from(v))), false);
+        let kinds = std::array::from_fn::<i8, 256, _>(|value| kind(value as u8));
+        for row in grey.rows().rev() {
+            cells.extend(row.map(|pixel| kinds[usize::from(pixel.0[0])]));
+        }
+    } else {
+        let alpha = image.color().has_alpha();
+        for row in image.into_rgba16().rows().rev() {
+            cells.extend(row.map(|&pixel| cell(yaml, pixel, alpha)));
+        }
     }
     Ok(OccupancyGrid::new(width, height, yaml.resolution, yaml.origin, cells)?)
 }
