@@ -60,28 +60,25 @@ impl PlanContext {
         let robot = convert::robot_model(&mission.order.robot_model);
         let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
         let derived = fields.of(mission.order.map);
-        let (map, geodesic) = (derived.map()?, derived.geodesic(goal, robot.radius())?);
-        let start = convert::pose(mission.order.initial_pose).position();
-        if !geodesic.at(start).is_finite() {
-            return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
-        }
+        let map = derived.map()?;
         let task = Task {
             goal,
             robot: robot.clone(),
             laser: convert::laser(&mission.order.laser),
             noise: convert::noise(&mission.order.odometry_noise),
         };
-        let mut local = BTreeMap::new();
-        for term in profile.terms.keys() {
-            match terms::evaluator(term, &profile, &task, &derived) {
-                Ok(built) => {
-                    local.insert(term.clone(), built);
-                }
-                // Only replicas of its own can compute it.
-                Err(BuildError::Unknown) => {}
-                Err(error) => return Err(evaluators::reject("profile", error)),
-            }
+        // The way to the goal takes one thread, what a sensor sees takes all of them.
+        let (geodesic, local) = std::thread::scope(|scope| {
+            let geodesic = scope.spawn(|| derived.geodesic(goal, robot.radius()));
+            let local = local_evaluators(&profile, &task, &derived);
+            (geodesic.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), local)
+        });
+        let geodesic = geodesic?;
+        let start = convert::pose(mission.order.initial_pose).position();
+        if !geodesic.at(start).is_finite() {
+            return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
         }
+        let local = local?;
         let fields = MissionFields::new(&mission, &profile)?;
         Ok(Self { mission, profile, map, geodesic, robot, goal, in_process, generator, fields, local })
     }
@@ -189,6 +186,19 @@ impl PlanContext {
         let people = convert::people_to_wire(&planning::People::default(), 0, 0.0);
         Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
     }
+}
+
+/// The evaluators of the profile's terms that are built in, by name. The others only replicas of their own can compute.
+fn local_evaluators(
+    profile: &Profile,
+    task: &Task,
+    fields: &impl DerivedFields<Error = Reject>,
+) -> Result<BTreeMap<String, Arc<dyn Evaluator>>, Reject> {
+    let built = profile.terms.keys().map(|term| (term, terms::evaluator(term, profile, task, fields)));
+    let known = built.filter(|(_, built)| !matches!(built, Err(BuildError::Unknown)));
+    known
+        .map(|(term, built)| Ok((term.clone(), built.map_err(|e| evaluators::reject("profile", e))?)))
+        .collect()
 }
 
 /// What is left of the previous trajectory at `stamp`, by state.
