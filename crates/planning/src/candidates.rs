@@ -94,7 +94,9 @@ impl CandidateSet {
     /// The candidates with these indices, in this order.
     pub fn pick(&self, indices: impl IntoIterator<Item = usize> + Clone) -> Self {
         let states = |array: &[f64]| {
-            indices.clone().into_iter().flat_map(|i| &array[self.range(i)]).copied().collect::<Vec<f64>>()
+            let mut picked = Vec::with_capacity(indices.clone().into_iter().count() * self.steps);
+            indices.clone().into_iter().for_each(|i| picked.extend_from_slice(&array[self.range(i)]));
+            picked
         };
         let id = indices.clone().into_iter().map(|i| self.id[i]).collect();
         Self { id, states: self.states.map(states), ..*self }

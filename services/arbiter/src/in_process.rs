@@ -1,5 +1,6 @@
 //! Scoring in the arbiter itself: local terms always, and what no replica has scored.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use curionav_planning::arbitration::{Scores, total_costs};
@@ -28,7 +29,12 @@ pub(crate) fn score<'a>(
         let Some(evaluator) = context.local(term) else { return false };
         let is_missing = |i: &usize| scores.cost(term, *i).is_none();
         let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
-        match evaluator.evaluate(scene, &candidates.pick(missing.iter().copied()), is_over) {
+        let wanted = if missing.len() == candidates.len() {
+            Cow::Borrowed(candidates)
+        } else {
+            Cow::Owned(candidates.pick(missing.iter().copied()))
+        };
+        match evaluator.evaluate(scene, &wanted, is_over) {
             Ok(costs) => {
                 for (&index, cost) in missing.iter().zip(&costs) {
                     if let Err(error) = scores.insert(term, index, &[*cost]) {
