@@ -100,7 +100,19 @@ impl CollisionRisk {
         params: &RiskParams,
         moments: impl Iterator<Item = f64>,
     ) -> Self {
-        let (level, contact) = (Level::new(), radius + people.radius);
+        Self::with(Level::new(), people, forecast, radius, params, moments)
+    }
+
+    /// The same with vectors of this kind, which makes no difference to the result.
+    pub(crate) fn with(
+        level: Level,
+        people: &People,
+        forecast: ForecastParams,
+        radius: f64,
+        params: &RiskParams,
+        moments: impl Iterator<Item = f64>,
+    ) -> Self {
+        let contact = radius + people.radius;
         let of_moment = |t: f64| {
             let t = t.max(0.0);
             let mean = |i: usize| {
