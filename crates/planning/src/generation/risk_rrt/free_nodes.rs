@@ -154,10 +154,15 @@ impl Group {
         let &Question { weighing, target, root_distance, .. } = question;
         let load = |of| f64x8::load_array_ref(simd, of);
         let (dx, dy) = (target.x - load(&self.x), target.y - load(&self.y));
-        let (ahead, distance) = (load(&self.cos) * dx + load(&self.sin) * dy, (dx * dx + dy * dy).sqrt());
-        let far = load(self.risk(question)) * weighing.social_weight + distance * (1.0 / unit(root_distance));
-        // The slack is more than rounding may differ by.
-        let turn = (least - far + SLACK * (1.0 + least)) * (1.0 / weighing.rotation_weight);
+        let squared = dx * dx + dy * dy;
+        // What is left for distance and turn; the slack is more than rounding may differ by.
+        let left = least - load(self.risk(question)) * weighing.social_weight + SLACK * (1.0 + least);
+        let farthest = greater(left, f64x8::splat(simd, 0.0)) * unit(root_distance);
+        if squared.simd_gt(farthest * farthest).all_true() {
+            return false;
+        }
+        let (ahead, distance) = (load(&self.cos) * dx + load(&self.sin) * dy, squared.sqrt());
+        let turn = (left - distance * (1.0 / unit(root_distance))) * (1.0 / weighing.rotation_weight);
         let z = turn * turn;
         // Below the cosine everywhere.
         let cosine = 1.0 - z * (0.5 - z * (1.0 / 24.0 - z * (1.0 / 720.0)));

@@ -79,6 +79,7 @@ impl<'a> Growth<'a> {
     ) -> Self {
         let level = Level::new();
         let mut growth = Self { ground, tree, people, level, max_depth, free: FreeNodes::new(level) };
+        growth.tree.nodes.reserve(growth.params().nodes as usize);
         for node in 0..growth.tree.nodes.len() {
             if growth.people.is_some() {
                 growth.tree.nodes[node].risk = growth.assessed(node);

@@ -89,7 +89,9 @@ impl TimeTree {
     pub fn subtree(&self, node: usize) -> Self {
         let mut index = vec![Tree::NO_PARENT; self.nodes.len()];
         let root = Node { parent: Tree::NO_PARENT, depth: 0, ..self.nodes[node] };
-        let mut kept = Self { stamp: self.time(node), dt: self.dt, nodes: vec![root] };
+        let mut kept =
+            Self { stamp: self.time(node), dt: self.dt, nodes: Vec::with_capacity(self.nodes.len()) };
+        kept.nodes.push(root);
         index[node] = 0;
         for (old, n) in self.nodes.iter().enumerate().skip(node + 1) {
             let parent = n.parent;
@@ -128,6 +130,7 @@ impl TimeTree {
         let (omega, risk, time, v) = (column("omega"), column("risk"), column("time"), column("v"));
         let twist = |node: usize| Twist { v: v[node], omega: omega[node] };
         let mut tree = Self::rooted(time[0], lattice.dt, value.pose(0), twist(0));
+        tree.nodes.reserve(value.len());
         for node in 1..value.len() {
             let (parent, twist) = (value.parent(node)?, twist(node));
             let control = lattice.control(tree.nodes[parent].twist, twist)?;
