@@ -169,3 +169,94 @@ impl<'a, S: Simd> Braking<'a, S> {
         (self.sin, self.cos) = library::sin_cos(self.heading);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generation::risk_rrt::growth::Ground;
+    use crate::generation::tests::furnished;
+    use crate::generation::{GenerationInput, GeneratorPart};
+    use crate::geometry::{Point2, Twist};
+    use crate::lanes::tests::levels;
+    use crate::motion::{RobotModel, step};
+    use crate::occupancy::GeodesicField;
+    use crate::profile::Profile;
+    use crate::random::{rng, uniform};
+    use crate::scene::{Belief, People, Scene};
+
+    /// [`braking_costs`] of one node, one number at a time.
+    fn one_by_one(growth: &Growth<'_>, node: usize, root_distance: f64, latest: u32) -> Option<f64> {
+        let ground = growth.ground;
+        let Node { mut pose, mut twist, mut depth, mut risk, .. } = growth.tree.nodes[node];
+        let mut best = f64::INFINITY;
+        while twist != Twist::default() {
+            twist = ground.lattice.braked(twist);
+            depth += 1;
+            let next = step(pose, twist, growth.tree.dt);
+            if depth > latest || !ground.checker.segment_wall_clear(pose, next) {
+                return None;
+            }
+            let here = growth.people.as_ref().map(|people| people.at(depth as usize, next.position()));
+            risk = risk.max(here.unwrap_or_default());
+            best = best.min(growth.weighing().node_cost(next, risk, root_distance, ground.input.goal));
+            pose = next;
+        }
+        Some(best)
+    }
+
+    #[test]
+    fn costs_are_those_of_one_node_after_the_other_bit_for_bit() {
+        let (map, goal) = (furnished(), Point2::new(14.0, 26.0));
+        let geodesic = GeodesicField::new(&map, goal, 0.45);
+        let mut params: GeneratorPart = Profile::default().generator_part();
+        params.steps = 16;
+        let quick = RobotModel { omega_max: 12.0, alpha_max: 30.0, ..RobotModel::default() };
+        let (mut stopped, mut failed) = (0, 0);
+        for (seed, robot) in [(1, RobotModel::default()), (2, quick), (3, RobotModel::default())] {
+            let mut r = rng(seed, 0);
+            let mut draw = |least: f64, most: f64| least + (most - least) * uniform(&mut r);
+            let mut people = People { radius: 0.25, ..People::default() };
+            for id in 0..20 * (seed as u32 % 2) {
+                people.id.push(id);
+                [&mut people.x, &mut people.y].into_iter().for_each(|of| of.push(draw(6.0, 20.0)));
+                [&mut people.vx, &mut people.vy].into_iter().for_each(|of| of.push(draw(-0.7, 0.7)));
+            }
+            let covariance = nalgebra::Matrix3::identity() * 0.0025;
+            let (pose, twist) = (Pose2::new(12.0, 11.0, 1.2), Twist { v: 0.6, omega: 0.0 });
+            let belief = Belief { pose, covariance, twist };
+            let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false };
+            let (params, previous) = (&params, None);
+            let input = GenerationInput {
+                params,
+                map: &map,
+                goal,
+                geodesic: &geodesic,
+                robot: &robot,
+                scene: &scene,
+                previous,
+                seed,
+            };
+            let ground = Ground::new(&input);
+            let mut growth = ground.growth(None);
+            while growth.tree.nodes.len() < 700 {
+                let target = Point2::new(draw(8.0, 16.0), draw(8.0, 16.0));
+                growth.extend(target).unwrap();
+            }
+            let (nodes, latest) = ((0..700).collect::<Vec<_>>(), params.steps as u32);
+            let expected: Vec<_> = nodes.iter().map(|&n| one_by_one(&growth, n, 15.0, latest)).collect();
+            stopped += expected.iter().flatten().count();
+            failed += expected.iter().filter(|cost| cost.is_none()).count();
+            let bits = |costs: &[Option<f64>]| costs.iter().map(|c| c.map(f64::to_bits)).collect::<Vec<_>>();
+            for level in levels() {
+                growth.level = level;
+                let found = braking_costs(&growth, &nodes, 15.0);
+                assert_eq!(bits(&found), bits(&expected), "seed {seed}, {level:?}");
+                for (n, cost) in growth.tree.nodes.iter().zip(node_costs(&growth, 15.0)) {
+                    let alone = growth.weighing().node_cost(n.pose, n.risk, 15.0, goal);
+                    assert_eq!(cost.to_bits(), alone.to_bits(), "seed {seed}, {level:?}");
+                }
+            }
+        }
+        assert!(stopped > 500 && failed > 20, "both kinds: {stopped}, {failed}");
+    }
+}
