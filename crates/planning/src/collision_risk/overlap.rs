@@ -36,7 +36,8 @@ impl OverlapTable {
         table
     }
 
-    /// `free` times the probability of touching none of eight people at these squared distances. Linear between entries.
+    /// `free` times the probability of touching none of eight people at these squared distances, linear between
+    /// entries.
     #[inline(always)]
     pub(super) fn times_free<S: Simd>(&self, mut free: f64, squared: f64x8<S>) -> f64 {
         let mut near = squared.simd_lt(self.reach_squared).to_bitmask();

@@ -43,7 +43,8 @@ pub(crate) fn atan2<S: Simd>(y: f64x8<S>, x: f64x8<S>) -> f64x8<S> {
     unless(usual, angle, |lane| numerics::atan2(y[lane], x[lane]))
 }
 
-/// The angle whose tangent is `x`, which is not negative: taken from that of 0, 1/2, 1, 3/2 or infinity, whichever is near.
+/// The angle whose tangent is `x`, which is not negative: taken from that of 0, 1/2, 1, 3/2 or infinity, whichever is
+/// near.
 #[inline(always)]
 fn atan<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     const ODD: [f64; 6] = [

@@ -28,8 +28,8 @@ fn costs_of<S: Simd>(simd: S, growth: &Growth<'_>, nodes: &[Node], root_distance
     growth.weighing().node_costs([x, y, heading], risk, root_distance, goal).into()
 }
 
-/// The least cost of a pose while braking from each of `nodes`, infinite if there is none; `None` if braking takes longer
-/// than the candidates do, or leads into a wall.
+/// The least cost of a pose while braking from each of `nodes`, infinite if there is none; `None` if braking takes
+/// longer than the candidates do, or leads into a wall.
 pub(super) fn braking_costs(growth: &Growth<'_>, nodes: &[usize], root_distance: f64) -> Vec<Option<f64>> {
     let (tree, input) = (&growth.tree, growth.ground.input);
     let steps_passed = ((input.scene.stamp - tree.stamp) / tree.dt + 1e-6).floor();

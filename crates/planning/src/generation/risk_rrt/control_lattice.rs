@@ -90,8 +90,8 @@ impl<'a> ControlLattice<'a> {
         parts(current.omega, self.robot.alpha_max * self.dt, -most, most, &self.rates)
     }
 
-    /// Control number `control` of a node that was reached with `current`: the turn rates of the least speed come first.
-    /// At rest beyond the last.
+    /// Control number `control` of a node that was reached with `current`: the turn rates of the least speed come
+    /// first. At rest beyond the last.
     pub fn twist(&self, current: Twist, control: u32) -> Twist {
         let (speed, rate) = (control as usize / self.rates.len(), control as usize % self.rates.len());
         Twist {
