@@ -163,7 +163,7 @@ impl<'a> CollisionChecker<'a> {
     }
 
     /// The same for one segment after another: `free` is a disc that is known to be free.
-    fn continue_wall_clear(&self, free: &mut (Point2, f64), from: Pose2, to: Pose2) -> bool {
+    pub(crate) fn continue_wall_clear(&self, free: &mut (Point2, f64), from: Pose2, to: Pose2) -> bool {
         let holds = |&(centre, radius): &(Point2, f64)| {
             let reached = |p: Pose2| radius > 0.0 && centre.distance_squared(p.position()) <= radius * radius;
             reached(from) && reached(to)

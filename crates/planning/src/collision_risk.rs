@@ -6,8 +6,11 @@
 
 use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2, bearing, wrap_angle};
-use crate::numerics::{asin, erf, exp, sin_cos};
+use crate::lanes::*;
 use crate::scene::People;
+use overlap::OverlapTable;
+
+mod overlap;
 
 crate::parameters! {
     /// How a person's forecast becomes a probability.
@@ -43,38 +46,49 @@ impl RiskParams {
     /// The reciprocal of a node's weight, `social_weight * risk + d`: lower is better. `d` is the
     /// distance to `target` as a share of the root's, `root_distance` metres, plus the turn towards it.
     pub fn node_cost(&self, pose: Pose2, risk: f64, root_distance: f64, target: Point2) -> f64 {
-        self.far_cost(pose.position(), risk, root_distance, target) + self.turn_cost(pose, target)
+        let turn = wrap_angle(bearing(pose.position(), target) - pose.heading).abs();
+        let far = self.social_weight * risk + pose.position().distance(target) / unit(root_distance);
+        far + self.rotation_weight * turn
     }
 
-    /// [`Self::node_cost`] without the turn: never more than the whole.
-    pub fn far_cost(&self, position: Point2, risk: f64, root_distance: f64, target: Point2) -> f64 {
-        self.social_weight * risk + position.distance(target) / root_distance.max(LEAST_DISTANCE)
+    /// The same of eight nodes.
+    #[inline(always)]
+    pub(crate) fn node_costs<S: Simd>(
+        &self,
+        [x, y, heading]: [f64x8<S>; 3],
+        risk: f64x8<S>,
+        root_distance: f64,
+        target: Point2,
+    ) -> f64x8<S> {
+        let (dx, dy) = (target.x - x, target.y - y);
+        let far = risk * self.social_weight + (dx * dx + dy * dy).sqrt() / unit(root_distance);
+        far + library::wrap_angle(library::atan2(dy, dx) - heading).abs() * self.rotation_weight
     }
+}
 
-    /// The turn's part of [`Self::node_cost`].
-    pub fn turn_cost(&self, pose: Pose2, target: Point2) -> f64 {
-        self.rotation_weight * wrap_angle(bearing(pose.position(), target) - pose.heading).abs()
-    }
+/// What a distance of one is in a node's cost, metres.
+pub(crate) fn unit(root_distance: f64) -> f64 {
+    root_distance.max(LEAST_DISTANCE)
 }
 
 /// Distances are compared with at least this one, metres, so that the goal itself has a finite cost.
 const LEAST_DISTANCE: f64 = 0.01;
-/// Entries of a table over distance.
-const ENTRIES: usize = 32;
-/// Standard deviations beyond contact at which a person no longer counts.
-const CUT: f64 = 4.0;
 
 /// The probability of touching people at given moments, ready for many positions.
 #[derive(Debug, Clone)]
 pub struct CollisionRisk {
+    level: Level,
     model: RiskModel,
     /// Half the side of robot and block together, metres.
     half_side: f64,
-    people: usize,
-    /// Mean positions, `[moment, person]`.
-    mean: Vec<Point2>,
-    /// One table a moment.
-    overlap: Vec<OverlapTable>,
+    moments: Vec<Moment>,
+}
+
+#[derive(Debug, Clone)]
+struct Moment {
+    /// Mean positions of eight people each, x and y; at infinity beyond the last person.
+    means: Vec<[[f64; LANES]; 2]>,
+    overlap: OverlapTable,
 }
 
 impl CollisionRisk {
@@ -86,99 +100,76 @@ impl CollisionRisk {
         params: &RiskParams,
         moments: impl Iterator<Item = f64>,
     ) -> Self {
+        Self::with(Level::new(), people, forecast, radius, params, moments)
+    }
+
+    /// The same with vectors of this kind, which makes no difference to the result.
+    pub(crate) fn with(
+        level: Level,
+        people: &People,
+        forecast: ForecastParams,
+        radius: f64,
+        params: &RiskParams,
+        moments: impl Iterator<Item = f64>,
+    ) -> Self {
         let contact = radius + people.radius;
-        let (mut mean, mut overlap) = (Vec::new(), Vec::new());
-        for t in moments {
+        let of_moment = |t: f64| {
             let t = t.max(0.0);
-            mean.extend((0..people.len()).map(|i| people.position_after(i, t)));
+            let mean = |i: usize| {
+                if i < people.len() {
+                    people.position_after(i, t)
+                } else {
+                    Point2::new(f64::INFINITY, f64::INFINITY)
+                }
+            };
+            let eight = |first: usize| std::array::from_fn(|lane| mean(first + lane));
+            let split = |means: [Point2; LANES]| [means.map(|p| p.x), means.map(|p| p.y)];
             let needed = params.model == RiskModel::Gaussian && !people.is_empty();
-            overlap.push(if needed {
-                OverlapTable::new(contact, forecast.variance(t).sqrt())
-            } else {
-                OverlapTable::default()
-            });
-        }
+            Moment {
+                means: (0..people.len()).step_by(LANES).map(|first| split(eight(first))).collect(),
+                overlap: if needed {
+                    OverlapTable::new(level, contact, forecast.variance(t).sqrt())
+                } else {
+                    OverlapTable::default()
+                },
+            }
+        };
         let half_side = radius + params.block;
-        Self { model: params.model, half_side, people: people.len(), mean, overlap }
+        Self { level, model: params.model, half_side, moments: moments.map(of_moment).collect() }
     }
 
     /// P_d, the probability of touching any person at `p` at moment number `moment`:
     /// `1 - prod_i (1 - P_d(o_i))`.
     pub fn at(&self, moment: usize, p: Point2) -> f64 {
-        let means = &self.mean[moment * self.people..(moment + 1) * self.people];
-        match self.model {
-            RiskModel::Gaussian => {
-                let table = &self.overlap[moment];
-                let free = means.iter().fold(1.0, |free, mean| {
-                    let squared = mean.distance_squared(p);
-                    if squared < table.reach_squared { free * (1.0 - table.at(squared.sqrt())) } else { free }
-                });
-                1.0 - free
-            }
-            RiskModel::Grid => {
-                let blocked = |mean: &Point2| {
-                    (mean.x - p.x).abs() <= self.half_side && (mean.y - p.y).abs() <= self.half_side
-                };
-                if means.iter().any(blocked) { 1.0 } else { 0.0 }
+        dispatch!(self.level, simd => self.at_with(simd, moment, p))
+    }
+
+    /// The same for callers that compute with lanes.
+    #[inline(always)]
+    pub(crate) fn at_with<S: Simd>(&self, simd: S, moment: usize, p: Point2) -> f64 {
+        let Moment { means, overlap } = &self.moments[moment];
+        let mut free = 1.0;
+        for [x, y] in means {
+            let (dx, dy) = (f64x8::load_array_ref(simd, x) - p.x, f64x8::load_array_ref(simd, y) - p.y);
+            match self.model {
+                RiskModel::Gaussian => free = overlap.times_free(free, dx * dx + dy * dy),
+                RiskModel::Grid => {
+                    let blocked = dx.abs().simd_le(self.half_side) & dy.abs().simd_le(self.half_side);
+                    if blocked.any_true() {
+                        return 1.0;
+                    }
+                }
             }
         }
+        1.0 - free
     }
-}
-
-/// Probability of contact by distance between the robot and the mean of a person's forecast.
-#[derive(Debug, Clone, Default)]
-struct OverlapTable {
-    reach_squared: f64,
-    per_metre: f64,
-    probability: Vec<f64>,
-}
-
-impl OverlapTable {
-    fn new(contact: f64, sigma: f64) -> Self {
-        let reach = contact + CUT * sigma;
-        let step = reach / ENTRIES as f64;
-        // One entry more than is looked up, so that interpolation has a right neighbour.
-        let probability =
-            (0..=ENTRIES + 1).map(|k| disc_probability(contact, k as f64 * step, sigma)).collect();
-        Self { reach_squared: reach * reach, per_metre: 1.0 / step, probability }
-    }
-
-    /// Linear between entries; `distance` below the reach.
-    fn at(&self, distance: f64) -> f64 {
-        let s = distance * self.per_metre;
-        let k = (s as usize).min(ENTRIES);
-        let (a, b) = (self.probability[k], self.probability[k + 1]);
-        a + (s - k as f64) * (b - a)
-    }
-}
-
-/// Share of an isotropic Gaussian of standard deviation `sigma` inside a disc of `radius` whose centre
-/// is `distance` from its mean, all in metres.
-///
-/// Strips across the line of centres: the one at `x = radius sin u` has the closed form
-/// `density(x) erf(radius cos u / (sigma sqrt 2))`; Simpson's rule in `u`, in which it is smooth.
-fn disc_probability(radius: f64, distance: f64, sigma: f64) -> f64 {
-    const INTERVALS: usize = 24;
-    if sigma <= 0.0 {
-        return if distance < radius { 1.0 } else { 0.0 };
-    }
-    let bound = |x: f64| (x / radius).clamp(-1.0, 1.0);
-    let (low, high) = (asin(bound(distance - 6.0 * sigma)), asin(bound(distance + 6.0 * sigma)));
-    let h = (high - low) / INTERVALS as f64;
-    let sum = (0..=INTERVALS).fold(0.0, |sum, k| {
-        let (s, c) = sin_cos(low + k as f64 * h);
-        let z = (radius * s - distance) / sigma;
-        let strip = exp(-0.5 * z * z) * erf(radius * c / (sigma * std::f64::consts::SQRT_2)) * radius * c;
-        let weight = if k == 0 || k == INTERVALS { 1.0 } else { f64::from(2 + 2 * (k as u32 % 2)) };
-        sum + weight * strip
-    });
-    (sum * h / 3.0 / (sigma * std::f64::consts::TAU.sqrt())).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::{rng, standard_normal};
+    use crate::lanes::tests::levels;
+    use crate::random::{rng, uniform};
 
     fn walker(x: f64, vx: f64) -> People {
         People { id: vec![0], x: vec![x], y: vec![0.0], vx: vec![vx], vy: vec![0.0], radius: 0.25 }
@@ -193,26 +184,6 @@ mod tests {
             &params,
             (0..20).map(|k| 0.3 * f64::from(k)),
         )
-    }
-
-    #[test]
-    fn the_probability_is_the_share_of_samples_inside() {
-        let mut r = rng(3, 0);
-        for (distance, sigma) in [(0.0, 0.1), (0.5, 0.1), (0.55, 0.3), (1.0, 0.6), (2.0, 1.0)] {
-            let n = 200_000;
-            let inside = (0..n)
-                .filter(|_| {
-                    let (x, y) =
-                        (distance + sigma * standard_normal(&mut r), sigma * standard_normal(&mut r));
-                    x * x + y * y < 0.55 * 0.55
-                })
-                .count();
-            let exact = disc_probability(0.55, distance, sigma);
-            let table = OverlapTable::new(0.55, sigma).at(distance);
-            let sampled = inside as f64 / f64::from(n);
-            assert!((exact - sampled).abs() < 0.004, "{distance} {sigma}: {exact} {sampled}");
-            assert!((exact - table).abs() < 0.003, "{distance} {sigma}: {exact} {table}");
-        }
     }
 
     #[test]
@@ -254,6 +225,27 @@ mod tests {
     }
 
     #[test]
+    fn many_people_side_by_side_are_as_likely_touched_as_one_after_the_other() {
+        let seed = 6;
+        let mut r = rng(seed, 0);
+        for k in 0..300 {
+            let model = if k % 2 == 0 { RiskModel::Gaussian } else { RiskModel::Grid };
+            let mut place = |size: f64| size * (2.0 * uniform(&mut r) - 1.0);
+            let mut people = People { radius: 0.25, ..People::default() };
+            for id in 0..k % 21 {
+                people.id.push(id);
+                [&mut people.x, &mut people.y].into_iter().for_each(|of| of.push(place(3.0)));
+                [&mut people.vx, &mut people.vy].into_iter().for_each(|of| of.push(place(1.0)));
+            }
+            let (p, moment) = (Point2::new(place(3.0), place(3.0)), (k % 20) as usize);
+            let alone = |i: usize| risk(&people.pick([i]), model).at(moment, p);
+            let spared: f64 = (0..people.len()).map(|i| 1.0 - alone(i)).product();
+            let found = risk(&people, model).at(moment, p);
+            assert!((1.0 - spared - found).abs() < 1e-12, "seed {seed}, {k} people: {found} {spared}");
+        }
+    }
+
+    #[test]
     fn a_node_costs_less_the_safer_nearer_and_straighter_it_is() {
         let params = RiskParams::default();
         let goal = Point2::new(10.0, 0.0);
@@ -263,5 +255,33 @@ mod tests {
         assert!(at(1.0, 0.3, 0.0) > at(1.0, 0.0, 0.0));
         assert!(at(1.0, 0.0, 0.5) > at(0.0, 0.0, 0.0));
         assert!(params.node_cost(Pose2::new(10.0, 0.0, 0.0), 0.0, 0.0, goal).is_finite());
+    }
+
+    #[test]
+    fn eight_nodes_cost_what_each_of_them_does_bit_for_bit() {
+        let seed = 7;
+        let mut r = rng(seed, 0);
+        for k in 0..5000 {
+            let mut eight = |size: f64| -> [f64; LANES] {
+                std::array::from_fn(|_| match (8.0 * uniform(&mut r)) as u32 {
+                    0 => 0.0,
+                    _ => size * (2.0 * uniform(&mut r) - 1.0),
+                })
+            };
+            let (x, y, heading, risk) = (eight(5.0), eight(5.0), eight(3.2), eight(1.0).map(f64::abs));
+            let (target, root_distance) = (Point2::new(eight(5.0)[0], eight(5.0)[1]), eight(9.0)[0].abs());
+            let params = RiskParams { rotation_weight: f64::from(k % 3), ..RiskParams::default() };
+            for level in levels() {
+                let found: [f64; LANES] = dispatch!(level, simd => {
+                    let [x, y, heading, risk] = [x, y, heading, risk].map(|of| f64x8::load_array(simd, of));
+                    params.node_costs([x, y, heading], risk, root_distance, target).into()
+                });
+                for lane in 0..LANES {
+                    let pose = Pose2::new(x[lane], y[lane], heading[lane]);
+                    let cost = params.node_cost(pose, risk[lane], root_distance, target);
+                    assert_eq!(found[lane].to_bits(), cost.to_bits(), "seed {seed}, {level:?}, {pose:?}");
+                }
+            }
+        }
     }
 }

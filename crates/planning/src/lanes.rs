@@ -10,6 +10,8 @@
 pub(crate) use fearless_simd::prelude::*;
 pub(crate) use fearless_simd::{Level, Simd, dispatch, f64x8};
 
+pub(crate) mod library;
+
 use fearless_simd::u64x8;
 
 use crate::numerics;

@@ -135,23 +135,45 @@ pub fn step(pose: Pose2, twist: Twist, dt: f64) -> Pose2 {
 }
 
 /// The same for a pose whose direction is known.
+#[inline]
 pub fn step_facing(from: Facing, twist: Twist, dt: f64) -> Facing {
-    let Facing { pose, direction } = from;
-    let turn = twist.omega * dt;
-    let half = 0.5 * turn;
-    let (sinc, cos) = if half.abs() <= SMALL_ANGLE {
-        sinc_cos(half)
-    } else {
-        let (sin, cos) = sin_cos(half);
-        (sin / half, cos)
-    };
-    // Chord of the arc: its length is travel * sinc(turn/2), its direction the mean heading.
-    let chord = twist.v * dt * sinc;
-    let by = Direction { cos, sin: half * sinc };
-    let middle = direction.turned(by);
-    let heading = wrap_angle(pose.heading + turn);
-    let pose = Pose2::new(pose.x + chord * middle.cos, pose.y + chord * middle.sin, heading);
-    Facing { pose, direction: middle.turned(by) }
+    Bend::new(twist.omega * dt).end(from, twist.v * dt)
+}
+
+/// An arc that turns by some angle, however long it is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bend {
+    /// How far it turns, radians.
+    turn: f64,
+    /// The length of its chord, as a share of its own.
+    chord: f64,
+    /// Half of the turn.
+    half: Direction,
+}
+
+impl Bend {
+    #[inline]
+    pub(crate) fn new(turn: f64) -> Self {
+        let half = 0.5 * turn;
+        let (sinc, cos) = if half.abs() <= SMALL_ANGLE {
+            sinc_cos(half)
+        } else {
+            let (sin, cos) = sin_cos(half);
+            (sin / half, cos)
+        };
+        Self { turn, chord: sinc, half: Direction { cos, sin: half * sinc } }
+    }
+
+    /// Where it ends when it is `length` metres long.
+    #[inline]
+    pub(crate) fn end(&self, from: Facing, length: f64) -> Facing {
+        // The chord's direction is the mean heading.
+        let (chord, middle) = (length * self.chord, from.direction.turned(self.half));
+        let Pose2 { x, y, heading } = from.pose;
+        let pose =
+            Pose2::new(x + chord * middle.cos, y + chord * middle.sin, wrap_angle(heading + self.turn));
+        Facing { pose, direction: middle.turned(self.half) }
+    }
 }
 
 crate::parameters! {

@@ -25,8 +25,15 @@ pub fn sinc_cos<T: Copy + Mul<Output = T> + Mul<f64, Output = T> + Add<f64, Outp
         -1.0 / 87_178_291_200.0,
     ];
     let h = x * x;
-    let horner = |c: &[f64], last: f64| c.iter().rev().fold(h * last, |sum, &c| (sum + c) * h) + 1.0;
-    (horner(&S[..5], S[5]), horner(&C[..6], C[6]))
+    let mut sinc = h * S[5];
+    for c in S[..5].iter().rev() {
+        sinc = (sinc + *c) * h;
+    }
+    let mut cos = h * C[6];
+    for c in C[..6].iter().rev() {
+        cos = (cos + *c) * h;
+    }
+    (sinc + 1.0, cos + 1.0)
 }
 
 /// Length of the vector (x, y).

@@ -6,9 +6,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::arbitration::{Action, Context, Scores, arbitrate};
 use crate::candidates::CandidateSet;
+use crate::collision_risk::RiskParams;
 use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
 use crate::evaluation::distance::DistanceEvaluator;
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
+use crate::evaluation::risk::RiskEvaluator;
+use crate::forecast::ForecastParams;
 use crate::generation::{GenerationInput, Tree, find};
 use crate::geometry::{Point2, Pose2, Twist};
 use crate::lanes::{Level, tests::levels};
@@ -101,13 +104,24 @@ fn every_kind_of_vectors_gives_the_same_costs_bit_for_bit() {
         [(1, Pose2::default(), Pose2::default()), (2, Pose2::new(0.3, -0.2, 0.1), lever)]
     {
         let hall = Hall::new(origin, LaserModel { robot_from_laser, ..LaserModel::default() });
+        let risk = RiskEvaluator {
+            map: Arc::new(hall.map.clone()),
+            goal: GOAL,
+            radius: 0.3,
+            forecast: ForecastParams::default(),
+            params: RiskParams::default(),
+        };
         let mut r = rng(seed, 0);
         for (count, steps) in [(1, 1), (7, 3), (8, 8), (43, 13), (100, 56)] {
             let scene = scene(&mut r, Pose2::new(2.0, 5.0, 0.0), Twist::default());
             let set = wandering(&mut r, count, steps);
             let bits = |level| {
                 hall.costs(level, &scene, &set)
-                    .map(|(_, costs)| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>())
+                    .map(|(_, costs)| costs)
+                    .into_iter()
+                    .chain([risk.evaluate_at(level, &scene, &set, &|| false).unwrap()])
+                    .map(|costs| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>())
+                    .collect::<Vec<_>>()
             };
             let first = bits(levels[0]);
             for &level in &levels[1..] {

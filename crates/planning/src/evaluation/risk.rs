@@ -6,7 +6,8 @@ use crate::candidates::CandidateSet;
 use crate::collision_risk::{CollisionRisk, RiskParams};
 use crate::evaluation::{Costs, Evaluator, each};
 use crate::forecast::ForecastParams;
-use crate::geometry::{Point2, Pose2};
+use crate::geometry::Point2;
+use crate::lanes::{LANES, Level, Simd, SimdBase, dispatch, f64x8};
 use crate::occupancy::StaticMap;
 use crate::scene::Scene;
 
@@ -32,13 +33,51 @@ pub struct RiskEvaluator {
 }
 
 impl RiskEvaluator {
-    fn cost(&self, risk: &CollisionRisk, root_distance: f64, poses: impl Iterator<Item = Pose2>) -> f64 {
+    /// The costs, with vectors of this kind, which makes no difference to them.
+    pub(super) fn evaluate_at(
+        &self,
+        level: Level,
+        scene: &Scene,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+    ) -> Costs {
+        let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
+        let (people, params) = (&scene.people, &self.params);
+        let risk = CollisionRisk::with(level, people, self.forecast, self.radius, params, moments);
+        let root_distance = scene.belief.pose.position().distance(self.goal);
+        let states = candidates.all_states();
+        each(candidates, should_stop, |i| {
+            let range = candidates.range(i);
+            let [x, y, heading] = [&states.x, &states.y, &states.heading].map(|of| &of[range.clone()]);
+            dispatch!(level, simd => self.cost(simd, &risk, root_distance, [x, y, heading]))
+        })
+    }
+
+    /// The cost of one candidate, from its states' positions and headings.
+    #[inline(always)]
+    fn cost<S: Simd>(
+        &self,
+        simd: S,
+        risk: &CollisionRisk,
+        root_distance: f64,
+        [x, y, heading]: [&[f64]; 3],
+    ) -> f64 {
         let (mut worst, mut best): (f64, f64) = (0.0, f64::INFINITY);
-        for (moment, pose) in poses.enumerate() {
-            let clearance = self.map.to_obstacle.clearance(&self.map.grid, pose.position());
-            let here = if clearance < self.radius { 1.0 } else { risk.at(moment, pose.position()) };
-            worst = worst.max(here);
-            best = best.min(self.params.node_cost(pose, worst, root_distance, self.goal));
+        for first in (0..x.len()).step_by(LANES) {
+            let used = LANES.min(x.len() - first);
+            let mut risks = [0.0; LANES];
+            for (lane, so_far) in risks[..used].iter_mut().enumerate() {
+                let (moment, p) = (first + lane, Point2::new(x[first + lane], y[first + lane]));
+                let clearance = self.map.to_obstacle.clearance(&self.map.grid, p);
+                let here = if clearance < self.radius { 1.0 } else { risk.at_with(simd, moment, p) };
+                worst = worst.max(here);
+                *so_far = worst;
+            }
+            let eight = |of: &[f64]| f64x8::from_fn(simd, |lane| of[first + lane.min(used - 1)]);
+            let pose = [eight(x), eight(y), eight(heading)];
+            let risks = f64x8::load_array(simd, risks);
+            let costs = self.params.node_costs(pose, risks, root_distance, self.goal);
+            best = costs.as_slice()[..used].iter().fold(best, |best, cost| best.min(*cost));
         }
         best
     }
@@ -46,11 +85,7 @@ impl RiskEvaluator {
 
 impl Evaluator for RiskEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
-        let risk = CollisionRisk::new(&scene.people, self.forecast, self.radius, &self.params, moments);
-        let root_distance = scene.belief.pose.position().distance(self.goal);
-        let pose = |k: usize| candidates.all_states().pose(k);
-        each(candidates, should_stop, |i| self.cost(&risk, root_distance, candidates.range(i).map(pose)))
+        self.evaluate_at(Level::new(), scene, candidates, should_stop)
     }
 }
 
@@ -58,7 +93,7 @@ impl Evaluator for RiskEvaluator {
 mod tests {
     use super::*;
     use crate::evaluation::Stopped;
-    use crate::geometry::Twist;
+    use crate::geometry::{Pose2, Twist};
     use crate::occupancy::OccupancyGrid;
     use crate::scene::{Belief, People};
     use crate::states::States;
@@ -104,6 +139,30 @@ mod tests {
         let blocked = costs(person(2.4, 5.0), &ways(10, &[5.0, 7.0]));
         assert!(blocked[0] > ahead[0] + 0.2 && blocked[1] >= ahead[1], "{blocked:?}");
         assert!(blocked[0] - ahead[0] > blocked[1] - ahead[1] + 0.2, "{blocked:?}");
+    }
+
+    #[test]
+    fn a_candidate_costs_what_its_states_say_one_by_one_bit_for_bit() {
+        let (evaluator, people) = (evaluator(), person(3.5, 5.2));
+        for steps in [1, 7, 8, 9, 25] {
+            let set = ways(steps, &[5.0, 5.3, 7.0]);
+            let moments = (1..=steps).map(|k| k as f64 * 0.3);
+            let risk = CollisionRisk::new(&people, evaluator.forecast, 0.3, &evaluator.params, moments);
+            let expected = |i: usize| {
+                let (mut worst, mut best): (f64, f64) = (0.0, f64::INFINITY);
+                for (moment, pose) in set.range(i).map(|k| set.all_states().pose(k)).enumerate() {
+                    let wall = evaluator.map.to_obstacle.clearance(&evaluator.map.grid, pose.position());
+                    worst = worst.max(if wall < 0.3 { 1.0 } else { risk.at(moment, pose.position()) });
+                    best = best.min(evaluator.params.node_cost(pose, worst, 5.0, evaluator.goal));
+                }
+                best.to_bits()
+            };
+            let found = costs(people.clone(), &set);
+            assert_eq!(
+                found.iter().map(|c| c.to_bits()).collect::<Vec<_>>(),
+                (0..3).map(expected).collect::<Vec<_>>()
+            );
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! Lengths of the six words follow Shkel and Lumelsky, "Classification of the Dubins set" (2001), in
 //! units of the turning radius, with the line between the positions turned onto the x axis.
 
+use std::cell::OnceCell;
 use std::f64::consts::{PI, TAU};
 
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
@@ -186,9 +187,9 @@ impl Normalised {
             || (limit <= PI && self.d > 0.0 && 8.0 - 8.0 * ca.min(cb) > squared)
     }
 
-    /// Both headings relative to the line.
-    fn angles(&self) -> (f64, f64) {
-        let line = atan2(self.line.1, self.line.0);
+    /// Both headings relative to the line, whose angle is computed when it is first needed.
+    fn angles(&self, line: &OnceCell<f64>) -> (f64, f64) {
+        let line = line.get_or_init(|| atan2(self.line.1, self.line.0));
         (self.side * (self.headings[0] - line), self.side * (self.headings[1] - line))
     }
 
@@ -199,24 +200,25 @@ impl Normalised {
 
     /// Offers LSL, RSR, LSR and RSL, and with `three_turns` RLR and LRL.
     fn offer_words(&self, best: &mut Best, three_turns: bool) {
+        let line = &OnceCell::new();
         let sides = [(self, Turn::Left, Turn::Right), (&self.mirrored(), Turn::Right, Turn::Left)];
         for (problem, side, _) in sides {
-            problem.equal_turns(side, best);
+            problem.equal_turns(side, line, best);
         }
         for (problem, first, last) in sides {
-            problem.opposite_turns(first, last, best);
+            problem.opposite_turns([first, last], line, best);
         }
         for (problem, middle, outer) in sides.into_iter().filter(|_| three_turns) {
-            problem.three_turns(outer, middle, best);
+            problem.three_turns([outer, middle], line, best);
         }
     }
 
     /// LSL. Like the next, it is bounded from below by its straight piece, before any angle is computed.
-    fn equal_turns(&self, side: Turn, best: &mut Best) {
+    fn equal_turns(&self, side: Turn, line: &OnceCell<f64>, best: &mut Best) {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let squared = 2.0 + d * d - 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb);
         if squared >= 0.0 && squared < best.total * best.total {
-            let (alpha, beta) = self.angles();
+            let (alpha, beta) = self.angles(line);
             let angle = atan2(cb - ca, d + sa - sb);
             let pieces = [turn(angle - alpha), squared.sqrt(), turn(beta - angle)];
             best.offer([side, Turn::Straight, side], pieces);
@@ -224,11 +226,11 @@ impl Normalised {
     }
 
     /// LSR.
-    fn opposite_turns(&self, first: Turn, last: Turn, best: &mut Best) {
+    fn opposite_turns(&self, [first, last]: [Turn; 2], line: &OnceCell<f64>, best: &mut Best) {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let squared = -2.0 + d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa + sb);
         if squared >= 0.0 && squared < best.total * best.total {
-            let (alpha, beta) = self.angles();
+            let (alpha, beta) = self.angles(line);
             let p = squared.sqrt();
             let angle = atan2(-ca - cb, d + sa + sb) - atan2(-2.0, p);
             best.offer([first, Turn::Straight, last], [turn(angle - alpha), p, turn(angle - beta)]);
@@ -236,11 +238,11 @@ impl Normalised {
     }
 
     /// RLR: the middle turn is longer than half a circle.
-    fn three_turns(&self, outer: Turn, middle: Turn, best: &mut Best) {
+    fn three_turns(&self, [outer, middle]: [Turn; 2], line: &OnceCell<f64>, best: &mut Best) {
         let ([sa, sb], [ca, cb], d) = (self.sin, self.cos, self.d);
         let cosine = (6.0 - d * d + 2.0 * (ca * cb + sa * sb) + 2.0 * d * (sa - sb)) / 8.0;
         if cosine.abs() <= 1.0 {
-            let (alpha, beta) = self.angles();
+            let (alpha, beta) = self.angles(line);
             let p = turn(TAU - arc_cosine(cosine));
             let t = turn(alpha - atan2(ca - cb, d - sa + sb) + 0.5 * p);
             best.offer([outer, middle, outer], [t, p, turn(alpha - beta - t + p)]);
@@ -250,7 +252,12 @@ impl Normalised {
 
 /// The angle in [0, 2 pi); a hair below a full turn is none, or rounding would add a circle.
 fn turn(angle: f64) -> f64 {
-    let a = angle.rem_euclid(TAU);
+    // A remainder takes long, and most angles need none.
+    let a = match angle.abs() < TAU {
+        true if angle < 0.0 => angle + TAU,
+        true => angle,
+        false => angle.rem_euclid(TAU),
+    };
     if a > TAU - 1e-9 { 0.0 } else { a }
 }
 

@@ -37,6 +37,12 @@ impl Neighbours {
         Self { positions: Vec::new(), low, side, cells, newest, before: Vec::new() }
     }
 
+    /// Makes room for `nodes` more.
+    pub(super) fn reserve(&mut self, nodes: usize) {
+        self.positions.reserve(nodes);
+        self.before.reserve(nodes);
+    }
+
     /// The next node.
     pub(super) fn push(&mut self, p: Point2) {
         self.positions.push(p);

@@ -29,7 +29,7 @@ impl Path {
         self.points.reserve(most.saturating_sub(self.points.len()).min(USUAL));
         let mut last = self.end();
         let mut carried = 0.0;
-        for p in points {
+        points.into_iter().for_each(|p| {
             let length = last.distance(p);
             let mut s = Self::SPACING - carried;
             while s <= length && self.points.len() < most {
@@ -38,7 +38,7 @@ impl Path {
             }
             carried = length - (s - Self::SPACING);
             last = p;
-        }
+        });
     }
 
     /// Metres.

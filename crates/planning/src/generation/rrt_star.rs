@@ -113,20 +113,23 @@ impl<'a> RrtStar<'a> {
         space: &'a SampleSpace<'a>,
         tree: Tree,
     ) -> Self {
+        let samples = (params.iterations + params.warm_up) as usize;
+        let room = (tree.len() + samples).min(params.max_nodes as usize);
         let mut search = Self {
             params,
             checker,
             space,
-            tree: Tree::default(),
+            tree: Tree::with_room_for(room),
             neighbours: Neighbours::new(space.centre, space.radius, params.eta),
-            direction: Vec::new(),
-            free: Vec::new(),
-            first_child: Vec::new(),
-            next_sibling: Vec::new(),
+            direction: Vec::with_capacity(room),
+            free: Vec::with_capacity(room),
+            first_child: Vec::with_capacity(room),
+            next_sibling: Vec::with_capacity(room),
             near: Vec::new(),
             order: Vec::new(),
             open: Vec::new(),
         };
+        search.neighbours.reserve(room);
         for node in 0..tree.len() {
             search.add(tree.pose(node).into(), tree.cost[node], tree.parent[node]);
         }

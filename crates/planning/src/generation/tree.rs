@@ -61,6 +61,18 @@ impl Tree {
         }
     }
 
+    /// An empty one with room for `nodes`.
+    pub(super) fn with_room_for(nodes: usize) -> Self {
+        Self {
+            x: Vec::with_capacity(nodes),
+            y: Vec::with_capacity(nodes),
+            heading: Vec::with_capacity(nodes),
+            cost: Vec::with_capacity(nodes),
+            parent: Vec::with_capacity(nodes),
+            extra: BTreeMap::new(),
+        }
+    }
+
     /// Number of nodes.
     pub fn len(&self) -> usize {
         self.x.len()
@@ -134,12 +146,13 @@ impl Tree {
     /// The nodes that hang on the first root and satisfy `keep` (as must all their ancestors), breadth first,
     /// so that every parent comes before its children.
     pub fn compact(&self, keep: impl Fn(usize) -> bool) -> Self {
-        let mut kept = Self::default();
+        let mut kept = Self::with_room_for(self.len());
         if self.is_empty() {
             return kept;
         }
         let children = self.children();
-        let mut order = vec![(0_usize, Self::NO_PARENT)];
+        let mut order = Vec::with_capacity(self.len());
+        order.push((0_usize, Self::NO_PARENT));
         let mut next = 0;
         while next < order.len() {
             let (node, parent) = order[next];

@@ -24,9 +24,11 @@ pub fn reroot(
     params: &RrtStarParams,
     checker: &CollisionChecker<'_>,
 ) -> Tree {
-    let neighbours = Neighbours::new(root.position(), radius, params.eta);
-    let (tree, index) = (Tree::default(), vec![None; old.len()]);
-    let mut moved = Rerooting { old, params, checker, index, tree, nodes: Vec::new(), neighbours };
+    let room = old.len() + 1;
+    let mut neighbours = Neighbours::new(root.position(), radius, params.eta);
+    neighbours.reserve(room);
+    let (tree, index, nodes) = (Tree::with_room_for(room), vec![None; old.len()], Vec::with_capacity(room));
+    let mut moved = Rerooting { old, params, checker, index, tree, nodes, neighbours };
     moved.put(root.into(), 0.0, Tree::NO_PARENT);
     let is_inside = |n: &usize| old.position(*n).distance_squared(root.position()) <= radius * radius;
     // Parents come before their children in the old tree, whose root is gone.
@@ -38,9 +40,15 @@ pub fn reroot(
             continue;
         }
         moved.neighbours.within(old.position(node), params.eta, &mut near);
+        near.retain(|&(_, n)| n > 0);
         near.iter_mut().for_each(|(way, n)| *way += moved.tree.cost[*n]);
-        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let _is_hung = near.iter().filter(|(_, n)| *n > 0).take(FOSTERS).any(|&(_, n)| moved.hang(node, n));
+        let shorter = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if near.len() > FOSTERS {
+            near.select_nth_unstable_by(FOSTERS, shorter);
+            near.truncate(FOSTERS);
+        }
+        near.sort_unstable_by(shorter);
+        let _is_hung = near.iter().any(|&(_, n)| moved.hang(node, n));
     }
     moved.tree
 }

@@ -2,7 +2,6 @@
 //! around.
 
 use super::params::BiRiskRrtParams;
-use crate::generation::risk_rrt::growth::Growth;
 use crate::generation::risk_rrt::{TimeTree, control_lattice::ControlLattice, time_tree::Node};
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist, bearing};
@@ -111,12 +110,4 @@ fn part(value: &Tree, first: usize, end: usize) -> Option<Tree> {
     let columns = value.extra.iter().filter(|(name, _)| *name != Heuristic::COLUMN);
     part.extra = columns.map(|(name, numbers)| (name.clone(), numbers[first..end].to_vec())).collect();
     Some(part)
-}
-
-/// A free node of `tree` within `reach` metres of `p`: the nearest, the first of equals.
-pub fn meeting(growth: &Growth<'_>, p: Point2, reach: f64) -> Option<usize> {
-    let nodes = growth.tree.nodes.iter().enumerate();
-    let distances = nodes.map(|(index, node)| (node.pose.position().distance_squared(p), index));
-    let near = distances.filter(|&(squared, index)| squared < reach * reach && growth.is_free(index));
-    near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, index)| index)
 }

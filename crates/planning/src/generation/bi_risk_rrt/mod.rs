@@ -12,7 +12,7 @@ use crate::generation::risk_rrt::{TimeTree, paths};
 use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::Point2;
 use crate::random::{Rng, standard_normal, uniform};
-use heuristic::{Heuristic, meeting};
+use heuristic::Heuristic;
 pub use params::BiRiskRrtParams;
 
 /// The candidates of one cycle.
@@ -37,7 +37,7 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let mut left = params.risk_rrt.nodes as usize;
     if !heuristic.is_found {
         let max_depth = params.bi_risk_rrt.reverse_depth;
-        let mut reverse = Growth { ground: &ground, tree: heuristic.tree, people: None, max_depth };
+        let mut reverse = Growth::new(&ground, heuristic.tree, None, max_depth);
         let met = search.grow_both(&mut growth, &mut reverse, &mut left, pace);
         heuristic = Heuristic { tree: reverse.tree, is_found: false };
         if let Some(node) = met {
@@ -102,7 +102,7 @@ impl Search<'_> {
             return None;
         }
         let p = one.tree.nodes[new].pose.position();
-        if let Some(met) = meeting(other, p, self.params.connect_distance) {
+        if let Some(met) = other.nearest(p, self.params.connect_distance) {
             return Some((new, met));
         }
         for _ in 0..self.params.connect_steps {

@@ -58,38 +58,53 @@ pub struct ControlLattice<'a> {
     pub robot: &'a RobotModel,
     /// Seconds a control lasts.
     pub dt: f64,
-    /// Speeds.
-    pub v_count: u32,
-    /// Turn rates.
-    pub omega_count: u32,
+    /// Where the speeds lie between the least and the greatest that can be reached, [0, 1).
+    speeds: Vec<f64>,
+    /// The same of the turn rates.
+    rates: Vec<f64>,
 }
 
-impl ControlLattice<'_> {
+impl<'a> ControlLattice<'a> {
     /// Most controls a lattice may have: one bit each in [`super::TimeTree`].
     pub const MOST: u32 = 128;
 
-    /// Number of controls.
-    pub fn count(&self) -> u32 {
-        self.v_count * self.omega_count
+    /// Controls of `dt` seconds for `robot`: so many speeds times so many turn rates.
+    pub fn new(robot: &'a RobotModel, dt: f64, speeds: u32, rates: u32) -> Self {
+        let shares = |count: u32| (0..count).map(|k| f64::from(k) / f64::from(count)).collect();
+        Self { robot, dt, speeds: shares(speeds), rates: shares(rates) }
     }
 
-    /// Control number `control` of a node that was reached with `current`.
+    /// Number of controls.
+    pub fn count(&self) -> u32 {
+        (self.speeds.len() * self.rates.len()) as u32
+    }
+
+    /// The speeds after `current`, ascending, m/s.
+    pub fn speeds(&self, current: Twist) -> impl ExactSizeIterator<Item = f64> {
+        parts(current.v, self.robot.a_max * self.dt, 0.0, self.robot.v_max, &self.speeds)
+    }
+
+    /// The turn rates after `current`, ascending, rad/s.
+    pub fn rates(&self, current: Twist) -> impl ExactSizeIterator<Item = f64> {
+        let most = self.robot.omega_max;
+        parts(current.omega, self.robot.alpha_max * self.dt, -most, most, &self.rates)
+    }
+
+    /// Control number `control` of a node that was reached with `current`: the turn rates of the least speed come
+    /// first. At rest beyond the last.
     pub fn twist(&self, current: Twist, control: u32) -> Twist {
-        let robot = self.robot;
-        let v = span(current.v, robot.a_max * self.dt, 0.0, robot.v_max);
-        let omega = span(current.omega, robot.alpha_max * self.dt, -robot.omega_max, robot.omega_max);
-        let part = |(low, high): (f64, f64), k: u32, count: u32| {
-            low + f64::from(k) / f64::from(count) * (high - low)
-        };
+        let (speed, rate) = (control as usize / self.rates.len(), control as usize % self.rates.len());
         Twist {
-            v: part(v, control / self.omega_count, self.v_count),
-            omega: part(omega, control % self.omega_count, self.omega_count),
+            v: self.speeds(current).nth(speed).unwrap_or_default(),
+            omega: self.rates(current).nth(rate).unwrap_or_default(),
         }
     }
 
     /// The number of the control that is `wanted`, if there is one.
     pub fn control(&self, current: Twist, wanted: Twist) -> Option<u32> {
-        (0..self.count()).find(|&k| self.twist(current, k) == wanted)
+        let speed = self.speeds(current).position(|v| v == wanted.v)?;
+        let rate = self.rates(current).position(|omega| omega == wanted.omega)?;
+        Some((speed * self.rates.len() + rate) as u32)
     }
 
     /// The twist one step of hardest braking later, on the same curve as far as turning can be slowed.
@@ -108,9 +123,16 @@ impl ControlLattice<'_> {
     }
 }
 
-/// What can be reached from `current` by a change of `change`, within the limits.
-fn span(current: f64, change: f64, low: f64, high: f64) -> (f64, f64) {
-    ((current - change).clamp(low, high), (current + change).clamp(low, high))
+/// The `shares` of what can be reached from `current` by a change of `change`, within the limits.
+fn parts(
+    current: f64,
+    change: f64,
+    low: f64,
+    high: f64,
+    shares: &[f64],
+) -> impl ExactSizeIterator<Item = f64> {
+    let (low, high) = ((current - change).clamp(low, high), (current + change).clamp(low, high));
+    shares.iter().map(move |share| low + share * (high - low))
 }
 
 #[cfg(test)]
@@ -118,7 +140,7 @@ mod tests {
     use super::*;
 
     fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
-        ControlLattice { robot, dt: 0.3, v_count: 3, omega_count: 5 }
+        ControlLattice::new(robot, 0.3, 3, 5)
     }
 
     #[test]

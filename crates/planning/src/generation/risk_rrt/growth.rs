@@ -2,13 +2,15 @@
 //! nearest.
 
 use super::control_lattice::{ControlLattice, RiskRrtParams};
+use super::free_nodes::{Found, FreeNodes};
+use super::reach::nearest_control;
 use super::time_tree::TimeTree;
 use super::update::follow;
 use crate::collision::CollisionChecker;
 use crate::collision_risk::{CollisionRisk, RiskParams};
 use crate::generation::GenerationInput;
 use crate::geometry::{Point2, Pose2};
-use crate::motion::step;
+use crate::lanes::{Level, dispatch};
 use crate::occupancy::{Cell, OccupancyGrid};
 use crate::random::{Rng, uniform};
 
@@ -28,12 +30,8 @@ impl<'a> Ground<'a> {
     /// Of the cycle of `input`.
     pub fn new(input: &'a GenerationInput<'a>) -> Self {
         let tree = &input.params.generation.risk_rrt;
-        let lattice = ControlLattice {
-            robot: input.robot,
-            dt: input.params.dt,
-            v_count: tree.v_controls,
-            omega_count: tree.omega_controls,
-        };
+        let (speeds, rates) = (tree.v_controls, tree.omega_controls);
+        let lattice = ControlLattice::new(input.robot, input.params.dt, speeds, rates);
         let room = (input.params.steps as u32).saturating_sub(lattice.braking_steps());
         Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
     }
@@ -50,9 +48,7 @@ impl<'a> Ground<'a> {
         let moments = (0..=params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();
         let people = CollisionRisk::new(&scene.people, params.forecast, radius, &params.risk, moments);
-        let mut growth = Growth { ground: self, tree, people: Some(people), max_depth: self.max_depth };
-        growth.assess();
-        growth
+        Growth::new(self, tree, Some(people), self.max_depth)
     }
 }
 
@@ -64,11 +60,35 @@ pub struct Growth<'a> {
     pub tree: TimeTree,
     /// People by depth; none for a tree without meaning in time.
     pub people: Option<CollisionRisk>,
+    /// What to compute with.
+    pub(super) level: Level,
     /// A node this deep is not gone on from.
-    pub max_depth: u32,
+    max_depth: u32,
+    /// The nodes whose risk is bearable.
+    free: FreeNodes,
 }
 
-impl Growth<'_> {
+impl<'a> Growth<'a> {
+    /// Goes on with `tree`. If it has people, it reads every node's risk anew: walls and people are seen better than a
+    /// cycle ago.
+    pub fn new(
+        ground: &'a Ground<'a>,
+        tree: TimeTree,
+        people: Option<CollisionRisk>,
+        max_depth: u32,
+    ) -> Self {
+        let level = Level::new();
+        let mut growth = Self { ground, tree, people, level, max_depth, free: FreeNodes::new(level) };
+        growth.tree.nodes.reserve(growth.params().nodes as usize);
+        for node in 0..growth.tree.nodes.len() {
+            if growth.people.is_some() {
+                growth.tree.nodes[node].risk = growth.assessed(node);
+            }
+            growth.notice(node);
+        }
+        growth
+    }
+
     fn params(&self) -> &RiskRrtParams {
         &self.ground.input.params.generation.risk_rrt
     }
@@ -87,17 +107,17 @@ impl Growth<'_> {
         self.people.as_ref().map_or(0.0, |people| people.at(depth as usize, pose.position()))
     }
 
-    /// Reads every node's risk anew: walls and people are seen better than a cycle ago.
-    fn assess(&mut self) {
-        for node in 0..self.tree.nodes.len() {
-            let n = self.tree.nodes[node];
-            self.tree.nodes[node].risk = match self.tree.parent(node) {
-                None => 0.0,
-                Some(parent) => {
-                    let above = self.tree.nodes[parent];
-                    above.risk.max(self.risk_at(above.pose, n.pose, n.depth))
-                }
-            };
+    /// A node's risk as it is seen now; its parent's is.
+    fn assessed(&self, node: usize) -> f64 {
+        let n = &self.tree.nodes[node];
+        let above = self.tree.parent(node).map(|parent| &self.tree.nodes[parent]);
+        above.map_or(0.0, |above| above.risk.max(self.risk_at(above.pose, n.pose, n.depth)))
+    }
+
+    /// Files a new node.
+    fn notice(&mut self, node: usize) {
+        if self.is_free(node) {
+            self.free.push(node, &self.tree.nodes[node], self.is_open(node));
         }
     }
 
@@ -108,38 +128,30 @@ impl Growth<'_> {
         if self.tree.nodes.len() >= self.params().max_nodes as usize {
             return None;
         }
-        let (parent, _) = self.best(target, |growth, node| growth.is_open(node))?;
-        let from = self.tree.nodes[parent];
-        let root_distance = self.root_distance(target);
-        let open = (0..self.ground.lattice.count()).filter(|k| from.closed & (1 << k) == 0);
-        let reached = open.map(|control| {
-            let twist = self.ground.lattice.twist(from.twist, control);
-            let pose = step(from.pose, twist, self.tree.dt);
-            (self.weighing().node_cost(pose, 0.0, root_distance, target), control, twist, pose)
-        });
-        let (_, control, twist, pose) = reached.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let best = self.best(target, true)?;
+        let from = &self.tree.nodes[best.node];
+        let (lattice, weighing) = (&self.ground.lattice, self.weighing());
+        let towards = (target, self.root_distance(target));
+        let (control, pose) =
+            dispatch!(self.level, simd => nearest_control(simd, lattice, weighing, from, towards))?;
         let risk = from.risk.max(self.risk_at(from.pose, pose, from.depth + 1));
-        Some(self.tree.push(parent, control, twist, pose, risk))
+        let new = self.tree.push(best.node, control, lattice.twist(from.twist, control), pose, risk);
+        if !self.is_open(best.node) {
+            self.free.close(best);
+        }
+        self.notice(new);
+        Some(new)
     }
 
-    /// The node whose weight for `target` is greatest among those that `may` be, and the weight's
-    /// reciprocal; the first of equals.
-    pub fn best(&self, target: Point2, may: impl Fn(&Self, usize) -> bool) -> Option<(usize, f64)> {
-        let root_distance = self.root_distance(target);
-        let mut best: Option<(usize, f64)> = None;
-        for (index, node) in self.tree.nodes.iter().enumerate() {
-            let limit = best.map_or(f64::INFINITY, |b| b.1);
-            let far = self.weighing().far_cost(node.pose.position(), node.risk, root_distance, target);
-            // Most nodes are too far already: their bearing need not be known.
-            if far >= limit || !may(self, index) {
-                continue;
-            }
-            let cost = far + self.weighing().turn_cost(node.pose, target);
-            if cost < limit {
-                best = Some((index, cost));
-            }
-        }
-        best
+    /// The free node whose weight for `target` is greatest, and the weight's reciprocal; the first of equals. If
+    /// `is_open`, only one that can be gone on from.
+    pub(super) fn best(&self, target: Point2, is_open: bool) -> Option<Found> {
+        self.free.best(self.weighing(), target, self.root_distance(target), is_open)
+    }
+
+    /// The free node that is nearest to `p` among those within `reach` metres, the first of equals.
+    pub fn nearest(&self, p: Point2, reach: f64) -> Option<usize> {
+        self.free.nearest(p, reach)
     }
 
     /// Whether a node's risk is bearable.
@@ -147,9 +159,10 @@ impl Growth<'_> {
         self.tree.nodes[node].risk <= self.params().threshold
     }
 
+    /// Whether a free node can be gone on from.
     fn is_open(&self, node: usize) -> bool {
         let n = &self.tree.nodes[node];
-        self.is_free(node) && n.depth < self.max_depth && n.closed.count_ones() < self.ground.lattice.count()
+        n.depth < self.max_depth && n.closed.count_ones() < self.ground.lattice.count()
     }
 
     /// Distance from the root, the unit of the distances in weights.

@@ -9,9 +9,12 @@
 //! read anew, the tree grows ([`growth`]), and the paths to its best nodes are offered ([`paths`]); the
 //! term `risk` then takes the one that Risk-RRT would.
 
+mod braking;
 pub mod control_lattice;
+mod free_nodes;
 pub mod growth;
 pub mod paths;
+mod reach;
 pub mod time_tree;
 pub mod update;
 
@@ -49,8 +52,8 @@ struct Focus {
 
 impl Focus {
     fn new(growth: &Growth<'_>, input: &GenerationInput<'_>) -> Self {
-        let (node, cost) =
-            growth.best(input.goal, |growth, node| growth.is_free(node)).unwrap_or((0, f64::INFINITY));
+        let best = growth.best(input.goal, false);
+        let (node, cost) = best.map_or((0, f64::INFINITY), |best| (best.node, best.cost));
         Self { cost, position: growth.tree.nodes[node].pose.position() }
     }
 

@@ -2,14 +2,16 @@
 
 use super::control_lattice::ControlLattice;
 use crate::generation::tree::Tree;
-use crate::geometry::{Pose2, Twist};
-use crate::motion::step;
+use crate::geometry::{Direction, Facing, Pose2, Twist};
+use crate::motion::step_facing;
 
 /// One node: a pose at a moment, and the control that led there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
     /// Map frame.
     pub pose: Pose2,
+    /// That of the pose's heading: everything that goes on from here needs it.
+    pub direction: Direction,
     /// The control that led here, held for one step; of the root what the robot did there.
     pub twist: Twist,
     /// Index of the parent, [`Tree::NO_PARENT`] for the root.
@@ -20,6 +22,13 @@ pub struct Node {
     pub risk: f64,
     /// Controls that were tried, a bit each.
     pub closed: u128,
+}
+
+impl Node {
+    /// The pose with its direction.
+    pub fn facing(&self) -> Facing {
+        Facing { pose: self.pose, direction: self.direction }
+    }
 }
 
 /// Nodes, every parent before its children, the root first; never empty.
@@ -39,7 +48,8 @@ impl TimeTree {
 
     /// The tree that is only a root.
     pub fn rooted(stamp: f64, dt: f64, pose: Pose2, twist: Twist) -> Self {
-        let root = Node { pose, twist, parent: Tree::NO_PARENT, depth: 0, risk: 0.0, closed: 0 };
+        let direction = Direction::of(pose.heading);
+        let root = Node { pose, direction, twist, parent: Tree::NO_PARENT, depth: 0, risk: 0.0, closed: 0 };
         Self { stamp, dt, nodes: vec![root] }
     }
 
@@ -58,8 +68,8 @@ impl TimeTree {
     pub fn push(&mut self, parent: usize, control: u32, twist: Twist, pose: Pose2, risk: f64) -> usize {
         let above = &mut self.nodes[parent];
         above.closed |= 1 << control;
-        let depth = above.depth + 1;
-        self.nodes.push(Node { pose, twist, parent: parent as u32, depth, risk, closed: 0 });
+        let (parent, depth, direction) = (parent as u32, above.depth + 1, Direction::of(pose.heading));
+        self.nodes.push(Node { pose, direction, twist, parent, depth, risk, closed: 0 });
         self.nodes.len() - 1
     }
 
@@ -79,7 +89,9 @@ impl TimeTree {
     pub fn subtree(&self, node: usize) -> Self {
         let mut index = vec![Tree::NO_PARENT; self.nodes.len()];
         let root = Node { parent: Tree::NO_PARENT, depth: 0, ..self.nodes[node] };
-        let mut kept = Self { stamp: self.time(node), dt: self.dt, nodes: vec![root] };
+        let mut kept =
+            Self { stamp: self.time(node), dt: self.dt, nodes: Vec::with_capacity(self.nodes.len()) };
+        kept.nodes.push(root);
         index[node] = 0;
         for (old, n) in self.nodes.iter().enumerate().skip(node + 1) {
             let parent = n.parent;
@@ -118,10 +130,11 @@ impl TimeTree {
         let (omega, risk, time, v) = (column("omega"), column("risk"), column("time"), column("v"));
         let twist = |node: usize| Twist { v: v[node], omega: omega[node] };
         let mut tree = Self::rooted(time[0], lattice.dt, value.pose(0), twist(0));
+        tree.nodes.reserve(value.len());
         for node in 1..value.len() {
             let (parent, twist) = (value.parent(node)?, twist(node));
             let control = lattice.control(tree.nodes[parent].twist, twist)?;
-            let pose = step(tree.nodes[parent].pose, twist, lattice.dt);
+            let pose = step_facing(tree.nodes[parent].facing(), twist, lattice.dt).pose;
             tree.push(parent, control, twist, pose, risk[node]);
             let on_time = (tree.time(node) - time[node]).abs() < 1e-6;
             if pose != value.pose(node) || !on_time || tree.nodes[node].depth > max_depth {

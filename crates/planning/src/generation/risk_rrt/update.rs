@@ -2,7 +2,7 @@
 
 use super::time_tree::TimeTree;
 use crate::geometry::{Pose2, wrap_angle};
-use crate::motion::step;
+use crate::motion::step_facing;
 
 /// A node is on the path that is driven when it differs from it by less than this, metres and radians
 /// together: between two states a decision is straight where the tree is an arc.
@@ -55,7 +55,7 @@ pub fn follow(
 fn along(tree: &TimeTree, node: usize, part: f64) -> Pose2 {
     let n = &tree.nodes[node];
     match tree.parent(node) {
-        Some(parent) if part > 0.0 => step(tree.nodes[parent].pose, n.twist, part),
+        Some(parent) if part > 0.0 => step_facing(tree.nodes[parent].facing(), n.twist, part).pose,
         _ => n.pose,
     }
 }

@@ -117,7 +117,7 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
 #[test]
 fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let (world, scene) = walled();
-    let lattice = ControlLattice { robot: &world.robot, dt: 0.3, v_count: 5, omega_count: 9 };
+    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
     let params = deep(7900);
     let tree = Generator::new("bi-risk-rrt", params.clone())
         .generate(&world.input(&scene, None), None, 1, &|| 0.0)

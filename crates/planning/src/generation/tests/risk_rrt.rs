@@ -14,7 +14,7 @@ fn generator(nodes: u32) -> Generator {
 }
 
 fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
-    ControlLattice { robot, dt: 0.3, v_count: 5, omega_count: 9 }
+    ControlLattice::new(robot, 0.3, 5, 9)
 }
 
 fn read(value: &Tree, robot: &RobotModel) -> TimeTree {

@@ -1,0 +1,304 @@
+//! What [`crate::numerics`] takes from the library, eight at a time, bit for bit.
+//!
+//! The library's functions choose between formulas by the size of a number. Here each lane gets the result of the same
+//! operations in the same order, by selection; lanes with numbers that are rare ask the library.
+
+use super::*;
+use crate::geometry;
+use fearless_simd::mask64x8;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI, TAU};
+
+/// The lanes of `results`, but those that are not `usual` as `exact` gives them.
+#[inline(always)]
+fn unless<S: Simd>(usual: mask64x8<S>, mut results: f64x8<S>, exact: impl Fn(usize) -> f64) -> f64x8<S> {
+    if !usual.all_true() {
+        let usual = usual.to_bitmask();
+        for lane in (0..LANES).filter(|lane| usual >> lane & 1 == 0) {
+            results[lane] = exact(lane);
+        }
+    }
+    results
+}
+
+/// The sum of the coefficients times powers of `z`, the lowest first.
+#[inline(always)]
+fn rising<S: Simd, const N: usize>(z: f64x8<S>, coefficients: [f64; N]) -> f64x8<S> {
+    let mut sum = f64x8::splat(z.simd, coefficients[N - 1]);
+    for k in (0..N - 1).rev() {
+        sum = coefficients[k] + z * sum;
+    }
+    sum
+}
+
+/// [`numerics::atan2`].
+#[inline(always)]
+pub(crate) fn atan2<S: Simd>(y: f64x8<S>, x: f64x8<S>) -> f64x8<S> {
+    const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
+    let all = |number: f64| f64x8::splat(x.simd, number);
+    let ratio = (y / x).abs();
+    let angle = atan(ratio);
+    let angle = x.simd_lt(0.0).select(all(PI) - (angle - PI_LOW), angle).copysign(y);
+    // The others are so near to an axis, or so far away, that the library knows the result.
+    let usual = ratio.simd_le(1e15) & (ratio.simd_ge(1e-15) | y.simd_eq(0.0));
+    unless(usual, angle, |lane| numerics::atan2(y[lane], x[lane]))
+}
+
+/// The angle whose tangent is `x`, which is not negative: taken from that of 0, 1/2, 1, 3/2 or infinity, whichever is
+/// near.
+#[inline(always)]
+fn atan<S: Simd>(x: f64x8<S>) -> f64x8<S> {
+    const ODD: [f64; 6] = [
+        0.333_333_333_333_329_3,
+        0.142_857_142_725_034_66,
+        0.090_908_871_334_365_07,
+        0.066_610_731_373_875_31,
+        0.049_768_779_946_159_324,
+        0.016_285_820_115_365_782,
+    ];
+    const EVEN: [f64; 5] = [
+        -0.199_999_999_998_764_83,
+        -0.111_111_104_054_623_56,
+        -0.076_918_762_050_448_3,
+        -0.058_335_701_337_905_735,
+        -0.036_531_572_744_216_916,
+    ];
+    let all = |number: f64| f64x8::splat(x.simd, number);
+    // Dividend, divisor, and the angle in two parts.
+    let mut near = [all(-1.0), x, all(FRAC_PI_2), all(6.123_233_995_736_766e-17)];
+    let others = [
+        (2.4375, [x - 1.5, 1.0 + x * 1.5, all(0.982_793_723_247_329), all(1.390_331_103_123_099_8e-17)]),
+        (1.1875, [x - 1.0, x + 1.0, all(FRAC_PI_4), all(3.061_616_997_868_383e-17)]),
+        (0.6875, [x * 2.0 - 1.0, x + 2.0, all(0.463_647_609_000_806_1), all(2.269_877_745_296_168_7e-17)]),
+        (0.4375, [x, all(1.0), all(0.0), all(0.0)]),
+    ];
+    for (below, other) in others {
+        let is_below = x.simd_lt(below);
+        for k in 0..4 {
+            near[k] = is_below.select(other[k], near[k]);
+        }
+    }
+    let [dividend, divisor, high, low] = near;
+    let x = dividend / divisor;
+    let z = x * x;
+    let w = z * z;
+    let (odd, even) = (z * rising(w, ODD), w * rising(w, EVEN));
+    high - (x * (odd + even) - low - x)
+}
+
+/// [`geometry::wrap_angle`].
+#[inline(always)]
+pub(crate) fn wrap_angle<S: Simd>(angle: f64x8<S>) -> f64x8<S> {
+    let less = angle.simd_gt(PI).select(angle - TAU, angle);
+    let wrapped = angle.simd_le(-PI).select(angle + TAU, less);
+    unless(angle.abs().simd_lt(TAU), wrapped, |lane| geometry::wrap_angle(angle[lane]))
+}
+
+/// Sine and cosine of [`numerics::sin_cos`], fastest for angles up to half a turn to either side.
+#[inline(always)]
+pub(crate) fn sin_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+    // Up to the first of these no quarter turn is taken off, up to the second one, up to the third two.
+    let [none, one, two] = [0x3fe9_21fc, 0x4002_d97d, 0x400f_6a7b].map(upper);
+    // So near to one or two quarter turns the library takes them off in more parts.
+    let [low_1, high_1, low_2, high_2] = [0x3ff9_21fb, 0x3ff9_21fc, 0x4009_21fb, 0x4009_21fc].map(upper);
+    const QUARTER: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
+    const SINE: [f64; 6] = [
+        -0.166_666_666_666_666_32,
+        0.008_333_333_333_322_49,
+        -0.000_198_412_698_298_579_5,
+        2.755_731_370_707_006_8e-6,
+        -2.505_076_025_340_686_3e-8,
+        1.589_690_995_211_55e-10,
+    ];
+    const COSINE: [f64; 6] = [
+        0.041_666_666_666_666_6,
+        -0.001_388_888_888_887_411,
+        2.480_158_728_947_673e-5,
+        -2.755_731_435_139_066_3e-7,
+        2.087_572_321_298_175e-9,
+        -1.135_964_755_778_819_5e-11,
+    ];
+    let all = |number: f64| f64x8::splat(x.simd, number);
+    let size = x.abs();
+    let (is_small, is_first) = (size.simd_lt(none), size.simd_lt(one));
+    let side = all(1.0).copysign(x);
+    let quarters = is_small.select(all(0.0), is_first.select(side, side * 2.0));
+    let (r, w) = (x - quarters * QUARTER[0], quarters * QUARTER[1]);
+    let y = r - w;
+    let rest = (r - y) - w;
+
+    let z = y * y;
+    let (w, v) = (z * z, z * y);
+    let r = SINE[1] + z * (SINE[2] + z * SINE[3]) + z * w * (SINE[4] + z * SINE[5]);
+    let reduced = y - ((z * (rest * 0.5 - v * r) - rest) - v * SINE[0]);
+    let sine = is_small.select(y + v * (SINE[0] + z * r), reduced);
+    let r = z * rising(z, [COSINE[0], COSINE[1], COSINE[2]])
+        + w * w * rising(z, [COSINE[3], COSINE[4], COSINE[5]]);
+    let half = z * 0.5;
+    let most = 1.0 - half;
+    let cosine = most + (((1.0 - most) - half) + (z * r - y * rest));
+
+    // So small an angle is its own sine, also if it is zero with a sign.
+    let is_tiny = size.simd_lt(upper(0x3e46_a09e));
+    let mut sin = is_tiny.select(x, is_small.select(sine, is_first.select(cosine * side, -sine)));
+    let mut cos = is_small.select(cosine, is_first.select(-(sine * side), -cosine));
+    let is_near = (size.simd_ge(low_1) & size.simd_lt(high_1)) | (size.simd_ge(low_2) & size.simd_lt(high_2));
+    let usual = size.simd_lt(two) & !is_near;
+    if !usual.all_true() {
+        let usual = usual.to_bitmask();
+        for lane in (0..LANES).filter(|lane| usual >> lane & 1 == 0) {
+            (sin[lane], cos[lane]) = numerics::sin_cos(x[lane]);
+        }
+    }
+    (sin, cos)
+}
+
+/// [`numerics::exp`], fastest between -700 and 0.
+#[inline(always)]
+pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
+    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+    const P: [f64; 5] = [
+        0.166_666_666_666_666_02,
+        -0.002_777_777_777_701_559_3,
+        6.613_756_321_437_934e-5,
+        -1.653_390_220_546_525_2e-6,
+        4.138_136_797_057_238_5e-8,
+    ];
+    let all = |number: f64| f64x8::splat(x.simd, number);
+    let size = x.abs();
+    // The power of two to take off, changed in sign.
+    let halved = size.simd_ge(upper(0x3ff0_a2b2)).select(floor(size * LOG2_E + 0.5), all(1.0));
+    let halved = size.simd_lt(upper(0x3fd6_2e43)).select(all(0.0), halved);
+    let (high, low) = (x + halved * LN_2[0], -halved * LN_2[1]);
+    let r = high - low;
+    let z = r * r;
+    let c = r - z * rising(z, P);
+    let y = 1.0 + (r * c / (2.0 - c) - low + high);
+    let power: u64x8<S> = ((1023.0 - halved) + WHOLE).bitcast();
+    let scaled = y * (power << 52).bitcast::<f64x8<S>>();
+    let close = size.simd_lt(upper(0x3e30_0001)).select(x + 1.0, scaled);
+    unless(x.simd_ge(-700.0) & x.simd_le(0.0), close, |lane| numerics::exp(x[lane]))
+}
+
+/// [`numerics::erf`], fastest below 0.84.
+#[inline(always)]
+pub(crate) fn erf<S: Simd>(x: f64x8<S>) -> f64x8<S> {
+    const P: [f64; 5] = [
+        0.128_379_167_095_512_56,
+        -0.325_042_107_247_001_5,
+        -0.028_481_749_575_598_51,
+        -0.005_770_270_296_489_442,
+        -2.376_301_665_665_016_3e-5,
+    ];
+    const Q: [f64; 6] = [
+        1.0,
+        0.397_917_223_959_155_35,
+        0.065_022_249_988_767_3,
+        0.005_081_306_281_875_766,
+        0.000_132_494_738_004_321_64,
+        -3.960_228_278_775_368e-6,
+    ];
+    let z = x * x;
+    let y = x + x * (rising(z, P) / rising(z, Q));
+    let usual = x.abs().simd_lt(0.84375) & x.abs().simd_ge(1e-8);
+    unless(usual, y, |lane| numerics::erf(x[lane]))
+}
+
+/// The least positive number with these upper 32 bits.
+const fn upper(bits: u64) -> f64 {
+    f64::from_bits(bits << 32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::levels;
+    use super::*;
+    use crate::random::{Rng, rng, uniform};
+
+    /// Numbers of all sizes and signs, and those at which formulas change, with their neighbours.
+    fn numbers(r: &mut Rng) -> [f64; LANES] {
+        let edges = [
+            0.0,
+            0.4375,
+            0.6875,
+            1.1875,
+            2.4375,
+            0.84375,
+            1.0,
+            PI,
+            TAU,
+            0.5 * PI,
+            0.75 * PI,
+            1.25 * PI,
+            6.0,
+            700.0,
+            0.5 * std::f64::consts::LN_2,
+            1.5 * std::f64::consts::LN_2,
+            f64::INFINITY,
+            f64::NAN,
+            1e-300,
+            1e300,
+            upper(0x3fe9_21fb),
+            upper(0x3ff9_21fb),
+            upper(0x3ff9_21fc),
+            upper(0x4002_d97c),
+            upper(0x4009_21fb),
+            upper(0x4009_21fc),
+            upper(0x400f_6a7a),
+            upper(0x3e46_a09e),
+            upper(0x3e30_0000),
+            upper(0x3e30_0001),
+            upper(0x3ff0_a2b2),
+            upper(0x3fd6_2e42),
+            upper(0x3fd6_2e43),
+        ];
+        std::array::from_fn(|_| {
+            let size = match (6.0 * uniform(r)) as u32 {
+                0 => {
+                    let edge: f64 = edges[(uniform(r) * edges.len() as f64) as usize];
+                    f64::from_bits((edge.to_bits() + (3.0 * uniform(r)) as u64).saturating_sub(1))
+                }
+                1 => 10.0_f64.powf(40.0 * uniform(r) - 20.0),
+                2 => 10.0 * uniform(r),
+                _ => 4.0 * uniform(r),
+            };
+            if uniform(r) < 0.5 { size } else { -size }
+        })
+    }
+
+    /// Makes the vector instructions usable in here: a closure could not.
+    #[inline(always)]
+    fn all<S: Simd>(simd: S, a: [f64; LANES], b: [f64; LANES]) -> [[f64; LANES]; 6] {
+        let (a, b) = (f64x8::load_array(simd, a), f64x8::load_array(simd, b));
+        let (sin, cos) = sin_cos(a);
+        [atan2(a, b), wrap_angle(a), sin, cos, exp(a), erf(a)].map(Into::into)
+    }
+
+    #[test]
+    fn every_lane_has_the_bits_of_the_library() {
+        let seed = 5;
+        let mut r = rng(seed, 0);
+        for _ in 0..100_000 {
+            let (a, b) = (numbers(&mut r), numbers(&mut r));
+            let same_bits = |found: f64, expected: f64, of: &str, lane: usize| {
+                let same = found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan());
+                assert!(
+                    same,
+                    "seed {seed}: {found:e}, not {expected:e}: {of} of {:e}, {:e}",
+                    a[lane], b[lane]
+                );
+            };
+            for level in levels() {
+                let found = dispatch!(level, simd => all(simd, a, b));
+                for lane in 0..LANES {
+                    let (x, (sin, cos)) = (a[lane], numerics::sin_cos(a[lane]));
+                    same_bits(found[0][lane], numerics::atan2(x, b[lane]), "arc tangent", lane);
+                    same_bits(found[1][lane], geometry::wrap_angle(x), "wrapped angle", lane);
+                    same_bits(found[2][lane], sin, "sine", lane);
+                    same_bits(found[3][lane], cos, "cosine", lane);
+                    same_bits(found[4][lane], numerics::exp(x), "exponential", lane);
+                    same_bits(found[5][lane], numerics::erf(x), "error function", lane);
+                }
+            }
+        }
+    }
+}
