@@ -21,11 +21,14 @@ use super::site::{Layout, NOMINAL_LIMIT, POOL, Site};
 const BURST_CYCLES: usize = 25;
 /// Robots that ask each replica, all at the same time.
 const ROBOTS: usize = 40;
-/// Between two questions of such a robot to a replica, and how long it waits for an answer, at 10 Hz.
+/// Between two questions of such a robot to a replica, at 10 Hz.
 const ASKED_EVERY: Duration = Duration::from_millis(50);
+/// How long it waits for an answer: like a robot that plans twice a second, so that one question keeps a replica busy for
+/// longer than the robot of the site waits.
+const PATIENCE: Duration = Duration::from_millis(250);
 /// A tree so large that a generator has to end by its budget, however fast the machine is.
 const ITERATIONS: u32 = 10_000;
-const NODES: u32 = 10_000;
+const NODES: u32 = 8000;
 /// From the end of the burst until every cycle is as it should be.
 const RECOVERY_MAX: Duration = Duration::from_secs(1);
 /// Of the burst's cycles this share is degraded at least: else it was none.
@@ -95,6 +98,8 @@ impl Crowd {
                     instance: format!("{role}-{index}"),
                     robot: format!("other-{robot}"),
                     every: site.pace.scaled(ASKED_EVERY),
+                    phase: robot as f64 / ROBOTS as f64,
+                    timeout: site.pace.scaled(PATIENCE),
                 };
                 asking.spawn(asker.ask_on(role, Arc::clone(&counts)));
             }
@@ -119,25 +124,26 @@ struct Asker {
     instance: String,
     robot: String,
     every: Duration,
+    /// When in this time it asks, as a share: robots that do not know each other ask at different times.
+    phase: f64,
+    timeout: Duration,
 }
 
 impl Asker {
     async fn ask_on(self, role: &'static str, counts: Arc<Counts>) {
-        let call = || {
-            let (instance, robot, timeout) = (self.instance.as_str(), self.robot.as_str(), self.every);
-            Call { instance, robot, timeout, clock: Clock::Realtime }
-        };
-        let mut beat = tokio::time::interval(self.every);
-        for seq in 1.. {
+        let Self { peers, context, moment, instance, robot, every, phase, timeout } = self;
+        let call = || Call { instance: &instance, robot: &robot, timeout, clock: Clock::Realtime };
+        let candidates = convert::candidates(moment.candidates.clone()).unwrap();
+        let questions = context.evaluate_questions((1, 1), &moment.scene, &candidates);
+        let scores = questions.shard(role, 0, 0..candidates.len());
+        let growth = context.generate_question((1, 1), &moment.scene, 0, None, &[]);
+        let mut beat = tokio::time::interval_at(tokio::time::Instant::now() + every.mul_f64(phase), every);
+        beat.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        loop {
             beat.tick().await;
-            if role == keys::GENERATOR {
-                let question = self.context.generate_question((1, seq), &self.moment.scene, 0, None, &[]);
-                counts.count(self.peers.generate(call(), &question)).await;
-            } else {
-                let candidates = convert::candidates(self.moment.candidates.clone()).unwrap();
-                let questions = self.context.evaluate_questions((1, seq), &self.moment.scene, &candidates);
-                let all = questions.shard(role, 0, 0..candidates.len());
-                counts.count(self.peers.evaluate(role, call(), &all)).await;
+            match role {
+                keys::GENERATOR => counts.count(peers.generate(call(), &growth)).await,
+                term => counts.count(peers.evaluate(term, call(), &scores)).await,
             }
         }
     }
