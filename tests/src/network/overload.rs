@@ -65,7 +65,7 @@ fn burst(site: &mut Site) -> Kept<Figures> {
     recorder.await_nominal("nominal after the burst", NOMINAL_LIMIT)?;
     let record = recorder.record();
     let after = record.decisions.iter().filter(|(at, _)| *at >= over);
-    let last = after.filter(|(_, d)| !d.degraded.is_empty()).map(|(at, _)| *at - over).last();
+    let last = after.filter(|(_, d)| !d.degraded.is_empty()).map(|(at, _)| *at - over).next_back();
     drop(record);
     Ok(Figures { recovered: Some(last.unwrap_or_default()), ..recorder.figures_since(from) })
 }
