@@ -102,7 +102,7 @@ fn table(lines: &[Line]) -> Table {
 fn shares(status: &ServiceStatus) -> Option<String> {
     let count = |name: &str| {
         let of_name = status.metrics.iter().filter(|(sample, _)| sample.split('{').next() == Some(name));
-        of_name.map(|(_, value)| value).sum::<f64>()
+        of_name.fold(0.0, |sum, (_, value)| sum + value)
     };
     let decisions = count("curionav_decisions_total");
     if decisions == 0.0 {

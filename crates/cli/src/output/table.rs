@@ -73,14 +73,14 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
 fn shares(c: &Cycles) -> Vec<(String, String, String)> {
     let share = |part: u64, all: u64| per_cent(part as f64 / all.max(1) as f64);
     let in_time = share(c.count.saturating_sub(c.late), c.count + c.skipped);
-    let missed = format!("of the cycles that were due; {} skipped, {} late", c.skipped, c.late);
-    let by_code = c.degraded_by.iter().map(|(code, count)| {
-        row(&format!("- {}", code.replace('_', " ")), share(*count, c.count), "of the decisions")
-    });
-    let decided = [
-        row("in time", in_time, &missed),
-        row("degraded", share(c.degraded, c.count), "of the decisions, made while something was missing"),
-    ];
+    let missed = format!("of the cycles due; {} skipped, {} late", c.skipped, c.late);
+    let by_code = c
+        .degraded_by
+        .iter()
+        .map(|(code, count)| row("", share(*count, c.count), &format!("- {}", code.replace('_', " "))));
+    let degraded =
+        if c.degraded == 0 { "of the decisions" } else { "of the decisions, by what was missing:" };
+    let decided = [row("in time", in_time, &missed), row("degraded", share(c.degraded, c.count), degraded)];
     decided.into_iter().chain(by_code).collect()
 }
 
@@ -117,15 +117,25 @@ mod tests {
     fn shares_are_of_the_cycles_that_were_due_and_of_the_decisions() {
         let mut cycles = golden::run_result().cycles;
         let values = |cycles: &Cycles| -> Vec<String> {
-            shares(cycles).into_iter().map(|(name, value, _)| format!("{name}: {value}")).collect()
+            shares(cycles)
+                .into_iter()
+                .map(|(name, value, meaning)| format!("{name} {value} {meaning}"))
+                .collect()
         };
         // 83 decisions, 1 late, of 85 that were due: 82 / 85. 1 / 83 degraded.
-        let expected =
-            ["in time: 96.5 %", "degraded: 1.2 %", "- cut short: 1.2 %", "- evaluated locally: 1.2 %"];
+        let expected = [
+            "in time 96.5 % of the cycles due; 2 skipped, 1 late",
+            "degraded 1.2 % of the decisions, by what was missing:",
+            " 1.2 % - cut short",
+            " 1.2 % - evaluated locally",
+        ];
         assert_eq!(values(&cycles), expected);
         (cycles.count, cycles.skipped, cycles.late, cycles.degraded) = (0, 0, 0, 0);
         cycles.degraded_by.clear();
-        assert_eq!(values(&cycles), ["in time: 0.0 %", "degraded: 0.0 %"]);
+        assert_eq!(
+            values(&cycles),
+            ["in time 0.0 % of the cycles due; 0 skipped, 0 late", "degraded 0.0 % of the decisions"]
+        );
     }
 
     #[test]
