@@ -63,8 +63,17 @@ checks! { measures: Measures {
 pub struct Cycles {
     /// How many.
     pub count: u64,
-    /// How many of them were degraded.
+    /// Ticks that a cycle was due in and that had none.
+    #[serde(default)]
+    pub skipped: u64,
+    /// How many were decided only after the next one was due.
+    #[serde(default)]
+    pub late: u64,
+    /// How many were degraded.
     pub degraded: u64,
+    /// In how many each degradation occurred, by its code; one that did not occur is absent.
+    #[serde(default)]
+    pub degraded_by: BTreeMap<String, u64>,
     /// Median, ms.
     pub p50_ms: f64,
     /// 99th percentile, ms.
@@ -74,6 +83,7 @@ pub struct Cycles {
 }
 
 checks! { cycles: Cycles {
+    degraded_by: keys(MAX_LIST);
     p50_ms, p99_ms, max_ms: non_negative;
 }}
 

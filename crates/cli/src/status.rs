@@ -64,6 +64,9 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         [] => print(format_args!("no service is alive behind {}", options.at.connect))?,
         lines => print(table(lines))?,
     }
+    for status in lines.iter().filter_map(|line| line.status.as_ref()) {
+        shares(status).map_or(Ok(()), print)?;
+    }
     for Missing { what, fix } in &missing {
         print(format_args!("missing: {what}; {fix}"))?;
     }
@@ -93,4 +96,58 @@ fn table(lines: &[Line]) -> Table {
         table.add_row(row);
     }
     table
+}
+
+/// Of an arbiter's cycles since its start: how many planning ticks had none, and what share was degraded, by code.
+fn shares(status: &ServiceStatus) -> Option<String> {
+    let count = |name: &str| {
+        let of_name = status.metrics.iter().filter(|(sample, _)| sample.split('{').next() == Some(name));
+        of_name.fold(0.0, |sum, (_, value)| sum + value)
+    };
+    let decisions = count("curionav_decisions_total");
+    if decisions == 0.0 {
+        return None;
+    }
+    let degraded = status.metrics.iter().filter_map(|(sample, value)| {
+        let labels = sample.strip_prefix("curionav_degraded_total{")?;
+        let code = labels.split_once("reason=\"")?.1.split('"').next()?;
+        Some(format!("{} {:.1} %", code.replace('_', " "), 100.0 * value / decisions))
+    });
+    let degraded: Vec<String> = degraded.collect();
+    let degraded = if degraded.is_empty() { "none degraded".to_owned() } else { degraded.join(", ") };
+    let (instance, unplanned) = (&status.instance, count("curionav_unplanned_ticks_total"));
+    Some(format!(
+        "arbiter {instance}: {decisions} decisions, {unplanned} planning ticks without a cycle; {degraded}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_testing::golden;
+
+    #[test]
+    fn an_arbiter_says_what_share_of_its_cycles_was_degraded_and_by_what() {
+        let evaluator = golden::service_status();
+        assert_eq!(shares(&evaluator), None);
+        let sample = |name: &str, label: &str, value: f64| {
+            (format!("curionav_{name}_total{{role=\"arbiter\",name=\"a\",{label}}}"), value)
+        };
+        let decisions =
+            [sample("decisions", "action=\"follow\"", 190.0), sample("decisions", "action=\"hold\"", 10.0)];
+        let mut arbiter = ServiceStatus { instance: "a".into(), metrics: decisions.into(), ..evaluator };
+        assert_eq!(
+            shares(&arbiter).unwrap(),
+            "arbiter a: 200 decisions, 0 planning ticks without a cycle; none degraded"
+        );
+        arbiter.metrics.extend([
+            sample("degraded", "reason=\"cut_short\"", 25.0),
+            sample("degraded", "reason=\"evaluated_locally\"", 4.0),
+            ("curionav_unplanned_ticks_total{role=\"arbiter\"}".into(), 3.0),
+        ]);
+        assert_eq!(
+            shares(&arbiter).unwrap(),
+            "arbiter a: 200 decisions, 3 planning ticks without a cycle; cut short 12.5 %, evaluated locally 2.0 %"
+        );
+    }
 }

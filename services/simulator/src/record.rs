@@ -1,7 +1,7 @@
 //! What a run leaves behind: measures, the decisions' digest, and the trace for pictures and files.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use curionav_crowdsim::measures::social::{Task, social_measures};
 use curionav_crowdsim::measures::{Measures, Row};
@@ -10,10 +10,11 @@ use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::fields::Fields;
-use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::limits::{MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
-use curionav_schemas::{self as wire, Belief, Cycles, Decision, PeopleTrace, Reject, RunResult, Trace};
+use curionav_schemas::{self as wire, Belief, Decision, PeopleTrace, Reject, RunResult, Trace};
 use sha2::{Digest, Sha256};
+
+use crate::cycle_record::CycleRecord;
 
 /// Columns of the trace, one row per tick.
 const COLUMNS: usize = 17;
@@ -26,9 +27,7 @@ const FAR_AWAY: f64 = 1e3;
 pub(crate) struct Record {
     measured: Vec<Row>,
     digest: Sha256,
-    degraded: u64,
-    /// How long each cycle took.
-    times: Vec<Duration>,
+    cycles: CycleRecord,
     columns: [&'static str; COLUMNS],
     rows: Vec<[f64; COLUMNS]>,
     people: Vec<Vec<(u32, f32, f32)>>,
@@ -36,12 +35,12 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    pub(crate) fn new() -> Self {
+    /// Nothing yet, of a mission planned every `plan_every` ticks.
+    pub(crate) fn new(plan_every: u32) -> Self {
         Self {
             measured: Vec::new(),
             digest: Sha256::new(),
-            degraded: 0,
-            times: Vec::new(),
+            cycles: CycleRecord::new(plan_every),
             columns: [""; COLUMNS],
             rows: Vec::new(),
             people: Vec::new(),
@@ -49,8 +48,9 @@ impl Record {
         }
     }
 
-    /// One decision: its scene's stamp and what was chosen go into the digest, wall times and epochs do not.
-    pub(crate) fn decision(&mut self, decision: &Decision) {
+    /// One decision, which came while the world was at `tick`: its scene's stamp and what was chosen go into the digest,
+    /// wall times and epochs do not.
+    pub(crate) fn decision(&mut self, decision: &Decision, tick: u64) {
         self.digest.update(decision.stamp.to_le_bytes());
         self.digest.update([decision.action as u8]);
         for array in [&decision.x, &decision.y, &decision.heading, &decision.v, &decision.omega] {
@@ -58,8 +58,7 @@ impl Record {
                 self.digest.update(number.to_le_bytes());
             }
         }
-        self.degraded += u64::from(!decision.degraded.is_empty());
-        self.times.push(Duration::from_micros(decision.elapsed_us));
+        self.cycles.decided(decision, tick);
     }
 
     /// One tick.
@@ -95,7 +94,7 @@ impl Record {
 
     /// The result, at the end of a run to `goal`.
     pub(crate) fn finish(
-        mut self,
+        self,
         world: &World,
         planner: &str,
         seed: u64,
@@ -118,13 +117,7 @@ impl Record {
             },
             measures: measures(&Measures::of(&self.measured)),
             social: social(&self.measured, outcome, goal, &way, radius),
-            cycles: Cycles {
-                count: self.times.len() as u64,
-                degraded: self.degraded,
-                p50_ms: percentile_ms(&mut self.times, 0.50),
-                p99_ms: percentile_ms(&mut self.times, 0.99),
-                max_ms: percentile_ms(&mut self.times, 1.0),
-            },
+            cycles: self.cycles.finish(world.tick()),
             real_time_factor: world.time() / wall.max(1e-9),
             decisions_sha256: wire::hex(&self.digest.finalize()),
             trace: trace(self.columns, &self.rows, &self.people),

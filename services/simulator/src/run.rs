@@ -90,7 +90,8 @@ impl Streams {
                 tracing::debug!(%error, "nothing to cancel");
             }
         }
-        let (mut mission, mut record) = (begun?, Record::new());
+        let mut mission = begun?;
+        let mut record = Record::new(mission.order.plan_every);
         let outcome = self.ticks(&mut world, &mut mission, &mut record, progress).await;
         let end = match &outcome {
             Ok(Outcome::Reached) => MissionEnd::Reached,
@@ -201,7 +202,7 @@ impl Streams {
             let goal = Point2::new(mission.order.goal_x, mission.order.goal_y);
             progress(truth.tick, truth.time, truth.pose.position().distance(goal));
             for decision in &decisions {
-                record.decision(decision);
+                record.decision(decision, truth.tick);
                 if decision.arrived {
                     return Ok(Outcome::of_arrival(truth.pose, goal, mission.order.goal_tolerance));
                 }

@@ -1,5 +1,6 @@
 //! Starting `curionav` and reading what it says.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -128,7 +129,10 @@ pub(crate) struct MetricsJson {
 #[serde(deny_unknown_fields)]
 pub(crate) struct CyclesJson {
     pub(crate) count: u64,
+    pub(crate) skipped: u64,
+    pub(crate) late: u64,
     pub(crate) degraded: u64,
+    pub(crate) degraded_by: BTreeMap<String, u64>,
     pub(super) p50_ms: f64,
     pub(super) p99_ms: f64,
     pub(super) max_ms: f64,

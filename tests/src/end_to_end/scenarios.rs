@@ -19,7 +19,9 @@ fn the_paper_scenario_is_reached_without_collision() {
             "seed {seed}: {json:?}"
         );
         assert_eq!((json.scenario.as_str(), json.planner.as_str()), ("env4-s2", "curiosity"));
-        assert_eq!(json.cycles.degraded, 0);
+        let c = &json.cycles;
+        assert_eq!((c.skipped, c.late, c.degraded), (0, 0, 0));
+        assert!(c.degraded_by.is_empty(), "{json:?}");
         // A cycle every 0.3 s, the first at once.
         let expected = (json.metrics.time_s / 0.3).floor() as u64 + 1;
         assert_eq!(json.cycles.count, expected, "{json:?}");

@@ -12,6 +12,7 @@ mod executor;
 mod fault;
 mod invariants;
 mod lockstep;
+mod overload;
 mod readiness;
 mod replica;
 pub(crate) mod robot;

@@ -13,7 +13,8 @@ const TICK_DISTANCE: f64 = 0.1;
 
 /// Checks all that has been recorded. The map must be there to be fetched.
 pub(super) fn check(recorder: &Recorder) {
-    let mut checker = Checker::new("recorded", vec![Arc::new(recorder.context())], TICK_DISTANCE);
+    let mut checker =
+        Checker::new("recorded", vec![Arc::new(recorder.context(recorder.mission()))], TICK_DISTANCE);
     let record = recorder.record();
     record.decisions.iter().for_each(|(_, decision)| checker.decided(decision));
     record.reports.iter().for_each(|(_, report)| checker.reported(report));

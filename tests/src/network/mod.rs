@@ -11,6 +11,7 @@ mod figures;
 mod invariants;
 mod links;
 mod namespaces;
+mod overload;
 mod pace;
 mod partition;
 mod recorder;

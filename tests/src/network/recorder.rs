@@ -67,8 +67,8 @@ impl Record {
 
 /// A client of a router that listens.
 pub(super) struct Recorder {
-    runtime: tokio::runtime::Runtime,
-    session: Session,
+    pub(super) runtime: tokio::runtime::Runtime,
+    pub(super) session: Session,
     membership: Membership,
     record: Arc<Mutex<Record>>,
     pace: Pace,
@@ -195,10 +195,14 @@ impl Recorder {
         status.metrics.iter().find(|(name, _)| of_role(name)).map(|(_, ready)| *ready)
     }
 
-    /// The mission made ready here as the arbiter has it, to compute costs anew.
-    pub(super) fn context(&self) -> PlanContext {
+    /// The robot's mission.
+    pub(super) fn mission(&self) -> Mission {
         let key = keys::robot("robot", "mission").unwrap();
-        let mission: Mission = self.runtime.block_on(fetch(&self.session, &key, FETCH_TIMEOUT)).unwrap();
+        self.runtime.block_on(fetch(&self.session, &key, FETCH_TIMEOUT)).unwrap()
+    }
+
+    /// A mission made ready here as the arbiter has it.
+    pub(super) fn context(&self, mission: Mission) -> PlanContext {
         let fields = {
             let _inside = self.runtime.enter();
             Fields::new(&self.session)

@@ -1,7 +1,7 @@
 //! The result of a run as a table for people, at most 80 columns wide.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table};
-use curionav_schemas::{Outcome, RunResult};
+use curionav_schemas::{Cycles, Outcome, RunResult};
 
 /// Columns of the narrowest terminal the table is made for.
 const WIDTH: u16 = 80;
@@ -16,7 +16,7 @@ pub(crate) fn table(result: &RunResult) -> String {
         .set_width(WIDTH)
         .set_header(["measure", "value", "meaning"]);
     for (name, value, meaning) in rows(result) {
-        table.add_row([name.to_owned(), value, meaning]);
+        table.add_row([name, value, meaning]);
     }
     if let Some(column) = table.column_mut(1) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -39,14 +39,12 @@ fn headline(result: &RunResult) -> String {
     format!("{outcome} {bumps}: {scenario}, planner {planner}, seed {seed}")
 }
 
-fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
+fn rows(result: &RunResult) -> Vec<(String, String, String)> {
     let m = &result.measures;
     let c = &result.cycles;
     let digest = result.decisions_sha256.get(..DIGEST_SHOWN).unwrap_or(&result.decisions_sha256);
-    let per_cent = |share: f64| format!("{:.1} %", 100.0 * share);
     let metres = |length: f64| format!("{length:.2} m");
-    let row = |name, value, meaning: &str| (name, value, meaning.to_owned());
-    vec![
+    let mut rows = vec![
         row("time", format!("{:.1} s", m.time_s), "from start to end"),
         row("length", metres(m.length_m), "way driven"),
         row("VEL", format!("{:.2} m/s", m.vel_mps), "mean speed"),
@@ -58,7 +56,6 @@ fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
         row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
         row("NT", m.nt.to_string(), "times closer than comfortable"),
-        row("cycles", c.count.to_string(), &format!("decisions taken, {} of them degraded", c.degraded)),
         row(
             "cycle time",
             format!("{:.1} ms", c.p50_ms),
@@ -66,7 +63,33 @@ fn rows(result: &RunResult) -> Vec<(&'static str, String, String)> {
         ),
         row("speed-up", format!("{:.1} x", result.real_time_factor), "simulated over wall time"),
         row("decisions", digest.to_owned(), "SHA-256, the same for the same run"),
-    ]
+        row("cycles", c.count.to_string(), "decisions taken"),
+    ];
+    rows.extend(shares(c));
+    rows
+}
+
+/// How many of the cycles were as they should be, and what the others had to do without.
+fn shares(c: &Cycles) -> Vec<(String, String, String)> {
+    let share = |part: u64, all: u64| per_cent(part as f64 / all.max(1) as f64);
+    let in_time = share(c.count.saturating_sub(c.late), c.count + c.skipped);
+    let missed = format!("of the cycles due; {} skipped, {} late", c.skipped, c.late);
+    let by_code = c
+        .degraded_by
+        .iter()
+        .map(|(code, count)| row("", share(*count, c.count), &format!("- {}", code.replace('_', " "))));
+    let degraded =
+        if c.degraded == 0 { "of the decisions" } else { "of the decisions, by what was missing:" };
+    let decided = [row("in time", in_time, &missed), row("degraded", share(c.degraded, c.count), degraded)];
+    decided.into_iter().chain(by_code).collect()
+}
+
+fn row(name: &str, value: String, meaning: &str) -> (String, String, String) {
+    (name.to_owned(), value, meaning.to_owned())
+}
+
+fn per_cent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
 }
 
 #[cfg(test)]
@@ -88,6 +111,31 @@ mod tests {
         let result = golden::run_result();
         // Around the rows stand the headline, the header and three rules.
         assert_eq!(table(&result).lines().count(), rows(&result).len() + 5);
+    }
+
+    #[test]
+    fn shares_are_of_the_cycles_that_were_due_and_of_the_decisions() {
+        let mut cycles = golden::run_result().cycles;
+        let values = |cycles: &Cycles| -> Vec<String> {
+            shares(cycles)
+                .into_iter()
+                .map(|(name, value, meaning)| format!("{name} {value} {meaning}"))
+                .collect()
+        };
+        // 83 decisions, 1 late, of 85 that were due: 82 / 85. 1 / 83 degraded.
+        let expected = [
+            "in time 96.5 % of the cycles due; 2 skipped, 1 late",
+            "degraded 1.2 % of the decisions, by what was missing:",
+            " 1.2 % - cut short",
+            " 1.2 % - evaluated locally",
+        ];
+        assert_eq!(values(&cycles), expected);
+        (cycles.count, cycles.skipped, cycles.late, cycles.degraded) = (0, 0, 0, 0);
+        cycles.degraded_by.clear();
+        assert_eq!(
+            values(&cycles),
+            ["in time 0.0 % of the cycles due; 0 skipped, 0 late", "degraded 0.0 % of the decisions"]
+        );
     }
 
     #[test]

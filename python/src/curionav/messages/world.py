@@ -99,10 +99,17 @@ class Measures(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cycles(Record):
-    """The planning cycles of a run: how many, how many degraded, wall times in ms."""
+    """The planning cycles of a run: how many, how many degraded and by what code, wall times in ms.
+
+    ``skipped`` counts the ticks that a cycle was due in and that had none, ``late`` the cycles decided only after the
+    next one was due.
+    """
 
     count: Uint
+    skipped: Uint | None = None
+    late: Uint | None = None
     degraded: Uint
+    degraded_by: dict[str, Uint] | None = None
     p50_ms: NonNegative
     p99_ms: NonNegative
     max_ms: NonNegative

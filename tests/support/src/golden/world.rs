@@ -67,7 +67,16 @@ pub fn run_result() -> RunResult {
             clearance_min_m: 0.4,
         },
         social: BTreeMap::from([("spl".into(), 0.93), ("personal_share".into(), 0.25)]),
-        cycles: Cycles { count: 83, degraded: 1, p50_ms: 8.5, p99_ms: 21.0, max_ms: 30.5 },
+        cycles: Cycles {
+            count: 83,
+            skipped: 2,
+            late: 1,
+            degraded: 1,
+            degraded_by: BTreeMap::from([("cut_short".into(), 1), ("evaluated_locally".into(), 1)]),
+            p50_ms: 8.5,
+            p99_ms: 21.0,
+            max_ms: 30.5,
+        },
         real_time_factor: 24.0,
         decisions_sha256: "00112233445566778899aabbccddeeff".repeat(2),
         trace: Trace {
