@@ -6,8 +6,9 @@ use ciborium::Value;
 use curionav_schemas::{
     CandidateSet, F64Array, MESSAGES, Message, MissionCommand, Refusal, RunStatus, Scan, Twist, recode,
 };
-use curionav_schemas::{Reject, array::Element, limits::MAX_DEPTH};
+use curionav_schemas::{Degradation, Reject, array::Element, limits::MAX_DEPTH};
 use proptest::prelude::*;
+use strum::VariantNames;
 use support::{changed, fixed_form, golden, goldens, parse, write};
 
 mod support;
@@ -116,7 +117,8 @@ fn unknown_keys_are_ignored_anywhere() {
         let message = fixed_form(parse(&golden.bytes));
         let plain = decode(&golden.message, &message).unwrap();
         let extended = changed(&message, &|value| match value {
-            // Maps whose keys are data have no unknown keys; `extra`, `evaluated`, `social` and `metrics` are left here.
+            // Maps whose keys are data have no unknown keys; `extra`, `evaluated`, `social`,
+            // `degraded_by` and `metrics` are left here.
             Value::Map(entries) if entries.iter().all(|(key, entry)| is_data(entry) || is_measure(key)) => {
                 Vec::new()
             }
@@ -136,10 +138,12 @@ fn unknown_keys_are_ignored_anywhere() {
     }
 }
 
-/// Those of the golden `social` and `metrics`.
+/// Those of the golden `social`, `degraded_by` and `metrics`.
 fn is_measure(key: &Value) -> bool {
     let is_sample = |name: &str| name.starts_with("curionav_");
-    key.as_text().is_some_and(|name| ["spl", "personal_share"].contains(&name) || is_sample(name))
+    let is_code = |name: &str| Degradation::VARIANTS.contains(&name);
+    let is_social = |name: &str| ["spl", "personal_share"].contains(&name);
+    key.as_text().is_some_and(|name| is_social(name) || is_code(name) || is_sample(name))
 }
 
 fn is_data(entry: &Value) -> bool {
