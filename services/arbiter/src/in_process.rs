@@ -29,7 +29,7 @@ pub(crate) fn score<'a>(
         let Some(evaluator) = context.local(term) else { return false };
         let is_missing = |i: &usize| scores.cost(term, *i).is_none();
         let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
-        let wanted = if missing.len() == candidates.len() {
+        let wanted = if missing.iter().copied().eq(0..candidates.len()) {
             Cow::Borrowed(candidates)
         } else {
             Cow::Owned(candidates.pick(missing.iter().copied()))

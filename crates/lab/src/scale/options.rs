@@ -39,7 +39,7 @@ impl Service {
 /// as processes on this machine, and asks them as arbiters do.
 ///
 ///   curionav scale --service cpc --cpu-quota 0.1            throughput with 1, 2, 4 and 8 replicas
-///   curionav scale --service cnc --break-even             when asking beats computing in the arbiter
+///   curionav scale --service cnc --break-even               when asking beats computing in the arbiter
 ///   curionav scale --service generator --trees 1,2,4,8      what several search trees per cycle bring
 ///   curionav scale --service cpc --robots 1,10,50           many robots over one pool, ten times a second
 ///   curionav scale --overhead                               what splitting the cycle into processes costs
@@ -49,7 +49,9 @@ impl Service {
 /// in the first row. `cores` is what the replicas used, `asking` what router and robots used: when both
 /// together come near what the machine has, it is the limit and not the pool; --cpu-quota 0.1 makes room.
 ///
-/// With --trees the robot's other services run in this process without a quota.
+/// With --trees the robot's other services run in this process without a quota. `candidates` is the mean per
+/// cycle; `cut_short` is the share of cycles in which the time ended the growth of a tree, `grown_locally` the
+/// share in which the arbiter grew one itself; `reached` counts drives to the goal without a collision.
 ///
 /// --json prints {service, rows: [{replicas, candidates_per_s, p50_ms, p99_ms, efficiency, ...}], ...}.
 /// Exit status: 0 measured; 1 interrupted, or the drive failed; 2 bad argument, or no control groups for
@@ -61,7 +63,7 @@ pub struct Options {
     #[arg(long, value_enum, required_unless_present = "overhead")]
     pub(super) service: Option<Service>,
     /// Numbers of replicas, separated by commas; the first is what the others are compared with. Default:
-    /// 1,2,4,8; with --break-even 1,2; with --robots 2.
+    /// 1,2,4,8; with --break-even 1,2, of generators 1,2,4; with --robots 2; with --trees as many as trees.
     #[arg(long, value_name = "N,N", value_delimiter = ',',
         value_parser = clap::value_parser!(u16).range(1..=PROCESSES_MAX))]
     pub(super) replicas: Vec<u16>,
@@ -79,7 +81,7 @@ pub struct Options {
     #[arg(long, value_name = "N,N", value_delimiter = ',',
         value_parser = clap::value_parser!(u32).range(0..=MAX_PEOPLE as i64))]
     pub(super) people: Vec<u32>,
-    /// How long to measure each row. Default: 10; with --break-even 1.
+    /// How long to measure each row. Default: 10; with --break-even 1; with --overhead 20.
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(super) seconds: Option<f64>,
     /// Batches in flight for each replica while throughput is measured, each a robot's.
