@@ -231,11 +231,12 @@ impl Writing {
                 return Ok(());
             }
         };
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         let mut is_drawn = true;
         match &message {
             Visible::Report(_) => self.tally.cycles += 1,
             Visible::Mission(mission) => {
-                self.timelines.entry(owner.to_owned()).or_default().follow(mission);
+                self.timelines.entry(owner.to_owned()).or_default().follow(mission, now);
                 // The driver says it again every second: that changes no picture.
                 let last = self.missions.insert(owner.to_owned(), payload.clone());
                 is_drawn = last.is_none_or(|last| last != *payload);
@@ -243,7 +244,6 @@ impl Writing {
             }
             _ => {}
         }
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_nanos() as u64;
         // What has no stamp and no clock of its own goes with the newest of the others.
         let others = self.timelines.values().map(|timeline| timeline.latest).max().unwrap_or_default();
         let now = if message.stamp().is_none() && others > 0 { others } else { now };

@@ -28,8 +28,9 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// Takes note of the mission whose messages follow.
-    pub(super) fn follow(&mut self, mission: &Mission) {
+    /// Takes note of the mission whose messages follow; `now` is wall time, nanoseconds since 1970. The first messages
+    /// of a run may come a moment before the mission that lets the robot go: with them the run has begun.
+    pub(super) fn follow(&mut self, mission: &Mission, now: u64) {
         self.late = match mission.order.clock {
             Clock::Realtime => RESTART * mission.order.time_scale.max(1.0),
             // As fast as the machine allows: any robot time may pass while a message is under way.
@@ -37,7 +38,11 @@ impl Timeline {
         };
         let part = Some((mission.run, mission.has_run));
         if self.part != part {
-            (self.part, self.anchor) = (part, None);
+            let is_let_go = self.part == Some((mission.run, false));
+            let moment = nanoseconds(RESTART);
+            let has_begun = |(start, newest): &(u64, f64)| *newest < RESTART && start + moment > now;
+            self.anchor = self.anchor.filter(|anchor| is_let_go && has_begun(anchor));
+            self.part = part;
         }
     }
 
@@ -47,7 +52,6 @@ impl Timeline {
         let Some(stamp) = stamp else {
             return if self.latest == 0 { now } else { self.latest };
         };
-        let nanoseconds = |seconds: f64| (seconds.max(0.0) * 1e9) as u64;
         let (start, newest) = match self.anchor {
             Some((start, newest)) if stamp > newest - self.late => (start, newest.max(stamp)),
             _ => (now.max(self.latest).saturating_sub(nanoseconds(stamp)), stamp),
@@ -57,6 +61,10 @@ impl Timeline {
         self.latest = self.latest.max(time);
         time
     }
+}
+
+fn nanoseconds(seconds: f64) -> u64 {
+    (seconds.max(0.0) * 1e9) as u64
 }
 
 #[cfg(test)]
@@ -94,7 +102,7 @@ mod tests {
             let mut now = 1_000 * SECOND;
             for (run, start) in [(1, 1_000), (2, 1_040)] {
                 (mission.run, mission.has_run) = (run, false);
-                timeline.follow(&mission);
+                timeline.follow(&mission, now);
                 if run > 1 {
                     // The last word about the run before.
                     timeline.time(Some(39.0), now);
@@ -102,7 +110,7 @@ mod tests {
                 mission.has_run = true;
                 for tick in 0..=400 {
                     // The driver says it again and again.
-                    timeline.follow(&mission);
+                    timeline.follow(&mission, now);
                     let stamp = 0.1 * f64::from(tick);
                     let time = timeline.time(Some(stamp), now);
                     assert!((time as f64 * 1e-9 - f64::from(start) - stamp).abs() < 1e-3, "{run} {tick}");
@@ -113,5 +121,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn what_overtakes_the_mission_that_lets_the_robot_go_belongs_to_the_run() {
+        let (mut timeline, mut mission, now) = (Timeline::default(), golden::mission(), 1_000 * SECOND);
+        mission.has_run = false;
+        timeline.follow(&mission, now);
+        let scan = timeline.time(Some(0.0), now);
+        mission.has_run = true;
+        timeline.follow(&mission, now + SECOND / 200);
+        assert_eq!(timeline.time(Some(0.1), now + SECOND / 100), scan + SECOND / 10);
     }
 }
