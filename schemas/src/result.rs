@@ -30,8 +30,12 @@ pub struct Measures {
     pub rmse_m: f64,
     /// Share of the run before localisation first converged, 0..1; 1 if it never did.
     pub tcm: f64,
-    /// Times localisation lost convergence after that.
-    pub nm: u32,
+    /// Times localisation lost convergence after that; absent if it never converged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nm: Option<u32>,
+    /// Time until the error of localisation stayed below 0.3 m for 2 s, s; absent if it never did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tce_s: Option<f64>,
     /// Fraction of the time closer to people than comfortable, 0..1.
     pub td: f64,
     /// Least distance between the centres of the robot and any person, m; absent if there were no people.
@@ -54,6 +58,7 @@ pub struct Measures {
 checks! { measures: Measures {
     tcm, td: fraction;
     md_m: optional(number);
+    tce_s: optional(non_negative);
     rmse_m, vel_mps, length_m, time_s: non_negative;
     clearance_min_m: number;
 }}

@@ -139,6 +139,23 @@ fn kubernetes_runs_every_pool_and_probes_it_where_it_answers() {
     assert_eq!(roles, ["router", "generator", "cpc", "cnc"]);
 }
 
+#[test]
+fn the_last_part_of_a_benchmark_on_kubernetes_is_the_last_of_all() {
+    let job = yaml("bench-job.yaml").remove(0);
+    assert_eq!((&job["kind"], &job["spec"]["completionMode"]), (&"Job".into(), &"Indexed".into()));
+    let count = job["spec"]["completions"].as_u64().unwrap();
+    let command = texts(&job["spec"]["template"]["spec"]["containers"][0]["command"]);
+    // What a shell makes of it for the last index.
+    let printing = command[2].replace("exec curionav", "printf '%s\\n'");
+    let mut shell = Command::new(&command[0]);
+    let output =
+        shell.args([&command[1], &printing]).env("JOB_COMPLETION_INDEX", (count - 1).to_string()).output();
+    let words: Vec<String> =
+        String::from_utf8(output.unwrap().stdout).unwrap().lines().map(str::to_owned).collect();
+    assert!(words.contains(&format!("{count}/{count}")), "{words:?}");
+    assert_understood("bench-job.yaml", &words);
+}
+
 /// What `docs/operations.md` lists in its table of metrics.
 pub(crate) fn documented_metrics() -> BTreeSet<String> {
     let text = std::fs::read_to_string(deploy("../docs/operations.md")).unwrap();

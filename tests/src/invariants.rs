@@ -106,6 +106,10 @@ impl Checker {
         let of_one_tree = match context.profile.generator.as_str() {
             "rrt-star" => generation.candidates.max_candidates,
             "risk-rrt" | "bi-risk-rrt" => generation.risk_rrt.max_candidates,
+            "transient-goal" => generation.transient_goal.offers,
+            "mppi" => generation.mppi.offers,
+            "dwa" => generation.dwa.offers,
+            "hrvo-robot" => generation.hrvo_robot.offers,
             other => unreachable!("no bound is known for the generator {other}"),
         };
         self.violations

@@ -1,7 +1,7 @@
 //! The commands of the feature `lab`: experiments.
 
 use clap::Subcommand;
-use curionav_lab::{bench, scale, tune};
+use curionav_lab::{bench, localize, scale, tune};
 use curionav_runtime::exit::Exit;
 
 #[derive(Debug, Subcommand)]
@@ -16,6 +16,7 @@ pub(crate) enum LabCommand {
         program: String,
     },
     Scale(scale::Options),
+    Localize(localize::Options),
 }
 
 pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
@@ -24,5 +25,6 @@ pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
         LabCommand::Tune(options) => tune::tune(options).await,
         LabCommand::Worker { program } => bench::worker(&program).await,
         LabCommand::Scale(options) => scale::scale(options, log).await,
+        LabCommand::Localize(options) => localize::localize(&options),
     }
 }

@@ -24,6 +24,9 @@ pub(crate) enum LeftOut {
     /// Measure what more replicas bring (needs a build with `--features lab`).
     #[cfg(not(feature = "lab"))]
     Scale(AnyArguments),
+    /// Run the localiser on a log of a robot (needs a build with `--features lab`).
+    #[cfg(not(feature = "lab"))]
+    Localize(AnyArguments),
     /// Record a robot's messages (needs a build with `--features recording`).
     #[cfg(not(feature = "recording"))]
     Record(AnyArguments),
@@ -39,7 +42,7 @@ impl LeftOut {
     pub(crate) fn error(&self) -> Exit {
         match self {
             #[cfg(not(feature = "lab"))]
-            Self::Bench(_) | Self::Tune(_) | Self::Scale(_) => left_out("lab"),
+            Self::Bench(_) | Self::Tune(_) | Self::Scale(_) | Self::Localize(_) => left_out("lab"),
             #[cfg(not(feature = "recording"))]
             Self::Record(_) | Self::Replay(_) | Self::Explain(_) => left_out("recording"),
         }

@@ -6,7 +6,7 @@ use anyhow::Context;
 use clap::Subcommand;
 use curionav_deployment::scenario_reference::scenario_reference;
 #[cfg(feature = "lab")]
-use curionav_lab::paper;
+use curionav_lab::{paper, suites};
 use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::GeodesicField;
@@ -28,6 +28,9 @@ pub(crate) enum ScenarioCommand {
         /// Scenario files.
         #[arg(required = true, value_name = "SCENARIO.toml")]
         files: Vec<PathBuf>,
+        /// Seed that draws the people of `[[crowds]]`.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
     },
     /// Draw scenarios before anything moves, NAME.svg each: map, start, goal, shortest path, people and their
     /// routes, and where no landmark is within the laser's range.
@@ -38,6 +41,9 @@ pub(crate) enum ScenarioCommand {
         /// Directory to write into.
         #[arg(long, value_name = "DIR", default_value = ".")]
         out: PathBuf,
+        /// Seed that draws the people of `[[crowds]]`.
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
     },
     /// Print the reference page of the scenario file, as committed in docs/scenario.md: every field with its range.
     Reference,
@@ -55,13 +61,13 @@ pub(crate) enum ScenarioCommand {
 
 pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
     match command {
-        ScenarioCommand::Check { files } => {
+        ScenarioCommand::Check { files, seed } => {
             for file in &files {
-                print(check(file).map_err(Exit::bad_input)?)?;
+                print(check(file, seed).map_err(Exit::bad_input)?)?;
             }
         }
-        ScenarioCommand::Draw { files, out } => {
-            files.iter().try_for_each(|file| draw(file, &out)).map_err(Exit::bad_input)?;
+        ScenarioCommand::Draw { files, out, seed } => {
+            files.iter().try_for_each(|file| draw(file, &out, seed)).map_err(Exit::bad_input)?;
         }
         #[cfg(not(feature = "lab"))]
         ScenarioCommand::Generate(_) => return Err(crate::left_out::left_out("lab")),
@@ -76,15 +82,16 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
     Ok(SUCCESS)
 }
 
-/// A scenario as it would be run.
-fn prepared(file: &Path) -> anyhow::Result<Prepared> {
-    let package = package::read(file, &Choice::default(), Clock::Lockstep, 1.0)?;
+/// A scenario as it would be run with this seed.
+fn prepared(file: &Path, seed: u64) -> anyhow::Result<Prepared> {
+    let choice = Choice { seed: Some(seed), ..Choice::default() };
+    let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
     curionav_simulator::prepare(&package.request, "robot", &Fields::of_maps([]))
         .map_err(|reject| package.refusal(&reject))
 }
 
-fn draw(file: &Path, out: &Path) -> anyhow::Result<()> {
-    let prepared = prepared(file)?;
+fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<()> {
+    let prepared = prepared(file, seed)?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
     files::write(&out.join(name).with_extension("svg"), scene_svg(&sketch(&prepared)))
 }
@@ -123,16 +130,17 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
 }
 
 /// What a scenario that can be run holds, on one line.
-fn check(file: &Path) -> anyhow::Result<String> {
-    let prepared = prepared(file)?;
+fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
+    let prepared = prepared(file, seed)?;
     let (scenario, map) = (prepared.world.scenario(), &prepared.map);
     Ok(format!(
-        "{}: fine; {} x {} cells of {} m, {} walkers, {} recordings, planner {}",
+        "{}: fine; {} x {} cells of {} m, {} walkers ({} of them drawn), {} recordings, planner {}",
         file.display(),
         map.width,
         map.height,
         map.resolution,
         scenario.walkers.len(),
+        scenario.people_drawn(),
         scenario.recorded.len(),
         prepared.profile.name
     ))
@@ -142,9 +150,11 @@ fn check(file: &Path) -> anyhow::Result<String> {
 /// drawn ones turned out to be like, for those who change the drawing.
 #[cfg(feature = "lab")]
 fn generate(out: &Path) -> anyhow::Result<Vec<String>> {
-    for (name, bytes) in paper::committed()? {
+    let (generated, missing) = suites::committed()?;
+    for (name, bytes) in generated {
         files::write(&out.join(name), bytes)?;
     }
+    missing.iter().for_each(|missing| eprintln!("left out: {missing}"));
     let scenes = paper::environments(paper::SEED)?.into_iter().chain([paper::quickstart(paper::SEED)?]);
     Ok(scenes.map(|scene| format!("{}\n{}", scene.scenario.name, paper::check(&scene))).collect())
 }

@@ -5,11 +5,12 @@
 //! recordings and a seed determine a run bit for bit. Only the simulator, the laboratory, the command
 //! line and the tests import it.
 //!
-//! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `plant`, `motion`
-//! (`walkers` or `hrvo`), `recorded`, `lidar` and `perception`), [`measures`] and [`outcome`] (how it went). The crate
+//! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `crowds`
+//! (who is drawn), `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and `perception`), [`measures`] and [`outcome`] (how it went). The crate
 //! `curionav-lab` draws the scenes of the paper.
 
-mod hrvo;
+mod avoiding;
+mod crowds;
 mod lidar;
 pub mod measures;
 mod motion;
@@ -18,7 +19,7 @@ mod perception;
 mod plant;
 mod recorded;
 pub mod scenario;
-mod time_to_collision;
+mod social_force;
 mod walkers;
 mod walls;
 pub mod world;

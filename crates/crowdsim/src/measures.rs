@@ -1,4 +1,4 @@
-//! The paper's nine measures of a run, collisions and the least gap; the standard social measures are in [`social`].
+//! The paper's nine measures of a run, the time until the error is small, collisions and the least gap; the standard social measures are in [`social`].
 //!
 //! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
 //! row before it; the first has none.
@@ -19,6 +19,12 @@ const CONVERGED_TRACE: f64 = 0.1;
 const CONVERGED_FOR_S: f64 = 1.0;
 /// Another loss of convergence is counted only after the trace fell below this share of `Thr_c`.
 const REARM_SHARE: f64 = 0.8;
+/// The estimate is at the robot while it is nearer than this to where the robot is, metres.
+const SMALL_ERROR: f64 = 0.3;
+/// The error must stay small this long to count, seconds.
+const SMALL_FOR_S: f64 = 2.0;
+/// Half a microsecond for the rounding of times that are multiples of a tick.
+const TIME_ROUNDING_S: f64 = 5e-7;
 /// Comfortable distance between centres, metres (A16).
 const COMFORT_DISTANCE: f64 = 1.5;
 /// A contact counts as a collision when the robot is faster than this, m/s (D11).
@@ -33,8 +39,11 @@ pub struct Measures {
     pub rmse_m: f64,
     /// Share of the run before the localiser first converged, 0 to 1; 1 when it never did.
     pub tcm: f64,
-    /// Times the localiser lost convergence again.
-    pub nm: u32,
+    /// Times the localiser lost convergence again; none when it never converged.
+    pub nm: Option<u32>,
+    /// Seconds until the error of the estimate stayed small; none when it never did. What the localiser says of itself
+    /// does not count here, nor does any threshold of a planner.
+    pub tce_s: Option<f64>,
     /// Share of the run with a person nearer than the comfortable distance, 0 to 1.
     pub td: f64,
     /// Least distance to a person, metres; none when no person was ever there.
@@ -79,7 +88,9 @@ impl Measures {
         Self {
             rmse_m: (total(rows.iter().map(error)) / rows.len().max(1) as f64).sqrt(),
             tcm: converged.map_or(1.0, |since| share(since - start)),
-            nm: losses,
+            nm: converged.map(|_| losses),
+            tce_s: since_lasting(rows, SMALL_FOR_S, |row| error(row) < SMALL_ERROR * SMALL_ERROR)
+                .map(|since| since - start),
             td: share(total(steps().filter(|(_, b)| is_near(b)).map(|(a, b)| b.time - a.time))),
             md_m: rows.iter().map(|row| row.truth.person_distance).reduce(f64::min).filter(|d| d.is_finite()),
             // A person who is near from the first row on has not come near.
@@ -98,24 +109,27 @@ fn total(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |sum, value| sum + value)
 }
 
+/// Since when `holds` has been true for the first time that it was so for `seconds`.
+fn since_lasting(rows: &[Row], seconds: f64, holds: impl Fn(&Row) -> bool) -> Option<f64> {
+    let mut since = None;
+    rows.iter().find_map(|row| {
+        let time = row.truth.time;
+        since = holds(row).then(|| since.unwrap_or(time));
+        since.filter(|since| time - since >= seconds - TIME_ROUNDING_S)
+    })
+}
+
 /// When the localiser first converged, and how often it lost convergence again.
 fn convergence(rows: &[Row]) -> (Option<f64>, u32) {
-    // When the trace fell to the threshold for good, or is on trial since; and whether it has stayed there long enough.
-    let (mut since, mut is_certain) = (None, false);
+    let since = since_lasting(rows, CONVERGED_FOR_S, |row| row.trace <= CONVERGED_TRACE);
+    let Some(start) = since else { return (None, 0) };
     let (mut losses, mut is_lost) = (0, false);
-    for Row { truth: Truth { time, .. }, trace, .. } in rows {
-        let low = *trace <= CONVERGED_TRACE;
-        if !is_certain {
-            since = if low { since.or(Some(*time)) } else { None };
-            // Half a microsecond for the rounding of times that are multiples of a tick.
-            is_certain = since.is_some_and(|since| time - since >= CONVERGED_FOR_S - 5e-7);
-            continue;
-        }
-        if !low && !is_lost {
+    for row in rows.iter().skip_while(|row| row.truth.time < start + CONVERGED_FOR_S - TIME_ROUNDING_S) {
+        if row.trace > CONVERGED_TRACE && !is_lost {
             losses += 1;
             is_lost = true;
         }
-        if *trace < REARM_SHARE * CONVERGED_TRACE {
+        if row.trace < REARM_SHARE * CONVERGED_TRACE {
             is_lost = false;
         }
     }

@@ -1,12 +1,12 @@
 //! The people of `[[walkers]]` under whichever motion the scenario asks for.
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::hrvo::{Body, Velocity};
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::scene::People;
 
-use crate::hrvo::velocity_obstacle::Body;
-use crate::hrvo::{HrvoCrowd, Velocity};
+use crate::avoiding::{AvoidingCrowd, Law};
 use crate::scenario::{Motion, Scenario};
 use crate::walkers::{WAITING_MARGIN, WalkerState};
 
@@ -15,23 +15,25 @@ pub(crate) enum Walkers {
     /// They follow their script.
     Scripted(Vec<WalkerState>),
     /// They avoid each other.
-    Hrvo(Box<HrvoCrowd>),
+    Avoiding(Box<AvoidingCrowd>),
 }
 
 impl Walkers {
     pub(crate) fn new(scenario: &Scenario, map: &StaticMap) -> Self {
         let (walkers, people) = (&scenario.walkers, &scenario.people);
-        match people.motion {
-            Motion::Scripted => Self::Scripted(walkers.iter().map(WalkerState::new).collect()),
-            Motion::Hrvo => Self::Hrvo(Box::new(HrvoCrowd::new(walkers, people, map))),
-        }
+        let law = match people.motion {
+            Motion::Scripted => return Self::Scripted(walkers.iter().map(WalkerState::new).collect()),
+            Motion::Hrvo => Law::Hrvo(people.hrvo),
+            Motion::SocialForce => Law::SocialForce(people.social_force),
+        };
+        Self::Avoiding(Box::new(AvoidingCrowd::new(law, walkers, people, map)))
     }
 
     /// Position, metres, and velocity, m/s, of each.
     pub(crate) fn states(&self) -> Vec<(Point2, (f64, f64))> {
         match self {
             Self::Scripted(walkers) => walkers.iter().map(|w| (w.position(), w.velocity())).collect(),
-            Self::Hrvo(crowd) => {
+            Self::Avoiding(crowd) => {
                 crowd.people().iter().map(|b| (b.position, (b.velocity.x, b.velocity.y))).collect()
             }
         }
@@ -52,7 +54,7 @@ impl Walkers {
                 let keep_off = robot.radius + radius + WAITING_MARGIN;
                 walkers.iter_mut().for_each(|w| w.step(dt, robot.position, keep_off));
             }
-            Self::Hrvo(crowd) => crowd.step(dt, map, std::iter::once(robot).chain(others)),
+            Self::Avoiding(crowd) => crowd.step(dt, map, std::iter::once(robot).chain(others)),
         }
     }
 }

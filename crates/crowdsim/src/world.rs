@@ -6,14 +6,15 @@ use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
+use crate::crowds::populated;
 use crate::lidar::scan;
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
 use crate::scenario::Scenario;
-use crate::time_to_collision::time_to_collision;
 use crate::walls::wall_distance;
+use curionav_planning::time_to_collision::time_to_collision;
 
 /// Random streams, apart from each other and from those of other parts that use the same seed. Noise is
 /// drawn from a stream of its own for each tick, so that looking twice sees the same.
@@ -94,6 +95,7 @@ impl World {
     ) -> Result<Self, FieldError> {
         scenario.check()?;
         scenario.check_on(&map)?;
+        let scenario = &populated(scenario, &map, seed)?;
         let plant = |start| Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, start);
         let mut world = Self {
             plant: plant(scenario.robot.start),
@@ -111,7 +113,7 @@ impl World {
         Ok(world)
     }
 
-    /// The scenario.
+    /// The scenario, with the people whom the seed has drawn among its walkers.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
     }

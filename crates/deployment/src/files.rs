@@ -1,9 +1,10 @@
 //! Files read and written, with errors that name them.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use curionav_planning::occupancy::{MapYaml, OccupancyGrid, load_map};
 
 /// What is in a file.
 pub fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
@@ -19,4 +20,34 @@ pub fn make_folder(path: &Path) -> anyhow::Result<()> {
 pub fn write(path: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
     path.parent().map_or(Ok(()), make_folder)?;
     fs::write(path, content).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// A map as map_server has it: a YAML file, and the image that it names.
+#[derive(Debug)]
+pub struct MapFiles {
+    /// The YAML file as it is.
+    pub yaml_bytes: Vec<u8>,
+    /// What it says.
+    pub yaml: MapYaml,
+    /// Where the image is.
+    pub image_path: PathBuf,
+    /// The image as it is.
+    pub image: Vec<u8>,
+}
+
+impl MapFiles {
+    /// Reads both. Errors name the file.
+    pub fn read(path: &Path) -> anyhow::Result<Self> {
+        let yaml_bytes = bytes(path)?;
+        let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
+            .with_context(|| path.display().to_string())?;
+        let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
+        let image = bytes(&image_path).with_context(|| format!("{}: image", path.display()))?;
+        Ok(Self { yaml_bytes, yaml, image_path, image })
+    }
+
+    /// The map itself.
+    pub fn grid(&self) -> anyhow::Result<OccupancyGrid> {
+        load_map(&self.yaml, &self.image).with_context(|| self.image_path.display().to_string())
+    }
 }

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
 use curionav_datasets::locate;
-use curionav_planning::occupancy::MapYaml;
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
 use curionav_schemas::{Clock, InjectRequest, Reject, words};
 
-use crate::files::bytes;
+use crate::files::{MapFiles, bytes};
 
 /// What may differ from the scenario file.
 #[derive(Debug, Clone, Default)]
@@ -64,11 +63,7 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
         locate(file, directory).map_err(|e| anyhow::anyhow!("{}{e}", place(path, &text, Some(field))))
     };
     let yaml_path = located("map.file", &scenario.map.file)?;
-    let yaml_bytes = bytes(&yaml_path)?;
-    let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
-        .with_context(|| yaml_path.display().to_string())?;
-    let image_path = yaml_path.parent().unwrap_or(Path::new("")).join(&yaml.image);
-    let image = bytes(&image_path).with_context(|| format!("{}: image", yaml_path.display()))?;
+    let MapFiles { yaml_bytes, image_path, image, .. } = MapFiles::read(&yaml_path)?;
     files.insert(base_name(&image_path)?, image);
     scenario.map.file = base_name(&yaml_path)?;
     files.insert(scenario.map.file.clone(), yaml_bytes);

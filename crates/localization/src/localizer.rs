@@ -157,9 +157,7 @@ impl Localizer {
 
     /// The covariance that the parameters state for a start.
     pub fn start_covariance(&self) -> Matrix3<f64> {
-        let position = self.params.start_sigma_position * self.params.start_sigma_position;
-        let heading = self.params.start_sigma_heading * self.params.start_sigma_heading;
-        Matrix3::from_diagonal(&Vector3::new(position, position, heading))
+        self.params.start_covariance()
     }
 
     /// One tick: the robot's pose and twist by odometry (odometry frame), the time in seconds on the robot's

@@ -1,6 +1,7 @@
 //! Parameters of the localiser.
 
 use curionav_planning::parameters::{FieldError, Range};
+use nalgebra::{Matrix3, Vector3};
 
 curionav_planning::parameters! {
     /// How the beams of one scan are combined into a particle's weight.
@@ -136,6 +137,13 @@ curionav_planning::parameters! {
 }
 
 impl LocalizerParams {
+    /// The covariance that they state for a start: (x, y, heading), m2 and rad2.
+    pub fn start_covariance(&self) -> Matrix3<f64> {
+        let position = self.start_sigma_position * self.start_sigma_position;
+        let heading = self.start_sigma_heading * self.start_sigma_heading;
+        Matrix3::from_diagonal(&Vector3::new(position, position, heading))
+    }
+
     fn bounds_agree(&self) -> Result<(), FieldError> {
         if self.particles_min <= self.particles_max {
             return Ok(());

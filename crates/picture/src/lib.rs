@@ -1,7 +1,8 @@
 //! Pure drawing of what a robot did, as SVG files that need nothing else and print sharply.
 //!
 //! [`run_svg`] puts a run on one page: the map with all tracks, a few planning cycles enlarged, and plots over time.
-//! [`comparison_svg`] compares planners in one scenario, [`scene_svg`] shows a scenario before anything moves.
+//! [`comparison_svg`] compares planners in one scenario, [`scene_svg`] shows a scenario before anything moves,
+//! and [`tracks_svg`] draws any tracks on a map.
 //! Coordinates are in metres in the map frame, angles in radians.
 
 mod axes;
@@ -21,6 +22,7 @@ mod snapshot;
 mod snapshots;
 mod symbols;
 mod trace_columns;
+mod tracks;
 mod viewport;
 
 pub use comparison::{Course, Site, comparison_svg};
@@ -28,3 +30,4 @@ pub use palette::{planner_colour, style_sheet};
 pub use run::Run;
 pub use run_page::run_svg;
 pub use scene::{Person, SceneSketch, scene_svg};
+pub use tracks::{Track, tracks_svg};

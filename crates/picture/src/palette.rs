@@ -49,6 +49,12 @@ pub fn planner_colour(name: &str, index: usize) -> &'static str {
         "distance-only" => "#444444",
         "risk-rrt" => "#E69F00",
         "bi-risk-rrt" => "#CC79A7",
+        "mppi" => "#7F3C8D",
+        "dwa" => "#11A579",
+        "hrvo-robot" => "#3969AC",
+        "transient-goal" => "#80BA5A",
+        "human-space" => "#A5AA99",
+        "risk-aware" => "#E73F74",
         _ => REST[index % REST.len()],
     }
 }

@@ -46,6 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         map: &map,
         goal: task.goal,
         geodesic: &geodesic,
+        information: None,
         robot: &task.robot,
         scene: &scene,
         previous: None,

@@ -66,6 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         map: &map,
         goal: task.goal,
         geodesic: &*map.geodesic(task.goal, task.robot.radius())?,
+        information: None,
         robot: &task.robot,
         scene: &scene,
         previous: None,

@@ -24,6 +24,12 @@ crate::parameters! {
         pub wall_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.05,
         /// Room kept to people whatever the uncertainty, metres.
         pub person_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.1,
+        /// Whether candidates from which the robot could still be stopped short of people, if they stopped walking right
+        /// now, are preferred to all others. The paper has no such rule.
+        pub stop_short: bool = true,
+        /// Seconds of a trajectory that are checked: the same for every planner, however far it looks ahead. Beyond, a
+        /// forecast at constant velocity says little, and the next cycles look again.
+        pub horizon: f64 [0.1, 60.0, "s", "a decision is followed for a second, and no forecast holds for a minute"] = 3.9,
     }
 }
 
@@ -188,10 +194,17 @@ impl<'a> CollisionChecker<'a> {
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }
 
+    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres.
+    pub fn gap_asked(&self, i: usize, t: f64) -> f64 {
+        self.person_gap(t).min(self.person_cap[i])
+    }
+
     /// The same checks for many trajectories of up to `steps` states, `dt` seconds apart, that stay within `reach`
     /// metres of where the robot is.
     pub fn over(&self, steps: usize, dt: f64, reach: f64) -> TrajectoryChecker<'_> {
-        TrajectoryChecker::new(self, steps, dt, reach)
+        // A horizon of whole steps may exceed them by its rounding.
+        let checked = (self.params.horizon / dt - 1e-9).ceil();
+        TrajectoryChecker::new(self, steps.min(checked as usize), dt, reach)
     }
 
     /// [`TrajectoryChecker::first_collision`] of one trajectory.
@@ -242,6 +255,8 @@ impl<'a> CollisionChecker<'a> {
 #[derive(Debug, Clone)]
 pub struct TrajectoryChecker<'a> {
     checker: &'a CollisionChecker<'a>,
+    /// States that are checked.
+    steps: usize,
     dt: f64,
     /// Those who can come near, as indices into the scene's people.
     near: Vec<usize>,
@@ -275,14 +290,14 @@ impl<'a> TrajectoryChecker<'a> {
             near.iter().map(move |&i| asked.min(checker.person_cap[i]))
         });
         let (at, asked) = (at.collect(), asked.collect());
-        Self { checker, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
+        Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
     }
 
     /// The first collision of the trajectory that starts at the belief's pose at time 0 and is at pose k of `poses` at
     /// `(k + 1) * dt`; between poses robot and people move in straight lines, checked continuously. Nothing is checked
-    /// beyond the last one: there the robot stands.
+    /// beyond the last one, where the robot stands, nor beyond [`CollisionParams::horizon`].
     pub fn first_collision(&self, poses: impl ExactSizeIterator<Item = Pose2>) -> Option<Collision> {
-        let checker = self.checker;
+        let (checker, poses) = (self.checker, poses.take(self.steps));
         let last = poses.len().saturating_sub(1);
         let (mut from, mut free) = (checker.start, (Point2::default(), -1.0));
         for (step, to) in poses.enumerate() {
@@ -318,11 +333,14 @@ impl<'a> TrajectoryChecker<'a> {
 
     /// Whether the robot could still stop short of all people if they stopped walking right now: driving the
     /// first state's segment and then `braking` more metres along the trajectory touches none of them where they
-    /// are. A polygon counts as its circumscribed disc.
+    /// are. A polygon counts as its circumscribed disc. Without [`CollisionParams::stop_short`] it is always said to.
     ///
     /// A forecast lets a robot follow on a person's heels; this keeps the braking distance.
     pub fn stops_short(&self, poses: impl Iterator<Item = Pose2>, braking: f64) -> bool {
         let checker = self.checker;
+        if !checker.params.stop_short {
+            return true;
+        }
         let contact = checker.shape.circumscribed_radius() + checker.people.radius;
         let mut from = checker.start.position();
         let mut left = f64::INFINITY;

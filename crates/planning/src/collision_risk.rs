@@ -39,6 +39,8 @@ crate::parameters! {
         pub social_weight: f64 [0.0, 1e6, "", "beyond, distance no longer counts beside risk"] = 1.0,
         /// What a radian between heading and goal costs in a node's weight, 1/rad.
         pub rotation_weight: f64 [0.0, 1e6, "1/rad", "beyond, distance no longer counts beside turning"] = 0.5,
+        /// Whether the term `collision-risk` counts how well the robot will know its position.
+        pub belief: bool = false,
     }
 }
 
@@ -73,6 +75,23 @@ pub(crate) fn unit(root_distance: f64) -> f64 {
 
 /// Distances are compared with at least this one, metres, so that the goal itself has a finite cost.
 const LEAST_DISTANCE: f64 = 0.01;
+
+/// Probabilities that a person lies within `contact` metres, by the distances from the means of eight Gaussian forecasts
+/// with standard deviation `sigma`, metres; none beyond four of these from contact.
+pub(crate) fn contact_probabilities(
+    level: Level,
+    contact: f64,
+    distances: [f64; LANES],
+    sigma: f64,
+) -> [f64; LANES] {
+    let reach = contact + overlap::CUT * sigma;
+    if distances.iter().all(|distance| *distance >= reach) {
+        return [0.0; LANES];
+    }
+    let near = distances.map(|distance| distance.min(reach));
+    let found = dispatch!(level, simd => overlap::disc_probability(simd, contact, near, sigma));
+    std::array::from_fn(|lane| if distances[lane] < reach { found[lane] } else { 0.0 })
+}
 
 /// The probability of touching people at given moments, ready for many positions.
 #[derive(Debug, Clone)]

@@ -74,6 +74,24 @@ fn people_are_met_where_they_will_be_not_where_they_are() {
 }
 
 #[test]
+fn nothing_is_looked_for_beyond_the_horizon_however_long_the_trajectory() {
+    // The robot has come within reach of the person after 1.3 s, of the wall after 9 s.
+    let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 0.0)]);
+    let (map, robot) = (map(), RobotModel::default());
+    let long = states(&(1..=57).map(|k| (5.0 + 0.3 * f64::from(k), 10.0, 0.0)).collect::<Vec<_>>());
+    let first = |scene: &Scene, horizon: f64| {
+        let params = CollisionParams { horizon, ..CollisionParams::default() };
+        CollisionChecker::new(&map, &robot, scene, ForecastParams::default(), &params)
+            .first_collision(&long, 0.3)
+    };
+    assert_eq!(first(&s, 0.9), None);
+    assert_eq!(first(&s, 3.9).unwrap().with, Obstacle::Person(10));
+    let alone = scene(Pose2::new(5.0, 10.0, 0.0), &[]);
+    assert_eq!(first(&alone, CollisionParams::default().horizon), None);
+    assert_eq!(first(&alone, 17.1).unwrap().with, Obstacle::Wall);
+}
+
+#[test]
 fn two_who_swap_places_within_one_step_still_meet() {
     let (map, robot) = (map(), RobotModel::default());
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.0, -2.0, 0.0)]);

@@ -27,7 +27,8 @@
 //! let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
 //!
 //! let input = GenerationInput {
-//!     params: &profile.generator_part(), map: &map, goal: task.goal, geodesic: &geodesic, robot: &task.robot,
+//!     params: &profile.generator_part(), map: &map, goal: task.goal, geodesic: &geodesic, information: None,
+//!     robot: &task.robot,
 //!     scene: &scene, previous: None, seed: 1,
 //! };
 //! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
@@ -86,6 +87,7 @@ pub mod footprint;
 pub mod forecast;
 pub mod generation;
 pub mod geometry;
+pub mod hrvo;
 mod lanes;
 pub mod motion;
 pub mod numerics;
@@ -97,6 +99,7 @@ pub mod scene;
 pub mod sensor;
 pub mod states;
 pub mod terms;
+pub mod time_to_collision;
 pub mod tracking;
 pub mod trajectory;
 pub mod workers;

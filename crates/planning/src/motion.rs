@@ -127,6 +127,16 @@ impl RobotModel {
     pub fn stopping_distance(&self, v: f64) -> f64 {
         v * v / (2.0 * self.a_max)
     }
+
+    /// Mean speed below which a candidate counts as slow (D4), m/s: the share `min_speed / v_max` of the mean of the
+    /// fastest one, which goes straight on from `v` m/s and stands after `steps` states `dt` seconds apart. From rest, and
+    /// with a stop at the end as every candidate has, none is as fast as a robot that cruises.
+    pub fn slow_below(&self, min_speed: f64, v: f64, steps: usize, dt: f64) -> f64 {
+        let after = |k: usize| self.v_max.min(v + self.a_max * dt * k as f64);
+        let before_stop = |k: usize| self.a_max * dt * (steps - k) as f64;
+        let fastest = (1..=steps).map(|k| after(k).min(before_stop(k))).sum::<f64>() / steps.max(1) as f64;
+        min_speed * fastest / self.v_max
+    }
 }
 
 /// Pose after `dt` seconds at a constant twist: the exact arc.

@@ -13,6 +13,7 @@ use crate::collision_risk::RiskParams;
 use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
+use crate::evaluation::human_space::HumanSpaceParams;
 use crate::forecast::ForecastParams;
 use crate::generation::{self, GenerationParams, GeneratorPart};
 
@@ -71,6 +72,8 @@ crate::parameters! {
         pub risk: RiskParams [table] = RiskParams::default(),
         /// How the human comfort and crowd density map is built (eqs. 16 to 18).
         pub hccdm: HccdmParams [table] = HccdmParams::default(),
+        /// How large the rooms of the term `human-space` are, and the waves of `doppler`.
+        pub human_space: HumanSpaceParams [table] = HumanSpaceParams::default(),
         /// When predicted observations are credited (D5).
         pub cpc: CpcParams [table] = CpcParams::default(),
         /// What an observation is worth to the prediction (eq. 8).
@@ -102,6 +105,7 @@ impl Profile {
             collision: self.collision,
             risk: self.risk,
             forecast: self.forecast,
+            information: self.information,
         }
     }
 
@@ -180,6 +184,9 @@ crate::parameters! {
         /// By the least and greatest raw cost of the batch (A13's literal reading). Small differences are
         /// blown up and one missing candidate can change the order of the others.
         MinMax,
+        /// The same, and each term counts besides by how much it tells candidates apart: one minus the entropy of its
+        /// costs (the weights of the baseline `risk-aware`). A term that is equal for all counts nothing.
+        Entropy,
     }
 }
 

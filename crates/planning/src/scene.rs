@@ -51,6 +51,16 @@ pub struct People {
     pub radius: f64,
 }
 
+#[cfg(test)]
+impl People {
+    /// People of `radius` metres at (x, y) who walk with (vx, vy), for tests.
+    pub(crate) fn walking(radius: f64, each: &[[f64; 4]]) -> Self {
+        let column = |at: usize| each.iter().map(|person| person[at]).collect();
+        let id = (0..each.len() as u32).collect();
+        Self { id, x: column(0), y: column(1), vx: column(2), vy: column(3), radius }
+    }
+}
+
 impl People {
     /// How many there are.
     pub fn len(&self) -> usize {
@@ -70,6 +80,13 @@ impl People {
     /// Where the i-th person will be after `t` seconds: at constant velocity (A20).
     pub fn position_after(&self, i: usize, t: f64) -> Point2 {
         Point2::new(self.x[i] + self.vx[i] * t, self.y[i] + self.vy[i] * t)
+    }
+
+    /// All of them after `t` seconds, before if negative: at constant velocity (A20).
+    pub fn after(mut self, t: f64) -> Self {
+        let moved: Vec<Point2> = (0..self.len()).map(|i| self.position_after(i, t)).collect();
+        (self.x, self.y) = moved.iter().map(|p| (p.x, p.y)).unzip();
+        self
     }
 
     /// Those with these indices, in this order.

@@ -7,20 +7,24 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::collision_risk::RiskParams;
 use crate::evaluation::Evaluator;
+use crate::evaluation::collision_risk::CollisionRiskEvaluator;
 use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
 use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
+use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
+use crate::evaluation::order::OrderEvaluator;
 use crate::evaluation::risk::RiskEvaluator;
+use crate::evaluation::uncertainty::UncertaintyEvaluator;
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
-use crate::parameters::Ranged;
+use crate::parameters::{Field, FieldError, Ranged};
 use crate::profile::Profile;
 use crate::sensor::LaserModel;
 use crate::states::Columns;
@@ -98,7 +102,8 @@ pub trait BuiltIn {
     /// Its name in profiles and keys.
     const NAME: &'static str;
 
-    /// Whether the arbiter always computes it itself, because that costs less than asking a replica.
+    /// Whether the arbiter always computes it itself: because that costs less than asking a replica, or because no
+    /// service evaluates it.
     const LOCAL: bool = false;
 
     /// What it reads of a candidate: a question to a replica carries this and no more.
@@ -130,12 +135,101 @@ impl BuiltIn for Cpc {
     type Params = CpcTermParams;
 
     fn params(profile: &Profile) -> Self::Params {
-        CpcTermParams { cpc: profile.cpc, information: profile.information }
+        CpcTermParams::of(profile)
     }
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let information = fields.information(task.laser, &params.information).map_err(BuildError::Field)?;
-        Ok(Arc::new(CpcEvaluator::new(information, task.noise, params.cpc)))
+        Ok(Arc::new(params.prediction(task, fields).map_err(BuildError::Field)?))
+    }
+}
+
+impl CpcTermParams {
+    fn of(profile: &Profile) -> Self {
+        Self { cpc: profile.cpc, information: profile.information }
+    }
+
+    /// What predicts how well the robot will know its pose.
+    fn prediction<F: DerivedFields>(&self, task: &Task, fields: &F) -> Result<CpcEvaluator, F::Error> {
+        let information = fields.information(task.laser, &self.information)?;
+        Ok(CpcEvaluator::new(information, task.noise, self.cpc))
+    }
+}
+
+enum Uncertainty {}
+
+impl BuiltIn for Uncertainty {
+    const NAME: &'static str = "uncertainty";
+    const LOCAL: bool = true;
+    type Params = CpcTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcTermParams::of(profile)
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let cpc = params.prediction(task, fields).map_err(BuildError::Field)?;
+        Ok(Arc::new(UncertaintyEvaluator { cpc }))
+    }
+}
+
+crate::parameters! {
+    struct CollisionRiskTermParams {
+        risk: RiskParams [table],
+        forecast: ForecastParams [table],
+        prediction: CpcTermParams [table],
+    }
+}
+
+enum CollisionRisk {}
+
+impl BuiltIn for CollisionRisk {
+    const NAME: &'static str = "collision-risk";
+    const LOCAL: bool = true;
+    type Params = CollisionRiskTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        let prediction = CpcTermParams::of(profile);
+        CollisionRiskTermParams { risk: profile.risk, forecast: profile.forecast, prediction }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let belief = params.risk.belief.then(|| params.prediction.prediction(task, fields));
+        let belief = belief.transpose().map_err(BuildError::Field)?;
+        let (radius, forecast) = (task.robot.radius(), params.forecast);
+        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast, belief }))
+    }
+}
+
+enum HumanSpace {}
+
+impl BuiltIn for HumanSpace {
+    const NAME: &'static str = "human-space";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = HumanSpaceParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.human_space
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(HumanSpaceEvaluator { params }))
+    }
+}
+
+enum Doppler {}
+
+impl BuiltIn for Doppler {
+    const NAME: &'static str = "doppler";
+    const LOCAL: bool = true;
+    type Params = HumanSpaceParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.human_space
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(DopplerEvaluator { params }))
     }
 }
 
@@ -180,6 +274,36 @@ impl BuiltIn for Distance {
                 fields.geodesic(task.goal, task.robot.radius()).map_err(BuildError::Field)?,
             ),
         }))
+    }
+}
+
+/// There are none.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OrderTermParams {}
+
+impl Ranged for OrderTermParams {
+    const FIELDS: &'static [Field] = &[];
+
+    fn check(&self) -> Result<(), FieldError> {
+        Ok(())
+    }
+}
+
+enum Order {}
+
+impl BuiltIn for Order {
+    const NAME: &'static str = "order";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = OrderTermParams;
+
+    fn params(_: &Profile) -> Self::Params {
+        OrderTermParams {}
+    }
+
+    fn evaluator<F: DerivedFields>(_: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(OrderEvaluator))
     }
 }
 
@@ -246,7 +370,7 @@ macro_rules! built_in {
     };
 }
 
-built_in!(Cnc, Cpc, Distance, Risk);
+built_in!(Cnc, CollisionRisk, Cpc, Distance, Doppler, HumanSpace, Order, Risk, Uncertainty);
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(

@@ -9,6 +9,7 @@ use crate::question::{EvaluateQuestions, GenerateQuestion, MissionFields};
 use curionav_planning::arbitration::{self, Previous};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::evaluation::Evaluator;
+use curionav_planning::evaluation::cpc::InformationField;
 use curionav_planning::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::RobotModel;
@@ -36,6 +37,8 @@ pub struct PlanContext {
     pub geodesic: Arc<GeodesicField>,
     /// What can be driven.
     pub robot: RobotModel,
+    /// What an observation is worth, if the generator asks for it.
+    information: Option<Arc<InformationField>>,
     /// Where to go.
     pub goal: Point2,
     /// Whether the arbiter computes itself what no replica answers.
@@ -79,8 +82,22 @@ impl PlanContext {
             return Err(Refusal::UnreachableGoal { x: goal.x, y: goal.y }.at("goal"));
         }
         let local = local?;
+        let looks = profile.generator_part().looks_for_landmarks();
+        let information = looks.then(|| derived.information(task.laser, &profile.information)).transpose()?;
         let fields = MissionFields::new(&mission, &profile)?;
-        Ok(Self { mission, profile, map, geodesic, robot, goal, in_process, generator, fields, local })
+        Ok(Self {
+            mission,
+            profile,
+            map,
+            geodesic,
+            goal,
+            robot,
+            information,
+            in_process,
+            generator,
+            fields,
+            local,
+        })
     }
 
     /// Terms asked of pools, in order.
@@ -158,6 +175,7 @@ impl PlanContext {
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
+            information: self.information.as_deref(),
             robot: &self.robot,
             scene,
             previous: (!previous.is_empty()).then_some(previous),

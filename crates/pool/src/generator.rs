@@ -58,6 +58,8 @@ pub fn answer(
     let geodesic = fields.geodesic(goal, robot.radius())?;
     let started = Instant::now();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
+    let (laser, looks) = (convert::laser(&request.laser), params.looks_for_landmarks());
+    let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
     let Some(kind) = generation::find(&request.generator) else {
         let known = generation::known();
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
@@ -71,6 +73,7 @@ pub fn answer(
         map: &map,
         goal,
         geodesic: &geodesic,
+        information: information.as_deref(),
         robot: &robot,
         scene: &scene,
         previous: (!previous.is_empty()).then_some(&previous),
@@ -114,17 +117,19 @@ mod tests {
         };
         let fields = Fields::of_maps([StaticMap::new(grid)]);
         answer("a", &fields, GenerateRequest { iterations: 0, ..request.clone() }, &|| 0.0).unwrap();
-        let nodes = |generator: &str, is_short: bool| {
+        let answered = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
             let spent = || f64::from(u8::from(asked.replace(true) && is_short));
             let reply = answer("a", &fields, request, &spent).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
-            reply.tree.x.len()
+            reply.tree.x.len() + reply.candidates.count as usize
         };
         for generator in generation::GENERATORS.iter().map(|kind| kind.name) {
-            assert!(nodes(generator, true) < nodes(generator, false), "{generator}");
+            let [short, whole] = [true, false].map(|is_short| answered(generator, is_short));
+            // However many it tries, its sequence is as long and its best are as many.
+            assert!(short < whole || generator == "mppi", "{generator}: {short} and {whole}");
         }
     }
 }

@@ -5,8 +5,8 @@
 //! (`lateness`), and [`replicas`] is what is known of each. [`peers`] is the way to them, over Zenoh or in a test.
 //!
 //! The side that answers: [`generator`] and `evaluation_service`, which serves one of the [`evaluators`], are each a
-//! `pool_service` and compute from the fields of a map that their process keeps. Both sides use the same code, so that the one that asks
-//! can compute in process what is not answered.
+//! `pool_service` and compute from the fields of a map that their process keeps. Both sides use the same code, so that
+//! the one that asks can compute in process what is not answered.
 
 pub mod budget;
 pub mod context;

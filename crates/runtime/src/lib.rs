@@ -1,6 +1,5 @@
 //! What turns pure code into services: configuration, sessions, typed topics and queries, maps by content and what is
-//! derived from them, telemetry,
-//! and the conversion between wire and domain types.
+//! derived from them, telemetry, and the conversion between wire and domain types.
 
 pub mod config;
 pub mod convert;

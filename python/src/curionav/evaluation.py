@@ -16,7 +16,9 @@ from .errors import EvaluatorError
 from .field_types import MAX_MAGNITUDE
 from .messages import CandidateSet, CandidateShard, EvaluateRequest, People, Scene
 
-BUILT_IN = frozenset({"cnc", "cpc", "distance", "risk"})
+BUILT_IN = frozenset(
+    {"cnc", "collision-risk", "cpc", "distance", "doppler", "human-space", "order", "risk", "uncertainty"}
+)
 """Terms that the services compute themselves: a function of that name would be mixed with theirs."""
 
 

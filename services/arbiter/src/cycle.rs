@@ -33,7 +33,7 @@ pub async fn plan<P: Peers>(
     // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
     let (tick, stamp) = (observation.belief.tick, observation.belief.stamp);
     let belief = convert::belief(&observation.belief);
-    let people = convert::people(&observation.people, belief.pose);
+    let people = convert::people_at(&observation.people, &belief, stamp);
     let scene = memory.observer.form_scene(&context.profile, &context.robot, tick, stamp, belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
@@ -75,7 +75,8 @@ pub async fn plan<P: Peers>(
 pub struct Observation {
     /// The localiser's answer.
     pub belief: wire::Belief,
-    /// All people around, in the frame that the message names: the map's or the robot's.
+    /// All people around, in the frame that the message names: the map's or that of the robot at the message's stamp.
+    /// They are taken to have gone on at constant velocity since (A20).
     pub people: wire::People,
 }
 

@@ -156,6 +156,7 @@ fn measures(m: &Measures) -> wire::Measures {
         rmse_m: m.rmse_m,
         tcm: m.tcm,
         nm: m.nm,
+        tce_s: m.tce_s,
         td: m.td,
         md_m: m.md_m,
         nt: m.nt,

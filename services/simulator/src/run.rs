@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use curionav_crowdsim::outcome::Outcome;
+use curionav_crowdsim::scenario::PeopleFrame;
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
@@ -219,6 +220,10 @@ impl Streams {
         let Observation { tick, stamp, ranges, odometry, twist, people } = world.observe();
         let laser = &world.scenario().laser;
         let people = people_known.then(|| convert::people_to_wire(&people, tick, stamp));
+        let people = people.map(|people| match world.scenario().perception.frame {
+            PeopleFrame::Map => people,
+            PeopleFrame::Robot => convert::people_seen_from(world.truth().pose, people),
+        });
         let scan = Scan {
             tick,
             stamp,

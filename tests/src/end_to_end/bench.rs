@@ -1,8 +1,9 @@
 //! `curionav bench` and `curionav tune` on the small scenario.
 
 use std::path::Path;
+use std::process::Command;
 
-use super::program::{comes_true, curionav, spawn, turn};
+use super::program::{comes_true, curionav, program, root, spawn, turn};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -50,6 +51,51 @@ fn a_kill_costs_no_finished_run_and_changes_no_result() {
     // What was finished before the kill was not run again, and what was cut off is gone.
     let after = std::fs::read_to_string(&journal).unwrap();
     assert!(after.starts_with(&kept) && after.lines().count() == 4, "{after}");
+}
+
+#[test]
+fn parts_that_slurm_spreads_merge_to_what_one_machine_writes() {
+    let _turn = turn();
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let scenario = root().join(QUICK);
+    let path = std::env::join_paths(
+        std::iter::once(program().parent().unwrap().to_owned())
+            .chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
+    );
+    let part = |index: &str| {
+        let mut slurm = Command::new("bash");
+        slurm.arg(root().join("deploy/bench.slurm")).args([
+            "--planners",
+            "curiosity,cnc-only",
+            "--repeats",
+            "2",
+        ]);
+        slurm.args(["--first-seed", "1001", "--scenarios"]).arg(&scenario).current_dir(parts.path());
+        slurm.env("PATH", path.as_ref().unwrap()).env("SLURM_CPUS_PER_TASK", "1");
+        slurm.env("SLURM_ARRAY_TASK_ID", index).env("SLURM_ARRAY_TASK_COUNT", "3");
+        let output = slurm.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let merge = || {
+        let folder = |index: u32| parts.path().join(format!("out/bench-parts/{index}")).display().to_string();
+        let (folders, out) = ([1, 2, 3].map(folder), parts.path().join("merged"));
+        let [one, two, three] = folders.each_ref().map(String::as_str);
+        let output = curionav(&["bench", "merge", one, two, three, "--out", out.to_str().unwrap()]);
+        (output, out)
+    };
+    part("1");
+    part("2");
+    let (output, _) = merge();
+    assert_eq!(
+        output.status.code(),
+        Some(2),
+        "a part is missing: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    part("3");
+    let (output, out) = merge();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(std::fs::read_to_string(out.join("results.csv")).unwrap(), bench(whole.path(), "2"));
 }
 
 #[test]

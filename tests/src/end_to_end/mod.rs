@@ -6,6 +6,7 @@ mod bench;
 mod closed_output;
 mod deployment;
 mod doctor;
+mod localize;
 mod metrics;
 pub(crate) mod program;
 mod real_inputs;

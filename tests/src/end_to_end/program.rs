@@ -114,7 +114,8 @@ pub(crate) struct RunJson {
 pub(crate) struct MetricsJson {
     pub(super) rmse_m: f64,
     pub(super) tcm: f64,
-    pub(super) nm: u32,
+    pub(super) nm: Option<u32>,
+    pub(super) tce_s: Option<f64>,
     pub(super) td: f64,
     pub(super) md_m: Option<f64>,
     pub(super) nt: u32,

@@ -17,6 +17,8 @@ use curionav_crowdsim::{Recording, Scenario, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::parameters::{FieldError, Ranged, read};
 use curionav_planning::profile::Profile;
+use serde::Serializer as _;
+use serde_json::ser::PrettyFormatter;
 
 use crate::end_to_end::program::{curionav, root};
 use cells::{Cell, assert_complete, assert_names, cells};
@@ -55,12 +57,36 @@ fn fault_of<T>(read: impl Fn(&str) -> Result<T, FieldError>) -> impl Fn(&str) ->
     move |text| read(text).err()
 }
 
+/// The scenario of a cell; its people walk by the law that the cell's number belongs to.
+fn moved_by_its_law(cell: &Cell) -> toml::Table {
+    let mut scenario = cell.document.clone();
+    if cell.path.starts_with("people.social_force.") {
+        scenario["people"]["motion"] = "social-force".into();
+    }
+    scenario
+}
+
 #[test]
 fn the_reference_page_of_the_scenario_is_up_to_date() {
     let made = curionav(&["scenario", "reference"]);
     let committed = std::fs::read_to_string(root().join("docs/scenario.md")).unwrap();
     let mend = "run `curionav scenario reference > docs/scenario.md`";
     assert!(String::from_utf8(made.stdout).unwrap() == committed, "docs/scenario.md is out of date: {mend}");
+}
+
+#[test]
+fn the_profiles_that_python_carries_are_the_built_in_ones() {
+    // In the order in which errors list them: the paper's first.
+    let mut text = Vec::new();
+    let mut json = serde_json::Serializer::with_formatter(&mut text, PrettyFormatter::with_indent(b" "));
+    json.collect_map(Profile::names().map(|name| (name, Profile::builtin(name).unwrap()))).unwrap();
+    text.push(b'\n');
+    let carried = "python/src/curionav/profiles.json";
+    if std::fs::read(root().join(carried)).unwrap() != text {
+        let made = std::env::temp_dir().join("curionav-profiles.json");
+        std::fs::write(&made, text).unwrap();
+        panic!("{carried} is out of date: run `cp {} {carried}`", made.display());
+    }
 }
 
 #[test]
@@ -82,7 +108,7 @@ fn every_number_is_refused_by_name_or_runs_to_its_end() {
         let recordings = recordings.into_iter().collect::<Result<Vec<_>, _>>();
         let world = recordings.map(|r| World::new(&parsed, room.map.clone(), r, 1));
         match world {
-            Ok(Ok(_)) => runs.push(Run::new("curiosity", &cell, cell.document.clone())),
+            Ok(Ok(_)) => runs.push(Run::new("curiosity", &cell, moved_by_its_law(&cell))),
             Ok(Err(error)) => {
                 assert!(!error.field.is_empty() && !error.mend.is_empty(), "{} = {}", cell.path, cell.value);
                 refused += 1;
@@ -100,6 +126,12 @@ fn every_number_is_refused_by_name_or_runs_to_its_end() {
         ("curiosity", &[""][..]),
         ("risk-rrt", &["risk.", "forecast.", "generation.risk_rrt.", "terms."]),
         ("bi-risk-rrt", &["generation.bi_risk_rrt.", "generation.risk_rrt."]),
+        ("human-space", &["human_space."]),
+        ("risk-aware", &["generation.tree.informative"]),
+        ("transient-goal", &["generation.transient_goal."]),
+        ("mppi", &["generation.mppi."]),
+        ("dwa", &["generation.dwa."]),
+        ("hrvo-robot", &["generation.hrvo_robot."]),
     ] {
         let profile = toml::Table::try_from(Profile::builtin(planner).unwrap()).unwrap();
         assert_complete(&profile, &fault_of(Profile::from_toml));

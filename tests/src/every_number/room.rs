@@ -37,6 +37,7 @@ heading_per_metre = 0.0005
 heading_per_radian = 0.0012
 [perception]
 people = "all"
+frame = "map"
 [clock]
 tick_s = 0.1
 plan_every = 3
@@ -54,6 +55,19 @@ max_speed_factor = 1.3
 max_accel = 2.0
 uncertainty_offset = 0.0
 wall_horizon_s = 0.5
+[people.social_force]
+relaxation_s = 0.54
+strength = 4.5
+reach = 0.35
+turn_sharpness = 2.0
+slow_sharpness = 3.0
+foresight = 2.0
+side = 0.005
+wall_strength = 3.0
+wall_reach = 0.1
+neighbor_distance = 8.0
+goal_radius = 0.3
+max_speed_factor = 1.3
 [[walkers]]
 route = [[4.0, 1.0], [4.0, 3.0]]
 speed = 0.6
@@ -65,9 +79,20 @@ file = "people.txt"
 format = "text"
 fps = 10.0
 start_s = 0.0
+start_until_s = 1.0
 pose = [0.0, 0.0, 0.0]
 ids = [1]
 loop = true
+[[crowds]]
+count = 2
+behaviour = "walk"
+regions = [{ corners = [[2.5, 0.5], [5.5, 0.5], [5.5, 2.5], [2.5, 2.5]] }, { corners = [[2.5, 2.5], [5.5, 2.5], [5.5, 3.5], [2.5, 3.5]] }]
+places = 2
+stretch_m = [0.5, 3.0]
+speed = [0.3, 1.0]
+pause_s = [0.0, 1.0]
+group = [1, 1]
+apart_m = 0.5
 [planner]
 profile = "curiosity"
 "#;

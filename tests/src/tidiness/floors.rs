@@ -152,7 +152,9 @@ fn pure_crates_and_schemas_build_and_test_without_zenoh() {
 #[test]
 fn localization_and_crowdsim_use_the_vocabulary_of_planning_not_its_decisions() {
     let mut offences = Vec::new();
-    let ours = |f: &String| f.starts_with("crates/localization/") || f.starts_with("crates/crowdsim/");
+    // A test may compare what is decided with what then happens; the crates themselves may not.
+    let ours =
+        |f: &String| f.starts_with("crates/localization/src/") || f.starts_with("crates/crowdsim/src/");
     for path in files_of("rs").into_iter().filter(ours) {
         let code = blank_literals(&text(&path).unwrap());
         let decisions = paths_below(&code, "curionav_planning").into_iter().filter(|(_, p)| {

@@ -21,13 +21,14 @@ struct Summary<'a> {
     social: Option<&'a BTreeMap<String, f64>>,
 }
 
-/// [`Measures`] with every key present: `md_m` is null rather than left out.
+/// [`Measures`] with every key present: one without a value is null rather than left out.
 #[derive(Serialize)]
 #[serde(remote = "Measures")]
 struct EveryMeasure {
     rmse_m: f64,
     tcm: f64,
-    nm: u32,
+    nm: Option<u32>,
+    tce_s: Option<f64>,
     td: f64,
     md_m: Option<f64>,
     nt: u32,
@@ -74,7 +75,7 @@ mod tests {
             text,
             concat!(
                 r#"{"scenario":"two-people","planner":"paper","seed":17,"outcome":"reached","#,
-                r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"td":0.02,"md_m":1.3,"nt":2,"vel_mps":0.76,"#,
+                r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"tce_s":1.5,"td":0.02,"md_m":1.3,"nt":2,"vel_mps":0.76,"#,
                 r#""length_m":19.1,"time_s":25.0,"collisions":0,"clearance_min_m":0.4},"#,
                 r#""cycles":{"count":83,"skipped":2,"late":1,"degraded":1,"degraded_by":{"cut_short":1,"#,
                 r#""evaluated_locally":1},"p50_ms":8.5,"p99_ms":21.0,"max_ms":30.5},"#,

@@ -52,7 +52,16 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
         row("clearance", metres(m.clearance_min_m), "least gap to a wall or person"),
         row("RMSE", format!("{:.3} m", m.rmse_m), "error of the estimated position"),
         row("TCM", per_cent(m.tcm), "of the time until localisation converged"),
-        row("NM", m.nm.to_string(), "times localisation was lost again"),
+        row(
+            "NM",
+            m.nm.map_or_else(|| "never converged".into(), |n| n.to_string()),
+            "times localisation was lost again",
+        ),
+        row(
+            "TCE",
+            m.tce_s.map_or_else(|| "never".into(), |s| format!("{s:.1} s")),
+            "until the error stayed below 0.3 m",
+        ),
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
         row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
         row("NT", m.nt.to_string(), "times closer than comfortable"),

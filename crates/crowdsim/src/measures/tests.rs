@@ -71,20 +71,38 @@ fn rmse_is_over_position_only() {
 fn convergence_must_last_a_second() {
     // at most 0.1 from 0.5 s on for half a second only, then from 2.0 s on; the run takes 4.0 s
     let m = traces(&[0.5, 0.09, 0.1, 0.2, 0.1, 0.05, 0.05, 0.05, 0.05]);
-    assert_eq!((m.tcm, m.nm), (2.0 / 4.0, 0));
-    assert_eq!(traces(&[0.5, 0.3, 0.2, 0.11]).tcm, 1.0);
+    assert_eq!((m.tcm, m.nm), (2.0 / 4.0, Some(0)));
+    let never = traces(&[0.5, 0.3, 0.2, 0.11]);
+    assert_eq!((never.tcm, never.nm), (1.0, None));
     assert_eq!(traces(&[0.05, 0.05, 0.05, 0.05]).tcm, 0.0);
-    // converged with the last row, half a second before the end of a run of 1.5 s: 1.0 / 1.5
-    assert_eq!(traces(&[0.5, 0.5, 0.05, 0.05]).tcm, 1.0 / 1.5);
+    // half a second at the end is no second
+    let on_trial = traces(&[0.5, 0.5, 0.05, 0.05]);
+    assert_eq!((on_trial.tcm, on_trial.nm), (1.0, None));
 }
 
 #[test]
 fn a_loss_of_convergence_counts_again_only_below_four_fifths() {
     // converged at 0 s, certain at 1 s; lost at 1.5 s; 0.09 does not re-arm, 0.07 does; lost again
     let m = traces(&[0.05, 0.05, 0.05, 0.11, 0.09, 0.12, 0.07, 0.11, 0.2]);
-    assert_eq!((m.tcm, m.nm), (0.0, 2));
+    assert_eq!((m.tcm, m.nm), (0.0, Some(2)));
     // crossings before convergence is certain are none
-    assert_eq!(traces(&[0.05, 0.2, 0.05, 0.2, 0.05, 0.05, 0.05]).nm, 0);
+    assert_eq!(traces(&[0.05, 0.2, 0.05, 0.2, 0.05, 0.05, 0.05]).nm, Some(0));
+}
+
+#[test]
+fn the_error_counts_as_small_once_it_has_been_for_two_seconds() {
+    let errors = |errors: &[f64]| {
+        let row = |(tick, error): (usize, &f64)| Row {
+            truth: at(tick as u64, 4.0),
+            estimate: Pose2::new(4.0 + error, 0.0, 1.0),
+            trace: 0.05,
+        };
+        Measures::of(&errors.iter().enumerate().map(row).collect::<Vec<_>>()).tce_s
+    };
+    // below 0.3 m from 0.5 s on for one second only, and from 2.5 s on for two
+    assert_eq!(errors(&[0.5, 0.2, 0.2, 0.2, 0.4, 0.29, 0.0, 0.0, 0.0, 0.0]), Some(2.5));
+    assert_eq!(errors(&[0.5, 0.2, 0.2, 0.2, 0.4, 0.29, 0.0, 0.0, 0.0]), None);
+    assert_eq!(errors(&[0.1; 5]), Some(0.0));
 }
 
 #[test]

@@ -3,13 +3,16 @@
 use serde::de::{Deserialize, Deserializer, Error};
 
 /// Not one number more: a heading written behind a goal would be ignored without a word.
-fn exactly<const N: usize, E: Error>(numbers: Vec<f64>) -> Result<[f64; N], E> {
+fn exactly<T, const N: usize, E: Error>(numbers: Vec<T>) -> Result<[T; N], E> {
     let count = numbers.len();
     let wanted = format!("{N} numbers");
     numbers.try_into().map_err(|_| E::invalid_length(count, &wanted.as_str()))
 }
 
-pub(super) fn three<'de, D: Deserializer<'de>>(d: D) -> Result<[f64; 3], D::Error> {
+/// As many numbers as the field has.
+pub(super) fn fixed<'de, T: Deserialize<'de>, const N: usize, D: Deserializer<'de>>(
+    d: D,
+) -> Result<[T; N], D::Error> {
     exactly(Vec::deserialize(d)?)
 }
 

@@ -38,28 +38,34 @@ fn robot_fits(map: &StaticMap, field: &str, p: Point2, radius: f64) -> Result<()
     Ok(())
 }
 
-/// Whether the cells whose clearance is at least `radius` connect the two points (flood fill over the
-/// four neighbours).
-fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
+/// Per cell, whether a body of this radius can get there from `from` past walls, unknown space and the cells that are
+/// `taken` (flood fill over the four neighbours).
+pub(crate) fn reachable(
+    map: &StaticMap,
+    from: Point2,
+    radius: f64,
+    taken: impl Fn(usize) -> bool,
+) -> Vec<bool> {
     let grid = &map.grid;
-    let (Some((c0, r0)), Some((c1, r1))) = (grid.locate(from), grid.locate(to)) else { return false };
     let wide = radius + std::f64::consts::SQRT_2 * grid.resolution();
-    let target = grid.index(c1, r1);
     let mut seen = vec![false; grid.cells().len()];
-    let mut open = vec![grid.index(c0, r0)];
-    seen[open[0]] = true;
+    let mut open: Vec<usize> =
+        grid.locate(from).map(|(column, row)| grid.index(column, row)).into_iter().collect();
+    open.iter().for_each(|&index| seen[index] = true);
     while let Some(index) = open.pop() {
-        if index == target {
-            return true;
-        }
         for next in grid.neighbours(index) {
-            if !seen[next] && map.to_obstacle.cell(next) >= wide {
+            if !seen[next] && map.to_obstacle.cell(next) >= wide && !taken(next) {
                 seen[next] = true;
                 open.push(next);
             }
         }
     }
-    false
+    seen
+}
+
+fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
+    let target = map.grid.locate(to).map(|(column, row)| map.grid.index(column, row));
+    target.is_some_and(|target| reachable(map, from, radius, |_| false)[target])
 }
 
 fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), FieldError> {

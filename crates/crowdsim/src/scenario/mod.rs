@@ -5,6 +5,7 @@
 
 mod arrays;
 mod check;
+mod crowd;
 mod people;
 mod reference;
 mod validate;
@@ -14,9 +15,11 @@ use curionav_planning::motion::{OdometryNoise, RobotModel};
 use curionav_planning::parameters::{FieldError, Range, read};
 use curionav_planning::sensor::LaserModel;
 
+pub(crate) use check::reachable;
+pub use crowd::{Behaviour, Crowd, Region, contains};
 pub use people::{
-    Motion, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat, WalkMode,
-    Walker,
+    Motion, PeopleFrame, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat,
+    WalkMode, Walker,
 };
 
 curionav_planning::parameters! {
@@ -49,6 +52,9 @@ curionav_planning::parameters! {
         /// People with routes.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub walkers: Vec<Walker> [table; 0.0, 1000.0, "twenty times the densest published scenario"],
+        /// People whom the run's seed draws.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        pub crowds: Vec<Crowd> [table; 0.0, 64.0, "each is a kind of people"],
         /// Recorded pedestrians.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         pub recorded: Vec<Recorded> [table; 0.0, 16.0, "each is a file that travels with the scenario"],
@@ -61,7 +67,7 @@ curionav_planning::parameters! {
         /// Parameters of the planner profile that differ from it; checked by the planner.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub profile: Option<toml::Table>,
-    } check Self::has_a_plain_name
+    } check Self::is_consistent
 }
 
 curionav_planning::parameters! {
@@ -90,7 +96,7 @@ curionav_planning::parameters! {
         pub goal_tolerance: f64 [in Range::GOAL_TOLERANCE],
         /// Standard deviations (m, m, rad) the localiser starts from. Default: those of `amcl`, 0.5 m and
         /// pi/12 (trace 0.5685).
-        #[serde(default = "default_initial_sigma", deserialize_with = "arrays::three")]
+        #[serde(default = "default_initial_sigma", deserialize_with = "arrays::fixed")]
         pub initial_sigma: [f64; 3] [0.0, 10.0, "m or rad", "a filter spread wider has nothing to start from"],
         /// Standard deviation of the true start around the nominal one, as a fraction of `initial_sigma`,
         /// cut at two standard deviations (D8).
@@ -187,6 +193,7 @@ robot_from_laser = { x = 0.1, y = 0.0, heading = 0.0 }
 position_per_metre = 0.002
 [perception]
 people = "working-zone"
+frame = "robot"
 [clock]
 plan_every = 1
 [people]
@@ -206,11 +213,21 @@ pause_s = 1.5
 [[walkers]]
 route = [[6.0, 6.0]]
 mode = "stand"
+[[crowds]]
+count = 12
+behaviour = "stand"
+regions = [{ corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0]] }]
+group = [2, 4]
+[[crowds]]
+count = 3
+places = 4
+speed = [0.5, 0.9]
 [[recorded]]
 file = "zara01/obsmat.txt"
 format = "obsmat"
 fps = 25.0
 start_s = 12.0
+start_until_s = 40.0
 pose = [3.0, 4.0, 1.57]
 ids = [3, 5]
 loop = true
@@ -229,6 +246,8 @@ weights = { cpc = 2.0 }
         assert_eq!(scenario.robot.model.a_max, RobotModel::default().a_max);
         assert_eq!(scenario.walkers[1].mode, WalkMode::Stand);
         assert!(scenario.recorded[0].r#loop);
+        assert_eq!((scenario.crowds[0].behaviour, scenario.crowds[0].group), (Behaviour::Stand, [2, 4]));
+        assert_eq!((scenario.crowds[1].places, scenario.people_drawn()), (4, 15));
         assert_eq!((scenario.people.motion, scenario.people.hrvo.max_neighbors), (Motion::Hrvo, 8));
         assert_eq!(scenario.people.hrvo.max_speed_factor, 1.3);
         assert_eq!((scenario.people.kind, scenario.people.live_patience_s), (PeopleKind::Live, 4.0));
@@ -285,6 +304,7 @@ weights = { cpc = 2.0 }
             ("goal = [8.0, 3.0]", "robot.goal"),
             ("route = [[6.0, 6.0]]", "walkers[1].route"),
             ("fps = 25.0", "recorded[0].fps"),
+            ("count = 12", "crowds[0].count"),
         ] {
             let error = Scenario::from_toml(&FULL.replace(line, "")).unwrap_err();
             assert_eq!(error.field, field, "{error}");
@@ -298,9 +318,15 @@ weights = { cpc = 2.0 }
         assert_refused("goal = [8.0, 3.0]", "goal = [inf, 3.0]", "robot.goal[0]");
         assert_refused("v_max = 0.8", "v_max = 0", "robot.model.v_max");
         assert_refused("fps = 25.0", "fps = 0", "recorded[0].fps");
+        assert_refused("start_until_s = 40.0", "start_until_s = 4.0", "recorded[0].start_until_s");
         assert_refused("plan_every = 1", "plan_every = 0", "clock.plan_every");
         assert_refused("radius = 0.25", "radius = 0.0", "robot.model.footprint.radius");
         assert_refused("name = \"full\"", "name = \"a/b\"", "name");
+        assert_refused("group = [2, 4]", "group = [4, 2]", "crowds[0].group");
+        assert_refused("speed = [0.5, 0.9]", "speed = [0.5]", "crowds[1].speed");
+        assert_refused("[4.0, 3.0]] }]", "[4.0, nan]] }]", "crowds[0].regions[0].corners[2][1]");
+        let many = Scenario::from_toml(&FULL.replace("count = 3", "count = 999")).unwrap_err();
+        assert_eq!(many.field, "crowds", "{many}");
         assert_refused("live_patience_s = 4.0", "live_patience_s = 0", "people.live_patience_s");
         assert_refused("max_neighbors = 8", "max_neighbors = 0", "people.hrvo.max_neighbors");
         assert_refused("max_accel = 1.5", "max_accel = -1", "people.hrvo.max_accel");

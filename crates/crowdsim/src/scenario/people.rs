@@ -1,10 +1,11 @@
 //! The people of a scenario: scripted walkers, recordings, and who of them the planner is told about.
 
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::hrvo::HrvoParams;
 use curionav_planning::parameters::Range;
 
 use super::arrays;
-use crate::hrvo::HrvoParams;
+use crate::social_force::SocialForceParams;
 
 curionav_planning::parameters! {
     /// Which people the planner is told about.
@@ -13,6 +14,21 @@ curionav_planning::parameters! {
     pub struct Perception {
         /// Which people the planner is told about.
         pub people: PerceivedPeople [words],
+        /// Where from people are known.
+        pub frame: PeopleFrame [words],
+    }
+}
+
+curionav_planning::parameters! {
+    /// In which frame the planner is told where people are.
+    #[derive(Default)]
+    pub enum PeopleFrame {
+        /// The map's, without error, however wrong the robot is about itself: as in the paper (D10).
+        #[default]
+        Map,
+        /// The robot's, as a tracker on the robot sees them: the planner puts them on the map with its own belief, so
+        /// that they are as far off as it is itself.
+        Robot,
     }
 }
 
@@ -49,12 +65,15 @@ curionav_planning::parameters! {
         /// that plays a crowd may start after the run, or load a model first.
         #[serde(skip_serializing_if = "is_default_patience")]
         pub live_patience_s: f64 [0.1, 600.0, "s", "a run that waits longer is forgotten"] = LIVE_PATIENCE_S,
-        /// How the people of `[[walkers]]` move; the recorded and the live ones move as they were told.
+        /// How the people of `[[walkers]]` and `[[crowds]]` move; the recorded and the live ones move as they were told.
         #[serde(skip_serializing_if = "is_default")]
         pub motion: Motion [words] = Motion::Scripted,
         /// Parameters of `motion = "hrvo"`; without effect on scripted people.
         #[serde(skip_serializing_if = "is_default")]
         pub hrvo: HrvoParams [table] = HrvoParams::default(),
+        /// Parameters of `motion = "social-force"`; without effect on others.
+        #[serde(skip_serializing_if = "is_default")]
+        pub social_force: SocialForceParams [table] = SocialForceParams::default(),
     }
 }
 
@@ -72,7 +91,7 @@ curionav_planning::parameters! {
     /// Where people come from.
     #[derive(Default)]
     pub enum PeopleKind {
-        /// From `[[walkers]]` and `[[recorded]]` alone.
+        /// From the scenario alone.
         #[default]
         Scenario,
         /// Also from outside: whatever is published as the people of the world, tick by tick.
@@ -81,7 +100,7 @@ curionav_planning::parameters! {
 }
 
 curionav_planning::parameters! {
-    /// How the people of `[[walkers]]` move along their routes.
+    /// How the people of `[[walkers]]` and `[[crowds]]` move along their routes.
     #[derive(Default)]
     pub enum Motion {
         /// In straight lines at constant speed, through each other; only the robot in the way stops them
@@ -89,8 +108,10 @@ curionav_planning::parameters! {
         #[default]
         Scripted,
         /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
-        /// velocity obstacles (`docs/methods.md` 10).
+        /// velocity obstacles.
         Hrvo,
+        /// The same by social forces, which also push people back and aside.
+        SocialForce,
     }
 }
 
@@ -161,6 +182,9 @@ curionav_planning::parameters! {
         /// Time in the recording at t = 0, seconds.
         #[serde(default)]
         pub start_s: f64 [0.0, 1e6, "s", "eleven days are longer than any recording"],
+        /// If given, the run's seed draws the time in the recording at t = 0 between `start_s` and this, seconds.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub start_until_s: Option<f64> [0.0, 1e6, "s", "eleven days are longer than any recording"],
         /// `map_from_recording` as `[x, y, heading]`.
         #[serde(default, with = "arrays::pose")]
         pub pose: Pose2 [in Range::POSITION, Range::POSITION, Range::HEADING],
@@ -171,7 +195,7 @@ curionav_planning::parameters! {
         /// Begin again with the first frame after the last.
         #[serde(default)]
         pub r#loop: bool,
-    }
+    } check Self::begins_in_order
 }
 
 impl Walker {

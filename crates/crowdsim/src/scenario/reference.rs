@@ -1,16 +1,18 @@
 //! The reference page of the scenario file, made from the declarations of its fields.
 
+use curionav_planning::hrvo::HrvoParams;
 use curionav_planning::parameters::{Ranged, reference};
 use toml::{Table, Value};
 
 use super::{PeopleParams, Scenario};
-use crate::hrvo::HrvoParams;
+use crate::social_force::SocialForceParams;
 
 /// The shortest scenario with one entry in each list.
 const SHORTEST: &str = r#"name = "n"
 map = { file = "f" }
 robot = { start = [0, 0, 0], goal = [1, 0] }
 walkers = [{ route = [[0, 0], [1, 0]] }]
+crowds = [{ count = 1, regions = [{ corners = [[0, 0], [1, 0], [1, 1]] }] }]
 recorded = [{ file = "f", format = "text", fps = 25.0 }]
 "#;
 
@@ -26,6 +28,7 @@ impl Scenario {
             people.insert("live_patience_s".into(), live_patience_s.into());
             people.insert("motion".into(), Value::try_from(motion)?);
             people.insert("hrvo".into(), Value::try_from(HrvoParams::default())?);
+            people.insert("social_force".into(), Value::try_from(SocialForceParams::default())?);
         }
         Ok(reference(Self::FIELDS, &defaults))
     }

@@ -2,23 +2,37 @@
 
 use curionav_planning::parameters::FieldError;
 
-use super::{Clock, Scenario, WalkMode, Walker};
+use super::{Clock, Recorded, Scenario, WalkMode, Walker};
 
 /// Most ticks of a run: a day at 0.1 s.
 const MAX_TICKS: f64 = 864_000.0;
 /// Longest name, bytes: it becomes a file name.
 const MAX_NAME_BYTES: usize = 100;
+/// Most people with routes, written and drawn.
+const MAX_WALKERS: usize = 1000;
 
 type Check = Result<(), FieldError>;
 
 impl Scenario {
-    pub(super) fn has_a_plain_name(&self) -> Check {
+    /// People whom every seed draws.
+    pub fn people_drawn(&self) -> usize {
+        self.crowds.iter().map(|crowd| crowd.count as usize).sum()
+    }
+
+    pub(super) fn is_consistent(&self) -> Check {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
         require(
             !self.name.is_empty() && self.name.len() <= MAX_NAME_BYTES && self.name.chars().all(plain),
             "name",
             "is not a short plain name",
             "use 1 to 100 letters, digits, '-', '_' and '.'",
+        )?;
+        let people = self.walkers.len() + self.people_drawn();
+        require(
+            people <= MAX_WALKERS,
+            "crowds",
+            &format!("and walkers are {people} people"),
+            &format!("have at most {MAX_WALKERS}"),
         )
     }
 }
@@ -46,6 +60,14 @@ impl Walker {
         let problem = format!("is {}", self.start_offset);
         let mend = format!("give 0 to {length} m along the route");
         require(self.start_offset <= length, "start_offset", &problem, &mend)
+    }
+}
+
+impl Recorded {
+    pub(super) fn begins_in_order(&self) -> Check {
+        let until = self.start_until_s.unwrap_or(self.start_s);
+        let problem = format!("is before start_s, {} s", self.start_s);
+        require(until >= self.start_s, "start_until_s", &problem, "give a later time, or leave it out")
     }
 }
 

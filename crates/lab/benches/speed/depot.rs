@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use curionav_planning::collision::{CollisionChecker, CollisionParams};
 use curionav_planning::forecast::ForecastParams;
-use curionav_planning::generation::{Pace, RrtStar, RrtStarParams, SampleSpace, Tree};
+use curionav_planning::generation::{Landmarks, Pace, RrtStar, RrtStarParams, SampleSpace, Tree};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
 use curionav_planning::nalgebra::Matrix3;
@@ -75,7 +75,13 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
     let robot = RobotModel::default();
     let checker = CollisionChecker::new(map, &robot, &scene, forecast, &collision);
     let middle = at((0.5 * (START.0 + GOAL.0), 0.5 * (START.1 + GOAL.1)));
-    let space = SampleSpace { grid: &map.grid, centre: middle, radius: 17.0, way: &[] };
+    let space = SampleSpace {
+        grid: &map.grid,
+        centre: middle,
+        radius: 17.0,
+        way: &[],
+        landmarks: &Landmarks::default(),
+    };
 
     let mut search = RrtStar::new(params, &checker, &space, Tree::rooted(scene.belief.pose));
     let (mut random, mut samples, pace) = (rng(1, 0), 0, Pace::new(&|| 0.0));

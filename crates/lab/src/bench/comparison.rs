@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::measure::Measure;
 use super::published::published;
 use super::row::Row;
-use crate::statistics::{mean, mean_interval, signed_rank, standard_deviation};
+use crate::statistics::{cluster_interval, mean, mean_interval, median, signed_rank, standard_deviation};
 
 /// A measure over the runs of one planner in one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -16,6 +16,8 @@ pub(crate) struct Spread {
     /// Runs in which the measure has a value.
     pub(crate) runs: usize,
     pub(crate) mean: f64,
+    /// What a few lost runs do not rule.
+    pub(crate) median: f64,
     pub(crate) sd: f64,
     /// 95 % bootstrap interval of the mean.
     pub(crate) low: f64,
@@ -25,8 +27,11 @@ pub(crate) struct Spread {
 /// One planner against another in the same scenarios with the same seeds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Paired {
+    /// Runs of both.
     pub(crate) pairs: usize,
-    /// Mean of the first minus the second.
+    /// What the test takes for independent: scenarios, or the runs of the only one.
+    pub(crate) units: usize,
+    /// Mean over scenarios of the first minus the second.
     pub(crate) difference: f64,
     /// Its 95 % bootstrap interval.
     pub(crate) low: f64,
@@ -104,10 +109,18 @@ impl<'a> Comparison<'a> {
         let values: Vec<f64> = self.runs(scenario, planner).filter_map(|row| measure.of(row)).collect();
         let seed = seed(&[measure.key(), &self.scenarios[scenario], &self.planners[planner]]);
         let (low, high) = mean_interval(&values, seed)?;
-        Some(Spread { runs: values.len(), mean: mean(&values)?, sd: standard_deviation(&values)?, low, high })
+        Some(Spread {
+            runs: values.len(),
+            mean: mean(&values)?,
+            median: median(&values)?,
+            sd: standard_deviation(&values)?,
+            low,
+            high,
+        })
     }
 
-    /// Planner `a` minus planner `b`, in one scenario or pooled over all; nothing without a pair.
+    /// Planner `a` minus planner `b`, in one scenario or over all; nothing without a pair. Over several scenarios these
+    /// are the unit: runs of one scenario have its walls, and mostly its people, in common.
     pub(crate) fn paired(
         &self,
         measure: Measure,
@@ -116,20 +129,23 @@ impl<'a> Comparison<'a> {
         scenario: Option<usize>,
     ) -> Option<Paired> {
         let all = 0..self.scenarios.len();
-        let mut differences = Vec::new();
+        let mut differences = vec![Vec::new(); self.scenarios.len()];
         for s in all.filter(|s| scenario.is_none_or(|wanted| wanted == *s)) {
             for (seed, row) in &self.rows[s][a] {
                 let other = self.rows[s][b].get(seed).and_then(|other| measure.of(other));
                 if let (Some(value), Some(other)) = (measure.of(row), other) {
-                    differences.push(value - other);
+                    differences[s].push(value - other);
                 }
             }
         }
         let place = scenario.map_or("", |s| &self.scenarios[s]);
         let seed = seed(&[measure.key(), place, &self.planners[a], &self.planners[b]]);
-        let (low, high) = mean_interval(&differences, seed)?;
-        let (difference, p) = (mean(&differences)?, signed_rank(&differences)?);
-        Some(Paired { pairs: differences.len(), difference, low, high, p })
+        let (low, high) = cluster_interval(&differences, seed)?;
+        let means: Vec<f64> = differences.iter().filter_map(|of_scene| mean(of_scene)).collect();
+        let runs = differences.concat();
+        let units = if means.len() > 1 { &means } else { &runs };
+        let p = signed_rank(units)?;
+        Some(Paired { pairs: runs.len(), units: units.len(), difference: mean(&means)?, low, high, p })
     }
 
     /// Whether no other mean is better; several may share it.

@@ -1,13 +1,13 @@
-//! What a finished bench has found: rows compared, promises judged, traces to draw.
+//! What a finished bench has found: rows compared, claims judged, traces to draw.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
 
 use curionav_schemas::{Message, RunResult};
 
-use super::acceptance::{Criterion, criteria};
+use super::claims::{Claims, Judged};
 use super::comparison::Comparison;
-use super::options::Options;
+use super::options::What;
 use super::plan::{Job, Plan, Scene};
 use super::row::Row;
 use super::worker_process::Missing;
@@ -15,7 +15,8 @@ use crate::statistics::mean;
 
 pub(crate) struct Findings<'a> {
     pub(crate) comparison: Comparison<'a>,
-    pub(crate) criteria: Vec<Criterion>,
+    /// None if there was nothing to check.
+    pub(crate) claims: Vec<Judged>,
     pub(crate) scenes: &'a [Scene],
     pub(crate) jobs: &'a [Job],
     pub(crate) missing: &'a [Missing],
@@ -30,7 +31,8 @@ pub(crate) struct Findings<'a> {
 impl<'a> Findings<'a> {
     pub(super) fn new(
         plan: &'a Plan,
-        options: &Options,
+        what: &What,
+        claims: Option<&Claims>,
         jobs: &'a [Job],
         rows: &[&'a Row],
         missing: &'a [Missing],
@@ -43,14 +45,14 @@ impl<'a> Findings<'a> {
         let clock = Duration::from_secs_f64(worked / workers as f64);
         let programs: BTreeSet<String> = rows.iter().map(|row| row.program.clone()).collect();
         Self {
-            criteria: criteria(&comparison, clock),
+            claims: claims.map(|claims| claims.judge(&comparison, what.repeats)).unwrap_or_default(),
             comparison,
             scenes: &plan.scenes,
             jobs,
             missing,
             programs: programs.into_iter().collect(),
-            first_seed: options.first_seed,
-            repeats: options.repeats,
+            first_seed: what.first_seed,
+            repeats: what.repeats,
             workers,
             clock,
         }

@@ -1,4 +1,4 @@
-//! What a run is judged by: the paper's nine measures and two more.
+//! What a run is judged by: the paper's nine measures and four more.
 
 use super::row::Row;
 
@@ -7,7 +7,9 @@ pub(crate) enum Measure {
     Rmse,
     Tcm,
     Nm,
+    Tce,
     Td,
+    TdSeconds,
     Md,
     Nt,
     Vel,
@@ -17,14 +19,16 @@ pub(crate) enum Measure {
     Clearance,
 }
 
-use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Tcm, Td, Time, Vel};
+use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Tce, Tcm, Td, TdSeconds, Time, Vel};
 
 /// Keys and labels, in the order of [`Measure::ALL`].
-const NAMES: [(&str, &str); 11] = [
+const NAMES: [(&str, &str); 13] = [
     ("rmse_m", "RMSE (m)"),
     ("tcm", "TCM (%)"),
     ("nm", "NM"),
+    ("tce_s", "TCE (s)"),
     ("td", "TD (%)"),
+    ("td_s", "TD (s)"),
     ("md_m", "MD (m)"),
     ("nt", "NT"),
     ("vel_mps", "Vel (m/s)"),
@@ -36,7 +40,8 @@ const NAMES: [(&str, &str); 11] = [
 
 impl Measure {
     /// All, in the order of the run's JSON.
-    pub(crate) const ALL: [Self; 11] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time, Collisions, Clearance];
+    pub(crate) const ALL: [Self; 13] =
+        [Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Time, Collisions, Clearance];
     /// Those of Tables III, IV and V, three a table.
     pub(crate) const PAPER: [Self; 9] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time];
 
@@ -74,15 +79,17 @@ impl Measure {
         if is_zero { text.trim_start_matches('-').to_owned() } else { text.replace('-', "\u{2212}") }
     }
 
-    /// Its value in one run. Nothing where it has none: no person was ever seen (MD), or the goal was not
-    /// reached (Length and Time, which measure a journey that was completed).
+    /// Its value in one run. Nothing where it has none: no person was ever seen (MD), localisation never converged (NM, TCE), or the goal was
+    /// not reached (Length and Time, which measure a journey that was completed).
     pub(crate) fn of(self, row: &Row) -> Option<f64> {
         let m = &row.measures;
         match self {
             Rmse => Some(m.rmse_m),
             Tcm => Some(m.tcm),
-            Nm => Some(f64::from(m.nm)),
+            Nm => m.nm.map(f64::from),
+            Tce => m.tce_s,
             Td => Some(m.td),
+            TdSeconds => Some(m.td * m.time_s),
             Md => m.md_m,
             Nt => Some(f64::from(m.nt)),
             Vel => Some(m.vel_mps),

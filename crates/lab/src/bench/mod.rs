@@ -1,9 +1,9 @@
 //! All planners in all scenarios with all seeds, and what came out.
 //!
 //! Read in this order: `plan` (what has to be run), `execution`, `worker_process` and [`worker`] (how), `journal`
-//! (what is kept), `comparison` (what it means), `acceptance` (whether that is what was hoped for), `report`.
+//! (what is kept), `comparison` (what it means), `claims` (whether that is what was said before), `report`.
 
-mod acceptance;
+mod claims;
 mod comparison;
 pub(crate) mod execution;
 mod findings;
@@ -16,17 +16,22 @@ mod published;
 mod report;
 mod results;
 pub(crate) mod row;
+mod shards;
 mod summary;
 mod worker;
 mod worker_process;
+
+use std::path::PathBuf;
 
 use anyhow::Context;
 use curionav_deployment::files;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 use curionav_runtime::print::print;
 
+use claims::{Claims, Judged};
 use execution::Execution;
 use findings::Findings;
+use options::{Command, Results, Shard, What};
 use plan::Plan;
 use row::{Row, Tally};
 use worker_process::Missing;
@@ -39,32 +44,76 @@ pub use worker::worker;
 /// # Errors
 /// Bad input if planners, scenarios or the directory cannot be used; failed if interrupted.
 pub async fn bench(options: Options) -> Result<u8, Exit> {
-    let plan = Plan::read(&options.planners, &options.scenarios).map_err(Exit::bad_input)?;
-    let traces = options.out.join("traces");
+    let Options { command, what, shard, jobs: workers, results } = options;
+    match command {
+        None => finish(&what, &results, shard, workers, &[]).await,
+        Some(Command::Merge { shards, results }) => {
+            let what = shards::common(&shards).map_err(Exit::bad_input)?;
+            finish(&what, &results, None, None, &shards).await
+        }
+    }
+}
+
+/// Runs the jobs of one part or takes them from `shards`; writes the results of all.
+async fn finish(
+    what: &What,
+    results: &Results,
+    shard: Option<Shard>,
+    workers: Option<u16>,
+    shards: &[PathBuf],
+) -> Result<u8, Exit> {
+    let plan = Plan::read(&what.planners, &what.patterns()).map_err(Exit::bad_input)?;
+    let planners: Vec<String> = plan.planners.iter().map(|planner| planner.name.clone()).collect();
+    let read = |file: &PathBuf| Claims::read(file, &planners, plan.scenes.len());
+    let claims = results.check.as_ref().map(read).transpose().context("--check").map_err(Exit::bad_input)?;
+    let out = &results.out;
+    let traces = out.join("traces");
     files::make_folder(&traces).context("--out").map_err(Exit::bad_input)?;
-    let mut execution = Execution::open(&options.out, options.jobs, options.any_build)?;
-    let jobs = plan.jobs(options.first_seed, options.repeats, Some(&traces));
+    let jobs = plan.jobs(what.first_seed, what.repeats, Some(&traces));
+    if !shards.is_empty() {
+        shards::collect(shards, out, &jobs, results.any_build).map_err(Exit::bad_input)?;
+    }
+    let mut execution = Execution::open(out, workers, results.any_build)?;
+    if let Some(shard) = shard {
+        shards::note(out, what, shard).context("--out").map_err(Exit::bad_input)?;
+        let jobs = shards::part(jobs, what.repeats, shard);
+        let missing = execution.finish(&jobs).await?;
+        show_missing(&missing);
+        let Shard { index, count } = shard;
+        let ran = jobs.len() - missing.len();
+        print(format_args!("Shard {index}/{count}: {ran} of {} runs are in {}", jobs.len(), out.display()))?;
+        return Ok(if missing.is_empty() { SUCCESS } else { FAILED });
+    }
     let missing = execution.finish(&jobs).await?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| execution.row(job)).collect();
-    let bench = Findings::new(&plan, &options, &jobs, &rows, &missing, execution.workers);
+    let bench = Findings::new(&plan, what, claims.as_ref(), &jobs, &rows, &missing, execution.workers);
     for (name, content) in results::files(&bench, &rows).map_err(Exit::failed)? {
-        files::write(&options.out.join(name), content).map_err(Exit::failed)?;
+        files::write(&out.join(name), content).map_err(Exit::failed)?;
     }
     show(&bench)?;
-    print(format_args!("Report and data: {}", options.out.join("report.html").display()))?;
-    Ok(if missing.is_empty() { SUCCESS } else { FAILED })
+    print(format_args!("Report and data: {}", out.join("report.html").display()))?;
+    let all_hold = bench.claims.iter().all(|judged| judged.holds);
+    Ok(if missing.is_empty() && all_hold { SUCCESS } else { FAILED })
+}
+
+fn show_missing(missing: &[Missing]) {
+    for Missing { job, reason } in missing {
+        eprintln!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed);
+    }
 }
 
 fn show(bench: &Findings<'_>) -> Result<(), Exit> {
-    for Missing { job, reason } in bench.missing {
-        eprintln!("no run of {} in {} with seed {}: {reason}", job.planner, job.scenario, job.seed);
-    }
+    show_missing(bench.missing);
     for (p, name) in bench.comparison.planners.iter().enumerate() {
         let Tally { runs, success, timeouts, lost, collided, .. } = Tally::of(bench.comparison.all_runs(p));
         print(format_args!(
             "{name:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
              {timeouts} timeouts, {lost} lost"
         ))?;
+    }
+    for Judged { claim, holds, found } in &bench.claims {
+        let verdict = if *holds { "holds" } else { "DOES NOT HOLD" };
+        print(format_args!("{verdict}: {claim} ({found})"))?;
     }
     Ok(())
 }

@@ -56,7 +56,7 @@ impl Scene {
     }
 
     pub(crate) fn people(&self) -> usize {
-        self.scenario.walkers.len() + self.scenario.recorded.len()
+        self.scenario.walkers.len() + self.scenario.people_drawn() + self.scenario.recorded.len()
     }
 }
 

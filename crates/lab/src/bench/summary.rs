@@ -20,7 +20,7 @@ pub(super) fn summary(bench: &Findings<'_>) -> Value {
         "repeats": bench.repeats,
         "programs": bench.programs,
         "missing": missing,
-        "acceptance": bench.criteria,
+        "claims": bench.claims,
         "cells": cells(bench),
         "tests": tests(bench),
         "order": orders(bench),

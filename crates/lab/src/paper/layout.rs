@@ -1,6 +1,7 @@
 //! A floor plan drawn with polygons, and its grid with exact cell counts.
 
 use anyhow::{Context, ensure};
+use curionav_crowdsim::scenario::contains;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{DistanceField, OccupancyGrid};
 
@@ -11,14 +12,14 @@ const OCCUPIED: i8 = 100;
 const UNKNOWN: i8 = -1;
 
 /// Corners of a simple polygon, metres, either orientation.
-pub(super) type Polygon = Vec<Point2>;
+pub(crate) type Polygon = Vec<Point2>;
 
 /// A floor plan: what is floor, what is solid, and where its edge is wall or open.
 ///
 /// Open edges border on unknown space: the robot may not cross them and the laser sees nothing there,
 /// like a glass front or a part of a hall that is not mapped.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Layout {
+pub(crate) struct Layout {
     pub outline: Polygon,
     /// Where floor ends inside one of these, it ends at a wall; elsewhere the edge is open.
     pub masonry: Vec<Polygon>,
@@ -26,7 +27,7 @@ pub(super) struct Layout {
 }
 
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Counts {
+pub(crate) struct Counts {
     pub known: usize,
     pub occupied: usize,
 }
@@ -34,7 +35,7 @@ pub(super) struct Counts {
 impl Layout {
     /// The grid of this plan. With `counts`, the open west edge recedes and the walls get thicker until
     /// both counts are exact; without, walls are two cells thick.
-    pub(super) fn grid(&self, cell: f64, counts: Option<Counts>) -> anyhow::Result<OccupancyGrid> {
+    pub(crate) fn grid(&self, cell: f64, counts: Option<Counts>) -> anyhow::Result<OccupancyGrid> {
         let (least, most) = bounds(&self.outline);
         let cells_along = |length: f64| (length / cell).ceil() as usize;
         let width = cells_along(most.x - least.x + 2.0 * MARGIN_M);
@@ -113,18 +114,6 @@ impl Canvas {
         walls.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         walls
     }
-}
-
-/// Whether a point lies inside a polygon (even-odd rule).
-pub(super) fn contains(polygon: &[Point2], p: Point2) -> bool {
-    let mut inside = false;
-    for (i, a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        if (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x {
-            inside = !inside;
-        }
-    }
-    inside
 }
 
 pub(super) fn bounds(polygon: &[Point2]) -> (Point2, Point2) {

@@ -6,8 +6,8 @@ use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::{Cell, StaticMap};
 use curionav_planning::random::{Rng, uniform};
 
-use super::layout::{bounds, contains};
-use curionav_crowdsim::scenario::{WalkMode, Walker};
+use super::layout::bounds;
+use curionav_crowdsim::scenario::{WalkMode, Walker, contains};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -111,6 +111,6 @@ pub(super) fn points(polyline: &[Point2], spacing: f64) -> Vec<Point2> {
 }
 
 /// To the millimetre: what a scenario file prints.
-pub(super) fn rounded(metres: f64) -> f64 {
+pub(crate) fn rounded(metres: f64) -> f64 {
     (metres * 1000.0).round() / 1000.0
 }

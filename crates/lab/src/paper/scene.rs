@@ -1,7 +1,8 @@
 //! A finished scene, and what it was meant to be.
 
 use curionav_crowdsim::Scenario;
-use curionav_crowdsim::scenario::{Clock, MapFile, RobotSetup};
+use curionav_crowdsim::scenario::{MapFile, RobotSetup};
+use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::motion::RobotModel;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::random::rng;
@@ -15,7 +16,7 @@ use super::route::{Route, RouteKind};
 /// A finished scene: map, scenario, and what it was meant to be.
 #[derive(Debug, Clone)]
 pub struct PaperScene {
-    pub(super) map: StaticMap,
+    pub(crate) map: StaticMap,
     /// The scenario; its map file is the one that [`super::committed`] gives.
     pub scenario: Scenario,
     /// One route of each kind; none for scenes without that claim.
@@ -46,30 +47,38 @@ impl PaperScene {
             let mut stream = rng(seed, k as u64);
             draw(&mut walkers, count, zone, &kept_free, &map, &plan.patrols, &mut stream)?;
         }
-        let scenario = Scenario {
-            map: MapFile { file: format!("maps/{name}.yaml") },
-            name: name.to_owned(),
-            description: plan.description,
-            robot: RobotSetup {
-                start: plan.start,
-                goal: plan.goal,
-                goal_heading: None,
-                goal_tolerance: 0.5,
-                initial_sigma: [0.5, 0.5, rounded(std::f64::consts::PI / 12.0)],
-                start_noise: 0.5,
-                model: RobotModel::default(),
-            },
-            laser,
-            odometry_noise: Default::default(),
-            perception: Default::default(),
-            clock: Clock::default(),
-            people: Default::default(),
-            walkers,
-            recorded: Vec::new(),
-            planner: Default::default(),
-            localizer: None,
-            profile: None,
-        };
+        let file = format!("maps/{name}.yaml");
+        let task = task(name, &plan.description, &file, plan.start, plan.goal);
+        let scenario = Scenario { laser, walkers, ..task };
         Ok(Self { map, scenario, routes: plan.routes, published: None })
+    }
+}
+
+/// A scenario with everything at its default but its task, and without people.
+pub(crate) fn task(name: &str, description: &str, map_file: &str, start: Pose2, goal: Point2) -> Scenario {
+    Scenario {
+        map: MapFile { file: map_file.to_owned() },
+        name: name.to_owned(),
+        description: description.to_owned(),
+        robot: RobotSetup {
+            start,
+            goal,
+            goal_heading: None,
+            goal_tolerance: 0.5,
+            initial_sigma: [0.5, 0.5, rounded(std::f64::consts::PI / 12.0)],
+            start_noise: 0.5,
+            model: RobotModel::default(),
+        },
+        laser: Default::default(),
+        odometry_noise: Default::default(),
+        perception: Default::default(),
+        clock: Default::default(),
+        people: Default::default(),
+        walkers: Vec::new(),
+        crowds: Vec::new(),
+        recorded: Vec::new(),
+        planner: Default::default(),
+        localizer: None,
+        profile: None,
     }
 }

@@ -16,7 +16,6 @@ use curionav_pool::dispatch;
 use curionav_pool::peers::Peers;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
-use curionav_runtime::latency::percentile_ms;
 use curionav_schemas::{self as wire, Clock, Message};
 use serde_json::json;
 use zenoh::Session;
@@ -27,7 +26,7 @@ use super::processes::Processes;
 use super::robots::{Robot, Robots};
 use super::setup::Measured;
 use super::workload::Workload;
-use crate::statistics::{mean, mean_interval};
+use crate::statistics::{mean, mean_interval, median};
 
 /// What must not be exceeded: the cost of the split, in bare round trips.
 const ROUND_TRIPS_MAX: f64 = 2.0;
@@ -116,18 +115,14 @@ async fn compare(
         if rounds.is_empty() {
             cycles.iter_mut().for_each(Vec::clear);
         }
-        let bare: Vec<f64> = bare.into_iter().map(median).collect();
+        let bare: Vec<f64> = bare.iter().filter_map(|times| median(times)).collect();
         for (question, time) in questions.iter_mut().zip(&bare) {
             question.bare.push(*time);
         }
-        rounds.push(Round { added: median(added), bare: mean(&bare).unwrap_or_default() });
+        rounds
+            .push(Round { added: median(&added).unwrap_or_default(), bare: mean(&bare).unwrap_or_default() });
     }
     Ok(measured(&questions, &cycles, &rounds[1..]))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or_default()
 }
 
 fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2], rounds: &[Round]) -> Measured {
@@ -136,14 +131,15 @@ fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2], rounds: &[
             label("question", "question", &q.role),
             count("question_bytes", q.sizes.0),
             count("answer_bytes", q.sizes.1),
-            number("p50_ms", "bare p50 ms", median(q.bare[1..].to_vec()), 3),
+            number("p50_ms", "bare p50 ms", median(&q.bare[1..]).unwrap_or_default(), 3),
         ]
     };
     let of = |value: fn(&Round) -> f64| rounds.iter().map(value).collect::<Vec<_>>();
     let ratios = of(|round| round.added / round.bare);
     let round_trips = mean(&ratios).unwrap_or_default();
     let (low, high) = mean_interval(&ratios, 0).unwrap_or((round_trips, round_trips));
-    let (added, bare) = (median(of(|round| round.added)), median(of(|round| round.bare)));
+    let middle = |values: Vec<f64>| median(&values).unwrap_or_default();
+    let (added, bare) = (middle(of(|round| round.added)), middle(of(|round| round.bare)));
     let questions: Vec<Row> = questions.iter().map(question).collect();
     let homes = [stages("in process", &cycles[0]), stages("processes", &cycles[1])];
     let verdict = if high <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
@@ -182,8 +178,8 @@ fn stages(home: &str, times: &[wire::Timings]) -> Row {
 }
 
 fn median_ms(times: &[wire::Timings], of: impl Fn(&wire::Timings) -> u64) -> f64 {
-    let mut times: Vec<Duration> = times.iter().map(|t| Duration::from_micros(of(t))).collect();
-    percentile_ms(&mut times, 0.5)
+    let times: Vec<f64> = times.iter().map(|t| of(t) as f64 / 1e3).collect();
+    median(&times).unwrap_or_default()
 }
 
 /// Plans one cycle of the workload once more: what was decided, and how long it took.

@@ -1,5 +1,7 @@
 //! What several search trees per cycle bring: whole drives in real time, with generators as processes of their own.
 
+use std::time::{Duration, Instant};
+
 use anyhow::Context;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
@@ -11,7 +13,6 @@ use curionav_runtime::latency::percentile_ms;
 use curionav_runtime::session;
 use curionav_schemas::{Clock, Degradation, Outcome, RunResult};
 use serde_json::json;
-use std::time::{Duration, Instant};
 
 use super::figures::{self, Row, count, number, share};
 use super::options::{Options, Service};
@@ -61,9 +62,6 @@ struct Driven {
     /// Candidates of each cycle.
     candidates: Vec<f64>,
     times: Vec<Duration>,
-    cut_short: usize,
-    /// Cycles in which the arbiter grew a tree itself.
-    grown_locally: usize,
     /// Processors that the generators used.
     cores: f64,
 }
@@ -91,19 +89,19 @@ async fn drive_all(
 impl Driven {
     fn add(&mut self, Finished { result, reports, .. }: Finished) {
         for report in reports {
-            let degraded = &report.decision.degraded;
             self.candidates.push(f64::from(report.candidates.count));
             self.times.push(Duration::from_micros(report.timings.total_us));
-            self.cut_short += usize::from(degraded.contains(&Degradation::CutShort));
-            self.grown_locally += usize::from(degraded.contains(&Degradation::GeneratedLocally));
         }
         self.results.push(result);
     }
 
     fn row(mut self, trees: usize, generators: usize) -> anyhow::Result<Row> {
-        let cycles = self.times.len();
         let candidates = mean(&self.candidates).context("no cycle was reported")?;
-        let of_cycles = |some: usize| some as f64 / cycles as f64;
+        let cycles: u64 = self.results.iter().map(|r| r.cycles.count).sum();
+        let degraded = |by: Degradation| {
+            let counts = self.results.iter().filter_map(|r| r.cycles.degraded_by.get(by.code()));
+            counts.sum::<u64>() as f64 / cycles.max(1) as f64
+        };
         let reached: Vec<&RunResult> =
             self.results.iter().filter(|r| r.outcome == Outcome::Reached).collect();
         let of_all = |of: fn(&RunResult) -> f64| mean(&self.results.iter().map(of).collect::<Vec<_>>());
@@ -115,8 +113,8 @@ impl Driven {
             number("candidates", "candidates", candidates, 1),
             number("p50_ms", "p50 ms", percentile_ms(&mut self.times, 0.50), 1),
             number("p99_ms", "p99 ms", percentile_ms(&mut self.times, 0.99), 1),
-            share("cut_short", of_cycles(self.cut_short)),
-            share("grown_locally", of_cycles(self.grown_locally)),
+            share("cut_short", degraded(Degradation::CutShort)),
+            share("grown_locally", degraded(Degradation::GeneratedLocally)),
             number("cores", "cores", self.cores, 2),
             count("drives", self.results.len()),
             count("reached", clean),

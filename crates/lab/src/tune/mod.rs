@@ -47,7 +47,7 @@ pub struct Options {
     #[arg(value_name = "SPACE.toml")]
     space: PathBuf,
     /// Scenario files, as a pattern with * and ?, or several files.
-    #[arg(long, value_name = "GLOB", num_args = 1.., default_value = "scenarios/paper/*.toml")]
+    #[arg(long, value_name = "GLOB", num_args = 1.., default_value = "scenarios/training/*.toml")]
     scenarios: Vec<String>,
     /// Settings to sample.
     #[arg(long, value_name = "N", default_value_t = 26, value_parser = clap::value_parser!(u32).range(1..=10_000))]

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test may stop and tell what it likes")]
 
 mod course;
+mod prediction;
 mod simulation;
 
 use std::time::Instant;

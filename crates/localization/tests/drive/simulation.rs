@@ -8,6 +8,7 @@ use curionav_planning::occupancy::{Cell, MapYaml, OccupancyGrid, StaticMap, load
 use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::sensor::LaserModel;
 use curionav_testing::reference_data;
+use nalgebra::{Matrix3, Vector3};
 
 /// 0.2 m standard deviation per 10 m, 5 degrees per full turn, little drift of heading on the straight.
 pub(crate) const NOISE: OdometryNoise = OdometryNoise {
@@ -101,6 +102,12 @@ impl<'a> Robot<'a> {
             random: rng(seed, 900),
             ranges: Vec::new(),
         }
+    }
+
+    /// A deviation of this covariance.
+    pub(crate) fn drawn(&mut self, covariance: &Matrix3<f64>) -> Vector3<f64> {
+        let root = covariance.cholesky().unwrap().l();
+        root * Vector3::from_fn(|_, _| standard_normal(&mut self.random))
     }
 
     /// Drives one step; the odometry's increment differs from the true one by the noise.

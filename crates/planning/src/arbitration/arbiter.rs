@@ -175,7 +175,8 @@ fn is_slow(context: &Context<'_>, index: usize) -> bool {
     let end = candidates.all_states().position(last);
     let turn = wrap_angle(candidates.all_states().heading[last] - context.scene.belief.pose.heading);
     let mean_speed = candidates.all_states().v[states].iter().sum::<f64>() / candidates.steps() as f64;
-    mean_speed < profile.min_speed
+    let v = context.scene.belief.twist.v;
+    mean_speed < context.robot.slow_below(profile.min_speed, v, candidates.steps(), candidates.dt())
         && turn.abs() < profile.min_turn
         && end.distance(context.goal) >= profile.goal.arrive_distance
 }

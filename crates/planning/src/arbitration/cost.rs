@@ -1,6 +1,7 @@
 //! From raw costs to the total L' (eqs. 5 and 6).
 
 use crate::arbitration::Scores;
+use crate::numerics::ln;
 use crate::profile::{Normalisation, Profile, Term};
 
 /// Greatest cost a term may add: a cost beyond it is as good as none, and no sum of terms overflows.
@@ -48,14 +49,20 @@ pub fn total_costs(profile: &Profile, uncertain: bool, steps: usize, scores: &Sc
     let active: Vec<(&str, &Term)> = profile.active_terms(uncertain).collect();
     let complete: Vec<bool> =
         (0..count).map(|i| active.iter().all(|(name, _)| scores.cost(name, i).is_some())).collect();
+    let raw: Vec<Vec<Option<f64>>> =
+        active.iter().map(|(name, _)| (0..count).map(|i| scores.cost(name, i)).collect()).collect();
+    let shares = match profile.normalisation {
+        Normalisation::Entropy => entropy_weights(&raw, &complete),
+        Normalisation::Fixed | Normalisation::MinMax => vec![1.0; active.len()],
+    };
     let mut terms = Vec::with_capacity(active.len());
-    for (name, term) in active {
-        let raw: Vec<Option<f64>> = (0..count).map(|i| scores.cost(name, i)).collect();
+    for (((name, term), raw), share) in active.into_iter().zip(raw).zip(shares) {
         let (origin, unit) = match profile.normalisation {
             Normalisation::Fixed => (0.0, term.scale * steps as f64),
-            Normalisation::MinMax => span(&raw, &complete),
+            Normalisation::MinMax | Normalisation::Entropy => span(&raw, &complete),
         };
-        let scaled = |raw: f64| Some(term.weight * ((raw - origin) / unit)).filter(|cost| *cost <= MAX_COST);
+        let weight = term.weight * share;
+        let scaled = |raw: f64| Some(weight * ((raw - origin) / unit)).filter(|cost| *cost <= MAX_COST);
         let cost = raw.into_iter().map(|raw| raw.and_then(scaled)).collect();
         terms.push(TermCosts { term: name.to_owned(), cost });
     }
@@ -74,11 +81,34 @@ fn span(raw: &[Option<f64>], complete: &[bool]) -> (f64, f64) {
     if range > 0.0 { (least, range) } else { (if least.is_finite() { least } else { 0.0 }, 1.0) }
 }
 
+/// How much each term tells the complete candidates apart, as shares of one: `1 - e` with the entropy
+/// `e = - sum s ln s / ln I` of `s = y / sum y`, where `y` is 1 for the least cost and 0 for the greatest of I. All zero
+/// if no term tells any apart.
+fn entropy_weights(raw: &[Vec<Option<f64>>], complete: &[bool]) -> Vec<f64> {
+    let told = |raw: &Vec<Option<f64>>| {
+        let (least, range) = span(raw, complete);
+        let competing = raw.iter().zip(complete).filter(|(_, complete)| **complete);
+        let y: Vec<f64> =
+            competing.filter_map(|(raw, _)| raw.map(|raw| 1.0 - (raw - least) / range)).collect();
+        let sum: f64 = y.iter().sum();
+        // Where all cost the same, all have the least.
+        if y.iter().all(|y| *y == 1.0) {
+            return 0.0;
+        }
+        let part = |y: &f64| if *y > 0.0 { y / sum * ln(y / sum) } else { 0.0 };
+        (1.0 + y.iter().map(part).sum::<f64>() / ln(y.len() as f64)).max(0.0)
+    };
+    let told: Vec<f64> = raw.iter().map(told).collect();
+    let sum: f64 = told.iter().sum();
+    told.into_iter().map(|told| if sum > 0.0 { told / sum } else { 0.0 }).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::profile::Condition;
 
     fn scores(columns: &[(&str, &[f64])]) -> Scores {
         let mut scores = Scores::new(columns[0].1.len());
@@ -93,6 +123,36 @@ mod tests {
         let mut profile = Profile { normalisation, ..Profile::default() };
         profile.terms.values_mut().for_each(|term| term.weight = 1.0);
         profile
+    }
+
+    #[test]
+    fn by_entropy_a_term_counts_as_much_as_it_tells_candidates_apart() {
+        let mut profile = profile(Normalisation::Entropy);
+        profile.terms = ["even", "flat", "sharp"]
+            .map(|name| (name.to_owned(), Term { scale: 1.0, weight: 1.0, when: Condition::Always }))
+            .into();
+        // One candidate stands out under `sharp`; `even` spreads them; `flat` says nothing.
+        let columns: [(&str, &[f64]); 3] =
+            [("even", &[0.0, 1.0, 2.0, 3.0]), ("flat", &[7.0; 4]), ("sharp", &[9.0, 9.0, 9.0, 0.0])];
+        let totals = total_costs(&profile, true, 1, &scores(&columns));
+        let greatest = |term: usize| totals.terms[term].cost.iter().flatten().copied().fold(0.0, f64::max);
+        // s of `even` is 1/2, 1/3, 1/6 and 0, its entropy 1.0114 of ln 4; s of `sharp` is 0, 0, 0 and 1.
+        let [even, flat, sharp] = [0, 1, 2].map(greatest);
+        assert_eq!(flat, 0.0);
+        assert!(
+            (even - 0.27040 / 1.27040).abs() < 1e-4 && (sharp - 1.0 / 1.27040).abs() < 1e-4,
+            "{even} {sharp}"
+        );
+        let best =
+            |totals: &Totals| (0..4).min_by(|&a, &b| totals.total[a].partial_cmp(&totals.total[b]).unwrap());
+        assert_eq!(best(&totals), Some(3));
+        // One candidate alone, and none, are no reason to fail.
+        for count in [0, 1] {
+            let few = columns.map(|(name, costs)| (name, &costs[..count]));
+            assert!(
+                total_costs(&profile, true, 1, &scores(&few)).total.iter().all(|total| *total == Some(0.0))
+            );
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::numerics::asin;
 /// Entries of a table over distance.
 const ENTRIES: usize = 32;
 /// Standard deviations beyond contact at which a person no longer counts.
-const CUT: f64 = 4.0;
+pub(super) const CUT: f64 = 4.0;
 
 /// Probability of contact by distance between the robot and the mean of a person's forecast.
 #[derive(Debug, Clone)]
@@ -62,7 +62,12 @@ impl OverlapTable {
 /// Strips across the line of centres: the one at `x = radius sin u` has the closed form
 /// `density(x) erf(radius cos u / (sigma sqrt 2))`; Simpson's rule in `u`, in which it is smooth.
 #[inline(always)]
-fn disc_probability<S: Simd>(simd: S, radius: f64, distances: [f64; LANES], sigma: f64) -> [f64; LANES] {
+pub(super) fn disc_probability<S: Simd>(
+    simd: S,
+    radius: f64,
+    distances: [f64; LANES],
+    sigma: f64,
+) -> [f64; LANES] {
     const INTERVALS: u32 = 24;
     if sigma <= 0.0 {
         return distances.map(|distance| if distance < radius { 1.0 } else { 0.0 });

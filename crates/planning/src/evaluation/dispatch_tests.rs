@@ -144,6 +144,7 @@ fn drive(hall: &Hall, level: Level, seed: u64) -> Vec<Pose2> {
             map: &hall.map,
             goal: GOAL,
             geodesic: &hall.geodesic,
+            information: None,
             robot: &robot,
             scene: &scene,
             previous: None,

@@ -91,6 +91,8 @@ pub struct Component {
     pub weight: f64,
     /// Mean velocity of the members, m/s.
     pub velocity: Point2,
+    /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component.
+    pub velocity_variance: f64,
     /// Identities of the people in it, ascending.
     pub members: Vec<u32>,
 }
@@ -101,7 +103,10 @@ impl Component {
         let (centre, radius) =
             smallest_enclosing_circle(&positions).map_or_else(Default::default, |c| (c.centre, c.radius));
         let sigma = radius + params.personal_distance;
-        let mean = |of: &[f64]| cluster.iter().map(|&i| of[i]).sum::<f64>() / cluster.len() as f64;
+        let mean =
+            |of: &dyn Fn(usize) -> f64| cluster.iter().map(|&i| of(i)).sum::<f64>() / cluster.len() as f64;
+        let velocity = Point2::new(mean(&|i| people.vx[i]), mean(&|i| people.vy[i]));
+        let off = |i: usize| Point2::new(people.vx[i], people.vy[i]).distance_squared(velocity);
         Self {
             centre,
             variance: match params.covariance {
@@ -112,7 +117,8 @@ impl Component {
                 Weighting::People => cluster.len() as f64,
                 Weighting::Share => cluster.len() as f64 / people.len() as f64,
             },
-            velocity: Point2::new(mean(&people.vx), mean(&people.vy)),
+            velocity,
+            velocity_variance: 0.5 * mean(&off),
             members: cluster.iter().map(|&i| people.id[i]).collect(),
         }
     }
@@ -124,7 +130,8 @@ impl Component {
             ComponentMotion::Moving => {
                 let (c, v) = (self.centre, self.velocity);
                 let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
-                State::new(centre, self.variance + params.forecast.variance(t), self.weight)
+                let spread = params.forecast.variance(t) + self.velocity_variance * t * t;
+                State::new(centre, self.variance + spread, self.weight)
             }
         }
     }

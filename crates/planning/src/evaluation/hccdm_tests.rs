@@ -84,6 +84,8 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
             if params.motion == ComponentMotion::Moving {
                 (mx, my) = (mx + vx * t, my + vy * t);
                 v += params.forecast.sigma_position.powi(2) + (params.forecast.sigma_velocity * t).powi(2);
+                let off = cluster.iter().map(|&i| (people.vx[i] - vx).powi(2) + (people.vy[i] - vy).powi(2));
+                v += 0.5 * off.sum::<f64>() / eps * t * t;
             }
             let d2 = (x[k] - mx).powi(2) + (y[k] - my).powi(2);
             if d2 <= 16.0 * v {
@@ -184,6 +186,23 @@ fn individuals_and_crowds_have_the_published_densities() {
         let people = printed_density(covariance, &row, Weighting::People, Point2::new(x, 0.0));
         assert!((people - 7.0 * found).abs() < 1e-12);
     }
+}
+
+#[test]
+fn people_who_walk_apart_leave_free_what_was_between_them() {
+    // Two who pass each other at 1 m/s each, 2 m apart now; and two who walk side by side.
+    let (apart, together) =
+        ([[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, -1.0, 0.0]], [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]]);
+    let params = HccdmParams::default();
+    let at_centre = |rows: &[[f64; 4]], t: f64| {
+        let map = Hccdm::build(&people(rows), &params, 13, 0.3);
+        density(&map, &params, t, Point2::new(map.components[0].velocity.x * t, 0.0))
+    };
+    assert_eq!(at_centre(&apart, 0.0), at_centre(&together, 0.0));
+    // After 3 s they are 6 m apart: the variance of 2.5 m2 has grown by half of (1 m/s * 3 s)^2.
+    let ratio = at_centre(&apart, 3.0) / at_centre(&together, 3.0);
+    let width = 2.5 + params.forecast.variance(3.0);
+    assert!((ratio - width / (width + 4.5)).abs() < 1e-12, "{ratio}");
 }
 
 #[test]

@@ -1,17 +1,21 @@
-//! What a candidate costs: one evaluator per term. The terms `cpc`, `distance` and `risk` are in the modules of these
-//! names; the term `cnc` is in [`hccdm`], the map that it is computed from. [`crate::terms`] is the registry of terms.
+//! What a candidate costs: one evaluator per term. Most terms are in the modules of their names. The term `cnc` is in
+//! [`hccdm`], the map that it is computed from, and `doppler` in [`human_space`]. [`crate::terms`] is the registry of terms.
 //!
 //! The contract that everything depends on: the cost of a candidate depends on the evaluator, the scene and that
 //! candidate, never on the other candidates of the batch. An evaluator is made from map, goal, laser and parameters.
 //! So a batch can be split into shards over any number of replicas with the same result, bit for bit.
 
+pub mod collision_risk;
 pub mod cpc;
 pub mod crowd_cluster;
 pub mod distance;
 pub mod enclosing_circle;
 pub mod hccdm;
 mod hccdm_simd;
+pub mod human_space;
+pub mod order;
 pub mod risk;
+pub mod uncertainty;
 
 #[cfg(test)]
 mod dispatch_tests;

@@ -53,9 +53,7 @@ pub fn branches(
     let mut all: Vec<Branch> = ends
         .map(|end| {
             let p = tree.position(end);
-            let turn = 0.5 + bearing(root, p) / std::f64::consts::TAU;
-            let sector = ((turn * SECTORS as f64) as usize).min(SECTORS - 1);
-            Branch { end, sector, length_through: tree.cost[end] + to_go(p) }
+            Branch { end, sector: sector(root, p), length_through: tree.cost[end] + to_go(p) }
         })
         .collect();
     all.sort_by(|a, b| a.length_through.total_cmp(&b.length_through).then(a.end.cmp(&b.end)));
@@ -64,15 +62,27 @@ pub fn branches(
         let fork = tree.position(fork(tree, b.end));
         seen.insert((cell(fork, FORK_CELL), cell(tree.position(b.end), end_cell)))
     });
-    let mut rank = [0_usize; SECTORS];
-    let mut turns: Vec<(usize, usize)> = Vec::with_capacity(all.len());
-    for (k, b) in all.iter().enumerate() {
-        turns.push((rank[b.sector], k));
-        rank[b.sector] += 1;
-    }
-    turns.sort_unstable();
     let mut edges = Edges::new(tree, turning_radius);
-    turns.iter().take(most).map(|&(_, k)| edges.path_to(all[k].end, reach)).collect()
+    let turns = in_turns(all.iter().map(|b| b.sector));
+    turns.into_iter().take(most).map(|k| edges.path_to(all[k].end, reach)).collect()
+}
+
+/// Which of the [`SECTORS`] around `from` a point lies in.
+pub(super) fn sector(from: Point2, p: Point2) -> usize {
+    let turn = 0.5 + bearing(from, p) / std::f64::consts::TAU;
+    ((turn * SECTORS as f64) as usize).min(SECTORS - 1)
+}
+
+/// The indices of `sectors` in another order: the first of every sector, then the second of every sector, and so on.
+pub(super) fn in_turns(sectors: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut seen = [0_usize; SECTORS];
+    let rank = |sector: usize| {
+        seen[sector] += 1;
+        seen[sector]
+    };
+    let mut turns: Vec<(usize, usize)> = sectors.map(rank).zip(0..).collect();
+    turns.sort_unstable();
+    turns.into_iter().map(|(_, index)| index).collect()
 }
 
 /// Column and row of a square of the plane.

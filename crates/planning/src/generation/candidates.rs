@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::candidates::CandidateSet;
 use crate::collision::{CollisionChecker, TrajectoryChecker};
-use crate::generation::branches::{Cell, branches, cell};
+use crate::generation::branches::{Cell, branches, cell, in_turns, sector};
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
@@ -86,7 +86,7 @@ pub fn find_candidates(
     };
     let within = input.robot.v_max * from.dt * from.steps as f64;
     let reach = within + 0.5;
-    let slow = input.params.min_speed * fastest_mean(&from, reach, rollout_params) / input.robot.v_max;
+    let slow = input.robot.slow_below(input.params.min_speed, from.twist.v, from.steps, from.dt);
     let trajectories = &checker.over(from.steps, from.dt, within);
     let mut finder = Finder {
         input,
@@ -101,7 +101,9 @@ pub fn find_candidates(
         led: BTreeSet::new(),
     };
     let mut proposals = finder.goal_directed(way, reach);
-    proposals.extend(finder.arcs(turning_radius, reach));
+    if params.besides.arcs {
+        proposals.extend(finder.arcs(turning_radius, reach));
+    }
     let sure = proposals.len();
     let to_go = |p| input.geodesic.at(p);
     let branches =
@@ -109,7 +111,7 @@ pub fn find_candidates(
     proposals.extend(branches.into_iter().map(Proposal::of));
     finder.time(&proposals[..sure], &params.profiles, 0, &Pace::new(&|| 0.0));
     finder.time(&proposals[sure..], &params.profiles, 0, pace);
-    if !finder.has_enough() {
+    if params.besides.fan && !finder.has_enough() {
         let fan = finder.fan(way, reach);
         finder.time(&fan, &params.profiles, 0, pace);
         let creep = [params.creep];
@@ -117,15 +119,6 @@ pub fn find_candidates(
         finder.time(&fan, &creep, params.profiles.len(), pace);
     }
     finder.emit()
-}
-
-/// Mean speed of the fastest rollout there is: straight on, m/s.
-fn fastest_mean(from: &Departure<'_>, reach: f64, params: &RolloutParams) -> f64 {
-    let ahead = from.pose.transform(Point2::new(reach, 0.0));
-    let path = Path::new(from.pose.position(), [ahead], reach);
-    let straight = Departure { twist: Twist { omega: 0.0, ..from.twist }, ..*from };
-    let profile = SpeedProfile { fraction: 1.0, turn_first: false };
-    rollouts(&[Drive { path: &path, profile }], &straight, params, &mut States::default())[0]
 }
 
 struct Finder<'a> {
@@ -149,7 +142,8 @@ impl Finder<'_> {
     fn goal_directed(&self, way: &[Point2], reach: f64) -> Vec<Proposal> {
         let pose = self.input.scene.belief.pose;
         let mut proposals = Vec::new();
-        if let Some(previous) = self.input.previous.filter(|p| !p.is_empty()) {
+        let besides = self.params.besides;
+        if let Some(previous) = self.input.previous.filter(|p| besides.previous && !p.is_empty()) {
             let mut path = Path::new(pose.position(), previous.iter().map(|p| p.position()), reach);
             let rest = reach - path.length();
             if rest > Path::SPACING {
@@ -157,7 +151,8 @@ impl Finder<'_> {
             }
             proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
-        if let Some(&ahead) = way.get(way.len().min(4).wrapping_sub(1)) {
+        let ahead = way.get(way.len().min(4).wrapping_sub(1));
+        if let Some(&ahead) = ahead.filter(|_| besides.shortest_way) {
             let path = Path::new(pose.position(), way.iter().copied(), reach);
             let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
             if off > self.params.turn_from {
@@ -246,9 +241,9 @@ impl Finder<'_> {
                     profile: SpeedProfile { fraction: profiles[k], turn_first: *turn_first },
                 })
                 .collect();
-            let mean_speeds = rollouts(&drives, &self.from, self.rollout_params, &mut self.states);
-            for (&(proposal, k), mean_speed) in batch.iter().zip(mean_speeds) {
-                self.timed.push(self.describe(self.timed.len(), mean_speed, proposal, first_profile + k));
+            rollouts(&drives, &self.from, self.rollout_params, &mut self.states);
+            for &(proposal, k) in batch {
+                self.timed.push(self.describe(self.timed.len(), proposal, first_profile + k));
             }
         }
     }
@@ -263,7 +258,7 @@ impl Finder<'_> {
         self.led.insert((places, proposal.turn_first, profile)) || proposal.pinned
     }
 
-    fn describe(&self, index: usize, mean_speed: f64, proposal: &Proposal, profile: usize) -> Timed {
+    fn describe(&self, index: usize, proposal: &Proposal, profile: usize) -> Timed {
         let (params, states, steps) = (self.params, &self.states, self.from.steps);
         let first = index * steps;
         let last = first + steps - 1;
@@ -271,6 +266,7 @@ impl Finder<'_> {
         let end = states.position(last);
         let to_go = self.input.geodesic.at(end);
         let arrives = to_go <= params.goal_tolerance;
+        let mean_speed = states.v[first..=last].iter().sum::<f64>() / steps as f64;
         Timed {
             index,
             pinned: proposal.pinned,
@@ -285,6 +281,11 @@ impl Finder<'_> {
             profile,
             free: OnceCell::new(),
         }
+    }
+
+    /// Where a rollout ends.
+    fn end(&self, timed: &Timed) -> Point2 {
+        self.states.position((timed.index + 1) * self.from.steps - 1)
     }
 
     /// Whether a rollout is free, and whether it is safe as well: it can be stopped short of people who stop walking.
@@ -330,7 +331,8 @@ impl Finder<'_> {
     }
 
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of them
-    /// are safe, and not slow, as far as there are any such.
+    /// are safe, and not slow, as far as there are any such. If there are too many, the directions in which they end take
+    /// turns: a way round that only some term would prefer is not left out for being the longer one.
     fn emit(&self) -> CandidateSet {
         // Turning to and fro beside a person who waits costs nothing and never ends.
         let kinds: [&dyn Fn(&Timed) -> bool; 3] = [&|t| !t.slow, &|t| t.travel >= SOMEWHERE, &|_| true];
@@ -338,14 +340,21 @@ impl Finder<'_> {
         let picked = all.map(|(is_safe, kind)| self.pick(|t, safe| (safe || !is_safe) && kind(t)));
         let picked = picked.into_iter().find(|picked| !picked.is_empty()).unwrap_or_default();
         let mut places = BTreeSet::new();
-        let (first, second): (Vec<&Timed>, Vec<&Timed>) =
+        let (mut offered, others): (Vec<&Timed>, Vec<&Timed>) =
             picked.into_iter().partition(|t| places.insert(t.near) || t.pinned);
+        offered.extend(others);
+        let most = self.params.max_candidates as usize;
+        if offered.len() > most {
+            let (mut kept, rest): (Vec<&Timed>, Vec<&Timed>) = offered.into_iter().partition(|t| t.pinned);
+            let turns = in_turns(rest.iter().map(|t| sector(self.from.pose.position(), self.end(t))));
+            kept.extend(turns.into_iter().map(|index| rest[index]));
+            kept.truncate(most);
+            offered = kept;
+        }
         let (steps, dt) = (self.from.steps, self.from.dt);
-        let mut states = States::default();
-        let mut count = 0;
-        for t in first.into_iter().chain(second).take(self.params.max_candidates as usize) {
+        let (mut states, count) = (States::default(), offered.len() as u32);
+        for t in offered {
             states.extend_from(&self.states, t.index * steps..(t.index + 1) * steps);
-            count += 1;
         }
         // Rollouts from a finite belief are finite and of equal length; anything else offers nothing.
         CandidateSet::new(steps, dt, (0..count).collect(), states)

@@ -2,6 +2,7 @@
 
 use crate::candidates::CandidateSet;
 use crate::collision::CollisionChecker;
+use crate::evaluation::cpc::InformationField;
 use crate::generation::params::GeneratorPart;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
@@ -22,6 +23,9 @@ pub struct GenerationInput<'a> {
     /// Distance to the goal. Best made for a radius a little above the robot's, so that the shortest way keeps the
     /// margins of [`crate::collision::CollisionParams`].
     pub geodesic: &'a GeodesicField,
+    /// What an observation is worth where; needed by profiles whose samples look for landmarks
+    /// ([`GeneratorPart::looks_for_landmarks`]).
+    pub information: Option<&'a InformationField>,
     /// What the base can do.
     pub robot: &'a RobotModel,
     /// Belief and people.
@@ -36,6 +40,24 @@ impl<'a> GenerationInput<'a> {
     /// What says whether a candidate is free.
     pub fn checker(&self) -> CollisionChecker<'a> {
         CollisionChecker::new(self.map, self.robot, self.scene, self.params.forecast, &self.params.collision)
+    }
+
+    /// The candidates from which the robot can be stopped short of people who stop walking, numbered from 0; all of them
+    /// if there is none such.
+    pub(super) fn stoppable(&self, set: CandidateSet) -> CandidateSet {
+        let (checker, dt) = (self.checker(), set.dt());
+        let reach = self.robot.v_max * dt + self.robot.stopping_distance(self.robot.v_max);
+        let people = checker.over(1, dt, reach);
+        let stops = |&i: &usize| {
+            let states = set.range(i);
+            let braking = self.robot.stopping_distance(set.all_states().v[states.start]);
+            people.stops_short(set.all_states().poses(states), braking)
+        };
+        let stopping: Vec<usize> = (0..set.len()).filter(stops).collect();
+        if stopping.is_empty() || stopping.len() == set.len() {
+            return set;
+        }
+        CandidateSet::concat(set.steps(), dt, vec![set.pick(stopping)])
     }
 
     /// What samples of this tick are drawn from.

@@ -2,8 +2,10 @@
 
 use crate::collision::CollisionParams;
 use crate::collision_risk::RiskParams;
+use crate::evaluation::cpc::InformationParams;
 use crate::forecast::ForecastParams;
 use crate::generation::bi_risk_rrt::BiRiskRrtParams;
+use crate::generation::commanded_params::{DwaParams, HrvoRobotParams, MppiParams, TransientGoalParams};
 use crate::generation::risk_rrt::RiskRrtParams;
 use crate::generation::rollout::RolloutParams;
 use crate::generation::rrt_star::RrtStarParams;
@@ -25,6 +27,14 @@ crate::parameters! {
         pub risk_rrt: RiskRrtParams [table],
         /// What Bi-Risk-RRT does besides.
         pub bi_risk_rrt: BiRiskRrtParams [table],
+        /// The goals nearby that `transient-goal` chooses from.
+        pub transient_goal: TransientGoalParams [table],
+        /// Rollouts and critics of `mppi`.
+        pub mppi: MppiParams [table],
+        /// Arcs and critics of `dwa`.
+        pub dwa: DwaParams [table],
+        /// The law of `hrvo-robot`.
+        pub hrvo_robot: HrvoRobotParams [table],
     }
 }
 
@@ -59,6 +69,24 @@ crate::parameters! {
         pub end_cell: f64 [0.001, 100.0, "m", "below all positions differ, above none"] = 0.3,
         /// From this angle between heading and way on, turning on the spot first is offered, radians.
         pub turn_from: f64 [0.01, 3.15, "rad", "no angle is greater than half a turn"] = std::f64::consts::FRAC_PI_3,
+        /// What is offered besides the tree's branches.
+        pub besides: Besides [table] = Besides::default(),
+    }
+}
+
+crate::parameters! {
+    /// Paths that Alg. 1 does not have, each on its own switch: this project adds them, the paper does not (D19).
+    #[derive(Copy)]
+    #[non_exhaustive]
+    pub struct Besides {
+        /// The rest of what was decided last, and on towards the goal.
+        pub previous: bool = true,
+        /// The shortest way to the goal, with a turn on the spot before it where it lies behind.
+        pub shortest_way: bool = true,
+        /// Thirteen arcs from the tightest left to the tightest right.
+        pub arcs: bool = true,
+        /// Straight ways in 24 directions, and creeping along every path, where too few candidates are free.
+        pub fan: bool = true,
     }
 }
 
@@ -80,10 +108,17 @@ crate::parameters! {
         pub risk: RiskParams [table],
         /// How people move on.
         pub forecast: ForecastParams [table],
+        /// What an observation is worth.
+        pub information: InformationParams [table],
     }
 }
 
 impl GeneratorPart {
+    /// Whether the generator wants [`crate::generation::GenerationInput::information`].
+    pub fn looks_for_landmarks(&self) -> bool {
+        self.generation.tree.informative > 0.0
+    }
+
     /// What K may be.
     pub const STEPS: Range = Range {
         least: 1.0,

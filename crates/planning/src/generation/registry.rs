@@ -1,7 +1,8 @@
 //! The generators that profiles can name: a new one is its own file and one entry here.
 
 use crate::generation::{
-    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, risk_rrt, rrt_star_generator,
+    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, dwa, hrvo_robot, mppi, risk_rrt,
+    rrt_star_generator, transient_goal,
 };
 
 /// A generator that profiles can name.
@@ -9,7 +10,7 @@ use crate::generation::{
 pub struct GeneratorKind {
     /// Its name in profiles.
     pub name: &'static str,
-    /// What limits the growth of one cycle: samples drawn or nodes added.
+    /// What limits the work of one cycle: samples drawn, nodes added, rollouts, or candidates.
     pub iterations: fn(&mut GenerationParams) -> &mut u32,
     /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered.
     pub grow: fn(&GenerationInput<'_>, Option<Tree>, &Pace<'_>) -> Generated,
@@ -44,6 +45,18 @@ pub const GENERATORS: &[GeneratorKind] = &[
         name: "bi-risk-rrt",
         iterations: |params| &mut params.risk_rrt.nodes,
         grow: bi_risk_rrt::generate,
+    },
+    GeneratorKind {
+        name: "transient-goal",
+        iterations: |params| &mut params.transient_goal.offers,
+        grow: transient_goal::generate,
+    },
+    GeneratorKind { name: "mppi", iterations: |params| &mut params.mppi.rollouts, grow: mppi::generate },
+    GeneratorKind { name: "dwa", iterations: |params| &mut params.dwa.samples, grow: dwa::generate },
+    GeneratorKind {
+        name: "hrvo-robot",
+        iterations: |params| &mut params.hrvo_robot.offers,
+        grow: hrvo_robot::generate,
     },
 ];
 

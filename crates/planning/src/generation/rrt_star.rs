@@ -15,7 +15,7 @@ use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
 use crate::motion::step_facing;
 use crate::numerics::{atan2, ln, sin_cos};
 use crate::occupancy::{Cell, OccupancyGrid};
-use crate::random::{Rng, uniform};
+use crate::random::{Rng, standard_normal, uniform};
 
 crate::parameters! {
     /// Parameters of the tree.
@@ -39,6 +39,10 @@ crate::parameters! {
         pub gamma: f64 [0.01, 1000.0, "m", "below no node has neighbours, and eta limits it from above"] = 12.0,
         /// Share of samples taken on the shortest way to the goal.
         pub goal_bias: f64 [in Range::SHARE] = 0.05,
+        /// Share of samples around places where much is seen, drawn in proportion to what is (the baseline `risk-aware`).
+        pub informative: f64 [in Range::SHARE] = 0.0,
+        /// Standard deviation of such samples around their place, metres.
+        pub informative_spread: f64 [0.0, 100.0, "m", "farther away other things are seen"] = 1.0,
         /// A new node is refused when a node this near, metres, with nearly its heading exists already.
         pub spacing: f64 [0.01, 5.0, "m", "nodes in one place lead nowhere; nodes far apart miss doorways"] = 0.15,
         /// Room around the disc the robot can cover within the horizon that is sampled as well, metres.
@@ -57,13 +61,47 @@ pub struct SampleSpace<'a> {
     pub radius: f64,
     /// Points of the shortest way to the goal, taken with the goal bias.
     pub way: &'a [Point2],
+    /// Places where much is seen, taken with their share.
+    pub landmarks: &'a Landmarks,
+}
+
+/// Places with the worth of what is seen from them.
+#[derive(Debug, Clone, Default)]
+pub struct Landmarks {
+    /// Sum of the worth of this place and all before it.
+    places: Vec<(Point2, f64)>,
+    total: f64,
+}
+
+impl Landmarks {
+    /// Places with their worth; those of none are never drawn.
+    pub fn new(places: impl Iterator<Item = (Point2, f64)>) -> Self {
+        let mut landmarks = Self::default();
+        for (place, worth) in places.filter(|(_, worth)| *worth > 0.0) {
+            landmarks.total += worth;
+            landmarks.places.push((place, landmarks.total));
+        }
+        landmarks
+    }
+
+    /// A point around a place that is drawn in proportion to its worth.
+    fn draw(&self, spread: f64, rng: &mut Rng) -> Option<Point2> {
+        let wanted = uniform(rng) * self.total;
+        let (place, _) = self.places.get(self.places.partition_point(|(_, sum)| *sum <= wanted))?;
+        let (dx, dy) = (standard_normal(rng), standard_normal(rng));
+        Some(Point2::new(place.x + spread * dx, place.y + spread * dy))
+    }
 }
 
 impl SampleSpace<'_> {
     /// One point of free space; `None` when twenty tries found none.
-    fn draw(&self, goal_bias: f64, rng: &mut Rng) -> Option<Point2> {
-        if !self.way.is_empty() && uniform(rng) < goal_bias {
+    fn draw(&self, params: &RrtStarParams, rng: &mut Rng) -> Option<Point2> {
+        if !self.way.is_empty() && uniform(rng) < params.goal_bias {
             return Some(self.way[(uniform(rng) * self.way.len() as f64) as usize]);
+        }
+        if !self.landmarks.places.is_empty() && uniform(rng) < params.informative {
+            let drawn = self.landmarks.draw(params.informative_spread, rng);
+            return drawn.filter(|p| self.grid.at(*p) == Cell::Free);
         }
         (0..20).find_map(|_| {
             let r = self.radius * uniform(rng).sqrt();
@@ -185,7 +223,7 @@ impl<'a> RrtStar<'a> {
             {
                 break;
             }
-            if let Some(sample) = self.space.draw(self.params.goal_bias, rng) {
+            if let Some(sample) = self.space.draw(self.params, rng) {
                 self.extend(sample);
             }
         }

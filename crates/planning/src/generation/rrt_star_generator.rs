@@ -1,7 +1,7 @@
 //! The paper's generator (Alg. 1): a tree of Dubins edges that follows the robot, and its branches as candidates.
 
 use crate::generation::{
-    Generated, GenerationInput, Pace, RrtStar, SampleSpace, Tree, find_candidates, update,
+    Generated, GenerationInput, Landmarks, Pace, RrtStar, SampleSpace, Tree, find_candidates, update,
 };
 
 /// The candidates of one cycle.
@@ -18,7 +18,10 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(t.position(n)));
 
     let warm_up = if old.is_empty() { params.warm_up } else { 0 };
-    let space = SampleSpace { grid: &input.map.grid, centre: pose.position(), radius, way: &way };
+    let seen = input.information.filter(|_| params.informative > 0.0);
+    let landmarks = seen.map(|field| Landmarks::new(field.worth_around(pose.position(), radius)));
+    let landmarks = &landmarks.unwrap_or_default();
+    let space = SampleSpace { grid: &input.map.grid, centre: pose.position(), radius, way: &way, landmarks };
     let mut search = RrtStar::new(params, &checker, &space, tree);
     search.grow(params.iterations + warm_up, &mut input.samples(), pace);
     let tree = search.into_tree();

@@ -93,6 +93,18 @@ pub(crate) fn wrap_angle<S: Simd>(angle: f64x8<S>) -> f64x8<S> {
     unless(angle.abs().simd_lt(TAU), wrapped, |lane| geometry::wrap_angle(angle[lane]))
 }
 
+/// `sin(x) / x` and `cos(x)` for any angle: [`numerics::sinc_cos`], and where that takes none so wide the library's.
+#[inline(always)]
+pub(crate) fn sinc_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+    let (sinc, cosine) = numerics::sinc_cos(x);
+    let is_wide = x.abs().simd_gt(numerics::SMALL_ANGLE);
+    if !is_wide.any_true() {
+        return (sinc, cosine);
+    }
+    let (sin, cos) = sin_cos(x);
+    (is_wide.select(sin / x, sinc), is_wide.select(cos, cosine))
+}
+
 /// Sine and cosine of [`numerics::sin_cos`], fastest for angles up to half a turn to either side.
 #[inline(always)]
 pub(crate) fn sin_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {

@@ -3,13 +3,19 @@
 use super::Profile;
 use crate::parameters::{FieldError, read, read_table};
 
-const BUILTIN: [(&str, &str); 6] = [
+const BUILTIN: [(&str, &str); 12] = [
     ("curiosity", include_str!("../../profiles/curiosity.toml")),
     ("cpc-only", include_str!("../../profiles/cpc-only.toml")),
     ("cnc-only", include_str!("../../profiles/cnc-only.toml")),
     ("distance-only", include_str!("../../profiles/distance-only.toml")),
     ("risk-rrt", include_str!("../../profiles/risk-rrt.toml")),
     ("bi-risk-rrt", include_str!("../../profiles/bi-risk-rrt.toml")),
+    ("human-space", include_str!("../../profiles/human-space.toml")),
+    ("risk-aware", include_str!("../../profiles/risk-aware.toml")),
+    ("transient-goal", include_str!("../../profiles/transient-goal.toml")),
+    ("mppi", include_str!("../../profiles/mppi.toml")),
+    ("dwa", include_str!("../../profiles/dwa.toml")),
+    ("hrvo-robot", include_str!("../../profiles/hrvo-robot.toml")),
 ];
 
 impl Profile {
@@ -53,6 +59,10 @@ fn merge(base: &mut toml::Table, overrides: &toml::Table) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::distance::DistanceMeasure;
+    use crate::evaluation::hccdm::{ComponentMotion, Weighting};
+    use crate::generation::Besides;
+    use crate::profile::Normalisation;
 
     fn table(text: &str) -> toml::Table {
         text.parse().unwrap()
@@ -74,6 +84,46 @@ mod tests {
         }
         let written = fields(&table(BUILTIN[0].1));
         assert_eq!(written, fields(&toml::Table::try_from(Profile::default()).unwrap()));
+    }
+
+    #[test]
+    fn each_arm_is_the_papers_planner_but_for_what_it_is_named_after() {
+        let arm = |text: &str| {
+            let mut arm = Profile::from_toml(text).unwrap();
+            (arm.name, arm.description) = (Profile::default().name, Profile::default().description);
+            arm
+        };
+        let with = |change: fn(&mut Profile)| {
+            let mut profile = Profile::default();
+            change(&mut profile);
+            profile
+        };
+        assert_eq!(
+            arm(include_str!("../../../../scenarios/arms/tree-only.toml")),
+            with(|p| {
+                let none = Besides { previous: false, shortest_way: false, arcs: false, fan: false };
+                p.generation.candidates.besides = none;
+            })
+        );
+        assert_eq!(
+            arm(include_str!("../../../../scenarios/arms/euclid.toml")),
+            with(|p| p.distance = DistanceMeasure::Euclid)
+        );
+        assert_eq!(
+            arm(include_str!("../../../../scenarios/arms/d1-literal.toml")),
+            with(|p| {
+                p.normalisation = Normalisation::MinMax;
+                p.hccdm.weighting = Weighting::Share;
+            })
+        );
+        assert_eq!(
+            arm(include_str!("../../../../scenarios/arms/d2-literal.toml")),
+            with(|p| p.hccdm.motion = ComponentMotion::Frozen)
+        );
+        assert_eq!(
+            arm(include_str!("../../../../scenarios/arms/d3-literal.toml")),
+            with(|p| p.uncertainty.release_ratio = 1.0)
+        );
     }
 
     #[test]

@@ -35,13 +35,14 @@ fn no_term_reads_a_column_that_it_does_not_declare() {
     let task = Task { goal: Point2::new(8.0, 8.0), ..Task::default() };
     let belief =
         Belief { pose: Pose2::default(), covariance: Matrix3::identity() * 0.04, twist: Twist::default() };
-    let person = |n: f64| vec![n];
-    let people = People { id: vec![1], x: person(3.0), y: person(3.5), vx: person(0.2), ..People::default() };
-    let people = People { vy: person(-0.1), radius: 0.3, ..people };
+    // One near the way of each candidate.
+    let people = People::walking(0.3, &[[3.0, 3.5, 0.2, -0.1], [1.5, 1.0, 0.0, 0.0], [6.0, 5.0, 0.0, 0.0]]);
     let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true };
     let row = |scale: f64| (1..=20).map(|k| scale * f64::from(k)).collect::<Vec<f64>>();
     let all = States { x: row(0.3), y: row(0.29), heading: row(0.1), v: row(0.05), omega: row(0.03) };
     let candidates = CandidateSet::new(5, 0.3, vec![0, 1, 2, 3], all.clone()).unwrap();
+    let mut profile = Profile::default();
+    profile.risk.belief = true;
     for name in NAMES {
         let columns = columns(name);
         let only = |is_read: bool, column: &[f64]| if is_read { column.to_vec() } else { Vec::new() };
@@ -52,7 +53,7 @@ fn no_term_reads_a_column_that_it_does_not_declare() {
             ..all.clone()
         };
         let read = CandidateSet::of_columns(columns, 5, 0.3, vec![0, 1, 2, 3], read).unwrap();
-        let term = evaluator(name, &Profile::default(), &task, &fields).unwrap();
+        let term = evaluator(name, &profile, &task, &fields).unwrap();
         let cost = |set: &CandidateSet| term.evaluate(&scene, set, &|| false).unwrap();
         assert!(cost(&candidates).iter().all(|cost| *cost > 0.0), "{name}: nothing to tell apart");
         assert_eq!(cost(&read), cost(&candidates), "{name}");

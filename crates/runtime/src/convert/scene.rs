@@ -1,6 +1,7 @@
 //! Beliefs, people and scenes.
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::motion::step;
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_schemas::{self as wire, F64Array, Frame};
@@ -75,6 +76,13 @@ pub fn people(p: &wire::People, robot: Pose2) -> People {
     people
 }
 
+/// People as they are at `stamp`, when the robot believes `belief`: seen at the message's own stamp, from where the robot
+/// was then, and taken to have gone on at constant velocity (A20).
+pub fn people_at(p: &wire::People, belief: &Belief, stamp: f64) -> People {
+    let age = stamp - p.stamp;
+    people(p, step(belief.pose, belief.twist, -age)).after(age)
+}
+
 /// People in the map frame.
 pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
     wire::People {
@@ -88,6 +96,18 @@ pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
         vx: p.vx.as_slice().into(),
         vy: p.vy.as_slice().into(),
     }
+}
+
+/// The same people in the frame of a robot at this pose; velocities stay relative to the ground.
+pub fn people_seen_from(robot: Pose2, mut p: wire::People) -> wire::People {
+    let (s, c) = sin_cos(robot.heading);
+    for i in 0..p.id.len() {
+        let q = robot.inverse_transform(Point2::new(p.x[i], p.y[i]));
+        let (vx, vy) = (p.vx[i], p.vy[i]);
+        (p.x.0[i], p.y.0[i]) = (q.x, q.y);
+        (p.vx.0[i], p.vy.0[i]) = (c * vx + s * vy, -s * vx + c * vy);
+    }
+    wire::People { frame: Frame::Robot, ..p }
 }
 
 /// A scene.
@@ -105,5 +125,26 @@ pub fn scene_to_wire(s: &Scene, health: wire::Health) -> wire::Scene {
         belief: belief_to_wire(&s.belief, s.tick, s.stamp, health),
         people: people_to_wire(&s.people, s.tick, s.stamp),
         uncertain: s.uncertain,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn people_seen_a_while_ago_have_gone_on_in_either_frame() {
+        let twist = Twist { v: 0.8, omega: 0.5 };
+        let then = Belief { pose: Pose2::new(3.0, -1.0, 0.7), covariance: Matrix3::identity(), twist };
+        let seen =
+            People { id: vec![4], x: vec![5.0], y: vec![1.0], vx: vec![-1.0], vy: vec![0.5], radius: 0.25 };
+        let in_map = wire::People { stamp: 2.0, ..people_to_wire(&seen, 20, 2.0) };
+        let in_robot = people_seen_from(then.pose, in_map.clone());
+        // 0.6 s later the robot has driven on.
+        let now = Belief { pose: step(then.pose, twist, 0.6), ..then };
+        for message in [in_map, in_robot] {
+            let people = people_at(&message, &now, 2.6);
+            assert!(people.position(0).distance(Point2::new(4.4, 1.3)) < 1e-12, "{people:?}");
+        }
     }
 }

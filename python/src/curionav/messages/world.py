@@ -78,15 +78,17 @@ class Measures(Record):
     """The measures of the paper and a few more.
 
     ``rmse_m`` localisation error; ``tcm`` (0..1) share of the run before localisation converged (1: never), ``nm``
-    times it lost convergence after that; ``td`` (0..1) share of the time closer to people than comfortable, ``md_m``
-    least distance to a person, between centres (``None`` if there were no people), ``nt`` times it came closer than
-    comfortable; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
+    times it lost convergence after that (``None`` if it never converged); ``tce_s`` time until the error stayed below
+    0.3 m for 2 s (``None`` if it never did); ``td`` (0..1) share of the time closer to people than comfortable,
+    ``md_m`` least distance to a person, between centres (``None`` if there were no people), ``nt`` times it came
+    closer than comfortable; ``vel_mps`` mean speed; ``length_m`` driven; ``time_s`` duration;
     ``collisions`` contacts while driving; ``clearance_min_m`` to people and walls, negative in contact.
     """
 
     rmse_m: NonNegative
     tcm: Fraction
-    nm: Uint32
+    nm: Uint32 | None = None
+    tce_s: NonNegative | None = None
     td: Fraction
     md_m: Number | None = None
     nt: Uint32

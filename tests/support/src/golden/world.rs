@@ -56,7 +56,8 @@ pub fn run_result() -> RunResult {
         measures: Measures {
             rmse_m: 0.12,
             tcm: 0.05,
-            nm: 1,
+            nm: Some(1),
+            tce_s: Some(1.5),
             td: 0.02,
             md_m: Some(1.3),
             nt: 2,

@@ -1,16 +1,24 @@
 //! `report.html`: one file that needs nothing else, on screen and on paper. `templates/report.html` is how it looks.
 
+use std::collections::BTreeMap;
+
 use askama::Template;
 use curionav_picture::{Course, Site, comparison_svg, planner_colour};
 use curionav_schemas::RunResult;
 
-use super::acceptance::{SIGNIFICANT, Verdict, shown_p};
-use super::comparison::Order;
+use super::claims::shown_p;
+use super::comparison::{Order, Paired};
 use super::findings::Findings;
 use super::measure::Measure;
 use super::published::{SLIPS, published};
 use super::row::Tally;
 use crate::plural::count;
+use crate::statistics::{holm, median, share_interval};
+
+/// A difference counts below this p.
+const SIGNIFICANT: f64 = 0.01;
+/// Measures whose means a few lost or stuck runs rule.
+const MEDIANS: [Measure; 4] = [Measure::Rmse, Measure::Tce, Measure::TdSeconds, Measure::Time];
 
 /// What the template asks for. It hands over every argument by reference.
 #[derive(Template)]
@@ -18,6 +26,8 @@ use crate::plural::count;
 struct Page<'a> {
     bench: &'a Findings<'a>,
     title: String,
+    /// Each planner but the first against the first, over all scenarios, with Holm's p over all of them.
+    tests: BTreeMap<(Measure, usize), (Paired, f64)>,
 }
 
 pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
@@ -28,7 +38,19 @@ pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
         bench.comparison.count_runs()
     );
     // The engine drops the last line break of a template.
-    Ok(Page { bench, title }.render()? + "\n")
+    Ok(Page { bench, title, tests: tests(bench) }.render()? + "\n")
+}
+
+fn tests(bench: &Findings<'_>) -> BTreeMap<(Measure, usize), (Paired, f64)> {
+    let others = 1..bench.comparison.planners.len();
+    let of = |measure: Measure| {
+        others
+            .clone()
+            .filter_map(move |p| Some(((measure, p), bench.comparison.paired(measure, p, 0, None)?)))
+    };
+    let (cells, paired): (Vec<_>, Vec<_>) = Measure::ALL.into_iter().flat_map(of).unzip();
+    let corrected = holm(&paired.iter().map(|paired: &Paired| paired.p).collect::<Vec<_>>());
+    cells.into_iter().zip(paired.into_iter().zip(corrected)).collect()
 }
 
 impl Page<'_> {
@@ -54,12 +76,26 @@ impl Page<'_> {
         planner_colour(self.name(planner), *planner)
     }
 
-    fn count(&self, verdict: Verdict) -> usize {
-        self.bench.criteria.iter().filter(|c| c.verdict == verdict).count()
+    fn claims_that_hold(&self) -> usize {
+        self.bench.claims.iter().filter(|judged| judged.holds).count()
     }
 
     fn tally(&self, planner: &usize) -> Tally {
         Tally::of(self.bench.comparison.all_runs(*planner))
+    }
+
+    /// The 95 % interval of the share of runs that reached the goal without collision, per cent.
+    fn success_interval(&self, planner: &usize) -> String {
+        let Tally { success, runs, .. } = self.tally(planner);
+        let shown = |(low, high): (f64, f64)| format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high);
+        share_interval(success, runs).map_or_else(String::new, shown)
+    }
+
+    /// The median over all runs of a planner, which a few lost ones do not rule.
+    fn median(&self, measure: &Measure, planner: &usize) -> String {
+        let runs = self.bench.comparison.all_runs(*planner);
+        let values: Vec<f64> = runs.filter_map(|row| measure.of(row)).collect();
+        median(&values).map_or_else(|| "\u{2013}".into(), |value| measure.show(value))
     }
 
     fn real_time_factor(&self, planner: &usize) -> String {
@@ -100,13 +136,13 @@ impl Page<'_> {
 
     /// A planner against the first one: class of the cell, difference, its interval, and the test.
     fn paired(&self, measure: &Measure, planner: &usize) -> Option<(&'static str, String, String, String)> {
-        let paired = self.bench.comparison.paired(*measure, *planner, 0, None)?;
-        let verdict = match (paired.p < SIGNIFICANT, measure.prefers(0.0, paired.difference)) {
+        let (paired, p) = self.tests.get(&(*measure, *planner))?;
+        let verdict = match (*p < SIGNIFICANT, measure.prefers(0.0, paired.difference)) {
             (false, _) => "",
             (true, true) => "pass",
             (true, false) => "miss",
         };
-        let test = format!("{}, n = {}", shown_p(paired.p), paired.pairs);
+        let test = format!("{}, n = {}", shown_p(*p), paired.units);
         Some((verdict, measure.show(paired.difference), interval(*measure, paired.low, paired.high), test))
     }
 

@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use super::super::claims::Judged;
 use super::super::comparison::Comparison;
 use super::super::comparison::tests::{names, rows};
 use super::super::row::Row;
@@ -10,7 +11,7 @@ fn page(planners: &[&str]) -> String {
     let all: Vec<&Row> = rows.iter().collect();
     let comparison = Comparison::new(names(planners), names(&["env2-s2"]), &all);
     let bench = Findings {
-        criteria: super::super::acceptance::criteria(&comparison, Duration::from_secs(90)),
+        claims: vec![Judged { claim: "`a` wins".into(), holds: false, found: "it <did> not".into() }],
         comparison,
         scenes: &[],
         jobs: &[],
@@ -31,6 +32,11 @@ fn the_page_needs_nothing_else_and_marks_the_papers_slips() {
     // 35.00 m of the paper cannot be.
     assert!(page.contains("35.00\u{b1}0.96<sup>a</sup>") && page.contains("above the robot's top speed"));
     assert!(page.starts_with("<!DOCTYPE html>\n") && page.ends_with("</html>\n"));
+    assert!(
+        page.contains("0 of 1 hold")
+            && page.contains("<code>a</code> wins")
+            && page.contains("&#60;did&#62;")
+    );
     assert!(page.contains("Table V") && page.contains("seeds 1 to 10") && page.contains("30 runs"));
     for tag in ["table", "tr", "td", "th", "p", "h2"] {
         let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();

@@ -66,7 +66,7 @@ fn the_best_that_is_free_is_followed_and_no_more_is_checked_than_needed() {
 fn slow_candidates_compete_only_if_no_faster_one_is_free() {
     let mut hall = Hall::new();
     // The one that hardly moves is by far the cheapest.
-    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.7, 0.1), (2, -0.7, 0.34)]);
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.7, 0.1), (2, -0.7, 0.16)]);
     let s = scores(&[("cnc", &[9.0, 0.0, 0.5]), ("distance", &[99.0, 0.0, 0.0])]);
     let verdict = hall.arbitrate(&candidates, &s, None);
     assert_eq!(verdict.decision.candidate, Some(0));
@@ -74,6 +74,18 @@ fn slow_candidates_compete_only_if_no_faster_one_is_free() {
     hall.add_person(22.0, 20.0);
     let blocked = hall.arbitrate(&candidates, &s, None).decision;
     assert_eq!((blocked.candidate, blocked.reason), (Some(1), Reason::OnlySlowFree));
+}
+
+#[test]
+fn what_is_slow_depends_on_how_fast_the_robot_can_be_within_the_horizon() {
+    // From rest, and with a stop at the end, the fastest way takes 0.49 m/s on average, at cruise 0.74 m/s.
+    let candidates = fan(&[(0, 0.0, 0.8), (1, 0.7, 0.2)]);
+    let s = scores(&[("cnc", &[0.0, 0.0]), ("distance", &[99.0, 0.0])]);
+    let mut hall = Hall::new();
+    hall.scene.belief.twist.v = 0.0;
+    assert_eq!(hall.arbitrate(&candidates, &s, None).decision.candidate, Some(1));
+    hall.scene.belief.twist.v = 1.0;
+    assert_eq!(hall.arbitrate(&candidates, &s, None).decision.candidate, Some(0));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::lanes::{Select, Simd, SimdBase, f64x8, greater, lesser};
+use crate::lanes::{Select, Simd, SimdBase, f64x8, greater};
 use crate::motion::OdometryNoise;
 
 /// A symmetric 3x3 matrix over (x, y, heading) in each lane: xx, xy, yy, xt, yt, tt.
@@ -35,6 +35,8 @@ pub(super) struct StepModel {
     pub(super) dt: f64,
     /// Updates of the localiser due per metre, per radian and per step (of time).
     pub(super) updates: (f64, f64, f64),
+    /// What an update that time alone makes due is worth, as a share of one after motion.
+    pub(super) rest_credit: f64,
 }
 
 /// Sigma, Lambda and zeta of each lane.
@@ -44,7 +46,9 @@ pub(super) struct Covariances<S: Simd> {
     lambda: Symmetric<S>,
     /// `sum_k tr(Lambda_k + Sigma_k)` so far (eq. 15), m2 + rad2.
     pub(super) zeta: f64x8<S>,
-    due: f64x8<S>,
+    /// Shares of the next update that motion and time have made due.
+    moved: f64x8<S>,
+    waited: f64x8<S>,
 }
 
 impl<S: Simd> Covariances<S> {
@@ -57,8 +61,16 @@ impl<S: Simd> Covariances<S> {
             sigma: Symmetric([s(0, 0), s(0, 1), s(1, 1), s(0, 2), s(1, 2), s(2, 2)]),
             lambda: Symmetric([zero; 6]),
             zeta: zero,
-            due: zero,
+            moved: zero,
+            waited: zero,
         }
+    }
+
+    /// Sigma of one lane.
+    #[inline(always)]
+    pub(super) fn sigma_of(&self, lane: usize) -> Matrix3<f64> {
+        let [xx, xy, yy, xt, yt, tt] = self.sigma.0.map(|of| of[lane]);
+        Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt)
     }
 
     /// Drives every lane one step on.
@@ -73,19 +85,20 @@ impl<S: Simd> Covariances<S> {
         (self.sigma, self.lambda) = (updated, wander);
     }
 
-    /// 1 if the localiser updates during this step, else 0; and takes note of the share of the next update that is
-    /// already due (D5). One update at most per step.
+    /// What the scans of this step are worth: nothing unless the localiser updates, one for each update that motion has
+    /// made due, and less where time alone does, because scans from one place repeat the same errors (D5).
     #[inline(always)]
     fn credit(&mut self, model: &StepModel, step: &Step<S>) -> f64x8<S> {
         let (per_metre, per_radian, per_step) = model.updates;
-        let (moved, turned) = (step.travel.abs() * per_metre, step.turn.abs() * per_radian);
-        let faster = greater(greater(moved, turned), f64x8::splat(moved.simd, per_step));
-        let due = self.due + faster;
-        let (zero, one) = (f64x8::splat(due.simd, 0.0), f64x8::splat(due.simd, 1.0));
+        let all = |x: f64| f64x8::splat(step.travel.simd, x);
+        let (zero, one) = (all(0.0), all(1.0));
+        let moved = self.moved + greater(step.travel.abs() * per_metre, step.turn.abs() * per_radian);
+        let waited = self.waited + per_step;
         // A sum of tenths may fall short of one by its rounding.
-        let credit = due.simd_ge(1.0 - 1e-9).select(one, zero);
-        self.due = lesser(due - credit, one);
-        credit
+        let is_due = greater(moved, waited).simd_ge(1.0 - 1e-9);
+        self.moved = is_due.select(zero, moved);
+        self.waited = is_due.select(greater(waited - one, zero), waited);
+        is_due.select(greater(moved, all(model.rest_credit)), zero)
     }
 }
 

@@ -29,6 +29,7 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::lanes::{LANES, Level, Simd, SimdBase, dispatch, f64x8, sin_cos};
 use crate::motion::OdometryNoise;
+use crate::parameters::Range;
 use crate::scene::Scene;
 
 pub use beam_fan::MeasurementModel;
@@ -42,7 +43,7 @@ crate::parameters! {
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct CpcParams {
-        /// Metres driven between two updates. What is driven beyond it counts towards the next one.
+        /// Metres driven between two updates. A step in which more is driven is credited with so many.
         pub update_min_d: f64 [0.0, 100.0, "m", "a localiser that updates more rarely does not localise"] = 0.2,
         /// Radians turned between two updates.
         pub update_min_a: f64
@@ -51,6 +52,9 @@ crate::parameters! {
         pub update_max_interval: f64 [
             0.01, 1000.0, "s", "a scan comes at most a hundred times per second, and updates are no rarer than that"
         ] = 1.0,
+        /// What a scan at rest is worth, as a share of one after motion: the localiser's `rest_temper`. In between it
+        /// is worth the share of an update that has been driven.
+        pub rest_credit: f64 [in Range::SHARE] = 0.02,
     }
 }
 
@@ -68,6 +72,58 @@ impl CpcEvaluator {
         Self { field, noise, params }
     }
 
+    /// What the localiser is predicted to know along candidate `index`: `Sigma` of eq. 11 after each state, map frame.
+    /// `sigma` is the belief's covariance.
+    pub fn predicted(
+        &self,
+        sigma: &Matrix3<f64>,
+        candidates: &CandidateSet,
+        index: usize,
+    ) -> Vec<Matrix3<f64>> {
+        let mut predicted = Vec::new();
+        let alone = candidates.pick([index]);
+        let found = self.along(sigma, &alone, &|| false, |_, sigmas| predicted = sigmas.to_vec());
+        debug_assert_eq!(found, Ok(()));
+        predicted
+    }
+
+    /// The same of all candidates: each is given with its index.
+    pub(super) fn along(
+        &self,
+        sigma: &Matrix3<f64>,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
+        mut each: impl FnMut(usize, &[Matrix3<f64>]),
+    ) -> Result<(), Stopped> {
+        let turn = self.field.map_from_grid();
+        let gains = GainTable::new(candidates.dt());
+        let drive = self.drive(sigma, &gains, candidates);
+        let mut sigmas: [_; LANES] = std::array::from_fn(|_| Vec::with_capacity(candidates.steps()));
+        for first in (0..candidates.len()).step_by(LANES) {
+            if should_stop() {
+                return Err(Stopped);
+            }
+            sigmas.iter_mut().for_each(Vec::clear);
+            dispatch!(Level::new(), simd => drive.sigmas(simd, first, &mut sigmas));
+            for (lane, sigmas) in sigmas.iter_mut().enumerate().take(candidates.len() - first) {
+                sigmas.iter_mut().for_each(|sigma| *sigma = turn * *sigma * turn.transpose());
+                each(first + lane, sigmas);
+            }
+        }
+        Ok(())
+    }
+
+    fn drive<'a>(
+        &'a self,
+        sigma: &Matrix3<f64>,
+        gains: &'a GainTable,
+        candidates: &'a CandidateSet,
+    ) -> Drive<'a> {
+        let turn = self.field.map_from_grid();
+        let sigma = turn.transpose() * sigma * turn;
+        Drive { field: &self.field, gains, model: self.step_model(candidates.dt()), sigma, candidates }
+    }
+
     /// The costs under these gains, with vectors of this kind, which makes no difference to them.
     fn evaluate_with(
         &self,
@@ -77,10 +133,7 @@ impl CpcEvaluator {
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        let turn = self.field.map_from_grid();
-        let sigma = turn.transpose() * scene.belief.covariance * turn;
-        let drive =
-            Drive { field: &self.field, gains, model: self.step_model(candidates.dt()), sigma, candidates };
+        let drive = self.drive(&scene.belief.covariance, gains, candidates);
         let mut costs = Vec::with_capacity(candidates.len());
         for first in (0..candidates.len()).step_by(LANES) {
             if should_stop() {
@@ -106,9 +159,9 @@ impl CpcEvaluator {
     fn step_model(&self, dt: f64) -> StepModel {
         // A threshold of zero asks for an update every step.
         let rate = |threshold: f64| 1.0 / threshold.max(1e-6);
-        let CpcParams { update_min_d, update_min_a, update_max_interval } = self.params;
+        let CpcParams { update_min_d, update_min_a, update_max_interval, rest_credit } = self.params;
         let updates = (rate(update_min_d), rate(update_min_a), dt * rate(update_max_interval));
-        StepModel { noise: self.noise, dt, updates }
+        StepModel { noise: self.noise, dt, updates, rest_credit }
     }
 }
 
@@ -122,33 +175,56 @@ struct Drive<'a> {
     candidates: &'a CandidateSet,
 }
 
+/// The states of eight candidates: x, y, heading, v and omega, each `[lane][step]`.
+type Rows<'a> = [[&'a [f64]; LANES]; 5];
+
 impl Drive<'_> {
-    /// Zeta of the candidates from `first` on, side by side. The last group is filled up with copies of the last
-    /// candidate.
-    #[inline(always)]
-    fn zeta<S: Simd>(&self, simd: S, first: usize) -> [f64; LANES] {
+    /// The candidates from `first` on. The last group is filled up with copies of the last candidate.
+    fn rows(&self, first: usize) -> Rows<'_> {
         let (set, states) = (self.candidates, self.candidates.all_states());
         let rows: [_; LANES] = std::array::from_fn(|lane| set.range((first + lane).min(set.len() - 1)));
-        let [x, y, heading, v, omega] = [&states.x, &states.y, &states.heading, &states.v, &states.omega]
-            .map(|of| rows.each_ref().map(|row| &of[row.clone()]));
+        [&states.x, &states.y, &states.heading, &states.v, &states.omega]
+            .map(|of| rows.each_ref().map(|row| &of[row.clone()]))
+    }
+
+    /// Zeta of the candidates from `first` on, side by side.
+    #[inline(always)]
+    fn zeta<S: Simd>(&self, simd: S, first: usize) -> [f64; LANES] {
+        let rows = self.rows(first);
         let mut covariances = Covariances::new(simd, &self.sigma);
-        for k in 0..set.steps() {
-            let lanes = |of: &[&[f64]; LANES]| f64x8::from_fn(simd, |lane| of[lane][k]);
-            let (heading, v) = (lanes(&heading), lanes(&v));
-            let (travel, turn) = (v * set.dt(), lanes(&omega) * set.dt());
-            // Linearised half way through the step, where the chord of the arc points: better than Euler's at its
-            // start, and no other state is needed.
-            let chord = heading - self.field.grid_heading() - 0.5 * turn;
-            let step = Step {
-                sin_cos: sin_cos(chord),
-                travel,
-                turn,
-                gains: self.gains.at(v),
-                information: self.field.factors_at(lanes(&x), lanes(&y), heading),
-            };
-            covariances.step(&self.model, &step);
+        for k in 0..self.candidates.steps() {
+            covariances.step(&self.model, &self.step(simd, &rows, k));
         }
         covariances.zeta.into()
+    }
+
+    /// Adds Sigma after each state of the candidates from `first` on, in the grid's axes, one list per candidate.
+    #[inline(always)]
+    fn sigmas<S: Simd>(&self, simd: S, first: usize, into: &mut [Vec<Matrix3<f64>>]) {
+        let rows = self.rows(first);
+        let mut covariances = Covariances::new(simd, &self.sigma);
+        for k in 0..self.candidates.steps() {
+            covariances.step(&self.model, &self.step(simd, &rows, k));
+            into.iter_mut().enumerate().for_each(|(lane, sigmas)| sigmas.push(covariances.sigma_of(lane)));
+        }
+    }
+
+    /// What step `k` does.
+    #[inline(always)]
+    fn step<S: Simd>(&self, simd: S, [x, y, heading, v, omega]: &Rows<'_>, k: usize) -> Step<S> {
+        let lanes = |of: &[&[f64]; LANES]| f64x8::from_fn(simd, |lane| of[lane][k]);
+        let (heading, v, dt) = (lanes(heading), lanes(v), self.candidates.dt());
+        let (travel, turn) = (v * dt, lanes(omega) * dt);
+        // Linearised half way through the step, where the chord of the arc points: better than Euler's at its start,
+        // and no other state is needed.
+        let chord = heading - self.field.grid_heading() - 0.5 * turn;
+        Step {
+            sin_cos: sin_cos(chord),
+            travel,
+            turn,
+            gains: self.gains.at(v),
+            information: self.field.factors_at(lanes(x), lanes(y), heading),
+        }
     }
 }
 

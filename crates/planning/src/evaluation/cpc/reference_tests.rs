@@ -20,7 +20,7 @@ pub(super) struct LinearStep {
 
 pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<LinearStep> {
     let gains = GainTable::new(set.dt());
-    let mut due = 0.0;
+    let (mut moved, mut waited) = (0.0_f64, 0.0_f64);
     (0..set.steps())
         .map(|i| {
             let (v, omega, dt) = (set.all_states().v[i], set.all_states().omega[i], set.dt());
@@ -28,11 +28,14 @@ pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<Lin
             let gain = lqr::tests::at(&gains, v);
             let k = Matrix2x3::new(gain.along, 0.0, 0.0, 0.0, gain.across, gain.heading)
                 * Matrix3::new(c, s, 0.0, -s, c, 0.0, 0.0, 0.0, 1.0);
-            due += (v * dt / evaluator.params.update_min_d)
-                .max(omega.abs() * dt / evaluator.params.update_min_a)
-                .max(dt / evaluator.params.update_max_interval);
-            let seen = due >= 1.0 - 1e-9;
-            due = if seen { (due - 1.0).min(1.0) } else { due };
+            let params = evaluator.params;
+            moved += (v * dt / params.update_min_d).max(omega.abs() * dt / params.update_min_a);
+            waited += dt / params.update_max_interval;
+            let mut worth = 0.0;
+            if moved.max(waited) >= 1.0 - 1e-9 {
+                worth = moved.max(params.rest_credit);
+                (moved, waited) = (0.0, (waited - 1.0).max(0.0));
+            }
             let j = evaluator.field.at(set.all_states().pose(i));
             let eigen = j.symmetric_eigen();
             let root = Matrix3::from_diagonal(&eigen.eigenvalues.map(|l| l.max(0.0).sqrt()));
@@ -41,7 +44,7 @@ pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<Lin
                 b: Matrix3x2::new(dt * c, 0.0, dt * s, 0.0, 0.0, dt),
                 k,
                 m: evaluator.noise.process_covariance(v * dt, omega * dt),
-                c: root * eigen.eigenvectors.transpose() * if seen { 1.0 } else { 0.0 },
+                c: root * eigen.eigenvectors.transpose() * worth.sqrt(),
             }
         })
         .collect()

@@ -154,8 +154,8 @@ fn an_observation_is_credited_only_where_the_localiser_would_update() {
     let map = map(Pose2::default(), corridor);
     let evaluator = evaluator(&map, LaserModel::default());
     let start = Pose2::new(6.0, 10.0, 0.0);
-    // At rest the scan is credited in the fourth step (1.2 s). What Sigma loses, Lambda takes over, and
-    // the controller removes it from the fifth step on.
+    // At rest the scan is credited in the fourth step (1.2 s), with a fiftieth of what it is worth after motion. What
+    // Sigma loses, Lambda takes over, and the controller removes it from the fifth step on.
     let none = CpcEvaluator {
         params: CpcParams { update_max_interval: 1e9, ..CpcParams::default() },
         ..evaluator.clone()
@@ -164,14 +164,29 @@ fn an_observation_is_credited_only_where_the_localiser_would_update() {
         |e: &CpcEvaluator, n: usize| zeta(e, &uncertain(), &drives(&[start], n, |_, _| Twist::default()))[0];
     assert!((rest(&none, 12) / (12.0 * uncertain().belief.uncertainty()) - 1.0).abs() < 1e-12);
     assert!((rest(&evaluator, 4) / rest(&none, 4) - 1.0).abs() < 1e-12);
-    assert!(rest(&evaluator, 5) < 0.99 * rest(&none, 5));
-    // 0.15 m a step: a scan every 0.2 m is three in four steps; 0.3 m a step: one a step.
-    let credits = |travel: f64| -> Vec<bool> {
-        let set = drives(&[start], 8, |_, _| Twist { v: travel / DT, omega: 0.0 });
-        linearise(&evaluator, &set).iter().map(|s| s.c != Matrix3::zeros()).collect()
+    // To a belief that knows much already it is worth far less than a whole one.
+    let known = scene(Matrix3::identity() * 1e-3);
+    let resting = |params: CpcParams| {
+        let evaluator = CpcEvaluator { params, ..evaluator.clone() };
+        zeta(&evaluator, &known, &drives(&[start], 5, |_, _| Twist::default()))[0]
     };
-    assert_eq!(credits(0.15), [false, true, true, true, false, true, true, true]);
-    assert_eq!(credits(0.3), [true; 8]);
+    let gained =
+        |rest_credit: f64| resting(none.params) - resting(CpcParams { rest_credit, ..evaluator.params });
+    assert!(gained(0.02) > 0.0 && gained(0.02) < 0.2 * gained(1.0), "{} of {}", gained(0.02), gained(1.0));
+    // 0.15 m a step: every other step a scan is due, and so is half of the next; 0.3 m a step: one and a half a step.
+    let credits = |travel: f64| -> Vec<f64> {
+        let set = drives(&[start], 8, |_, _| Twist { v: travel / DT, omega: 0.0 });
+        let worth = |evaluator: &CpcEvaluator| -> Vec<f64> {
+            linearise(evaluator, &set).iter().map(|s| s.c.norm_squared()).collect()
+        };
+        let every = CpcParams { update_min_d: travel, ..evaluator.params };
+        let one = worth(&CpcEvaluator { params: every, ..evaluator.clone() });
+        worth(&evaluator).iter().zip(one).map(|(worth, one)| worth / one).collect()
+    };
+    let is_near =
+        |found: Vec<f64>, expected: [f64; 8]| found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9);
+    assert!(is_near(credits(0.15), [0.0, 1.5, 0.0, 1.5, 0.0, 1.5, 0.0, 1.5]));
+    assert!(is_near(credits(0.3), [1.5; 8]));
 }
 
 #[test]

@@ -4,7 +4,6 @@ use super::growth::Growth;
 use super::time_tree::Node;
 use crate::geometry::Pose2;
 use crate::lanes::*;
-use crate::numerics::{SMALL_ANGLE, sinc_cos};
 
 /// The cost of every node for the goal, with distances as shares of `root_distance` metres.
 pub(super) fn node_costs(growth: &Growth<'_>, root_distance: f64) -> Vec<f64> {
@@ -156,12 +155,7 @@ impl<'a, S: Simd> Braking<'a, S> {
         let dt = self.growth.tree.dt;
         let turn = self.omega * dt;
         let half = turn * 0.5;
-        let (mut sinc, mut bend) = sinc_cos(half);
-        let is_wide = half.abs().simd_gt(SMALL_ANGLE);
-        if is_wide.any_true() {
-            let (sin, cos) = library::sin_cos(half);
-            (sinc, bend) = (is_wide.select(sin / half, sinc), is_wide.select(cos, bend));
-        }
+        let (sinc, bend) = library::sinc_cos(half);
         let (chord, sin) = (self.v * dt * sinc, half * sinc);
         self.x += chord * (self.cos * bend - self.sin * sin);
         self.y += chord * (self.sin * bend + self.cos * sin);
@@ -231,6 +225,7 @@ mod tests {
                 map: &map,
                 goal,
                 geodesic: &geodesic,
+                information: None,
                 robot: &robot,
                 scene: &scene,
                 previous,

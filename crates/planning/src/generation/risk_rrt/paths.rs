@@ -33,8 +33,8 @@ pub fn candidates(growth: &Growth<'_>) -> CandidateSet {
         count += 1;
     }
     // Arcs from a finite root are finite and of equal number; anything else offers nothing.
-    CandidateSet::new(steps, tree.dt, (0..count).collect(), states)
-        .unwrap_or_else(|_| CandidateSet::empty(steps, tree.dt))
+    let all = CandidateSet::new(steps, tree.dt, (0..count).collect(), states);
+    input.stoppable(all.unwrap_or_else(|_| CandidateSet::empty(steps, tree.dt)))
 }
 
 /// Free nodes ahead from which the robot can brake in time and clear of walls, the best path first.

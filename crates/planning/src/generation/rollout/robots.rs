@@ -5,7 +5,7 @@ use crate::generation::rollout::drive::{Departure, Drive, RolloutParams};
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist, wrap_angle};
 use crate::lanes::*;
 use crate::motion::RobotModel;
-use crate::numerics::{SMALL_ANGLE, atan2, sinc_cos};
+use crate::numerics::atan2;
 use crate::states::States;
 
 /// What is the same for all robots and times.
@@ -61,11 +61,6 @@ pub(super) struct Robots<'a, S: Simd> {
     progress: [usize; LANES],
     /// 1 while the robot turns on the spot before it drives, then 0.
     turning: f64x8<S>,
-    /// 1 until the final braking ramp begins, then 0.
-    free: f64x8<S>,
-    /// Metres and substeps driven before that.
-    travelled: f64x8<S>,
-    driven: f64x8<S>,
 }
 
 impl<'a, S: Simd> Robots<'a, S> {
@@ -86,14 +81,11 @@ impl<'a, S: Simd> Robots<'a, S> {
             cruise: f64x8::from_fn(simd, |i| drives[i].profile.fraction * from.robot.v_max),
             progress: [0; LANES],
             turning: f64x8::from_fn(simd, |i| f64::from(u8::from(drives[i].profile.turn_first))),
-            free: all(1.0),
-            travelled: all(0.0),
-            driven: all(0.0),
         }
     }
 
     /// Drives for `steps` states and puts those of the first `count` lanes into `states` from `first` on,
-    /// `[lane, step]`. Gives the mean speeds before the final braking ramps.
+    /// `[lane, step]`.
     #[inline(always)]
     pub(super) fn drive(
         mut self,
@@ -101,7 +93,7 @@ impl<'a, S: Simd> Robots<'a, S> {
         steps: usize,
         states: &mut States,
         (first, count): (usize, usize),
-    ) -> [f64; LANES] {
+    ) {
         let total = steps * law.pieces;
         for k in 1..=total {
             let (v, omega) = self.pursue(law);
@@ -114,8 +106,6 @@ impl<'a, S: Simd> Robots<'a, S> {
                 }
             }
         }
-        let speeds = self.travelled / (self.driven * law.h);
-        std::array::from_fn(|lane| if self.driven[lane] > 0.0 { speeds[lane] } else { 0.0 })
     }
 
     #[inline(always)]
@@ -170,7 +160,6 @@ impl<'a, S: Simd> Robots<'a, S> {
         let all = |x: f64| f64x8::splat(self.simd, x);
         let (v_cap, omega_cap) = (all(a_max * left), all(alpha_max * left));
         let is_fast = v.simd_gt(v_cap);
-        self.free = is_fast.select(all(0.0), self.free);
         // Slower on the same curve.
         let wanted = is_fast.select(omega * (v_cap / v), omega);
         let wanted = greater(lesser(wanted, omega_cap), -omega_cap);
@@ -178,21 +167,13 @@ impl<'a, S: Simd> Robots<'a, S> {
         let omega = greater(lesser(wanted, self.omega + change), self.omega - change);
         self.omega = greater(lesser(omega, all(omega_max)), all(-omega_max));
         self.v = law.limit_speed(self.v, lesser(v, v_cap));
-        self.travelled += self.v * self.free * law.h;
-        self.driven += self.free;
     }
 
     /// As [`crate::motion::step_facing`]; headings are not wrapped.
     #[inline(always)]
     fn step(&mut self, h: f64) {
         let half = self.omega * (0.5 * h);
-        let (mut sinc, mut cos) = sinc_cos(half);
-        if half.abs().simd_gt(SMALL_ANGLE).any_true() {
-            for i in (0..LANES).filter(|&i| half[i].abs() > SMALL_ANGLE) {
-                let (sin, c) = crate::numerics::sin_cos(half[i]);
-                (sinc[i], cos[i]) = (sin / half[i], c);
-            }
-        }
+        let (sinc, cos) = library::sinc_cos(half);
         let (sin, chord) = (half * sinc, self.v * h * sinc);
         let middle = (self.cos * cos - self.sin * sin, self.sin * cos + self.cos * sin);
         self.x += chord * middle.0;

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "profiles")]
 mod bi_risk_rrt;
+#[cfg(feature = "profiles")]
+mod commanded;
 mod drive;
 #[cfg(feature = "profiles")]
 mod risk_rrt;
@@ -126,6 +128,7 @@ impl World {
             map: &self.map,
             goal: self.goal,
             geodesic: &self.geodesic,
+            information: None,
             robot: &self.robot,
             scene,
             previous,
@@ -188,35 +191,34 @@ fn various() -> Vec<(World, Scene)> {
     all
 }
 
+/// That every candidate keeps the robot's limits, ends standing and is free.
+fn drivable_and_free(world: &World, scene: &Scene, set: &CandidateSet) {
+    let checker = world.input(scene, None).checker();
+    assert_eq!((set.steps(), set.dt()), (13, 0.3));
+    assert!(set.len() <= 100);
+    for i in 0..set.len() {
+        assert_eq!(set.id()[i], i as u32);
+        let (mut pose, mut twist) = (scene.belief.pose, scene.belief.twist);
+        for k in set.range(i) {
+            let (v, omega) = (set.all_states().v[k], set.all_states().omega[k]);
+            assert!((0.0..=1.0).contains(&v) && omega.abs() <= 1.0);
+            assert!((v - twist.v).abs() <= 0.5 * 0.3 + 1e-9);
+            assert!((omega - twist.omega).abs() <= 1.0 * 0.3 + 1e-9);
+            let next = set.all_states().pose(k);
+            assert!(pose.position().distance(next.position()) <= 0.3 + 1e-9);
+            (pose, twist) = (next, Twist { v, omega });
+        }
+        assert!(twist.v < 0.02 && twist.omega.abs() < 0.02, "{twist:?}");
+        assert_eq!(checker.first_collision(&set.states(i), 0.3), None);
+    }
+}
+
 #[test]
 fn every_candidate_can_be_driven_ends_standing_and_is_free() {
     for (world, scene) in various() {
         let generator = Generator::rrt_star();
         let set = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
-        let checker = CollisionChecker::new(
-            &world.map,
-            &world.robot,
-            &scene,
-            ForecastParams::default(),
-            &CollisionParams::default(),
-        );
-        assert_eq!((set.steps(), set.dt()), (13, 0.3));
-        assert!(set.len() <= 100);
-        for i in 0..set.len() {
-            assert_eq!(set.id()[i], i as u32);
-            let (mut pose, mut twist) = (scene.belief.pose, scene.belief.twist);
-            for k in set.range(i) {
-                let (v, omega) = (set.all_states().v[k], set.all_states().omega[k]);
-                assert!((0.0..=1.0).contains(&v) && omega.abs() <= 1.0);
-                assert!((v - twist.v).abs() <= 0.5 * 0.3 + 1e-9);
-                assert!((omega - twist.omega).abs() <= 1.0 * 0.3 + 1e-9);
-                let next = set.all_states().pose(k);
-                assert!(pose.position().distance(next.position()) <= 0.3 + 1e-9);
-                (pose, twist) = (next, Twist { v, omega });
-            }
-            assert!(twist.v < 0.02 && twist.omega.abs() < 0.02, "{twist:?}");
-            assert_eq!(checker.first_collision(&set.states(i), 0.3), None);
-        }
+        drivable_and_free(&world, &scene, &set);
     }
 }
 
@@ -295,4 +297,42 @@ fn cells_of_candidates_cover_many_directions() {
         .collect();
     // 0.5 rad sectors: more than the front quarter to either side
     assert!(sectors.len() >= 5, "{sectors:?}");
+}
+
+#[test]
+fn where_not_all_can_be_offered_no_direction_is_left_out() {
+    let mut world = World::new(hall(&[]), Point2::new(15.0, 25.0));
+    let people = People { radius: 0.3, ..People::default() };
+    let from = Point2::new(15.0, 15.0);
+    let scene = scene(0, Pose2::new(from.x, from.y, 1.57), Twist { v: 0.5, omega: 0.0 }, &people);
+    let mut directions = |max_candidates: u32| -> BTreeSet<usize> {
+        world.params.generation.candidates.max_candidates = max_candidates;
+        let generator = Generator::new("rrt-star", world.params.clone());
+        let set = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
+        assert!(set.len() <= max_candidates as usize);
+        let end = |i: usize| set.all_states().position(set.range(i).end - 1);
+        (0..set.len()).map(|i| branches::sector(from, end(i))).collect()
+    };
+    let all = directions(512);
+    assert!(all.len() >= 5, "{all:?}");
+    assert_eq!(directions(20), all);
+}
+
+#[test]
+fn without_a_tree_only_what_is_added_is_offered_and_each_addition_can_be_switched_off() {
+    let mut world = World::new(hall(&[]), Point2::new(15.0, 25.0));
+    let people = People { radius: 0.3, ..People::default() };
+    let scene = scene(0, Pose2::new(15.0, 15.0, 1.57), Twist { v: 0.5, omega: 0.0 }, &people);
+    let ahead: Vec<Pose2> = (1..=8).map(|k| Pose2::new(15.0, 15.0 + 0.3 * f64::from(k), 1.57)).collect();
+    let mut offered = |besides: Besides| {
+        world.params.generation.candidates.besides = besides;
+        let generator = Generator::new("rrt-star", world.params.clone());
+        // The time is over before anything grows.
+        generator.generate(&world.input(&scene, Some(&ahead)), None, 1, &|| 1.0).candidates.len()
+    };
+    let none = Besides { previous: false, shortest_way: false, arcs: false, fan: false };
+    assert_eq!(offered(none), 0);
+    assert!(offered(Besides { previous: true, ..none }) > 0);
+    assert!(offered(Besides { shortest_way: true, ..none }) > 0);
+    assert!(offered(Besides { arcs: true, ..none }) >= 13);
 }

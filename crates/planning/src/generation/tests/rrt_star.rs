@@ -26,7 +26,8 @@ fn grown(
 ) -> Tree {
     let checker = checker(map, scene);
     let centre = scene.belief.pose.position();
-    let space = SampleSpace { grid: &map.grid, centre, radius: RADIUS, way: &[] };
+    let space =
+        SampleSpace { grid: &map.grid, centre, radius: RADIUS, way: &[], landmarks: &Landmarks::default() };
     let mut search = RrtStar::new(params, &checker, &space, tree);
     search.grow(iterations, &mut rng(seed, 0), &Pace::new(&|| 0.0));
     search.into_tree()

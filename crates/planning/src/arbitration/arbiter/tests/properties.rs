@@ -42,7 +42,8 @@ fn exhaustive(hall: &Hall, candidates: &CandidateSet, scores: &Scores) -> Option
     let speed = |i: usize| candidates.all_states().v[candidates.range(i)].iter().sum::<f64>() / STEPS as f64;
     // The robot looks along the first axis.
     let turn = |i: usize| candidates.all_states().heading[candidates.range(i)][STEPS - 1].abs();
-    free.map(|i| (speed(i) < 0.35 && turn(i) < 0.75, total[i].unwrap(), candidates.id()[i]))
+    let slow = hall.robot.slow_below(0.35, hall.scene.belief.twist.v, STEPS, DT);
+    free.map(|i| (speed(i) < slow && turn(i) < 0.75, total[i].unwrap(), candidates.id()[i]))
         .min_by(|a, b| a.partial_cmp(b).unwrap())
         .map(|best| best.2)
 }

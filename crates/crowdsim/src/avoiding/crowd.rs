@@ -1,0 +1,203 @@
+//! All people of a scenario who avoid others, step by step.
+
+use curionav_planning::geometry::Point2;
+use curionav_planning::hrvo::{Body, HrvoParams, Velocity, VelocityObstacle, velocity};
+use curionav_planning::occupancy::StaticMap;
+
+use super::route::Route;
+use super::wall_rim::{NearWall, nearest_walls};
+use crate::scenario::{PeopleParams, WalkMode, Walker};
+use crate::social_force::{SocialForceParams, acceleration};
+use crate::walls::wall_distance;
+
+/// Times a step slides along what is in its way before it is shortened.
+const SLIDES: usize = 3;
+/// Parts of a step tried, longest first, when sliding does not help.
+const STEP_PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
+/// Walls farther off than this many of their force's reaches are not felt.
+const WALL_REACHES: f64 = 5.0;
+/// Nearer by less than this is rounding, metres.
+const ROUNDING_M: f64 = 1e-9;
+
+/// How a person chooses its velocity.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Law {
+    Hrvo(HrvoParams),
+    SocialForce(SocialForceParams),
+}
+
+/// The people of `[[walkers]]` as they walk around each other. All choose at once, then all move.
+#[derive(Debug, Clone)]
+pub(crate) struct AvoidingCrowd {
+    law: Law,
+    walkers: Vec<Person>,
+    /// The walkers in their order, then the others that were seen at the last step.
+    bodies: Vec<Body>,
+    /// Distance from a wall that a walker's centre keeps, metres.
+    wall_gap: f64,
+}
+
+#[derive(Debug, Clone)]
+struct Person {
+    route: Route,
+    speed: f64,
+    stands: bool,
+}
+
+impl AvoidingCrowd {
+    /// All walkers at the starts of their routes, standing.
+    pub(crate) fn new(law: Law, walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
+        let start = |walker: &Walker| {
+            let (route, position) = Route::new(walker);
+            let stands = walker.mode == WalkMode::Stand;
+            let (velocity, radius) = (Velocity::zeros(), people.radius);
+            let body = Body { position, velocity, preferred: velocity, radius, yields: !stands };
+            (Person { route, speed: walker.speed, stands }, body)
+        };
+        let (walkers, bodies) = walkers.iter().map(start).unzip();
+        // Routes keep their distance from centres of cells; measured exactly that can be a diagonal less.
+        let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
+        Self { law, walkers, bodies, wall_gap: (people.radius - diagonal).max(0.01) }
+    }
+
+    pub(crate) fn people(&self) -> &[Body] {
+        &self.bodies[..self.walkers.len()]
+    }
+
+    /// All walk for `dt` seconds, seeing each other and `others`, who move by their own law.
+    pub(crate) fn step(&mut self, dt: f64, map: &StaticMap, others: impl IntoIterator<Item = Body>) {
+        self.bodies.truncate(self.walkers.len());
+        self.bodies.extend(others);
+        let goal_radius = match &self.law {
+            Law::Hrvo(params) => params.goal_radius,
+            Law::SocialForce(params) => params.goal_radius,
+        };
+        for (person, body) in self.walkers.iter_mut().zip(&mut self.bodies) {
+            if !person.stands {
+                person.route.advance(body.position, goal_radius, dt);
+                body.preferred = person.preferred(body, map, dt);
+            }
+        }
+        let chosen: Vec<_> = (0..self.walkers.len()).map(|i| self.choose(i, dt, map)).collect();
+        // One after the other, seeing where those before have gone, so that none steps into another.
+        for (i, (velocity, wall)) in chosen.into_iter().enumerate() {
+            let velocity = self.clipped(i, velocity, wall, dt, map);
+            let body = &mut self.bodies[i];
+            (body.velocity, body.position) = (velocity, moved(body.position, velocity, dt));
+        }
+    }
+
+    /// The velocity of one walker for this step, and the nearest wall.
+    fn choose(&self, i: usize, dt: f64, map: &StaticMap) -> (Velocity, Option<NearWall>) {
+        let person = &self.walkers[i];
+        match &self.law {
+            _ if person.stands => (Velocity::zeros(), None),
+            Law::Hrvo(params) => self.by_velocity_obstacles(i, params, dt, map),
+            Law::SocialForce(params) => self.by_forces(i, params, dt, map),
+        }
+    }
+
+    /// Chosen among what others and walls leave, as far as it can be taken up.
+    fn by_velocity_obstacles(
+        &self,
+        i: usize,
+        params: &HrvoParams,
+        dt: f64,
+        map: &StaticMap,
+    ) -> (Velocity, Option<NearWall>) {
+        let body = self.bodies[i];
+        let max_speed = self.walkers[i].speed * params.max_speed_factor;
+        let horizon = params.wall_horizon_s;
+        let walls = nearest_walls(map, body.position, body.radius + max_speed * horizon);
+        let forbidden =
+            |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
+        let obstacles = walls.iter().map(forbidden);
+        let wanted = velocity(i, &self.bodies, obstacles, max_speed, dt, params);
+        let change = wanted - body.velocity;
+        let most = params.max_accel * dt;
+        let taken_up =
+            if change.norm() > most { body.velocity + change * (most / change.norm()) } else { wanted };
+        (taken_up, walls.first().copied())
+    }
+
+    /// Where forces drive it from its present velocity.
+    fn by_forces(
+        &self,
+        i: usize,
+        params: &SocialForceParams,
+        dt: f64,
+        map: &StaticMap,
+    ) -> (Velocity, Option<NearWall>) {
+        let body = &self.bodies[i];
+        let max_speed = self.walkers[i].speed * params.max_speed_factor;
+        let walls = nearest_walls(
+            map,
+            body.position,
+            body.radius + max_speed * dt + WALL_REACHES * params.wall_reach,
+        );
+        let driven = body.velocity + acceleration(i, &self.bodies, &walls, params) * dt;
+        let speed = driven.norm();
+        let kept = if speed > max_speed { driven * (max_speed / speed) } else { driven };
+        (kept, walls.first().copied())
+    }
+
+    /// What is left of a walker's velocity when its step must end clear of walls and of people: without
+    /// its parts towards what is in the way, then shorter, then none.
+    fn clipped(
+        &self,
+        i: usize,
+        mut velocity: Velocity,
+        wall: Option<NearWall>,
+        dt: f64,
+        map: &StaticMap,
+    ) -> Velocity {
+        let in_the_way = |velocity| self.in_the_way(i, velocity, wall, dt, map);
+        for _ in 0..SLIDES {
+            let Some(towards) = in_the_way(velocity) else { return velocity };
+            velocity -= towards * velocity.dot(&towards).max(0.0);
+        }
+        let mut shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
+        shorter.find(|v| in_the_way(*v).is_none()).unwrap_or_default()
+    }
+
+    /// The direction of a wall or person too near to where this step would end, if there is one. A walker
+    /// that is too near already may go wherever that gets no worse.
+    fn in_the_way(
+        &self,
+        i: usize,
+        velocity: Velocity,
+        wall: Option<NearWall>,
+        dt: f64,
+        map: &StaticMap,
+    ) -> Option<Velocity> {
+        let body = &self.bodies[i];
+        let end = moved(body.position, velocity, dt);
+        let wall = wall.filter(|wall| {
+            let keep = self.wall_gap.min(wall.distance);
+            wall_distance(map, end) < keep - ROUNDING_M
+        });
+        let bump = |(j, other): (usize, &Body)| {
+            let (before, after) = (body.position.distance(other.position), end.distance(other.position));
+            let keep = before.min(body.radius + other.radius);
+            (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
+                let (dx, dy) = (other.position.x - body.position.x, other.position.y - body.position.y);
+                Velocity::new(dx / before, dy / before)
+            })
+        };
+        wall.map(|wall| wall.towards).or_else(|| self.bodies.iter().enumerate().find_map(bump))
+    }
+}
+
+impl Person {
+    /// Towards the route's next point in sight, at the preferred speed or just as fast as to land on it.
+    fn preferred(&self, body: &Body, map: &StaticMap, dt: f64) -> Velocity {
+        let Some(aim) = self.route.aim(body.position, map, body.radius) else { return Velocity::zeros() };
+        let way = Velocity::new(aim.x - body.position.x, aim.y - body.position.y);
+        let length = way.norm();
+        if length < self.speed * dt { way / dt } else { way * (self.speed / length) }
+    }
+}
+
+fn moved(p: Point2, velocity: Velocity, dt: f64) -> Point2 {
+    Point2::new(p.x + velocity.x * dt, p.y + velocity.y * dt)
+}

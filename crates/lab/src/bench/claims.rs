@@ -1,0 +1,392 @@
+//! `bench --check FILE`: claims that were written down before the runs, judged by the runs.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+
+use super::comparison::{Comparison, Paired};
+use super::measure::Measure;
+use super::row::Tally;
+use crate::plural::count;
+use crate::statistics::holm;
+
+/// A file of claims.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Claims {
+    claim: Vec<Claim>,
+}
+
+/// One claim about `planner`. A claim with too few runs, or none, does not hold.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+enum Claim {
+    /// At least this share of the runs reach the goal without a collision.
+    Success { planner: String, at_least: f64 },
+    /// The mean of a measure lies within bounds.
+    Bound {
+        planner: String,
+        measure: String,
+        at_most: Option<f64>,
+        at_least: Option<f64>,
+        /// The bounds are multiples of the best planner's mean.
+        #[serde(default)]
+        of_best: bool,
+        /// In at least so many scenarios; in all if left out.
+        scenarios: Option<usize>,
+    },
+    /// The mean of a measure is better than that of every other planner.
+    Best {
+        planner: String,
+        measure: String,
+        /// As good as the best of the others is enough.
+        #[serde(default)]
+        or_tied: bool,
+        scenarios: Option<usize>,
+    },
+    /// The measure is better than another planner's over all scenarios, paired: Holm's p over all such claims of the
+    /// file is below `p`.
+    Better {
+        planner: String,
+        than: String,
+        measure: String,
+        #[serde(default = "significant")]
+        p: f64,
+    },
+}
+
+fn significant() -> f64 {
+    0.01
+}
+
+/// What has become of a claim.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct Judged {
+    /// In words.
+    pub(crate) claim: String,
+    pub(crate) holds: bool,
+    /// The figures that decide.
+    pub(crate) found: String,
+}
+
+impl Claims {
+    /// Reads a file and checks every name in it against the planners that will be run.
+    pub(crate) fn read(path: &Path, planners: &[String], scenarios: usize) -> anyhow::Result<Self> {
+        let named = || path.display().to_string();
+        let text = std::fs::read_to_string(path).with_context(named)?;
+        let claims: Self = toml::from_str(&text).with_context(named)?;
+        for (index, claim) in claims.claim.iter().enumerate() {
+            claim
+                .check(planners, scenarios)
+                .with_context(|| format!("{}: claim {}", path.display(), index + 1))?;
+        }
+        Ok(claims)
+    }
+
+    /// Every claim in turn. Each planner should have `repeats` runs in each scenario.
+    pub(crate) fn judge(&self, comparison: &Comparison<'_>, repeats: u32) -> Vec<Judged> {
+        let judge = Judge { comparison, runs: comparison.scenarios.len() * repeats as usize };
+        let tests: Vec<Option<Paired>> = self.claim.iter().map(|claim| judge.test(claim)).collect();
+        let known: Vec<f64> = tests.iter().flatten().map(|paired| paired.p).collect();
+        let mut corrected = holm(&known).into_iter();
+        let with_p = tests.into_iter().map(|test| test.and_then(|paired| Some((paired, corrected.next()?))));
+        self.claim.iter().zip(with_p).map(|(claim, test)| judge.claim(claim, test)).collect()
+    }
+}
+
+impl Claim {
+    fn check(&self, planners: &[String], scenarios: usize) -> anyhow::Result<()> {
+        let known = |name: &String| -> anyhow::Result<()> {
+            let all = planners.join(", ");
+            anyhow::ensure!(planners.contains(name), "the planner `{name}` is not run; it is one of {all}");
+            Ok(())
+        };
+        let measured = |key: &String| {
+            let all = Measure::ALL.map(Measure::key).join(", ");
+            measure(key).map(drop).with_context(|| format!("`{key}` is no measure; it is one of {all}"))
+        };
+        let possible = |wanted: &Option<usize>| -> anyhow::Result<()> {
+            let enough = wanted.is_none_or(|wanted| (1..=scenarios).contains(&wanted));
+            anyhow::ensure!(
+                enough,
+                "`scenarios` must be 1 to {scenarios}, the number of scenarios that are run"
+            );
+            Ok(())
+        };
+        match self {
+            Self::Success { planner, at_least } => {
+                anyhow::ensure!((0.0..=1.0).contains(at_least), "`at_least` is a share of the runs, 0 to 1");
+                known(planner)
+            }
+            Self::Bound { planner, measure, at_most, at_least, scenarios, .. } => {
+                anyhow::ensure!(
+                    at_most.is_some() || at_least.is_some(),
+                    "give `at_most`, `at_least` or both"
+                );
+                known(planner).and_then(|()| measured(measure)).and_then(|()| possible(scenarios))
+            }
+            Self::Best { planner, measure, scenarios, .. } => {
+                known(planner).and_then(|()| measured(measure)).and_then(|()| possible(scenarios))
+            }
+            Self::Better { planner, than, measure, p } => {
+                anyhow::ensure!((0.0..1.0).contains(p), "`p` is a probability below 1");
+                known(planner).and_then(|()| known(than)).and_then(|()| measured(measure))
+            }
+        }
+    }
+}
+
+fn measure(key: &str) -> Option<Measure> {
+    Measure::ALL.into_iter().find(|measure| measure.key() == key)
+}
+
+struct Judge<'a> {
+    comparison: &'a Comparison<'a>,
+    /// Those that each planner should have.
+    runs: usize,
+}
+
+impl Judge<'_> {
+    /// The test behind a claim, if it rests on one.
+    fn test(&self, claim: &Claim) -> Option<Paired> {
+        let Claim::Better { planner, than, measure: key, .. } = claim else { return None };
+        let (a, b) = (self.comparison.planner(planner)?, self.comparison.planner(than)?);
+        self.comparison.paired(measure(key)?, a, b, None)
+    }
+
+    fn claim(&self, claim: &Claim, test: Option<(Paired, f64)>) -> Judged {
+        match claim {
+            Claim::Success { planner, at_least } => self.success(planner, *at_least),
+            Claim::Bound { planner, measure: key, at_most, at_least, of_best, scenarios } => {
+                let (low, high) = (at_least.unwrap_or(f64::NEG_INFINITY), at_most.unwrap_or(f64::INFINITY));
+                let shown = |value: f64| match (measure(key), of_best) {
+                    (Some(measure), false) => measure.show_with_unit(value),
+                    _ => format!("{value:.2} times the best planner's"),
+                };
+                let mut says = format!("{} of `{planner}` is", label(key));
+                if let Some(least) = at_least {
+                    let _ = write!(says, " at least {}", shown(*least));
+                }
+                if let Some(most) = at_most {
+                    let also = if at_least.is_some() { " and" } else { "" };
+                    let _ = write!(says, "{also} at most {}", shown(*most));
+                }
+                self.in_scenarios(planner, says, *scenarios, |scenario, own| {
+                    let value = self.value(key, scenario, own)?;
+                    let best = self.others(key, scenario, own).into_iter().chain([value]);
+                    let value = if *of_best { value / self.best(key, best)? } else { value };
+                    Some(((low..=high).contains(&value), shown(value)))
+                })
+            }
+            Claim::Best { planner, measure: key, or_tied, scenarios } => {
+                let tied = if *or_tied { " or as good as the best" } else { "" };
+                let says =
+                    format!("{} of `{planner}` is better than every other planner's{tied}", label(key));
+                self.in_scenarios(planner, says, *scenarios, |scenario, own| {
+                    let (value, prefers) = (self.value(key, scenario, own)?, measure(key)?);
+                    let best = self.best(key, self.others(key, scenario, own).into_iter())?;
+                    let holds = prefers.prefers(value, best) || (*or_tied && value == best);
+                    let shown = |value: f64| prefers.show_with_unit(value);
+                    Some((holds, format!("{} against {}", shown(value), shown(best))))
+                })
+            }
+            Claim::Better { planner, than, measure: key, p } => self.better([planner, than], key, *p, test),
+        }
+    }
+
+    fn success(&self, planner: &str, at_least: f64) -> Judged {
+        let runs = self.comparison.planner(planner).map(|own| Tally::of(self.comparison.all_runs(own)));
+        let Tally { runs, success, contacts, .. } = runs.unwrap_or_default();
+        let share = format!("{:.1} % of the runs", 100.0 * at_least);
+        Judged {
+            claim: format!("`{planner}` reaches the goal without a collision in at least {share}"),
+            // A run that did not take place is none that succeeded.
+            holds: self.runs > 0 && success as f64 >= at_least * self.runs as f64,
+            found: format!("{success} of {}, {runs} took place, {contacts} collisions", self.runs),
+        }
+    }
+
+    /// Judges each scenario; one without runs, or without a value, does not hold.
+    fn in_scenarios(
+        &self,
+        planner: &str,
+        says: String,
+        wanted: Option<usize>,
+        holds: impl Fn(usize, usize) -> Option<(bool, String)>,
+    ) -> Judged {
+        let names = &self.comparison.scenarios;
+        let wanted = wanted.unwrap_or(names.len());
+        let mut not = Vec::new();
+        for (scenario, name) in names.iter().enumerate() {
+            let judged = self.comparison.planner(planner).and_then(|own| holds(scenario, own));
+            match judged {
+                Some((true, _)) => {}
+                Some((false, found)) => not.push(format!("{name}: {found}")),
+                None => not.push(format!("{name}: no value")),
+            }
+        }
+        let good = names.len() - not.len();
+        let but = if not.is_empty() { String::new() } else { format!("; not {}", not.join("; ")) };
+        Judged {
+            claim: format!("{says}, in at least {wanted} of {}", count(names.len(), "scenario")),
+            holds: wanted > 0 && good >= wanted,
+            found: format!("in {good}{but}"),
+        }
+    }
+
+    fn better(&self, [planner, than]: [&str; 2], key: &str, p: f64, test: Option<(Paired, f64)>) -> Judged {
+        let claim = format!("{} of `{planner}` is better than that of `{than}`, p < {p}", label(key));
+        let (Some((paired, corrected)), Some(measure)) = (test, measure(key)) else {
+            return Judged { claim, holds: false, found: "no pair of runs".into() };
+        };
+        let sign = if paired.difference > 0.0 { "+" } else { "" };
+        let difference = measure.show_with_unit(paired.difference);
+        let (low, high) = (measure.show(paired.low), measure.show(paired.high));
+        let missing = self.runs.saturating_sub(paired.pairs);
+        let without = if missing == 0 { String::new() } else { format!(", {missing} pairs without a value") };
+        Judged {
+            claim,
+            holds: measure.prefers(paired.difference, 0.0) && corrected < p,
+            found: format!(
+                "{sign}{difference} on average, {low} to {high}, {} by Holm, {} units{without}",
+                shown_p(corrected),
+                paired.units
+            ),
+        }
+    }
+
+    fn value(&self, key: &str, scenario: usize, planner: usize) -> Option<f64> {
+        self.comparison.mean(measure(key)?, scenario, planner)
+    }
+
+    fn others(&self, key: &str, scenario: usize, own: usize) -> Vec<f64> {
+        let others = (0..self.comparison.planners.len()).filter(|other| *other != own);
+        others.filter_map(|other| self.value(key, scenario, other)).collect()
+    }
+
+    fn best(&self, key: &str, values: impl Iterator<Item = f64>) -> Option<f64> {
+        let measure = measure(key)?;
+        values.reduce(|a, b| if measure.prefers(b, a) { b } else { a })
+    }
+}
+
+fn label(key: &str) -> &str {
+    measure(key).map_or(key, |measure| measure.label())
+}
+
+pub(crate) fn shown_p(p: f64) -> String {
+    if p < 1e-4 { "p < 0.0001".into() } else { format!("p = {p:.4}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::comparison::tests::{names, rows};
+    use super::super::row::Row;
+    use super::*;
+
+    const PLANNERS: [&str; 3] = ["curiosity", "cpc-only", "cnc-only"];
+
+    fn judged(text: &str, rows: &[Row]) -> Vec<Judged> {
+        let claims: Claims = toml::from_str(text).unwrap();
+        let scenarios = ["env1-s1", "env1-s2"];
+        claims.claim.iter().for_each(|claim| claim.check(&names(&PLANNERS), 2).unwrap());
+        let all: Vec<&Row> = rows.iter().collect();
+        claims.judge(&Comparison::new(names(&PLANNERS), names(&scenarios), &all), 10)
+    }
+
+    /// Rows in two scenarios; TD by planner and seed.
+    fn both(td: impl Fn(usize, u64) -> f64 + Copy) -> Vec<Row> {
+        ["env1-s1", "env1-s2"].iter().flat_map(|scenario| rows(scenario, &PLANNERS, td)).collect()
+    }
+
+    fn holds(text: &str, rows: &[Row]) -> bool {
+        judged(text, rows)[0].holds
+    }
+
+    #[test]
+    fn each_kind_of_claim_is_judged_by_its_figures() {
+        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
+        let bad = both(|p, _| 0.3 - 0.1 * p as f64);
+        let best = "[[claim]]\nkind = \"best\"\nplanner = \"curiosity\"\nmeasure = \"td\"";
+        assert!(holds(best, &good) && !holds(best, &bad));
+        let bound = "[[claim]]\nkind = \"bound\"\nplanner = \"curiosity\"\nmeasure = \"td\"\nat_most = 0.041";
+        assert!(holds(bound, &good) && !holds(bound, &bad));
+        assert_eq!(judged(bound, &bad)[0].found, "in 0; not env1-s1: 30.00 %; env1-s2: 30.00 %");
+        let near = "[[claim]]\nkind = \"bound\"\nplanner = \"cpc-only\"\nmeasure = \"td\"\nof_best = true\nat_most = ";
+        assert!(holds(&format!("{near}25.0"), &good) && !holds(&format!("{near}1.0"), &good));
+        let success = "[[claim]]\nkind = \"success\"\nplanner = \"curiosity\"\nat_least = 1.0";
+        assert!(holds(success, &good));
+        let mut hit = good.clone();
+        hit[0].measures.collisions = 2;
+        assert!(!holds(success, &hit));
+    }
+
+    #[test]
+    fn a_tie_is_no_win_unless_the_claim_says_so() {
+        let tied = both(|_, seed| 0.001 * seed as f64);
+        let best = "[[claim]]\nkind = \"best\"\nplanner = \"curiosity\"\nmeasure = \"td\"\n";
+        assert!(!holds(best, &tied));
+        assert!(holds(&format!("{best}or_tied = true"), &tied));
+        let better =
+            "[[claim]]\nkind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"";
+        assert!(!holds(better, &tied));
+    }
+
+    #[test]
+    fn runs_that_are_missing_make_a_claim_fail() {
+        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
+        let fewer: Vec<Row> = good.iter().filter(|row| row.scenario == "env1-s1").cloned().collect();
+        for (claim, rest) in [
+            ("success", "at_least = 1.0"),
+            ("bound", "measure = \"td\"\nat_most = 0.041"),
+            ("best", "measure = \"td\""),
+        ] {
+            let text = format!("[[claim]]\nkind = \"{claim}\"\nplanner = \"curiosity\"\n{rest}");
+            assert!(holds(&text, &good) && !holds(&text, &fewer) && !holds(&text, &[]), "{claim}");
+        }
+        let better = "[[claim]]\nkind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"\np = 0.5";
+        assert_eq!(judged(better, &[])[0].found, "no pair of runs");
+    }
+
+    #[test]
+    fn scenes_are_the_units_and_every_test_of_the_file_counts() {
+        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
+        let better = |p: f64| {
+            let claim = "kind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"";
+            format!("[[claim]]\n{claim}\np = {p}\n")
+        };
+        // Two scenes can have no p below 0.5, however many runs each has.
+        assert!(!holds(&better(0.01), &good) && holds(&better(0.6), &good));
+        // Two tests: 2 * 0.5.
+        let two = judged(&better(0.6).repeat(2), &good);
+        assert!(
+            two.iter().all(|judged| !judged.holds && judged.found.contains("p = 1.0000 by Holm, 2 units"))
+        );
+    }
+
+    #[test]
+    fn a_name_that_is_not_there_is_refused_before_anything_is_run() {
+        let check = |text: &str| {
+            let claims: Claims = toml::from_str(text).map_err(|e| e.to_string())?;
+            claims.claim[0].check(&names(&PLANNERS), 13).map_err(|e| e.to_string())
+        };
+        let refused = |text: &str, words: &str| {
+            let error = check(text).unwrap_err();
+            assert!(error.contains(words), "{error}");
+        };
+        refused("[[claim]]\nkind = \"success\"\nplanner = \"x\"\nat_least = 1.0", "`x` is not run");
+        refused("[[claim]]\nkind = \"success\"\nplanner = \"cnc-only\"\nat_least = 90", "0 to 1");
+        refused(
+            "[[claim]]\nkind = \"best\"\nplanner = \"cnc-only\"\nmeasure = \"tdd\"",
+            "`tdd` is no measure",
+        );
+        refused("[[claim]]\nkind = \"bound\"\nplanner = \"cnc-only\"\nmeasure = \"td\"", "`at_most`");
+        refused(
+            "[[claim]]\nkind = \"best\"\nplanner = \"cnc-only\"\nmeasure = \"td\"\nscenarios = 14",
+            "1 to 13",
+        );
+        refused("[[claim]]\nkind = \"won\"\nplanner = \"cnc-only\"", "unknown variant");
+    }
+}

@@ -1,0 +1,192 @@
+//! A log of a laser and odometry, whatever it was read from, made fit for a filter: in the order of time, with odometry
+//! composed from its increments.
+
+use curionav_planning::geometry::{Point2, Pose2, wrap_angle};
+use curionav_planning::sensor::LaserModel;
+
+/// One scan, and where the robot was by odometry.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Reading {
+    /// Seconds on the log's clock.
+    pub(super) stamp: f64,
+    /// Metres, by beam.
+    pub(super) ranges: Vec<f32>,
+    /// The scanner.
+    pub(super) laser: LaserModel,
+    /// Odometry frame, as logged.
+    pub(super) odometry: Pose2,
+    /// The pose that the log gives beside odometry, such as that of a map builder.
+    pub(super) reference: Option<Pose2>,
+}
+
+/// What was wrong with a log and was mended or left out.
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
+pub(super) struct Faults {
+    /// Lines that could not be read.
+    pub(super) broken_lines: usize,
+    /// The first of them, and why.
+    pub(super) first_broken: Option<String>,
+    /// Scans that are no newer than the one before.
+    pub(super) disordered_scans: usize,
+    /// Times at which the clock was set back by a second or more.
+    pub(super) clock_set_back: usize,
+    /// Times without a scan for two seconds or longer.
+    pub(super) gaps: usize,
+    /// Times at which odometry began anew at another place.
+    pub(super) odometry_restarts: usize,
+}
+
+/// A log that a filter can take.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Log {
+    pub(super) readings: Vec<Reading>,
+    pub(super) faults: Faults,
+}
+
+/// Longest time between scans that is no gap, seconds.
+const GAP_S: f64 = 2.0;
+/// A clock that goes back this far was set, seconds; less is disorder.
+const SET_BACK_S: f64 = 1.0;
+/// Seconds that pass while a clock is set back: nothing says how many, and time has to go on.
+const STEP_S: f64 = 1e-3;
+/// Faster than this no robot moves, m/s and rad/s: odometry was restarted.
+const FASTEST: f64 = 4.0;
+/// Metres, and radians, that odometry may be off between two readings besides.
+const SLACK: f64 = 0.5;
+
+/// Makes the stamps of a log go on where its clock was set back.
+#[derive(Debug, Default)]
+pub(super) struct Clock {
+    last: Option<f64>,
+    offset: f64,
+    pub(super) set_back: usize,
+}
+
+impl Clock {
+    /// The time of a line with this stamp, seconds.
+    pub(super) fn time(&mut self, stamp: f64) -> f64 {
+        let last = self.last.unwrap_or(stamp + self.offset);
+        if stamp + self.offset < last - SET_BACK_S {
+            self.offset = last + STEP_S - stamp;
+            self.set_back += 1;
+        }
+        let time = stamp + self.offset;
+        self.last = Some(last.max(time));
+        time
+    }
+}
+
+impl Log {
+    /// Puts readings, as they came, in the order of time. The odometry of each is composed from the increments before it;
+    /// an increment that no robot can drive counts as none.
+    pub(super) fn of(readings: Vec<Reading>, mut faults: Faults) -> Self {
+        let mut kept: Vec<Reading> = Vec::with_capacity(readings.len());
+        let mut last: Option<(f64, Pose2)> = None;
+        for mut reading in readings {
+            let (raw, stamp) = (reading.odometry, reading.stamp);
+            if let (Some((before, from)), Some(kept)) = (last, kept.last()) {
+                if stamp <= before {
+                    faults.disordered_scans += 1;
+                    continue;
+                }
+                faults.gaps += usize::from(stamp - before >= GAP_S);
+                let moved = from.relative(raw);
+                let limit = SLACK + FASTEST * (stamp - before);
+                let restarted =
+                    moved.position().distance(Point2::default()) > limit || moved.heading.abs() > limit;
+                faults.odometry_restarts += usize::from(restarted);
+                reading.odometry = if restarted { kept.odometry } else { kept.odometry.compose(moved) };
+            }
+            last = Some((stamp, raw));
+            kept.push(reading);
+        }
+        Self { readings: kept, faults }
+    }
+
+    /// Seconds from the first scan to the last.
+    pub(super) fn duration(&self) -> f64 {
+        let stamp = |reading: Option<&Reading>| reading.map_or(0.0, |reading| reading.stamp);
+        stamp(self.readings.last()) - stamp(self.readings.first())
+    }
+
+    /// Metres driven by odometry.
+    pub(super) fn length(&self) -> f64 {
+        let poses = self.readings.windows(2).map(|pair| [pair[0].odometry, pair[1].odometry]);
+        poses.map(|[a, b]| a.position().distance(b.position())).sum()
+    }
+
+    /// Takes the references of another log of the same scans, such as the one that a map builder has corrected: those
+    /// nearest in time, if they are within 0.05 s. Says how many there were.
+    pub(super) fn take_references(&mut self, stamps_and_poses: &[(f64, Pose2)]) -> usize {
+        const NEAR_S: f64 = 0.05;
+        let mut taken = 0;
+        for reading in &mut self.readings {
+            let next = stamps_and_poses.partition_point(|(stamp, _)| *stamp < reading.stamp);
+            let around = &stamps_and_poses[next.saturating_sub(1)..stamps_and_poses.len().min(next + 1)];
+            let apart = |(stamp, _): &&(f64, Pose2)| (stamp - reading.stamp).abs();
+            let nearest = around.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+            reading.reference = nearest.filter(|one| apart(one) <= NEAR_S).map(|(_, pose)| *pose);
+            taken += usize::from(reading.reference.is_some());
+        }
+        taken
+    }
+}
+
+/// Whether two poses are the same but for `apart` metres, and radians.
+pub(super) fn is_near(a: Pose2, b: Pose2, apart: f64) -> bool {
+    a.position().distance(b.position()) <= apart && wrap_angle(a.heading - b.heading).abs() <= apart
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reading(stamp: f64, x: f64) -> Reading {
+        let odometry = Pose2::new(x, 0.0, 0.0);
+        Reading { stamp, ranges: vec![1.0; 3], laser: LaserModel::default(), odometry, reference: None }
+    }
+
+    fn of(readings: &[(f64, f64)]) -> Log {
+        Log::of(readings.iter().map(|(stamp, x)| reading(*stamp, *x)).collect(), Faults::default())
+    }
+
+    #[test]
+    fn odometry_that_begins_anew_goes_on_from_where_it_was() {
+        let log = of(&[(0.0, 7.0), (0.2, 7.1), (0.4, 0.0), (0.6, 0.1), (0.8, 0.2)]);
+        let x: Vec<f64> = log.readings.iter().map(|reading| reading.odometry.x).collect();
+        let expected = [7.0, 7.1, 7.1, 7.2, 7.3];
+        assert!(x.iter().zip(expected).all(|(x, e)| (x - e).abs() < 1e-12), "{x:?}");
+        assert_eq!((log.faults.odometry_restarts, log.faults.gaps), (1, 0));
+    }
+
+    #[test]
+    fn gaps_are_counted_and_what_was_driven_in_them_is_kept() {
+        let log = of(&[(0.0, 0.0), (10.0, 8.0), (10.2, 8.1)]);
+        assert_eq!((log.faults.gaps, log.faults.odometry_restarts), (1, 0));
+        assert!((log.readings[2].odometry.x - 8.1).abs() < 1e-12 && (log.length() - 8.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn scans_that_are_no_newer_are_left_out() {
+        let log = of(&[(1.0, 0.0), (1.0, 0.5), (0.9, 0.5), (1.2, 0.2)]);
+        assert_eq!((log.readings.len(), log.faults.disordered_scans), (2, 2));
+        assert!((log.readings[1].odometry.x - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_goes_on() {
+        let mut clock = Clock::default();
+        let times = [10.0, 10.2, 10.1, 3.0, 3.2].map(|stamp| clock.time(stamp));
+        assert_eq!(times.map(|time| (10.0 * time).round() / 10.0), [10.0, 10.2, 10.1, 10.2, 10.4]);
+        assert_eq!(clock.set_back, 1);
+    }
+
+    #[test]
+    fn references_of_another_log_are_those_of_the_same_moment() {
+        let mut log = of(&[(0.0, 0.0), (0.2, 0.1), (0.4, 0.2)]);
+        let other = [(0.01, Pose2::new(5.0, 0.0, 0.0)), (0.39, Pose2::new(6.0, 0.0, 0.0))];
+        assert_eq!(log.take_references(&other), 2);
+        let x: Vec<Option<f64>> = log.readings.iter().map(|r| r.reference.map(|pose| pose.x)).collect();
+        assert_eq!(x, [Some(5.0), None, Some(6.0)]);
+    }
+}

@@ -1,0 +1,157 @@
+use std::fmt::Write;
+
+use curionav_crowdsim::{Scenario, World};
+use curionav_planning::geometry::Twist;
+use curionav_planning::random::{rng, uniform};
+
+use super::*;
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios");
+
+/// The foyer of `quickstart`, and the log of a robot that drives about in it for 100 s, as Carmen writes it.
+fn foyer(old_style: bool) -> (StaticMap, Vec<String>) {
+    let text = std::fs::read_to_string(format!("{FOLDER}/quickstart.toml")).unwrap();
+    let mut scenario = Scenario::from_toml(&text).unwrap();
+    scenario.walkers.truncate(2);
+    let map = MapFiles::read(&Path::new(FOLDER).join("maps/quickstart.yaml")).unwrap();
+    let map = StaticMap::new(map.grid().unwrap());
+    let mut world = World::new(&scenario, map.clone(), vec![], 1).unwrap();
+    let (mut lines, mut random, mut turn) = (Vec::new(), rng(3, 0), 0.0);
+    for tick in 0..1000 {
+        let (seen, truth) = (world.observe(), world.truth());
+        let (o, t, stamp) = (seen.odometry, truth.pose, 1e9 + seen.stamp);
+        let mut line = String::new();
+        if old_style {
+            write!(line, "FLASER {}", seen.ranges.len()).unwrap();
+            seen.ranges.iter().for_each(|range| write!(line, " {range:.3}").unwrap());
+            write!(line, " {} {} {} {} {} {}", t.x, t.y, t.heading, o.x, o.y, o.heading).unwrap();
+        } else {
+            lines.push(format!("ODOM {} {} {} 0 0 0 {stamp} nohost {stamp}", o.x, o.y, o.heading));
+            let laser = scenario.laser;
+            let step = laser.bearing(1) - laser.bearing(0);
+            write!(
+                line,
+                "ROBOTLASER1 0 {} {} {step} 5.0 0.01 0 {}",
+                laser.bearing(0),
+                laser.fov,
+                laser.beams
+            )
+            .unwrap();
+            seen.ranges.iter().for_each(|range| write!(line, " {range:.3}").unwrap());
+            write!(line, " 0 {} {} {} {} {} {} 0 0 0 0 0", t.x, t.y, t.heading, t.x, t.y, t.heading).unwrap();
+        }
+        lines.push(format!("{line} {stamp} nohost {stamp}"));
+        if tick % 25 == 0 {
+            turn = 1.6 * uniform(&mut random) - 0.8;
+        }
+        // Away from what is near ahead.
+        let ahead = &seen.ranges[60..121];
+        let near = ahead.iter().copied().fold(f32::INFINITY, f32::min) < 1.2;
+        world.step(if near { Twist { v: 0.0, omega: 0.9 } } else { Twist { v: 0.7, omega: turn } });
+    }
+    (map, lines)
+}
+
+fn parsed(lines: &[String]) -> Log {
+    carmen::parse(&lines.join("\n"), Scanner { range_max: 5.0, robot_from_laser: None }).unwrap()
+}
+
+fn filter() -> Filter {
+    Filter { params: LocalizerParams::default(), noise: OdometryNoise::default(), seed: 1 }
+}
+
+/// Errors of the localiser and of odometry alone, and the consistency of the covariances.
+fn judged(log: &Log, map: &StaticMap, start: Start) -> (Errors, Errors, Consistency) {
+    let track = Track::of(log, map, start, filter(), |_| {}).unwrap();
+    let references: Vec<Pose2> = log.readings.iter().map(|reading| reading.reference.unwrap()).collect();
+    let pairs =
+        |poses: &[Pose2]| -> Vec<_> { poses.iter().copied().zip(references.iter().copied()).collect() };
+    let alone = by_odometry(log, &track);
+    let estimates = pairs(&track.poses);
+    let consistency = Consistency::of(&estimates, &track.covariances).unwrap();
+    (Errors::of(&estimates).unwrap(), Errors::of(&pairs(&alone)).unwrap(), consistency)
+}
+
+#[test]
+fn from_a_known_start_the_error_stays_small_where_that_of_odometry_grows() {
+    for old_style in [true, false] {
+        let (map, lines) = foyer(old_style);
+        let log = parsed(&lines);
+        assert_eq!((log.readings.len(), &log.faults), (1000, &Faults::default()));
+        let start = Start::At(log.readings[0].reference.unwrap());
+        let (filter, alone, consistency) = judged(&log, &map, start);
+        println!("old style {old_style}: {filter:?}\n{alone:?}\n{consistency:?}");
+        assert!(filter.median_m < 0.1 && filter.p95_m < 0.25 && filter.at_end_m < 0.3, "{filter:?}");
+        assert!(alone.at_end_m > 2.0 * filter.p95_m, "{alone:?}");
+        assert!(consistency.mean < 6.0 && consistency.share_within_95 > 0.8, "{consistency:?}");
+    }
+}
+
+#[test]
+fn from_anywhere_it_finds_the_place_and_keeps_it() {
+    let (map, lines) = foyer(true);
+    let (filter, ..) = judged(&parsed(&lines), &map, Start::Anywhere);
+    assert!(filter.at_end_m < 0.3 && filter.median_m < 0.2, "{filter:?}");
+}
+
+#[test]
+fn broken_lines_gaps_restarts_and_clocks_that_are_set_back_are_survived() {
+    let (map, mut lines) = foyer(true);
+    // Odometry begins anew at line 300, the clock goes back an hour at 500, 3 s are missing from 700 on, every
+    // fiftieth line is cut off, and two lines stand in each other's place.
+    let restart = parsed(&lines).readings[300].odometry;
+    for (k, line) in lines.iter_mut().enumerate().skip(300) {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        let at = words.len() - 6;
+        let number = |word: &String| word.parse::<f64>().unwrap();
+        let raw = Pose2::new(number(&words[at]), number(&words[at + 1]), number(&words[at + 2]));
+        // Far enough from where it was that it cannot be a step.
+        let anew = Pose2::new(50.0, 0.0, 0.0).compose(restart.relative(raw));
+        for (word, value) in words[at..].iter_mut().zip([anew.x, anew.y, anew.heading]) {
+            *word = value.to_string();
+        }
+        if k >= 500 {
+            let stamp = number(&words[at + 3]) - 3600.0;
+            words[at + 3] = stamp.to_string();
+        }
+        *line = words.join(" ");
+    }
+    lines.drain(700..730);
+    lines.swap(800, 801);
+    let (mut cut, mut whole) = (0, Vec::new());
+    for (k, line) in lines.into_iter().enumerate() {
+        cut += usize::from(k % 50 == 49);
+        whole.push(if k % 50 == 49 { line[..line.len() / 2].to_owned() } else { line });
+    }
+    let log = parsed(&whole);
+    let expected = Faults {
+        broken_lines: cut,
+        first_broken: log.faults.first_broken.clone(),
+        disordered_scans: 1,
+        clock_set_back: 1,
+        gaps: 1,
+        odometry_restarts: 1,
+    };
+    assert_eq!(log.faults, expected);
+    assert!(log.faults.first_broken.as_deref().is_some_and(|first| first.starts_with("line 50: ")));
+    let (filter, ..) = judged(&log, &map, Start::At(log.readings[0].reference.unwrap()));
+    assert!(filter.at_end_m < 0.3 && filter.p95_m < 0.4, "{filter:?}");
+}
+
+#[test]
+fn the_picture_shows_all_three_tracks() {
+    let (map, lines) = foyer(true);
+    let log = parsed(&lines);
+    let start = Start::At(log.readings[0].reference.unwrap());
+    let track = Track::of(&log, &map, start, filter(), |_| {}).unwrap();
+    let drawn = picture(&map, &log, &track, &by_odometry(&log, &track));
+    assert!(["localiser", "reference", "odometry alone"].iter().all(|name| drawn.contains(name)));
+}
+
+#[test]
+fn poses_are_three_numbers() {
+    assert_eq!(pose("1.5, -2,0"), Ok(Pose2::new(1.5, -2.0, 0.0)));
+    for wrong in ["", "1,2", "1,2,3,4", "1,x,3", "nan,0,0"] {
+        assert!(pose(wrong).is_err(), "{wrong}");
+    }
+}

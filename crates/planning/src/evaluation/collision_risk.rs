@@ -1,0 +1,125 @@
+//! The collision risk of the paper's references 6 and 15 as a term, inferred: how likely the robot touches a person on
+//! its way.
+
+use crate::candidates::CandidateSet;
+use crate::collision_risk::contact_probabilities;
+use crate::evaluation::cpc::CpcEvaluator;
+use crate::evaluation::{Costs, Evaluator, each};
+use crate::forecast::ForecastParams;
+use crate::lanes::{LANES, Level};
+use crate::scene::Scene;
+
+/// Term `collision-risk`: `1 - prod_i (1 - max_k P_ik)`, a probability. `P_ik` is the mass of person i's forecast for
+/// state k within the two radii; a product over k would count one encounter many times.
+#[derive(Debug, Clone)]
+pub struct CollisionRiskEvaluator {
+    /// The robot's, metres.
+    pub radius: f64,
+    /// How people move on.
+    pub forecast: ForecastParams,
+    /// What predicts how well the robot will know its position, whose variance then adds to that of the forecast.
+    pub belief: Option<CpcEvaluator>,
+}
+
+impl Evaluator for CollisionRiskEvaluator {
+    fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
+        let (people, states, level) = (&scene.people, candidates.all_states(), Level::new());
+        // [candidate, state], m2.
+        let mut variances = vec![0.0; states.len()];
+        if let Some(belief) = &self.belief {
+            belief.along(&scene.belief.covariance, candidates, should_stop, |i, sigmas| {
+                for (variance, sigma) in variances[candidates.range(i)].iter_mut().zip(sigmas) {
+                    *variance = 0.5 * (sigma[(0, 0)] + sigma[(1, 1)]);
+                }
+            })?;
+        }
+        let contact = self.radius + people.radius;
+        each(candidates, should_stop, |i| {
+            let mut free = 1.0;
+            for first in (0..people.len()).step_by(LANES) {
+                let mut worst = [0.0; LANES];
+                for (k, state) in candidates.range(i).enumerate() {
+                    let t = (k + 1) as f64 * candidates.dt();
+                    let sigma = (self.forecast.variance(t) + variances[state]).sqrt();
+                    let p = states.position(state);
+                    let distances = std::array::from_fn(|lane| match first + lane {
+                        person if person < people.len() => people.position_after(person, t).distance(p),
+                        _ => f64::INFINITY,
+                    });
+                    let chances = contact_probabilities(level, contact, distances, sigma);
+                    (0..LANES).for_each(|lane| worst[lane] = chances[lane].max(worst[lane]));
+                }
+                free = worst.iter().fold(free, |free, chance| free * (1.0 - chance));
+            }
+            1.0 - free
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::evaluation::cpc::{CpcParams, InformationField, InformationParams};
+    use crate::geometry::{Pose2, Twist};
+    use crate::motion::OdometryNoise;
+    use crate::occupancy::{OccupancyGrid, StaticMap};
+    use crate::scene::{Belief, People};
+    use crate::sensor::LaserModel;
+    use crate::states::States;
+
+    fn scene(people: People, variance: f64) -> Scene {
+        let covariance = nalgebra::Matrix3::identity() * variance;
+        let belief = Belief { pose: Pose2::new(1.0, 5.0, 0.0), covariance, twist: Twist::default() };
+        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false }
+    }
+
+    /// A robot that goes from (1, 5) to (4, 5).
+    fn straight() -> CandidateSet {
+        let mut states = States::default();
+        (1..=10).for_each(|k| {
+            states.push(Pose2::new(1.0 + 0.3 * f64::from(k), 5.0, 0.0), Twist { v: 1.0, omega: 0.0 });
+        });
+        CandidateSet::new(10, 0.3, vec![0], states).unwrap()
+    }
+
+    fn risk(of: &[[f64; 4]], variance: f64, with_belief: bool) -> f64 {
+        // Empty: nothing is ever seen, so the position is known no better than at the beginning.
+        let grid = OccupancyGrid::new(100, 100, 0.1, Pose2::default(), vec![0; 10_000]).unwrap();
+        let laser = LaserModel { range_max: 1.0, ..LaserModel::default() };
+        let field = InformationField::new(&StaticMap::new(grid), &laser, &InformationParams::default());
+        let cpc = CpcEvaluator::new(Arc::new(field), OdometryNoise::default(), CpcParams::default());
+        let forecast = ForecastParams::default();
+        let belief = with_belief.then_some(cpc);
+        let term = CollisionRiskEvaluator { radius: 0.3, forecast, belief };
+        term.evaluate(&scene(People::walking(0.25, of), variance), &straight(), &|| false).unwrap()[0]
+    }
+
+    #[test]
+    fn a_person_on_the_way_is_nearly_certain_and_one_far_off_is_nothing() {
+        assert!(risk(&[[2.5, 5.0, 0.0, 0.0]], 0.01, false) > 0.9);
+        assert!(risk(&[[2.5, 8.0, 0.0, 0.0]], 0.01, false) < 1e-9);
+        assert_eq!(risk(&[], 0.01, false), 0.0);
+    }
+
+    #[test]
+    fn two_persons_count_as_two_and_one_who_stays_beside_counts_once() {
+        let one = risk(&[[2.5, 5.6, 0.0, 0.0]], 0.01, false);
+        let two = risk(&[[2.5, 5.6, 0.0, 0.0], [2.5, 4.4, 0.0, 0.0]], 0.01, false);
+        assert!((two - (1.0 - (1.0 - one) * (1.0 - one))).abs() < 1e-12, "{one} and {two}");
+        // One who goes along with the robot is as near at every state; the risk is that of the last, widest forecast.
+        let along = risk(&[[1.0, 5.8, 1.0, 0.0]], 0.01, false);
+        let at_last = risk(&[[4.0, 5.8, 0.0, 0.0]], 0.01, false);
+        assert!(along < 1.05 * at_last && at_last > 0.01, "{along} and {at_last}");
+    }
+
+    #[test]
+    fn a_robot_that_does_not_know_where_it_is_runs_more_risk_beside_people() {
+        let beside = [[2.5, 6.2, 0.0, 0.0]];
+        let known = risk(&beside, 0.0025, true);
+        let lost = risk(&beside, 0.25, true);
+        assert!(lost > 2.0 * known, "{known} and {lost}");
+        assert_eq!(risk(&beside, 0.25, false), risk(&beside, 0.0025, false));
+    }
+}

@@ -1,0 +1,190 @@
+//! The anchor `mppi`: model predictive path integral control (Williams, Aldrich and Theodorou, 2017) with critics in the
+//! manner of Nav2's controller, whose numbers of rollouts and steps it has.
+//!
+//! Each cycle perturbs the command sequence of the last one many times, drives and judges every perturbed sequence, and
+//! takes their mean, weighted by `exp(-cost / temperature)`. The sequence travels between cycles as the tree. The mean is
+//! offered first, then slower versions of it, one step of it and the best of the rollouts, in case the final check
+//! refuses the mean.
+
+use crate::collision::CollisionChecker;
+use crate::generation::commanded::Commanded;
+use crate::generation::{Generated, GenerationInput, Pace, Tree};
+use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
+use crate::motion::step;
+use crate::numerics::{exp, sin_cos};
+use crate::random::standard_normal;
+
+/// Shares of the mean's speed at which it is offered again.
+const SLOWER: [f64; 2] = [0.7, 0.45];
+/// Gap beyond which walls and people cost nothing, metres: at the default decay, a hundredth.
+const FELT_M: f64 = 1.0;
+/// Rollouts between two looks at the time.
+const BATCH: u32 = 32;
+/// The columns of the tree that carries the sequence, one node per command.
+const COLUMNS: [&str; 3] = ["omega", "time", "v"];
+
+/// The candidates of one cycle.
+pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
+    let params = &input.params.generation.mppi;
+    let length = params.commands as usize;
+    let nominal = nominal(input, tree);
+    let judge = Judge::new(input);
+    let mut random = input.samples();
+    // [rollout, command], speeds and turn rates apart.
+    let room = length * params.rollouts as usize;
+    let (mut v, mut omega) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    let mut costs = Vec::with_capacity(params.rollouts as usize);
+    for k in 0..params.rollouts {
+        if k > 0 && k % BATCH == 0 && pace.is_over(Pace::GROWTH) {
+            break;
+        }
+        let first = v.len();
+        let mut draw = |sigma: f64| sigma * standard_normal(&mut random);
+        for commands in nominal.chunks(params.hold as usize) {
+            let (dv, domega) = (draw(params.sigma_v), draw(params.sigma_omega));
+            v.extend(commands.iter().map(|twist| twist.v + dv));
+            omega.extend(commands.iter().map(|twist| twist.omega + domega));
+        }
+        costs.push(judge.cost(&nominal, &mut v[first..], &mut omega[first..]));
+    }
+    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut mean = vec![Twist::default(); length];
+    let mut sum = 0.0;
+    for (rollout, cost) in costs.iter().enumerate() {
+        let weight = exp((least - cost) / params.temperature);
+        sum += weight;
+        for (k, twist) in mean.iter_mut().enumerate() {
+            twist.v += weight * v[rollout * length + k];
+            twist.omega += weight * omega[rollout * length + k];
+        }
+    }
+    mean.iter_mut().for_each(|twist| (twist.v, twist.omega) = (twist.v / sum, twist.omega / sum));
+
+    let mut offered = Commanded::new(input, params.offers);
+    let place = |time: f64| Some((time / params.period + 1e-9) as usize).filter(|k| *k < length);
+    for share in [1.0].into_iter().chain(SLOWER) {
+        let slower = |twist: Twist| Twist { v: share * twist.v, omega: share * twist.omega };
+        offered.add(|time, _, _| place(time).map_or_else(Twist::default, |k| slower(mean[k])));
+    }
+    // Where the robot could not stop after the whole sequence, one step of it.
+    let one_step = |time: f64| place(time).filter(|_| time < input.params.dt);
+    offered.add(|time, _, _| one_step(time).map_or_else(Twist::default, |k| mean[k]));
+    let mut ranked: Vec<usize> = (0..costs.len()).collect();
+    ranked.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
+    for rollout in ranked.into_iter().take(params.offers as usize) {
+        let at = |k: usize| Twist { v: v[rollout * length + k], omega: omega[rollout * length + k] };
+        offered.add(|time, _, _| place(time).map_or_else(Twist::default, at));
+    }
+    Generated { candidates: offered.into_candidates(), tree: carried(input, &mean) }
+}
+
+/// The sequence of the last cycle from now on, its last command repeated; at the start the robot's own twist.
+fn nominal(input: &GenerationInput<'_>, tree: Option<Tree>) -> Vec<Twist> {
+    let params = &input.params.generation.mppi;
+    let length = params.commands as usize;
+    let now = input.scene.belief.twist;
+    let sequence = tree.filter(|t| t.len() == length && t.is_sound() && t.has_columns(&COLUMNS));
+    let Some(tree) = sequence else { return vec![now; length] };
+    let [omega, time, v] = COLUMNS.map(|name| &tree.extra[name]);
+    let passed = ((input.scene.stamp - time[0]) / params.period).round();
+    if !(0.0..length as f64).contains(&passed) {
+        return vec![now; length];
+    }
+    let at = |k: usize| (k + passed as usize).min(length - 1);
+    (0..length).map(|k| Twist { v: v[at(k)], omega: omega[at(k)] }).collect()
+}
+
+/// The sequence as a tree: one node per command, where the robot is after it.
+fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
+    let period = input.params.generation.mppi.period;
+    let (mut pose, mut twist) = input.scene.belief.motion();
+    let (mut tree, mut columns) = (Tree::default(), <[Vec<f64>; 3]>::default());
+    for (k, wanted) in mean.iter().enumerate() {
+        twist = input.robot.limit(twist, *wanted, period);
+        pose = step(pose, twist, period);
+        tree.push(pose, 0.0, if k == 0 { Tree::NO_PARENT } else { k as u32 - 1 });
+        let numbers = [wanted.omega, input.scene.stamp + k as f64 * period, wanted.v];
+        columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
+    }
+    tree.extra = COLUMNS.map(String::from).into_iter().zip(columns).collect();
+    tree
+}
+
+/// What rollouts are judged by.
+struct Judge<'a> {
+    input: &'a GenerationInput<'a>,
+    checker: CollisionChecker<'a>,
+    /// Where people are after each command, and how near the robot's centre may come, `[command, person]`.
+    people: Vec<(Point2, f64)>,
+    /// Who can come near within the horizon.
+    near: usize,
+}
+
+impl<'a> Judge<'a> {
+    fn new(input: &'a GenerationInput<'a>) -> Self {
+        let params = &input.params.generation.mppi;
+        let (all, here) = (&input.scene.people, input.scene.belief.pose.position());
+        let moment = |k: u32| if params.forecast { f64::from(k + 1) * params.period } else { 0.0 };
+        let horizon = f64::from(params.commands) * params.period;
+        let touch = input.robot.radius() + all.radius + FELT_M + input.robot.v_max * horizon;
+        let comes_near = |&i: &usize| {
+            let walks = all.position(i).distance(all.position_after(i, moment(params.commands)));
+            all.position(i).distance(here) <= touch + walks
+        };
+        let near: Vec<usize> = (0..all.len()).filter(comes_near).collect();
+        let (checker, body) = (input.checker(), input.robot.radius() + all.radius);
+        let person =
+            |k: u32, i: usize| (all.position_after(i, moment(k)), body + checker.gap_asked(i, moment(k)));
+        let people = (0..params.commands).flat_map(|k| near.iter().map(move |&i| (k, i)));
+        let people = people.map(|(k, i)| person(k, i)).collect();
+        Self { input, people, near: near.len(), checker }
+    }
+
+    /// The cost of a perturbed sequence, whose commands are first cut to what the robot can do.
+    fn cost(&self, nominal: &[Twist], v: &mut [f64], omega: &mut [f64]) -> f64 {
+        let (input, params) = (self.input, &self.input.params.generation.mppi);
+        let (mut pose, mut twist) = input.scene.belief.motion();
+        let mut cost = 0.0;
+        for (k, wanted) in nominal.iter().enumerate() {
+            twist = input.robot.limit(twist, Twist { v: v[k], omega: omega[k] }, params.period);
+            (v[k], omega[k]) = (twist.v, twist.omega);
+            pose = step(pose, twist, params.period);
+            let p = pose.position();
+            let mut gap = self.checker.wall_spare(pose).min(FELT_M);
+            for (person, contact) in &self.people[k * self.near..(k + 1) * self.near] {
+                let square = person.distance_squared(p);
+                let felt = contact + gap;
+                if square < felt * felt {
+                    gap = square.sqrt() - contact;
+                }
+            }
+            if gap < 0.0 {
+                // Nothing after a contact makes it better; earlier ones are worse.
+                return cost + params.contact * (2.0 - k as f64 / nominal.len() as f64);
+            }
+            if gap < FELT_M {
+                cost += params.obstacle * params.period * exp(-params.decay * gap);
+            }
+            cost += params.gamma
+                * (wanted.v * (twist.v - wanted.v) / (params.sigma_v * params.sigma_v)
+                    + wanted.omega * (twist.omega - wanted.omega)
+                        / (params.sigma_omega * params.sigma_omega));
+        }
+        cost + params.goal * self.to_go(pose) + params.angle * self.aside(pose)
+    }
+
+    fn to_go(&self, pose: Pose2) -> f64 {
+        // Where the goal cannot be reached from, it costs more than any way there is.
+        let metres = self.input.geodesic.at(pose.position());
+        if metres.is_finite() { metres } else { 1e4 }
+    }
+
+    /// 0 when the robot faces its way on, 1 when it turns its back to it.
+    fn aside(&self, pose: Pose2) -> f64 {
+        const AHEAD_M: f64 = 0.3;
+        let (sine, cosine) = sin_cos(pose.heading);
+        let ahead = Pose2::new(pose.x + AHEAD_M * cosine, pose.y + AHEAD_M * sine, wrap_angle(pose.heading));
+        let gained = self.to_go(pose) - self.to_go(ahead);
+        (0.5 - 0.5 * gained / AHEAD_M).clamp(0.0, 1.0)
+    }
+}

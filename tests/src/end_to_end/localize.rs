@@ -1,0 +1,61 @@
+//! `curionav localize` on logs as a user has them.
+
+use super::program::{curionav, turn};
+
+const MAP: &str = "scenarios/maps/quickstart.yaml";
+
+/// A robot that stands for three seconds with something 2 m off all around.
+fn standing() -> String {
+    let scan = |k: u32| {
+        let stamp = 100.0 + 0.1 * f64::from(k);
+        format!("FLASER 5 2 2 2 2 2 0 0 0 0 0 0 {stamp} nohost {stamp}\n")
+    };
+    (0..30).map(scan).collect()
+}
+
+#[test]
+fn figures_and_picture_of_a_log_that_says_nothing_of_the_start_need_one() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let (log, picture) = (folder.path().join("log"), folder.path().join("tracks.svg"));
+    std::fs::write(&log, standing() + "FLASER 5 cut").unwrap();
+    let run = |more: &[&str]| {
+        let what = ["localize", "--map", MAP, log.to_str().unwrap(), "--range-max", "5", "--json"];
+        curionav(&[&what[..], &["--out", picture.to_str().unwrap()], more].concat())
+    };
+    let output = run(&[]);
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("--start") && text.contains(log.to_str().unwrap()), "{text}");
+    let output = run(&["--start", "2.0,4.5,0"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((said["scans"].as_u64(), said["broken_lines"].as_u64()), (Some(30), Some(1)));
+    assert!(said["localizer"].is_null() && said["updates"].as_u64() > Some(2), "{said}");
+    assert!(std::fs::read_to_string(&picture).unwrap().contains("localiser"));
+}
+
+#[test]
+fn what_cannot_be_used_is_named() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, content: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.display().to_string()
+    };
+    let (log, other) = (path("log", &standing()), path("other", "not a log"));
+    let params = path("params.toml", "beams = 0\n");
+    for (arguments, said) in [
+        (vec!["--map", MAP, &other, "--global"], "has no scan that can be read"),
+        (vec!["--map", "nowhere.yaml", &log, "--global"], "nowhere.yaml"),
+        (vec!["--map", MAP, &log, "--start", "1,2"], "three numbers"),
+        (vec!["--map", MAP, &log, "--global", "--localizer", &params], "beams"),
+        (vec!["--map", MAP, &log, "--global", "--reference", &other], "other"),
+    ] {
+        let output = curionav(&[&["localize"], &arguments[..]].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {text}");
+        assert!(text.contains(said), "{arguments:?}: {text}");
+    }
+}
