@@ -69,6 +69,8 @@ pub enum Reason {
     Arrived,
     /// The candidate of least cost is free.
     LeastCost,
+    /// Candidates that cost less collide; the one of least cost among the free ones is followed.
+    LeastCostFree,
     /// Only slow candidates are free; the one of least cost is followed.
     OnlySlowFree,
     /// There are no candidates.

@@ -74,6 +74,9 @@ pub struct Cycles {
     /// How many were decided only after the next one was due.
     #[serde(default)]
     pub late: u64,
+    /// In how many the robot was told to follow the candidate that the planner wanted most.
+    #[serde(default)]
+    pub first_choice: u64,
     /// How many were degraded.
     pub degraded: u64,
     /// In how many each degradation occurred, by its code; one that did not occur is absent.

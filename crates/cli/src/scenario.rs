@@ -107,16 +107,12 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
     let at = |point: Point2| (point.x, point.y);
     let field = GeodesicField::new(map, robot.goal, robot.model.radius());
     let path = field.descend(robot.start.position(), SPACING_M);
-    let is_bare = |(i, cell): (usize, &i8)| {
-        let centre = map.grid.centre(i % map.grid.width(), i / map.grid.width());
-        *cell == 0 && map.to_occupied.at(&map.grid, centre) > range
-    };
     let person = |i| Person { at: (people.x[i], people.y[i]), velocity: (people.vx[i], people.vy[i]) };
     SceneSketch {
         name: &scenario.name,
         description: &scenario.description,
         map: &prepared.map,
-        bare: prepared.map.cells.iter().enumerate().map(is_bare).collect(),
+        bare: prepared.bare(),
         laser_range: range,
         start: convert::pose_to_wire(robot.start),
         robot_radius: robot.model.radius(),

@@ -1,4 +1,4 @@
-//! One quantity over time, of one run or of several.
+//! One quantity over another, such as time, of one run or of several.
 
 use super::axes::{Scale, frame, label, ticks};
 use super::page::{pane, rectangle, translate};
@@ -16,15 +16,17 @@ const BOTTOM: f64 = 24.0;
 pub(super) struct Curve<'a> {
     pub(super) colour: &'a str,
     pub(super) width: f64,
-    /// (s, value); values that are not finite are gaps.
+    /// (place across, value); values that are not finite are gaps.
     pub(super) points: Vec<(f64, f64)>,
 }
 
 pub(super) struct Chart<'a> {
     pub(super) title: &'a str,
     pub(super) scale: Scale,
-    /// From when to when, s.
-    pub(super) time: (f64, f64),
+    /// From where to where across: a time, s, if anything is shaded or numbered.
+    pub(super) across: (f64, f64),
+    /// Of `across`.
+    pub(super) unit: &'a str,
     pub(super) ticks: usize,
     /// From when to when localisation counted as uncertain, s.
     pub(super) uncertain: &'a [(f64, f64)],
@@ -39,7 +41,7 @@ impl Chart<'_> {
     /// The chart within `size` pixels, title and numbers included.
     pub(super) fn draw(&self, size: (f64, f64)) -> Group {
         let (wide, high) = (size.0 - LEFT, size.1 - TOP - BOTTOM);
-        let (from, to) = self.time;
+        let (from, to) = self.across;
         let x = |t: f64| wide * (t - from) / (to - from).max(1e-6);
         let y = |value: f64| high * (1.0 - self.scale.share(value));
         let mut inside = pane(wide, high);
@@ -53,7 +55,8 @@ impl Chart<'_> {
             outside = outside.add(text((-6.0, y(value) + 3.5), "s", label(value)).set("text-anchor", "end"));
         }
         for value in ticks(from, to, self.ticks) {
-            let number = text((x(value), high + 15.0), "s", format!("{} s", label(value)));
+            let number =
+                text((x(value), high + 15.0), "s", format!("{} {}", label(value), self.unit).trim_end());
             inside = inside.add(line((x(value), 0.0), (x(value), high), "grid"));
             outside = outside
                 .add(line((x(value), high), (x(value), high + 4.0), "tick"))
@@ -100,7 +103,8 @@ mod tests {
         let chart = Chart {
             title: "",
             scale: Scale::linear(0.0, 4.0),
-            time: (0.0, 3.0),
+            across: (0.0, 3.0),
+            unit: "s",
             ticks: 3,
             uncertain: &[],
             snapshots: &[],

@@ -3,10 +3,10 @@
 
 use super::axes::{AXIS, Scale, on_axes, scale_bar};
 use super::chart::{Chart, Curve};
-use super::map_layer::{definition, known, map_layer};
+use super::map_layer::{area, definition, known, map_layer};
 use super::page::{MAP_HEIGHT, RIM, WIDTH, pane, printable, translate};
-use super::palette::{INK, PERSON};
-use super::symbols::{disc, goal, line, path, text, tracks};
+use super::palette::{BARE, INK, PERSON};
+use super::symbols::{disc, goal, line, path, text, tracks, triangle};
 use super::trace_columns::{TraceColumns, Track};
 use super::viewport::{Bounds, Viewport, px};
 use curionav_schemas::{OccupancyGrid, RunResult};
@@ -17,6 +17,8 @@ const MAP_WIDTH: f64 = 650.0;
 const GAP: f64 = 26.0;
 /// Height of an entry of the legend, px.
 const ENTRY: f64 = 20.0;
+/// Two lines of small print, px.
+const FOOT: f64 = 34.0;
 /// Free space around what is shown of a large map, m.
 const MARGIN_M: f64 = 3.0;
 /// A map is shown whole while it has at most this many times the area of the part that matters.
@@ -30,6 +32,9 @@ pub struct Site<'a> {
     pub id: &'a str,
     /// The map.
     pub map: &'a OccupancyGrid,
+    /// For each cell of `map`, in its order: whether it is free and no landmark is within the laser's range. The
+    /// paper's Fig. 4 has this part of the floor grey.
+    pub bare: &'a [bool],
     /// Where every run starts, m.
     pub start: (f64, f64),
     /// Where every run is to end, m.
@@ -67,17 +72,18 @@ pub fn comparison_svg(site: &Site<'_>, courses: &[Course<'_>]) -> String {
     let map = on_axes(&viewport, ways(site, courses, &traces, &viewport), (0.0, 0.0));
     let left = AXIS.0 + viewport.width + GAP;
     let wide = WIDTH - 2.0 * RIM - left;
-    let legend_height = ENTRY * courses.len().div_ceil(2) as f64 + 2.0 * ENTRY;
+    let legend_height = ENTRY * courses.len().div_ceil(2) as f64 + ENTRY + FOOT;
     let height = viewport.height.max(legend_height + 300.0);
     let each = (height + AXIS.1 - legend_height) / 2.0;
     let plots = over_time(site, courses, &traces, (wide, each))
         .add(legend(courses, wide).set("transform", translate(36.0, 2.0 * each + 8.0)))
         .set("transform", translate(left, 0.0));
     let (width, height) = (WIDTH - 2.0 * RIM, height + AXIS.1 + 6.0);
+    let bare = area(site.map, site.bare, &bare_id(site), BARE);
     let document = SVG::new()
         .set("viewBox", format!("-1 -4 {} {}", px(width + 2.0), px(height)))
         .set("class", "comparison")
-        .add(Definitions::new().add(definition(site.map, site.id)))
+        .add(Definitions::new().add(bare).add(definition(site.map, site.id)))
         .add(map)
         .add(plots);
     printable(&document.to_string())
@@ -90,6 +96,7 @@ fn ways(
     viewport: &Viewport,
 ) -> SVG {
     let mut inside = pane(viewport.width, viewport.height)
+        .add(map_layer(site.map, &bare_id(site), viewport))
         .add(map_layer(site.map, site.id, viewport))
         .add(people(site, traces, viewport))
         .add(goal(viewport, site.goal, site.goal_tolerance))
@@ -110,15 +117,22 @@ fn ways(
     inside.add(scale_bar(viewport))
 }
 
-/// The people's ways during the longest run that is shown, and where they stood at its start.
+/// Name of the part of the floor without landmarks in the document.
+fn bare_id(site: &Site<'_>) -> String {
+    format!("{}-bare", site.id)
+}
+
+/// The people's ways during the run of the first planner that is shown, and triangles that point where they walk: white
+/// at the start, filled at the end.
 fn people(site: &Site<'_>, traces: &[Option<TraceColumns>], viewport: &Viewport) -> Group {
-    let Some(longest) = traces.iter().flatten().max_by_key(|trace| trace.time.len()) else {
-        return Group::new();
-    };
-    let starts = longest.people.iter().filter_map(|track| track.at.iter().flatten().next());
-    starts.fold(tracks(viewport, longest.people.iter().flat_map(Track::stretches)), |group, at| {
-        let person = disc(viewport, *at, site.person_radius);
-        group.add(person.set("fill", PERSON).set("fill-opacity", 0.3).set("stroke", PERSON))
+    let Some(first) = traces.iter().flatten().next() else { return Group::new() };
+    let shown = tracks(viewport, first.people.iter().flat_map(Track::stretches));
+    first.people.iter().fold(shown, |group, track| {
+        let ends = [(track.start(&first.time), "#fff"), (track.end(&first.time), PERSON)];
+        ends.into_iter().filter_map(|(end, fill)| Some((end?, fill))).fold(group, |group, (end, fill)| {
+            let (at, velocity) = end;
+            group.add(triangle(viewport, at, velocity, site.person_radius, (fill, PERSON)))
+        })
     })
 }
 
@@ -141,7 +155,8 @@ fn over_time(
     let chart = |title, scale, levels, curves| Chart {
         title,
         scale,
-        time: (0.0, end),
+        across: (0.0, end),
+        unit: "s",
         ticks: 8,
         uncertain: &[],
         snapshots: &[],
@@ -176,8 +191,13 @@ fn legend(courses: &[Course<'_>], width: f64) -> Group {
         let bar = line((x, y), (x + 30.0, y), "").set("stroke", course.colour).set("stroke-width", 2.8);
         group = group.add(bar).add(text((x + 38.0, y + 4.0), "", course.name));
     }
-    let foot = "Strong: the run with the first seed, also in the plots. Faint: all runs. Purple: people.";
-    group.add(text((0.0, rows as f64 * ENTRY + 14.0), "s", foot))
+    let foot = [
+        "Strong: the run with the first seed, also in the plots. Faint: all runs. Grey floor: no landmark in range.",
+        "Triangles: people at the start (white) and at the end (filled) of that run of the first planner; they point where they walk.",
+    ];
+    foot.into_iter().enumerate().fold(group, |group, (i, words)| {
+        group.add(text((0.0, rows as f64 * ENTRY + 14.0 + 15.0 * i as f64), "s", words))
+    })
 }
 
 #[cfg(test)]
@@ -190,6 +210,7 @@ mod tests {
         let site = Site {
             id: "map-1",
             map: &map,
+            bare: &vec![true; map.cells.len()],
             start: (0.0, 0.0),
             goal: (1.0, 1.0),
             goal_tolerance: 0.5,
@@ -207,7 +228,8 @@ mod tests {
         let svg = drawn(None);
         assert_eq!(svg.matches(r#"<polyline class="line""#).count(), 3);
         assert!(svg.contains("a &lt;planner&gt;") && !svg.contains("<planner>"));
-        assert_eq!(svg.matches("map-1").count(), 2);
+        // The map and the floor without landmarks, each defined once and shown once.
+        assert_eq!(svg.matches("map-1").count(), 4);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 //!
 //! [`run_svg`] puts a run on one page: the map with all tracks, a few planning cycles enlarged, and plots over time.
 //! [`comparison_svg`] compares planners in one scenario, [`scene_svg`] shows a scenario before anything moves,
-//! and [`tracks_svg`] draws any tracks on a map.
+//! [`shares_svg`] draws success over density, and [`tracks_svg`] any tracks on a map.
 //! Coordinates are in metres in the map frame, angles in radians.
 
 mod axes;
@@ -18,6 +18,7 @@ mod plots;
 mod run;
 mod run_page;
 mod scene;
+mod shares;
 mod snapshot;
 mod snapshots;
 mod symbols;
@@ -30,4 +31,5 @@ pub use palette::{planner_colour, style_sheet};
 pub use run::Run;
 pub use run_page::run_svg;
 pub use scene::{Person, SceneSketch, scene_svg};
+pub use shares::{ShareCurve, shares_svg};
 pub use tracks::{Track, tracks_svg};

@@ -29,9 +29,11 @@ pub(super) fn definition(map: &OccupancyGrid, id: &str) -> Group {
         .add(Path::new().set("fill", "#3c3c3c").set("d", outline(&walls, size)))
 }
 
-/// The cells of `map` that are below zero, in one colour; to be shown by [`map_layer`] as well.
-pub(super) fn area(map: &OccupancyGrid, id: &str, fill: &str) -> Group {
-    let (_, cells, size) = drawable(map);
+/// The cells of `map` that `is_part` picks, in one colour; to be shown by [`map_layer`] as well.
+pub(super) fn area(map: &OccupancyGrid, is_part: &[bool], id: &str, fill: &str) -> Group {
+    // A map that is unknown exactly there.
+    let cells: Vec<i8> = is_part.iter().map(|is_part| if *is_part { -1 } else { 0 }).collect();
+    let (_, cells, size) = drawable(&OccupancyGrid { cells: cells.into(), ..map.clone() });
     let path = Path::new().set("fill", fill).set("d", outline(&cells, size));
     Group::new().set("id", id).set("shape-rendering", "crispEdges").add(path)
 }

@@ -17,6 +17,9 @@ pub(super) const QUIET: &str = "#8a8a8a";
 /// Behind the plots while localisation counts as uncertain.
 pub(super) const UNCERTAIN: &str = "#F0E442";
 
+/// Floor from which no landmark is within the laser's range.
+pub(super) const BARE: &str = "#d4d4d4";
+
 /// `viridis` at equal steps from 0 to 1; the brightest yellow is left out, it would not show on white.
 const VIRIDIS: [[f64; 3]; 8] = [
     [68.0, 1.0, 84.0],

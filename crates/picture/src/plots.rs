@@ -30,7 +30,8 @@ pub(super) fn plots(run: &Run<'_>, trace: &TraceColumns, snapshots: &[Snapshot<'
     let chart = |title, scale, values: Vec<f64>, colour, levels| Chart {
         title,
         scale,
-        time,
+        across: time,
+        unit: "s",
         ticks: 12,
         uncertain: &uncertain,
         snapshots,

@@ -82,10 +82,8 @@ pub fn scene_svg(scene: &SceneSketch<'_>) -> String {
     let noun = if people.len() == 1 { "person" } else { "people" };
     let heading = format!("{name} \u{b7} {} {noun} \u{b7} laser {} m", people.len(), scene.laser_range);
     let heading = text((RIM, RIM + 20.0), "h1", heading);
-    // A map that is unknown exactly in the bare cells.
-    let cells: Vec<i8> = scene.bare.iter().map(|is_bare| if *is_bare { -1 } else { 0 }).collect();
-    let bare = OccupancyGrid { cells: cells.into(), ..(*map).clone() };
-    let definitions = Definitions::new().add(definition(map, MAP_ID)).add(area(&bare, BARE.0, BARE.1));
+    let bare = area(map, &scene.bare, BARE.0, BARE.1);
+    let definitions = Definitions::new().add(definition(map, MAP_ID)).add(bare);
     let words = lines(scene.description, (RIM + AXIS.0, below));
     file(&document(name, (width, height), definitions).add(heading).add(plan).add(words))
 }

@@ -116,7 +116,12 @@ mod tests {
             ..golden::generate_request()
         };
         let fields = Fields::of_maps([StaticMap::new(grid)]);
-        answer("a", &fields, GenerateRequest { iterations: 0, ..request.clone() }, &|| 0.0).unwrap();
+        for kind in generation::GENERATORS {
+            // What warms a replica up.
+            let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
+            let tree = answer("a", &fields, request, &|| 0.0).unwrap().tree;
+            assert!(tree.x.iter().chain(&tree.y[..]).all(|number| number.is_finite()), "{}", kind.name);
+        }
         let answered = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.

@@ -1,4 +1,4 @@
-//! Reading a recording back, message by message: what is needed to plan its cycles again.
+//! Reading a recording back, message by message: what is needed to plan its cycles again, or to localise again.
 //!
 //! A recording whose program was killed ends without an index and perhaps within a chunk; everything up to there is
 //! read.
@@ -9,12 +9,15 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use curionav_schemas::{CycleReport, Memory, Message, Mission, OccupancyGrid, ServiceStatus};
+use curionav_schemas::{
+    Belief, CycleReport, Memory, Message, Mission, OccupancyGrid, Odometry, RunStatus, Scan, ServiceStatus,
+};
 use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use super::MESSAGE_ENCODING;
+use super::recorder::names;
 
 /// No record is larger: a chunk of 1 MiB and one message of 25 MiB, with room for other programs' chunks.
 const MAX_RECORD: usize = 256 << 20;
@@ -33,6 +36,14 @@ pub enum Item {
     Memory(Box<Memory>),
     /// What a planning cycle came to.
     Report(Box<CycleReport>),
+    /// What the laser of the robot of that name saw.
+    Scan(String, Box<Scan>),
+    /// How far that robot has driven.
+    Odometry(String, Odometry),
+    /// Where it believed to be.
+    Belief(String, Box<Belief>),
+    /// How a simulated run stands.
+    Run(Box<RunStatus>),
 }
 
 /// A recording being read.
@@ -40,11 +51,18 @@ pub struct Reader {
     path: PathBuf,
     file: File,
     mcap: LinearReader,
-    /// Schema names by id, and by channel (schema, message encoding).
+    /// Schema names by id.
     schemas: BTreeMap<u16, String>,
-    channels: BTreeMap<u16, (String, String)>,
+    channels: BTreeMap<u16, Channel>,
     /// Whether the recording ended in the middle, as one whose program was killed does. Known at its end.
     pub cut_short: bool,
+}
+
+struct Channel {
+    schema: String,
+    encoding: String,
+    /// The robot or world whose messages these are.
+    owner: String,
 }
 
 impl Reader {
@@ -83,14 +101,14 @@ impl Reader {
                     }
                     Record::Channel(channel) => {
                         let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                        self.channels.insert(channel.id, (schema, channel.message_encoding));
+                        let (owner, encoding) =
+                            (names(&channel.topic).0.to_owned(), channel.message_encoding);
+                        self.channels.insert(channel.id, Channel { schema, encoding, owner });
                     }
                     Record::Message { header, data } => {
-                        let Some((schema, encoding)) = self.channels.get(&header.channel_id) else {
-                            continue;
-                        };
-                        if encoding == MESSAGE_ENCODING
-                            && let Some(item) = item(schema, &data)?
+                        let channel = self.channels.get(&header.channel_id);
+                        if let Some(channel) = channel.filter(|channel| channel.encoding == MESSAGE_ENCODING)
+                            && let Some(item) = item(channel, &data)?
                         {
                             return Ok(Some(item));
                         }
@@ -110,7 +128,8 @@ impl Reader {
     }
 }
 
-fn item(schema: &str, data: &[u8]) -> anyhow::Result<Option<Item>> {
+fn item(channel: &Channel, data: &[u8]) -> anyhow::Result<Option<Item>> {
+    let Channel { schema, owner, .. } = channel;
     let Some((name, _)) = schema.strip_prefix("curionav.").and_then(|rest| rest.rsplit_once('.')) else {
         return Ok(None);
     };
@@ -122,6 +141,10 @@ fn item(schema: &str, data: &[u8]) -> anyhow::Result<Option<Item>> {
         ServiceStatus::NAME => Item::Status(Box::new(ServiceStatus::decode(data, Some(&encoding))?)),
         Memory::NAME => Item::Memory(Box::new(Memory::decode(data, Some(&encoding))?)),
         CycleReport::NAME => Item::Report(Box::new(CycleReport::decode(data, Some(&encoding))?)),
+        Scan::NAME => Item::Scan(owner.clone(), Box::new(Scan::decode(data, Some(&encoding))?)),
+        Odometry::NAME => Item::Odometry(owner.clone(), Odometry::decode(data, Some(&encoding))?),
+        Belief::NAME => Item::Belief(owner.clone(), Box::new(Belief::decode(data, Some(&encoding))?)),
+        RunStatus::NAME => Item::Run(Box::new(RunStatus::decode(data, Some(&encoding))?)),
         _ => return Ok(None),
     }))
 }

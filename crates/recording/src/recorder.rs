@@ -312,7 +312,7 @@ fn own_key(key: &str, payload: &[u8]) -> Option<String> {
 }
 
 /// (robot or world, stream) of a key; for maps and statuses, which have neither, the family.
-fn names(key: &str) -> (&str, &str) {
+pub(super) fn names(key: &str) -> (&str, &str) {
     let rest = key.strip_prefix(keys::ROOT).unwrap_or(key).trim_start_matches('/');
     let mut chunks = rest.split('/');
     match (chunks.next(), chunks.next(), chunks.next()) {

@@ -193,6 +193,7 @@ fn reason_to_wire(reason: &arbitration::Reason) -> Reason {
     match reason {
         arbitration::Reason::Arrived => Reason::Arrived,
         arbitration::Reason::LeastCost => Reason::LeastCost,
+        arbitration::Reason::LeastCostFree => Reason::LeastCostFree,
         arbitration::Reason::OnlySlowFree => Reason::OnlySlowFree,
         arbitration::Reason::Degraded { lack, previous } => {
             let previous = previous_to_wire(previous);

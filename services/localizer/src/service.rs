@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use curionav_localization::{Estimate, Localizer, LocalizerParams, Scan as LaserScan};
 use curionav_planning::geometry::{Pose2, Twist};
-use curionav_planning::sensor::LaserModel;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
@@ -158,7 +157,8 @@ impl MissionFollower for Localization {
         }
         let announced = convert::laser(&mission.order.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
-        let seen = scan.map_or(Ok((Cow::default(), announced)), |scan| seen(scan, announced));
+        let seen =
+            scan.map_or(Ok((Cow::default(), announced)), |scan| convert::scan(scan, announced.range_sigma));
         let (ranges, laser) = seen.unwrap_or_else(|reject| {
             self.service.counts.refuse(&reject);
             if self.unusable.as_ref() != Some(&reject) {
@@ -181,31 +181,6 @@ impl MissionFollower for Localization {
     }
 }
 
-/// The ranges in order of rising bearing, without what a full turn sees twice, and the scanner as the scan itself
-/// describes it; noise is what the mission says.
-fn seen(scan: &Scan, announced: LaserModel) -> Result<(Cow<'_, [f32]>, LaserModel), Reject> {
-    const SLACK: f64 = 1e-6;
-    let (turn, gap) = (std::f64::consts::TAU, scan.angle_increment.abs());
-    let count = scan.ranges.len().min(((turn + SLACK) / gap) as usize);
-    let (beams, last) = (count as u32, count.saturating_sub(1) as f64);
-    let fov = if gap * f64::from(beams) > turn - SLACK { turn } else { gap * last };
-    let clockwise = scan.angle_increment < 0.0;
-    let ranges = match &scan.ranges[..count] {
-        ranges if clockwise => ranges.iter().rev().copied().collect(),
-        ranges => Cow::Borrowed(ranges),
-    };
-    let first = if clockwise { scan.angle_min - gap * last } else { scan.angle_min };
-    // The model's beams lie evenly on both sides of its heading; those of the scan need not.
-    let middle = first + 0.5 * fov;
-    let mut robot_from_laser = convert::pose(scan.laser);
-    if middle.abs() > 1e-9 {
-        robot_from_laser = robot_from_laser.compose(Pose2::new(0.0, 0.0, middle));
-    }
-    let LaserModel { range_sigma, .. } = announced;
-    let laser = LaserModel { robot_from_laser, fov, beams, range_max: scan.range_max, range_sigma };
-    Ok((ranges, convert::checked("scan", laser)?))
-}
-
 fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
     let health = Health {
         outside_weight: estimate.health.outside_weight.clamp(0.0, 1.0),
@@ -214,57 +189,4 @@ fn belief(estimate: &Estimate, odometry: &Odometry) -> Belief {
         converged: estimate.health.converged,
     };
     convert::belief_to_wire(&estimate.belief(), odometry.tick, odometry.stamp, health)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use curionav_planning::geometry::wrap_angle;
-    use curionav_schemas as wire;
-    use curionav_testing::golden;
-
-    /// Ranges that tell the beams apart.
-    fn scan(angle_min: f64, angle_increment: f64, beams: u16) -> Scan {
-        let ranges = (0..beams).map(|i| 1.0 + f32::from(i) / 1024.0).collect();
-        Scan { angle_min, angle_increment, ranges, ..golden::scan() }
-    }
-
-    #[test]
-    fn a_scan_that_is_no_scan_is_refused() {
-        let refused = |scan: &Scan| seen(scan, LaserModel::default()).is_err();
-        assert!(refused(&scan(0.0, 0.01, 1)));
-        assert!(refused(&scan(0.0, 0.0, 100)));
-        assert!(refused(&Scan { range_max: 1e12, ..scan(-0.5, 0.01, 101) }));
-    }
-
-    #[test]
-    fn beams_point_where_the_scan_says() {
-        let degree = std::f64::consts::PI / 180.0;
-        // To one side, clockwise, all around, all around and the first beam once more, mounted backwards.
-        let scans = [
-            (scan(0.2, 0.01, 101), 101),
-            (scan(0.5, -0.01, 101), 101),
-            (scan(0.0, degree, 360), 360),
-            (scan(-180.0 * degree, degree, 361), 360),
-            (scan(180.0 * degree, -degree, 361), 360),
-            (
-                Scan {
-                    laser: wire::Pose { x: 0.0, y: 0.0, heading: std::f64::consts::PI },
-                    ..scan(0.0, degree, 360)
-                },
-                360,
-            ),
-        ];
-        for (scan, beams) in scans {
-            let (ranges, laser) = seen(&scan, LaserModel::default()).unwrap();
-            assert_eq!((ranges.len(), laser.beams), (beams, beams as u32));
-            for (i, range) in ranges.iter().enumerate() {
-                // The beam of the scan that has this range.
-                let k = f64::from((range - 1.0) * 1024.0);
-                let said = scan.laser.heading + scan.angle_min + scan.angle_increment * k;
-                let taken = laser.robot_from_laser.heading + laser.bearing(i as u32);
-                assert!(wrap_angle(said - taken).abs() < 1e-9, "{scan:?}: beam {i}");
-            }
-        }
-    }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use curionav_runtime::latency::percentile_ms;
-use curionav_schemas::{Cycles, Decision, Degradation};
+use curionav_schemas::{Cycles, Decision, Degradation, Reason};
 
 /// Collects the cycles of one run.
 #[derive(Debug)]
@@ -15,6 +15,7 @@ pub(crate) struct CycleRecord {
     due: u64,
     skipped: u64,
     late: u64,
+    first_choice: u64,
     degraded: u64,
     degraded_by: BTreeMap<String, u64>,
     /// How long each cycle took.
@@ -29,6 +30,7 @@ impl CycleRecord {
             due: 0,
             skipped: 0,
             late: 0,
+            first_choice: 0,
             degraded: 0,
             degraded_by: BTreeMap::new(),
             times: Vec::new(),
@@ -40,6 +42,7 @@ impl CycleRecord {
         self.skipped += decision.tick.saturating_sub(self.due) / self.period;
         self.due = self.due.max(decision.tick + self.period);
         self.late += u64::from(tick > decision.tick + self.period);
+        self.first_choice += u64::from(decision.reason == Reason::LeastCost);
         self.degraded += u64::from(!decision.degraded.is_empty());
         for code in decision.degraded.iter().map(Degradation::code).collect::<BTreeSet<_>>() {
             *self.degraded_by.entry(code.to_owned()).or_default() += 1;
@@ -53,6 +56,7 @@ impl CycleRecord {
             count: self.times.len() as u64,
             skipped: self.skipped + tick.saturating_sub(self.due) / self.period,
             late: self.late,
+            first_choice: self.first_choice,
             degraded: self.degraded,
             degraded_by: self.degraded_by,
             p50_ms: percentile_ms(&mut self.times, 0.50),
@@ -94,6 +98,15 @@ mod tests {
         let Cycles { count, skipped, late, .. } = cycles(1, &[(0, 1), (1, 2), (3, 1)], 4);
         assert_eq!((count, skipped, late), (3, 1, 1));
         assert_eq!(cycles(3, &[(0, 3), (3, 4)], 6).late, 1);
+    }
+
+    #[test]
+    fn the_first_choice_is_what_the_planner_wanted_most() {
+        let mut record = CycleRecord::new(1);
+        for reason in [Reason::LeastCost, Reason::LeastCostFree, Reason::OnlySlowFree, Reason::LeastCost] {
+            record.decided(&Decision { reason, ..golden::decision() }, 0);
+        }
+        assert_eq!(record.finish(0).first_choice, 2);
     }
 
     #[test]

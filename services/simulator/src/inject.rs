@@ -27,6 +27,18 @@ pub struct Prepared {
     pub seed: u64,
 }
 
+impl Prepared {
+    /// For each cell of `map`, in its order: whether it is free and no landmark is within the laser's range.
+    pub fn bare(&self) -> Vec<bool> {
+        let (map, range) = (self.world.map(), self.world.scenario().laser.range_max);
+        let is_bare = |(i, cell): (usize, &i8)| {
+            let centre = map.grid.centre(i % map.grid.width(), i / map.grid.width());
+            *cell == 0 && map.to_occupied.at(&map.grid, centre) > range
+        };
+        self.map.cells.iter().enumerate().map(is_bare).collect()
+    }
+}
+
 /// Checks everything and builds the world. `files` must hold the map's yaml under the scenario's
 /// `map.file`, its image under the name the yaml gives (without directories), and every recording.
 pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<Prepared, Reject> {

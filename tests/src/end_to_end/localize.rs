@@ -59,3 +59,38 @@ fn what_cannot_be_used_is_named() {
         assert!(text.contains(said), "{arguments:?}: {text}");
     }
 }
+
+#[test]
+fn a_recording_brings_its_map_and_where_the_robot_truly_was() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (recording, picture, scans) = (path("run.mcap"), path("tracks.svg"), path("scans"));
+    let output = curionav(&["run", "scenarios/quickstart.toml", "--record", &recording, "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let driven: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let localize = |more: &[&str]| {
+        let output = curionav(&[&["localize", &recording, "--json", "--out", &picture], more].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).unwrap()
+    };
+    let said = localize(&[]);
+    let seconds = driven["metrics"]["time_s"].as_f64().unwrap();
+    assert!((said["duration_s"].as_f64().unwrap() - seconds).abs() < 1.0, "{said} {driven}");
+    assert!(said["scans"].as_u64() == said["references"].as_u64() && said["later_runs"] == 0, "{said}");
+    assert_eq!(said["references_are"], "where the robot truly was");
+    let error = |who: &str| said[who]["median_m"].as_f64().unwrap();
+    assert!(error("localizer") < 0.15, "{said}");
+    // The map of the recording is the one of the scenario.
+    assert_eq!(localize(&["--map", MAP])["localizer"], said["localizer"]);
+    // Another robot, and a file that only begins as a recording does.
+    std::fs::write(&scans, b"\x89MCAP0\r\n and no more").unwrap();
+    for (arguments, part) in
+        [([recording.as_str(), "--robot", "nemo"], "no scan of robot nemo"), ([&scans, "--map", MAP], &scans)]
+    {
+        let output = curionav(&[&["localize"], &arguments[..]].concat());
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && text.contains(part), "{arguments:?}: {text}");
+    }
+}

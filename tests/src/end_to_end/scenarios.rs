@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use curionav_planning::profile::Profile;
+
 use super::program::{curionav, in_real_time, root, run, turn};
 
 const PAPER: &str = "scenarios/paper/env4-s2.toml";
@@ -38,6 +40,16 @@ fn the_paper_scenario_is_reached_without_collision() {
                 && m.tce_s.is_none_or(|s| s < m.time_s)
                 && json.seed.to_string() == seed
         );
+    }
+}
+
+#[test]
+fn every_planner_has_its_candidates_from_its_generator_and_its_costs_from_its_evaluators() {
+    let _turn = turn();
+    for planner in Profile::names() {
+        let (json, _) = run(QUICK, &["--planner", planner]);
+        assert!(json.cycles.count > 10 && json.cycles.degraded_by.is_empty(), "{planner}: {json:?}");
+        assert!((1..=json.cycles.count).contains(&json.cycles.first_choice), "{planner}: {json:?}");
     }
 }
 

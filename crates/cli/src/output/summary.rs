@@ -77,7 +77,7 @@ mod tests {
                 r#"{"scenario":"two-people","planner":"paper","seed":17,"outcome":"reached","#,
                 r#""metrics":{"rmse_m":0.12,"tcm":0.05,"nm":1,"tce_s":1.5,"td":0.02,"md_m":1.3,"nt":2,"vel_mps":0.76,"#,
                 r#""length_m":19.1,"time_s":25.0,"collisions":0,"clearance_min_m":0.4},"#,
-                r#""cycles":{"count":83,"skipped":2,"late":1,"degraded":1,"degraded_by":{"cut_short":1,"#,
+                r#""cycles":{"count":83,"skipped":2,"late":1,"first_choice":70,"degraded":1,"degraded_by":{"cut_short":1,"#,
                 r#""evaluated_locally":1},"p50_ms":8.5,"p99_ms":21.0,"max_ms":30.5},"#,
                 r#""real_time_factor":24.0,"decisions_sha256":"#,
                 r#""00112233445566778899aabbccddeeff00112233445566778899aabbccddeeff"}"#,

@@ -7,8 +7,9 @@ use curionav_schemas::{Message, RunResult};
 
 use super::claims::{Claims, Judged};
 use super::comparison::Comparison;
+use super::density::Densities;
 use super::options::What;
-use super::plan::{Job, Plan, Scene};
+use super::plan::{Job, Plan, Planner, Scene};
 use super::row::Row;
 use super::worker_process::Missing;
 use crate::statistics::mean;
@@ -17,7 +18,10 @@ pub(crate) struct Findings<'a> {
     pub(crate) comparison: Comparison<'a>,
     /// None if there was nothing to check.
     pub(crate) claims: Vec<Judged>,
+    pub(crate) planners: &'a [Planner],
     pub(crate) scenes: &'a [Scene],
+    /// Success over density, where several scenes have each density.
+    pub(crate) densities: Option<Densities>,
     pub(crate) jobs: &'a [Job],
     pub(crate) missing: &'a [Missing],
     pub(crate) programs: Vec<String>,
@@ -46,7 +50,9 @@ impl<'a> Findings<'a> {
         let programs: BTreeSet<String> = rows.iter().map(|row| row.program.clone()).collect();
         Self {
             claims: claims.map(|claims| claims.judge(&comparison, what.repeats)).unwrap_or_default(),
+            densities: Densities::of(&comparison, &plan.scenes),
             comparison,
+            planners: &plan.planners,
             scenes: &plan.scenes,
             jobs,
             missing,

@@ -5,6 +5,7 @@
 
 mod claims;
 mod comparison;
+mod density;
 pub(crate) mod execution;
 mod findings;
 mod journal;

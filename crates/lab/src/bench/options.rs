@@ -56,7 +56,8 @@ pub(crate) struct What {
     /// Suite of scenarios: a folder below scenarios/, or any folder with scenario files.
     #[arg(value_name = "SUITE", default_value = "paper", conflicts_with = "scenarios")]
     pub(crate) suite: String,
-    /// Planners: built-in profiles or profile files (.toml), separated by commas. Default: all built-in ones.
+    /// Planners: built-in profiles, profile files (.toml) or folders of them such as scenarios/tuned, separated by
+    /// commas. Default: all built-in ones.
     #[arg(long, value_name = "A,B", value_delimiter = ',')]
     pub(crate) planners: Vec<String>,
     /// Scenario files in place of a suite, as a pattern with * and ?, or several files.

@@ -46,6 +46,8 @@ pub(crate) struct Scene {
     pub(crate) map: OccupancyGrid,
     /// `Thr'` of the first planner, m2 + rad2.
     pub(crate) threshold: f64,
+    /// For each cell of `map`: whether it is free and no landmark is within the laser's range.
+    pub(crate) bare: Vec<bool>,
     /// [planner] digest of scenario, map, recordings and profile.
     digests: Vec<String>,
 }
@@ -57,6 +59,12 @@ impl Scene {
 
     pub(crate) fn people(&self) -> usize {
         self.scenario.walkers.len() + self.scenario.people_drawn() + self.scenario.recorded.len()
+    }
+
+    /// People per square metre of free floor.
+    pub(crate) fn density(&self) -> f64 {
+        let free = self.map.cells.iter().filter(|cell| **cell == 0).count();
+        self.people() as f64 / (free as f64 * self.map.resolution * self.map.resolution)
     }
 }
 
@@ -72,7 +80,7 @@ impl Plan {
     pub(crate) fn read(planners: &[String], scenarios: &[String]) -> anyhow::Result<Self> {
         let planners = named_planners(planners)?;
         let mut scenes = Vec::new();
-        for file in files(scenarios)? {
+        for file in files(scenarios).context("--scenarios")? {
             scenes.push(scene(&file, &planners)?);
         }
         // The paper's order, then by name.
@@ -113,7 +121,12 @@ impl Plan {
 fn named_planners(sources: &[String]) -> anyhow::Result<Vec<Planner>> {
     let all: Vec<String> = Profile::names().map(String::from).collect();
     let mut planners: Vec<Planner> = Vec::new();
+    let mut named = Vec::new();
     for source in if sources.is_empty() { &all } else { sources } {
+        let path = Path::new(source);
+        if path.is_dir() { named.extend(profiles(path)?) } else { named.push(source.clone()) }
+    }
+    for source in &named {
         let stem = Path::new(source).file_stem().filter(|_| Profile::builtin(source).is_none());
         let name = stem.map_or_else(|| source.clone(), |stem| stem.to_string_lossy().into());
         if planners.iter().any(|p| p.name == name) {
@@ -124,13 +137,21 @@ fn named_planners(sources: &[String]) -> anyhow::Result<Vec<Planner>> {
     Ok(planners)
 }
 
+/// The profile files in a folder: those named as built-in ones in their order, then the others by name.
+fn profiles(folder: &Path) -> anyhow::Result<Vec<String>> {
+    let mut files = files(&[folder.join("*.toml").to_string_lossy().into_owned()]).context("--planners")?;
+    let place = |file: &Path| Profile::names().position(|name| file.file_stem() == Some(name.as_ref()));
+    files.sort_by_key(|file| place(file).unwrap_or(usize::MAX));
+    Ok(files.into_iter().map(|file| file.to_string_lossy().into_owned()).collect())
+}
+
 /// The files that the patterns name, each once.
 fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for pattern in patterns {
-        let found = glob::glob(pattern).with_context(|| format!("--scenarios: `{pattern}`"))?;
-        let found: Vec<PathBuf> = found.collect::<Result<_, _>>().context("--scenarios")?;
-        ensure!(!found.is_empty(), "--scenarios: no file is called `{pattern}`");
+        let found = glob::glob(pattern).with_context(|| format!("`{pattern}`"))?;
+        let found: Vec<PathBuf> = found.collect::<Result<_, _>>()?;
+        ensure!(!found.is_empty(), "no file is called `{pattern}`");
         files.extend(found);
     }
     files.sort();
@@ -153,6 +174,7 @@ fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
     Ok(Scene {
         file: file.to_owned(),
         scenario: package.scenario,
+        bare: prepared.bare(),
         map: prepared.map,
         threshold: prepared.profile.uncertainty.threshold,
         digests,
@@ -171,4 +193,25 @@ pub(crate) fn key(digest: &str, seed: u64) -> String {
 pub(crate) fn program_digest() -> anyhow::Result<String> {
     let path = std::env::current_exe().context("cannot find this program's file")?;
     Ok(hex(&Sha256::digest(files::bytes(&path)?))[..16].to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_profiles_stands_for_its_planners_the_built_in_ones_first() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["mine", "dwa", "curiosity", "a"] {
+            std::fs::write(folder.path().join(name).with_extension("toml"), "").unwrap();
+        }
+        let source = folder.path().to_string_lossy().into_owned();
+        let names = |sources: &[String]| -> Vec<String> {
+            named_planners(sources).unwrap().into_iter().map(|planner| planner.name).collect()
+        };
+        assert_eq!(names(std::slice::from_ref(&source)), ["curiosity", "dwa", "a", "mine"]);
+        assert_eq!(names(&["mppi".into(), source.clone()]), ["mppi", "curiosity", "dwa", "a", "mine"]);
+        let twice = named_planners(&["dwa".into(), source]).unwrap_err().to_string();
+        assert!(twice.contains("`dwa` is there twice"), "{twice}");
+    }
 }

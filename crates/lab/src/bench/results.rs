@@ -21,13 +21,17 @@ pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'s
 fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);
-    let mut text =
-        csv_row(labels.into_iter().chain(measures).chain(["cycles", "degraded", "decisions_sha256"]));
+    let mut text = csv_row(labels.into_iter().chain(measures).chain([
+        "cycles",
+        "first_choice",
+        "degraded",
+        "decisions_sha256",
+    ]));
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let last =
-            [row.cycles.count.to_string(), row.cycles.degraded.to_string(), row.decisions_sha256.clone()];
+        let cycles = [row.cycles.count, row.cycles.first_choice, row.cycles.degraded].map(|n| n.to_string());
+        let last = cycles.into_iter().chain([row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
     text
@@ -72,7 +76,7 @@ mod tests {
         assert_eq!(text, results(&[&slow]));
         assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [20, 20]);
+        assert_eq!(fields, [21, 21]);
         assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,0.12,0.05,1,")), "{text}");
     }
 }

@@ -38,7 +38,7 @@ impl Row {
     }
 }
 
-/// Counts of runs, but for `contacts`.
+/// Counts of runs, but for `contacts`, `cycles` and `first_choices`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Tally {
     pub(crate) runs: usize,
@@ -52,6 +52,10 @@ pub(crate) struct Tally {
     pub(crate) contacts: u32,
     /// Runs with a cycle that was decided in a degraded mode.
     pub(crate) degraded: usize,
+    /// Cycles of all runs.
+    pub(crate) cycles: u64,
+    /// Cycles in which the candidate that the planner wanted most was followed.
+    pub(crate) first_choices: u64,
 }
 
 impl Tally {
@@ -65,6 +69,8 @@ impl Tally {
             collided: t.collided + usize::from(row.measures.collisions > 0),
             contacts: t.contacts + row.measures.collisions,
             degraded: t.degraded + usize::from(row.cycles.degraded > 0),
+            cycles: t.cycles + row.cycles.count,
+            first_choices: t.first_choices + row.cycles.first_choice,
         })
     }
 }
@@ -127,5 +133,6 @@ pub(crate) mod tests {
         let tally = Tally::of(rows.iter());
         assert_eq!((tally.runs, tally.success, tally.reached, tally.lost), (3, 1, 2, 1));
         assert_eq!((tally.collided, tally.contacts), (1, 3));
+        assert_eq!((tally.cycles, tally.first_choices), (3 * 83, 3 * 70));
     }
 }

@@ -34,6 +34,8 @@ pub(super) struct Faults {
     pub(super) gaps: usize,
     /// Times at which odometry began anew at another place.
     pub(super) odometry_restarts: usize,
+    /// Runs of a recording after the first, which are left out.
+    pub(super) later_runs: usize,
 }
 
 /// A log that a filter can take.

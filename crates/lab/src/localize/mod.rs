@@ -3,6 +3,7 @@
 mod carmen;
 mod drive;
 mod log;
+mod recorded;
 
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,10 @@ use carmen::Scanner;
 use drive::{Consistency, Errors, Filter, Start, Track, by_odometry};
 use log::{Faults, Log};
 
+pub use recorded::Recorded;
+
+/// What every MCAP file begins with.
+const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Farther off than this at the end, the robot is lost, metres.
 const LOST_M: f64 = 1.0;
 
@@ -34,9 +39,12 @@ const LOST_M: f64 = 1.0;
 /// The log is one of the Carmen toolkit, as most published recordings are: lines ODOM, FLASER and ROBOTLASER1. Where it
 /// gives poses beside odometry, such as those of a map builder, they are the references that errors are measured
 /// against; --reference takes them from another log of the same scans. The map has to be in the same frame.
+/// Or it is a recording of `curionav record` (.mcap), which has the map; its references are where the robot truly was
+/// if it was simulated, and else where it believed to be.
 ///
 ///   curionav localize --map intel.yaml intel.log --reference intel.corrected.log
 ///   curionav localize --map intel.yaml intel.log --global
+///   curionav localize monday.mcap --robot porter-3
 ///
 /// Odometry is composed from its increments, so a log whose odometry begins anew goes on. Broken lines, gaps and clocks
 /// that were set back are counted and mended or left out.
@@ -45,12 +53,15 @@ const LOST_M: f64 = 1.0;
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub struct Options {
-    /// The log.
+    /// The log, or the recording.
     #[arg(value_name = "LOG")]
     path: PathBuf,
-    /// The map: a map_server YAML file.
+    /// The map: a map_server YAML file. Default: that of the recording.
     #[arg(long, value_name = "MAP.yaml")]
-    map: PathBuf,
+    map: Option<PathBuf>,
+    /// The robot, if the recording has several.
+    #[arg(long, value_name = "NAME")]
+    robot: Option<String>,
     /// Another log of the same scans, whose poses are the references.
     #[arg(long, value_name = "LOG")]
     reference: Option<PathBuf>,
@@ -103,13 +114,14 @@ fn between<const LEAST: u32, const MOST: u32>(text: &str) -> Result<f64, String>
 #[derive(Debug, Serialize)]
 struct Summary {
     log: String,
-    map: String,
+    map: Option<String>,
     scans: usize,
     duration_s: f64,
     length_m: f64,
     #[serde(flatten)]
     faults: Faults,
     references: usize,
+    references_are: String,
     /// Seconds after the first scan; nothing if it never was.
     converged_after_s: Option<f64>,
     /// Losses of convergence.
@@ -124,12 +136,15 @@ struct Summary {
     picture: String,
 }
 
+/// Reads what a recording holds of the robot of that name, or of its only one.
+pub type RecordingReader = dyn Fn(&Path, Option<&str>) -> anyhow::Result<Recorded>;
+
 /// Drives the log, writes the picture, prints the figures, and gives the exit status.
 ///
 /// # Errors
-/// Bad input if log, map or parameters cannot be used; failed if the picture cannot be written.
-pub fn localize(options: &Options) -> Result<u8, Exit> {
-    let (log, map, filter) = read(options).map_err(Exit::bad_input)?;
+/// Bad input if log, recording, map or parameters cannot be used; failed if the picture cannot be written.
+pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit> {
+    let (log, references_are, map, filter) = read(options, reader).map_err(Exit::bad_input)?;
     let references = log.readings.iter().filter(|reading| reading.reference.is_some()).count();
     let start = match (options.start, log.readings.iter().find_map(|reading| reading.reference)) {
         _ if options.global => Start::Anywhere,
@@ -163,12 +178,13 @@ pub fn localize(options: &Options) -> Result<u8, Exit> {
     let losses = track.converged.windows(2).filter(|pair| pair[0] && !pair[1]).count();
     let summary = Summary {
         log: options.path.display().to_string(),
-        map: options.map.display().to_string(),
+        map: options.map.as_ref().map(|map| map.display().to_string()),
         scans: log.readings.len(),
         duration_s: log.duration(),
         length_m: log.length(),
         faults: log.faults.clone(),
         references,
+        references_are,
         converged_after_s: first.map(|k| log.readings[k].stamp - log.readings[0].stamp),
         lost_convergence: losses,
         localizer: Errors::of(&pairs),
@@ -184,15 +200,25 @@ pub fn localize(options: &Options) -> Result<u8, Exit> {
     Ok(if summary.localizer.is_some_and(|errors| errors.at_end_m > LOST_M) { FAILED } else { SUCCESS })
 }
 
-fn read(options: &Options) -> anyhow::Result<(Log, StaticMap, Filter)> {
+fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, String, StaticMap, Filter)> {
     let scanner = Scanner { range_max: options.range_max, robot_from_laser: options.laser };
-    let carmen = |path: &Path| {
-        let bytes = files::bytes(path)?;
-        carmen::parse(&String::from_utf8_lossy(&bytes), scanner).with_context(|| path.display().to_string())
+    let carmen = |path: &Path, bytes: &[u8]| {
+        carmen::parse(&String::from_utf8_lossy(bytes), scanner).with_context(|| path.display().to_string())
     };
-    let mut log = carmen(&options.path)?;
+    let (mut map, mut references_are) = (None, "poses of the log".to_owned());
+    let bytes = files::bytes(&options.path)?;
+    let mut log = if bytes.starts_with(MCAP_MAGIC) {
+        drop(bytes);
+        let recorded = reader(&options.path, options.robot.as_deref())?;
+        let log = recorded::log(&recorded, scanner);
+        let (log, what) = log.with_context(|| options.path.display().to_string())?;
+        (map, references_are) = (recorded.map, what.to_owned());
+        log
+    } else {
+        carmen(&options.path, &bytes)?
+    };
     if let Some(path) = &options.reference {
-        let poses = carmen(path)?.readings;
+        let poses = carmen(path, &files::bytes(path)?)?.readings;
         // Poses without odometry beside them are references all the same.
         let poses: Vec<_> = poses.iter().map(|r| (r.stamp, r.reference.unwrap_or(r.odometry))).collect();
         let taken = log.take_references(&poses);
@@ -202,8 +228,14 @@ fn read(options: &Options) -> anyhow::Result<(Log, StaticMap, Filter)> {
             path.display(),
             options.path.display()
         );
+        references_are = format!("poses of {}", path.display());
     }
-    let map = StaticMap::new(MapFiles::read(&options.map)?.grid()?);
+    let grid = match (&options.map, map) {
+        (Some(path), _) => MapFiles::read(path)?.grid()?,
+        (None, Some(map)) => convert::occupancy_grid(map)?,
+        (None, None) => anyhow::bail!("{}: it has no map: give --map", options.path.display()),
+    };
+    let map = StaticMap::new(grid);
     let params = match &options.localizer {
         Some(path) => {
             let text = String::from_utf8_lossy(&files::bytes(path)?).into_owned();
@@ -218,7 +250,7 @@ fn read(options: &Options) -> anyhow::Result<(Log, StaticMap, Filter)> {
         heading_per_metre: options.odometry_noise * simulated.heading_per_metre,
         heading_per_radian: options.odometry_noise * simulated.heading_per_radian,
     };
-    Ok((log, map, Filter { params, noise, seed: options.seed }))
+    Ok((log, references_are, map, Filter { params, noise, seed: options.seed }))
 }
 
 fn picture(map: &StaticMap, log: &Log, track: &Track, alone: &[Pose2]) -> String {
@@ -244,6 +276,7 @@ fn words(summary: &Summary) -> String {
         (faults.clock_set_back, "times at which the clock was set back"),
         (faults.gaps, "gaps of two seconds or longer"),
         (faults.odometry_restarts, "restarts of odometry"),
+        (faults.later_runs, "later runs of the recording, which are left out"),
     ] {
         if count > 0 {
             let first = faults.first_broken.as_ref().filter(|_| what.starts_with("lines"));
@@ -273,7 +306,8 @@ fn words(summary: &Summary) -> String {
         ] {
             table.add_row([what.to_owned(), format!("{:.2}", of(filter)), format!("{:.2}", of(alone))]);
         }
-        lines.push(format!("against {} references:\n{table}", summary.references));
+        lines
+            .push(format!("against {} references, {}:\n{table}", summary.references, summary.references_are));
     }
     if let Some(Consistency { mean, share_within_95 }) = summary.consistency {
         lines.push(format!(

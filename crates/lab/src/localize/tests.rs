@@ -131,6 +131,7 @@ fn broken_lines_gaps_restarts_and_clocks_that_are_set_back_are_survived() {
         clock_set_back: 1,
         gaps: 1,
         odometry_restarts: 1,
+        later_runs: 0,
     };
     assert_eq!(log.faults, expected);
     assert!(log.faults.first_broken.as_deref().is_some_and(|first| first.starts_with("line 50: ")));

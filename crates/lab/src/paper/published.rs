@@ -9,12 +9,12 @@ pub(super) const CELL_M: f64 = 0.054;
 pub(crate) struct Published {
     /// Environment and scenario, as in `env1-s1`; `env3-sx` is Env3's S*.
     pub(crate) name: &'static str,
-    pub(super) people: usize,
+    pub(crate) people: usize,
     /// Laser observation rate: area of the half disc the laser sees over area of the map.
-    pub(super) laser_rate: f64,
-    pub(super) landmark_cells: usize,
+    pub(crate) laser_rate: f64,
+    pub(crate) landmark_cells: usize,
     /// Free and occupied cells (D17).
-    pub(super) known_cells: usize,
+    pub(crate) known_cells: usize,
     /// Least mean length over all planners, metres (Table V).
     pub(crate) shortest_m: f64,
     /// People walk by HRVO instead of scripts (S* only).

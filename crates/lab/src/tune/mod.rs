@@ -26,7 +26,8 @@ use space::{Setting, Space};
 
 /// Search for better planner settings, on seeds that no report uses.
 ///
-/// Searches the settings of a planner that cost least, and prints the best one as a profile.
+/// Searches the settings of a planner that cost least, and prints the best one as a profile: all that differs from the
+/// default.
 ///
 /// The cost of a run is 25 TD + 4 RMSE/m + 12 TCM + Length/40 m + Time/45 s + max(0, 3.6 m - MD)/3 m +
 /// max(0, 0.3 m - gap)/0.3 m, about 1 each for the paper's planner, and 20 if it did not reach the goal and 20 if it
@@ -103,14 +104,19 @@ async fn results(runs: &mut Runs<'_>) -> anyhow::Result<String> {
     let (best, cost) = search::descent(runs, space, best, options.repeats, options.rounds).await?;
     let last = options.first_seed + u64::from(options.repeats) - 1;
     let mut profile = format!(
-        "# Found by `curionav tune`: cost {cost:.4}, of the base {base_cost:.4}, over {} with seeds {} to {last}.\n",
+        "# Found by `curionav tune {} --settings {} --repeats {} --rounds {}`:\n# cost {cost:.4}, of the base \
+         {base_cost:.4}, over {} with seeds {} to {last}.\n",
+        options.space.display(),
+        options.settings,
+        options.repeats,
+        options.rounds,
         options.scenarios.join(" "),
         options.first_seed
     );
     for (parameter, value) in space.parameters.iter().zip(space.values(&best)?) {
         profile += &format!("# {} = {value}\n", parameter.path);
     }
-    profile += &toml::to_string(&best.profile)?;
+    profile += &toml::to_string(&best.profile.differences()?)?;
     files::write(&options.out.join("best.toml"), &profile)?;
     files::write(&options.out.join("tune.csv"), runs.table()?)?;
     Ok(profile)

@@ -250,13 +250,15 @@ fn at<'a>(table: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
 
 /// `profile` with one field at a place between the ends of its parameter.
 fn changed(profile: &Profile, parameter: &Parameter, place: f64) -> anyhow::Result<Profile> {
-    let mut keys = parameter.path.rsplit('.');
+    Ok(profile.with_overrides(&only(&parameter.path, parameter.value(place)))?)
+}
+
+/// A profile file with nothing but one field.
+fn only(path: &str, value: toml::Value) -> toml::Table {
+    let mut keys = path.rsplit('.');
     let last = keys.next().unwrap_or_default();
-    let mut table = toml::Table::from_iter([(last.to_owned(), parameter.value(place))]);
-    for key in keys {
-        table = toml::Table::from_iter([(key.to_owned(), toml::Value::Table(table))]);
-    }
-    Ok(profile.with_overrides(&table)?)
+    let table = toml::Table::from_iter([(last.to_owned(), value)]);
+    keys.fold(table, |table, key| toml::Table::from_iter([(key.to_owned(), toml::Value::Table(table))]))
 }
 
 #[cfg(test)]
@@ -292,6 +294,26 @@ mod tests {
         for eighth in 0..8 {
             let within = |s: &&Setting| (s.place[0] * 8.0) as usize == eighth;
             assert!((1..=3).contains(&sample.iter().filter(within).count()));
+        }
+    }
+
+    #[test]
+    fn each_tuned_profile_is_the_built_in_one_but_for_what_its_space_searches() {
+        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios"));
+        for name in Profile::names() {
+            let space = Space::read(&folder.join(format!("tuning/{name}.toml"))).unwrap();
+            let tuned = folder.join(format!("tuned/{name}.toml")).to_string_lossy().into_owned();
+            let tuned = read_profile(&tuned).unwrap();
+            let [builtin, found] = [&space.base, &tuned].map(|p| toml::Table::try_from(p).unwrap());
+            let mut reset = tuned.clone();
+            for Parameter { path, domain } in &space.parameters {
+                let Domain::Between { low, high, .. } = domain else { panic!("{path}") };
+                let value = at(&found, path).unwrap();
+                let value = value.as_float().unwrap_or_else(|| value.as_integer().unwrap() as f64);
+                assert!((0.999 * low..=1.001 * high).contains(&value), "{name}: {path} = {value}");
+                reset = reset.with_overrides(&only(path, at(&builtin, path).unwrap().clone())).unwrap();
+            }
+            assert_eq!(reset, space.base, "{name}");
         }
     }
 

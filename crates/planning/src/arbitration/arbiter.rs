@@ -94,10 +94,16 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
             rejected[rank.index] = Some(Rejection::Slow);
         }
     }
+    let is_first = order.first().is_some_and(|first| first.index == index);
+    let reason = match (slow, is_first) {
+        (true, _) => Reason::OnlySlowFree,
+        (false, true) => Reason::LeastCost,
+        (false, false) => Reason::LeastCostFree,
+    };
     let horizon = candidates.steps() as f64 * candidates.dt();
     let decision = Decision {
         action: Action::Follow,
-        reason: if slow { Reason::OnlySlowFree } else { Reason::LeastCost },
+        reason,
         candidate: Some(candidates.id()[index]),
         trajectory,
         valid_for: horizon.min(profile.hold.max_age),

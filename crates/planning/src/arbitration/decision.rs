@@ -48,6 +48,8 @@ pub enum Reason {
     Arrived,
     /// The candidate of least cost is free.
     LeastCost,
+    /// Candidates that cost less collide; this is the one of least cost among the free ones.
+    LeastCostFree,
     /// Only slow candidates are free; this is the one of least cost (D4).
     OnlySlowFree,
     /// Nothing could be followed: what was lacking, and what came of the previous trajectory, held or why not.

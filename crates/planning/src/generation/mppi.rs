@@ -48,8 +48,9 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         costs.push(judge.cost(&nominal, &mut v[first..], &mut omega[first..]));
     }
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut mean = vec![Twist::default(); length];
-    let mut sum = 0.0;
+    // A question that only warms the generator up asks for no rollout.
+    let mut mean = if costs.is_empty() { nominal } else { vec![Twist::default(); length] };
+    let mut sum = f64::from(u8::from(costs.is_empty()));
     for (rollout, cost) in costs.iter().enumerate() {
         let weight = exp((least - cost) / params.temperature);
         sum += weight;

@@ -35,6 +35,11 @@ impl Profile {
         read(text)
     }
 
+    /// The fields that differ from the default, as a profile file has them.
+    pub fn differences(&self) -> Result<toml::Table, toml::ser::Error> {
+        Ok(differences(toml::Table::try_from(self)?, &toml::Table::try_from(Self::default())?))
+    }
+
     /// This profile with some fields replaced: `overrides` has the shape of a profile file. Tables are
     /// merged, anything else is replaced. Errors name the field.
     pub fn with_overrides(&self, overrides: &toml::Table) -> Result<Self, FieldError> {
@@ -43,6 +48,21 @@ impl Profile {
         merge(&mut table, overrides);
         read_table(&table)
     }
+}
+
+/// The part of `table` that is not the same in `default`; the terms whole, because a file that names one names all.
+fn differences(table: toml::Table, default: &toml::Table) -> toml::Table {
+    let differs = |(key, value): (String, toml::Value)| {
+        let value = match (value, default.get(&key)) {
+            (value, Some(same)) if value == *same => return None,
+            (toml::Value::Table(inner), Some(toml::Value::Table(default))) if key != "terms" => {
+                differences(inner, default).into()
+            }
+            (value, _) => value,
+        };
+        Some((key, value))
+    };
+    table.into_iter().filter_map(differs).collect()
 }
 
 fn merge(base: &mut toml::Table, overrides: &toml::Table) {
@@ -127,6 +147,15 @@ mod tests {
     }
 
     #[test]
+    fn the_static_arm_is_mppi_that_does_not_forecast_people() {
+        let arm = Profile::from_toml(include_str!("../../../../scenarios/arms/mppi-static.toml")).unwrap();
+        let mut mppi = Profile::builtin("mppi").unwrap();
+        mppi.generation.mppi.forecast = false;
+        (mppi.name, mppi.description) = (arm.name.clone(), arm.description.clone());
+        assert_eq!(arm, mppi);
+    }
+
+    #[test]
     fn every_builtin_profile_is_valid_and_named_after_itself() {
         for name in Profile::names() {
             assert_eq!(Profile::builtin(name).unwrap().name, name);
@@ -155,6 +184,9 @@ mod tests {
         for name in Profile::names() {
             let profile = Profile::builtin(name).unwrap();
             assert_eq!(Profile::from_toml(&toml::to_string(&profile).unwrap()).unwrap(), profile);
+            let differences = toml::to_string(&profile.differences().unwrap()).unwrap();
+            assert_eq!(Profile::from_toml(&differences).unwrap(), profile);
+            assert!(name != "curiosity" || differences.is_empty(), "{differences}");
         }
     }
 

@@ -69,6 +69,7 @@ pub async fn replay(path: &Path, planner: Option<Profile>, any_version: bool) ->
                 }
                 waiting.put(*memory);
             }
+            Item::Scan(..) | Item::Odometry(..) | Item::Belief(..) | Item::Run(_) => {}
             Item::Report(report) => {
                 summary.cycles += 1;
                 summary.degraded += u64::from(!report.decision.degraded.is_empty());

@@ -6,8 +6,10 @@ mod model;
 mod parameters;
 mod plan;
 mod scene;
+mod sensing;
 
 pub use model::*;
 pub use parameters::*;
 pub use plan::*;
 pub use scene::*;
+pub use sensing::*;

@@ -64,6 +64,7 @@ Reason = Annotated[
         {
             "arrived": {},
             "least_cost": {},
+            "least_cost_free": {},
             "only_slow_free": {},
             "no_candidates": {"previous": _PREVIOUS},
             "not_scored": {"term": _NAME, "previous": _PREVIOUS},

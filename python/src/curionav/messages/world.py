@@ -104,12 +104,13 @@ class Cycles(Record):
     """The planning cycles of a run: how many, how many degraded and by what code, wall times in ms.
 
     ``skipped`` counts the ticks that a cycle was due in and that had none, ``late`` the cycles decided only after the
-    next one was due.
+    next one was due, ``first_choice`` those in which the candidate that the planner wanted most was followed.
     """
 
     count: Uint
     skipped: Uint | None = None
     late: Uint | None = None
+    first_choice: Uint | None = None
     degraded: Uint
     degraded_by: dict[str, Uint] | None = None
     p50_ms: NonNegative

@@ -72,6 +72,7 @@ pub fn run_result() -> RunResult {
             count: 83,
             skipped: 2,
             late: 1,
+            first_choice: 70,
             degraded: 1,
             degraded_by: BTreeMap::from([("cut_short".into(), 1), ("evaluated_locally".into(), 1)]),
             p50_ms: 8.5,

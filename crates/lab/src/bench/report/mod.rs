@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 
 use askama::Template;
-use curionav_picture::{Course, Site, comparison_svg, planner_colour};
+use curionav_picture::{Course, ShareCurve, Site, comparison_svg, planner_colour, shares_svg};
 use curionav_schemas::RunResult;
 
 use super::claims::shown_p;
 use super::comparison::{Order, Paired};
+use super::density::Densities;
 use super::findings::Findings;
 use super::measure::Measure;
+use super::plan::Scene;
 use super::published::{SLIPS, published};
 use super::row::Tally;
+use crate::paper::PUBLISHED;
 use crate::plural::count;
 use crate::statistics::{holm, median, share_interval};
 
@@ -19,6 +22,23 @@ use crate::statistics::{holm, median, share_interval};
 const SIGNIFICANT: f64 = 0.01;
 /// Measures whose means a few lost or stuck runs rule.
 const MEDIANS: [Measure; 4] = [Measure::Rmse, Measure::Tce, Measure::TdSeconds, Measure::Time];
+
+/// So many planners stand beside each other in a table with several measures of each.
+const PLANNERS_ABREAST: usize = 6;
+/// What a reader must know of a planner to judge its figures.
+const CAVEATS: [(&str, &str); 8] = [
+    ("risk-rrt", "after the authors' package; five of its numbers differ, to its advantage"),
+    ("bi-risk-rrt", "after its publication; how it follows its path is inferred"),
+    ("human-space", "the paper's [6]: the ideas are the source's, the formulas are inferred"),
+    (
+        "risk-aware",
+        "the paper's [15]: formulas inferred, the growing horizon left out because all planners have the same",
+    ),
+    ("transient-goal", "the paper's [8]: all of it inferred from the title"),
+    ("mppi", "Nav2's numbers; the noise is drawn per 0.7 s, and the critics are inferred"),
+    ("dwa", "the critics of Nav2's DWB on geodesic distances, without RotateToGoal and Oscillation"),
+    ("hrvo-robot", "the robot as one agent of HRVO; people who stand are taken to go on standing"),
+];
 
 /// What the template asks for. It hands over every argument by reference.
 #[derive(Template)]
@@ -76,6 +96,69 @@ impl Page<'_> {
         planner_colour(self.name(planner), *planner)
     }
 
+    /// Several planners at a time, for wide tables.
+    fn abreast(&self) -> Vec<Vec<usize>> {
+        self.planners().collect::<Vec<_>>().chunks(PLANNERS_ABREAST).map(<[_]>::to_vec).collect()
+    }
+
+    /// Where a planner's settings come from.
+    fn settings(&self, planner: &usize) -> &str {
+        let source = self.bench.planners.get(*planner).map_or("", |planner| &planner.source);
+        if source == self.name(planner) { "built in" } else { source }
+    }
+
+    /// How often a planner's first choice was driven, per cent of its cycles.
+    fn first_choices(&self, planner: &usize) -> String {
+        let Tally { cycles, first_choices, .. } = self.tally(planner);
+        format!("{:.0} %", 100.0 * first_choices as f64 / cycles.max(1) as f64)
+    }
+
+    /// The planners that something must be said of.
+    fn caveats(&self) -> impl Iterator<Item = (usize, &'static str)> {
+        let words = |p| Some((p, CAVEATS.iter().find(|(name, _)| *name == self.name(&p))?.1));
+        self.planners().filter_map(words)
+    }
+
+    /// Rows of Table II: what a scene has, and what the paper prints of it.
+    fn scenes(&self) -> impl Iterator<Item = [String; 7]> {
+        self.bench.scenes.iter().map(|scene| {
+            let theirs = PUBLISHED.iter().find(|published| published.name == scene.name());
+            let beside = |ours: usize, theirs: Option<usize>| match theirs {
+                Some(theirs) => format!("{ours} ({theirs})"),
+                None => ours.to_string(),
+            };
+            let Scene { scenario, map, .. } = scene;
+            let known = map.cells.iter().filter(|cell| **cell >= 0).count();
+            let landmarks = map.cells.iter().filter(|cell| **cell > 0).count();
+            let side = map.resolution;
+            let half_disc = 0.5 * std::f64::consts::PI * scenario.laser.range_max * scenario.laser.range_max;
+            let rate = 100.0 * half_disc / (known as f64 * side * side);
+            let paper_rate = theirs.map_or_else(String::new, |t| format!(" ({:.2})", 100.0 * t.laser_rate));
+            [
+                scene.name().to_owned(),
+                beside(scene.people(), theirs.map(|t| t.people)),
+                format!("{:.3}", scene.density()),
+                beside(known, theirs.map(|t| t.known_cells)),
+                beside(landmarks, theirs.map(|t| t.landmark_cells)),
+                format!("{:.1} m", scenario.laser.range_max),
+                format!("{rate:.2}{paper_rate}"),
+            ]
+        })
+    }
+
+    /// Success over density as a picture.
+    fn density_curves(&self, densities: &Densities) -> String {
+        let curve = |p: usize| {
+            let share = |tally: &Tally| tally.success as f64 / tally.runs.max(1) as f64;
+            let shares = densities.runs_of(&p).iter().map(share);
+            ShareCurve {
+                colour: self.colour(&p),
+                points: densities.levels.iter().copied().zip(shares).collect(),
+            }
+        };
+        shares_svg(&self.planners().map(curve).collect::<Vec<_>>())
+    }
+
     fn claims_that_hold(&self) -> usize {
         self.bench.claims.iter().filter(|judged| judged.holds).count()
     }
@@ -85,8 +168,8 @@ impl Page<'_> {
     }
 
     /// The 95 % interval of the share of runs that reached the goal without collision, per cent.
-    fn success_interval(&self, planner: &usize) -> String {
-        let Tally { success, runs, .. } = self.tally(planner);
+    fn success_interval(&self, tally: &Tally) -> String {
+        let Tally { success, runs, .. } = *tally;
         let shown = |(low, high): (f64, f64)| format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high);
         share_interval(success, runs).map_or_else(String::new, shown)
     }
@@ -165,8 +248,8 @@ impl Page<'_> {
             .map(|((title, remark), measures)| (*title, measures, *remark))
     }
 
-    fn slips(&self, measures: &[Measure]) -> Vec<(char, &'static str)> {
-        let cells = self.scenarios().flat_map(|(s, _)| self.planners().map(move |p| (s, p)));
+    fn slips(&self, measures: &[Measure], planners: &[usize]) -> Vec<(char, &'static str)> {
+        let cells = self.scenarios().flat_map(|(s, _)| planners.iter().map(move |p| (s, *p)));
         let shown: Vec<char> =
             cells.flat_map(|(s, p)| measures.iter().filter_map(move |m| self.theirs(m, &s, &p)?.1)).collect();
         SLIPS.into_iter().filter(|(mark, _)| shown.contains(mark)).collect()
@@ -195,6 +278,7 @@ impl Page<'_> {
         let site = Site {
             id: &format!("floor-{s}"),
             map: &scene.map,
+            bare: &scene.bare,
             start: (robot.start.x, robot.start.y),
             goal: (robot.goal.x, robot.goal.y),
             goal_tolerance: robot.goal_tolerance,

@@ -12,7 +12,9 @@ fn page(planners: &[&str]) -> String {
     let comparison = Comparison::new(names(planners), names(&["env2-s2"]), &all);
     let bench = Findings {
         claims: vec![Judged { claim: "`a` wins".into(), holds: false, found: "it <did> not".into() }],
+        densities: None,
         comparison,
+        planners: &[],
         scenes: &[],
         jobs: &[],
         missing: &[],

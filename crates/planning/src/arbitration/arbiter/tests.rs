@@ -52,6 +52,7 @@ fn the_best_that_is_free_is_followed_and_no_more_is_checked_than_needed() {
     let Some(Rejection::Collides(collision)) = &verdict.rejected[0] else { panic!("{:?}", verdict.rejected) };
     assert_eq!(collision.with, Obstacle::Person(0));
     assert_eq!(verdict.rejected[1..], [None, None]);
+    assert_eq!(verdict.decision.reason, Reason::LeastCostFree);
 
     let checks = Cell::new(0);
     let free = |_: &Trajectory| {

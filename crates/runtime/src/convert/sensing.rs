@@ -1,0 +1,89 @@
+//! What a laser saw.
+
+use std::borrow::Cow;
+
+use curionav_planning::geometry::Pose2;
+use curionav_planning::sensor::LaserModel;
+use curionav_schemas::{Reject, Scan};
+
+use super::{checked, pose};
+
+/// The ranges of a scan in order of rising bearing, without what a full turn sees twice, and the scanner as the scan
+/// itself describes it, with noise of `range_sigma` metres.
+///
+/// # Errors
+/// If the scan describes no scanner.
+pub fn scan(scan: &Scan, range_sigma: f64) -> Result<(Cow<'_, [f32]>, LaserModel), Reject> {
+    const SLACK: f64 = 1e-6;
+    let (turn, gap) = (std::f64::consts::TAU, scan.angle_increment.abs());
+    let count = scan.ranges.len().min(((turn + SLACK) / gap) as usize);
+    let (beams, last) = (count as u32, count.saturating_sub(1) as f64);
+    let fov = if gap * f64::from(beams) > turn - SLACK { turn } else { gap * last };
+    let clockwise = scan.angle_increment < 0.0;
+    let ranges = match &scan.ranges[..count] {
+        ranges if clockwise => ranges.iter().rev().copied().collect(),
+        ranges => Cow::Borrowed(ranges),
+    };
+    let first = if clockwise { scan.angle_min - gap * last } else { scan.angle_min };
+    // The model's beams lie evenly on both sides of its heading; those of the scan need not.
+    let middle = first + 0.5 * fov;
+    let mut robot_from_laser = pose(scan.laser);
+    if middle.abs() > 1e-9 {
+        robot_from_laser = robot_from_laser.compose(Pose2::new(0.0, 0.0, middle));
+    }
+    let laser = LaserModel { robot_from_laser, fov, beams, range_max: scan.range_max, range_sigma };
+    Ok((ranges, checked("scan", laser)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use curionav_planning::geometry::wrap_angle;
+    use curionav_schemas as wire;
+
+    /// Ranges that tell the beams apart.
+    fn swept(angle_min: f64, angle_increment: f64, beams: u16) -> Scan {
+        let ranges = (0..beams).map(|i| 1.0 + f32::from(i) / 1024.0).collect();
+        let laser = wire::Pose { x: 0.1, y: 0.0, heading: 0.0 };
+        Scan { tick: 0, stamp: 0.0, angle_min, angle_increment, range_max: 20.0, laser, ranges }
+    }
+
+    #[test]
+    fn a_scan_that_is_no_scan_is_refused() {
+        let refused = |scan: &Scan| super::scan(scan, 0.03).is_err();
+        assert!(refused(&swept(0.0, 0.01, 1)));
+        assert!(refused(&swept(0.0, 0.0, 100)));
+        assert!(refused(&Scan { range_max: 1e12, ..swept(-0.5, 0.01, 101) }));
+    }
+
+    #[test]
+    fn beams_point_where_the_scan_says() {
+        let degree = std::f64::consts::PI / 180.0;
+        // To one side, clockwise, all around, all around and the first beam once more, mounted backwards.
+        let scans = [
+            (swept(0.2, 0.01, 101), 101),
+            (swept(0.5, -0.01, 101), 101),
+            (swept(0.0, degree, 360), 360),
+            (swept(-180.0 * degree, degree, 361), 360),
+            (swept(180.0 * degree, -degree, 361), 360),
+            (
+                Scan {
+                    laser: wire::Pose { x: 0.0, y: 0.0, heading: std::f64::consts::PI },
+                    ..swept(0.0, degree, 360)
+                },
+                360,
+            ),
+        ];
+        for (scan, beams) in scans {
+            let (ranges, laser) = super::scan(&scan, 0.03).unwrap();
+            assert_eq!((ranges.len(), laser.beams), (beams, beams as u32));
+            for (i, range) in ranges.iter().enumerate() {
+                // The beam of the scan that has this range.
+                let k = f64::from((range - 1.0) * 1024.0);
+                let said = scan.laser.heading + scan.angle_min + scan.angle_increment * k;
+                let taken = laser.robot_from_laser.heading + laser.bearing(i as u32);
+                assert!(wrap_angle(said - taken).abs() < 1e-9, "{scan:?}: beam {i}");
+            }
+        }
+    }
+}
