@@ -17,8 +17,8 @@ const MAP_WIDTH: f64 = 650.0;
 const GAP: f64 = 26.0;
 /// Height of an entry of the legend, px.
 const ENTRY: f64 = 20.0;
-/// Two lines of small print, px.
-const FOOT: f64 = 34.0;
+/// Four lines of small print, px.
+const FOOT: f64 = 64.0;
 /// Free space around what is shown of a large map, m.
 const MARGIN_M: f64 = 3.0;
 /// A map is shown whole while it has at most this many times the area of the part that matters.
@@ -192,8 +192,10 @@ fn legend(courses: &[Course<'_>], width: f64) -> Group {
         group = group.add(bar).add(text((x + 38.0, y + 4.0), "", course.name));
     }
     let foot = [
-        "Strong: the run with the first seed, also in the plots. Faint: all runs. Grey floor: no landmark in range.",
-        "Triangles: people at the start (white) and at the end (filled) of that run of the first planner; they point where they walk.",
+        "Strong: the run with the first seed, also in the plots. Faint: all runs.",
+        "Grey floor: no landmark within the laser's range.",
+        "Triangles: people in the strong run of the first planner, white at its start",
+        "and filled at its end; they point where they walk.",
     ];
     foot.into_iter().enumerate().fold(group, |group, (i, words)| {
         group.add(text((0.0, rows as f64 * ENTRY + 14.0 + 15.0 * i as f64), "s", words))

@@ -53,7 +53,7 @@ pub fn planner_colour(name: &str, index: usize) -> &'static str {
         "risk-rrt" => "#E69F00",
         "bi-risk-rrt" => "#CC79A7",
         "mppi" => "#7F3C8D",
-        "dwa" => "#11A579",
+        "dwa" => "#7A4A1E",
         "hrvo-robot" => "#3969AC",
         "transient-goal" => "#80BA5A",
         "human-space" => "#A5AA99",

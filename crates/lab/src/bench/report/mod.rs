@@ -1,6 +1,7 @@
 //! `report.html`: one file that needs nothing else, on screen and on paper. `templates/report.html` is how it looks.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use askama::Template;
 use curionav_picture::{Course, ShareCurve, Site, comparison_svg, planner_colour, shares_svg};
@@ -101,10 +102,16 @@ impl Page<'_> {
         self.planners().collect::<Vec<_>>().chunks(PLANNERS_ABREAST).map(<[_]>::to_vec).collect()
     }
 
-    /// Where a planner's settings come from.
-    fn settings(&self, planner: &usize) -> &str {
-        let source = self.bench.planners.get(*planner).map_or("", |planner| &planner.source);
-        if source == self.name(planner) { "built in" } else { source }
+    /// Where settings come from, and whose they are.
+    fn settings(&self) -> BTreeMap<String, Vec<&str>> {
+        let mut planners: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+        for planner in self.bench.planners {
+            let folder = Path::new(&planner.source).parent().filter(|_| planner.source != planner.name);
+            let from =
+                folder.map_or("built in".into(), |folder| format!("from files in {}", folder.display()));
+            planners.entry(from).or_default().push(&planner.name);
+        }
+        planners
     }
 
     /// How often a planner's first choice was driven, per cent of its cycles.
