@@ -25,6 +25,9 @@ pub(crate) struct Claims {
 enum Claim {
     /// At least this share of the runs reach the goal without a collision.
     Success { planner: String, at_least: f64 },
+    /// At least as many runs reach the goal without a collision as another planner's; as every other planner's if none is
+    /// named.
+    AsOften { planner: String, than: Option<String> },
     /// The mean of a measure lies within bounds.
     Bound {
         planner: String,
@@ -120,6 +123,9 @@ impl Claim {
                 anyhow::ensure!((0.0..=1.0).contains(at_least), "`at_least` is a share of the runs, 0 to 1");
                 known(planner)
             }
+            Self::AsOften { planner, than } => {
+                known(planner).and_then(|()| than.as_ref().map_or(Ok(()), known))
+            }
             Self::Bound { planner, measure, at_most, at_least, scenarios, .. } => {
                 anyhow::ensure!(
                     at_most.is_some() || at_least.is_some(),
@@ -159,6 +165,7 @@ impl Judge<'_> {
     fn claim(&self, claim: &Claim, test: Option<(Paired, f64)>) -> Judged {
         match claim {
             Claim::Success { planner, at_least } => self.success(planner, *at_least),
+            Claim::AsOften { planner, than } => self.as_often(planner, than.as_deref()),
             Claim::Bound { planner, measure: key, at_most, at_least, of_best, scenarios } => {
                 let (low, high) = (at_least.unwrap_or(f64::NEG_INFINITY), at_most.unwrap_or(f64::INFINITY));
                 let shown = |value: f64| match (measure(key), of_best) {
@@ -206,6 +213,34 @@ impl Judge<'_> {
             holds: self.runs > 0 && success as f64 >= at_least * self.runs as f64,
             found: format!("{success} of {}, {runs} took place, {contacts} collisions", self.runs),
         }
+    }
+
+    fn as_often(&self, planner: &str, than: Option<&str>) -> Judged {
+        let tally = |name: &str| {
+            let planner = self.comparison.planner(name).filter(|_| self.runs > 0);
+            planner.map(|p| Tally::of(self.comparison.all_runs(p))).filter(|tally| tally.runs == self.runs)
+        };
+        let others: Vec<&str> = match than {
+            Some(than) => vec![than],
+            None => {
+                self.comparison.planners.iter().map(String::as_str).filter(|name| *name != planner).collect()
+            }
+        };
+        let of = than.map_or("any other planner".to_owned(), |than| format!("`{than}`"));
+        let claim = format!("`{planner}` reaches the goal without a collision as often as {of}");
+        let tallies: Option<Vec<Tally>> = others.iter().copied().map(tally).collect();
+        let (Some(own), Some(tallies)) = (tally(planner), tallies.filter(|tallies| !tallies.is_empty()))
+        else {
+            return Judged { claim, holds: false, found: "runs are missing".into() };
+        };
+        let mut best = (0, "");
+        for (tally, name) in tallies.iter().zip(others) {
+            best = if tally.success > best.0 { (tally.success, name) } else { best };
+        }
+        let against =
+            if best.1.is_empty() { "none".to_owned() } else { format!("{} of `{}`", best.0, best.1) };
+        let found = format!("{} of {} runs, against {against}", own.success, own.runs);
+        Judged { claim, holds: own.success >= best.0, found }
     }
 
     /// Judges each scenario; one without runs, or without a value, does not hold.
@@ -321,6 +356,11 @@ mod tests {
         let mut hit = good.clone();
         hit[0].measures.collisions = 2;
         assert!(!holds(success, &hit));
+        let often = "[[claim]]\nkind = \"as-often\"\nplanner = \"curiosity\"\n";
+        let than = |other: &str| format!("{often}than = \"{other}\"");
+        assert!(holds(often, &good) && !holds(often, &hit) && !holds(&than("cnc-only"), &hit));
+        assert_eq!(judged(&than("cpc-only"), &hit)[0].found, "19 of 20 runs, against 20 of `cpc-only`");
+        assert!(holds(&often.replace("curiosity", "cpc-only"), &hit));
     }
 
     #[test]
@@ -340,6 +380,7 @@ mod tests {
         let fewer: Vec<Row> = good.iter().filter(|row| row.scenario == "env1-s1").cloned().collect();
         for (claim, rest) in [
             ("success", "at_least = 1.0"),
+            ("as-often", ""),
             ("bound", "measure = \"td\"\nat_most = 0.041"),
             ("best", "measure = \"td\""),
         ] {
