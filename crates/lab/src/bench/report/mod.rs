@@ -27,7 +27,11 @@ const MEDIANS: [Measure; 4] = [Measure::Rmse, Measure::Tce, Measure::TdSeconds, 
 /// So many planners stand beside each other in a table with several measures of each.
 const PLANNERS_ABREAST: usize = 6;
 /// What a reader must know of a planner to judge its figures.
-const CAVEATS: [(&str, &str); 8] = [
+const CAVEATS: [(&str, &str); 9] = [
+    (
+        "curiosity",
+        "the paper's planner; where its text leaves a choice, docs/methods.md says what was chosen",
+    ),
     ("risk-rrt", "after the authors' package; five of its numbers differ, to its advantage"),
     ("bi-risk-rrt", "after its publication; how it follows its path is inferred"),
     ("human-space", "the paper's [6]: the ideas are the source's, the formulas are inferred"),
