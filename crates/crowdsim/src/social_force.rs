@@ -119,6 +119,19 @@ mod tests {
     }
 
     #[test]
+    fn the_force_is_that_of_another_implementation() {
+        // Computed with PySocialForce 1.1.2 (MIT, PyPI), which has no preference for a side.
+        let params = SocialForceParams { strength: 1.0, side: 0.0, ..SocialForceParams::default() };
+        let rows = include_str!("social_force/reference.txt").lines().filter(|line| !line.starts_with('#'));
+        for row in rows.clone() {
+            let n: Vec<f64> = row.split(' ').map(|word| word.parse().unwrap()).collect();
+            let found = interaction(&body(n[0], n[1], n[2], n[3]), &body(n[4], n[5], n[6], n[7]), &params);
+            assert!((found - Velocity::new(n[8], n[9])).norm() < 1e-9, "{row}: {found}");
+        }
+        assert_eq!(rows.count(), 24);
+    }
+
+    #[test]
     fn one_who_comes_matters_more_than_one_who_stands_and_one_who_goes_least() {
         let towards = |vx: f64| force(body(0.0, 0.0, 1.0, 0.0), body(2.0, 0.2, vx, 0.0)).norm();
         assert!(towards(-1.0) > towards(0.0) && towards(0.0) > towards(1.0));
