@@ -205,6 +205,8 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
             let budget = Duration::from_millis(request.budget_ms.into());
             let spent = || elapsed().as_secs_f64() / budget.as_secs_f64().max(1e-6);
             generator::answer(&name.1, &world.fields, request.clone(), &spent)
+                // In the time of this world: on the clock of a busy machine an answer may take a second.
+                .map(|reply| GenerateReply { elapsed_us: elapsed().as_micros() as u64, ..reply })
                 .map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
