@@ -1,16 +1,25 @@
 //! Fields derived from a map, computed once and kept: what makes a replica warm.
 
 use std::collections::VecDeque;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::locked::locked;
 
-/// One value: absent until it has been computed, locked while it is.
-type Cell<V> = Arc<Mutex<Option<Arc<V>>>>;
+/// One value, and who computes it. To look for it takes no lock, or two who look at once would be in each other's way.
+struct Cell<V> {
+    value: OnceLock<Arc<V>>,
+    computing: Mutex<()>,
+}
+
+impl<V> Default for Cell<V> {
+    fn default() -> Self {
+        Self { value: OnceLock::new(), computing: Mutex::default() }
+    }
+}
 
 /// The few most recently used values of an expensive function.
 pub struct SingleFlightCache<K, V> {
-    entries: Mutex<VecDeque<(K, Cell<V>)>>,
+    entries: Mutex<VecDeque<(K, Arc<Cell<V>>)>>,
     limit: usize,
 }
 
@@ -24,36 +33,39 @@ impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
     /// rather than computing it again; those who ask for another are not held up.
     pub fn get_or_try<E>(&self, key: &K, compute: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let cell = self.cell(key);
-        // A panic while computing leaves the cell empty, and whole.
-        let mut value = locked(&cell);
-        if let Some(value) = &*value {
+        if let Some(value) = cell.value.get() {
+            return Ok(Arc::clone(value));
+        }
+        let _computing = locked(&cell.computing);
+        if let Some(value) = cell.value.get() {
             return Ok(Arc::clone(value));
         }
         let computed = Arc::new(compute()?);
-        *value = Some(Arc::clone(&computed));
-        cell.clear_poison();
-        Ok(computed)
+        Ok(Arc::clone(cell.value.get_or_init(|| computed)))
     }
 
     /// The value of `key` if it is here; nothing while it is still being computed.
     pub fn get(&self, key: &K) -> Option<Arc<V>> {
-        let cell = locked(&self.entries).iter().find(|(k, _)| k == key).map(|(_, cell)| Arc::clone(cell))?;
+        let mut entries = locked(&self.entries);
+        let at = entries.iter().position(|(k, _)| k == key)?;
+        let value = Arc::clone(entries[at].1.value.get()?);
         // The entry is in use: it moves to the front of those kept.
-        let value = cell.try_lock().ok()?.clone()?;
-        drop(self.cell(key));
+        let entry = entries.remove(at)?;
+        entries.push_front(entry);
         Some(value)
     }
 
     /// Keys whose values are kept now, the most recently used first.
     pub fn keys(&self) -> Vec<K> {
-        let done = |cell: &Cell<V>| cell.try_lock().is_ok_and(|value| value.is_some());
-        locked(&self.entries).iter().filter(|(_, cell)| done(cell)).map(|(key, _)| key.clone()).collect()
+        let entries = locked(&self.entries);
+        let done = entries.iter().filter(|(_, cell)| cell.value.get().is_some());
+        done.map(|(key, _)| key.clone()).collect()
     }
 
-    fn cell(&self, key: &K) -> Cell<V> {
+    fn cell(&self, key: &K) -> Arc<Cell<V>> {
         let mut entries = locked(&self.entries);
         let at = entries.iter().position(|(k, _)| k == key);
-        let entry = at.and_then(|at| entries.remove(at)).unwrap_or_else(|| (key.clone(), Cell::default()));
+        let entry = at.and_then(|at| entries.remove(at)).unwrap_or_else(|| (key.clone(), Arc::default()));
         let cell = Arc::clone(&entry.1);
         entries.push_front(entry);
         entries.truncate(self.limit);
@@ -97,6 +109,18 @@ mod tests {
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(panics)).is_err());
         kept.get_or_try(&1, || Ok::<_, ()>(10)).unwrap();
         assert_eq!((kept.get(&1).as_deref(), kept.keys()), (Some(&10), vec![1]));
+    }
+
+    #[test]
+    fn what_is_kept_is_found_however_many_look_for_it_at_once() {
+        let kept = SingleFlightCache::new(2);
+        kept.get_or_try(&1, || Ok::<_, ()>(10)).unwrap();
+        let look = || (0..20_000).filter(|_| kept.get(&1).is_none() || kept.keys().is_empty()).count();
+        let missed: usize = std::thread::scope(|scope| {
+            let looking: Vec<_> = (0..4).map(|_| scope.spawn(look)).collect();
+            looking.into_iter().map(|thread| thread.join().unwrap()).sum()
+        });
+        assert_eq!(missed, 0);
     }
 
     #[test]
