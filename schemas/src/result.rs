@@ -129,6 +129,15 @@ pub struct Trace {
     pub people: PeopleTrace,
 }
 
+impl Trace {
+    /// The values of a column, one per row; none if there is no such column.
+    pub fn column<'a>(&'a self, name: &str) -> impl Iterator<Item = f64> + use<'a> {
+        let index = self.columns.iter().position(|column| column == name);
+        let values = |index| self.values.iter().skip(index).step_by(self.columns.len()).copied();
+        index.map(values).into_iter().flatten()
+    }
+}
+
 checks! { trace: Trace {
     rows: count(0, MAX_TRACE_ROWS);
     columns: list(MAX_TRACE_COLUMNS, id);

@@ -1,6 +1,7 @@
 //! Files read and written, with errors that name them.
 
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -9,6 +10,14 @@ use curionav_planning::occupancy::{MapYaml, OccupancyGrid, load_map};
 /// What is in a file.
 pub fn bytes(path: &Path) -> anyhow::Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Whether the file begins with these bytes, of which no more are read.
+pub fn begins_with(path: &Path, bytes: &[u8]) -> anyhow::Result<bool> {
+    let mut first = Vec::with_capacity(bytes.len());
+    let read = fs::File::open(path).and_then(|file| file.take(bytes.len() as u64).read_to_end(&mut first));
+    read.with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(first == bytes)
 }
 
 /// Makes the directory, and those above it, if need be.

@@ -71,16 +71,17 @@ impl Track {
 
 impl TraceColumns {
     pub(super) fn new(trace: &Trace) -> Self {
-        let truth = pairs(&column(trace, "true_x"), &column(trace, "true_y"));
-        let belief = pairs(&column(trace, "belief_x"), &column(trace, "belief_y"));
-        let [xx, xy, yy, hh] = ["cov_xx", "cov_xy", "cov_yy", "cov_hh"].map(|name| column(trace, name));
+        let column = |name: &str| trace.column(name).collect::<Vec<f64>>();
+        let truth = pairs(&column("true_x"), &column("true_y"));
+        let belief = pairs(&column("belief_x"), &column("belief_y"));
+        let [xx, xy, yy, hh] = ["cov_xx", "cov_xy", "cov_yy", "cov_hh"].map(column);
         Self {
-            time: column(trace, "time_s"),
-            heading: column(trace, "true_heading"),
+            time: column("time_s"),
+            heading: column("true_heading"),
             covariance: (0..xx.len().min(xy.len()).min(yy.len())).map(|i| [xx[i], xy[i], yy[i]]).collect(),
             uncertainty: (0..xx.len().min(yy.len()).min(hh.len())).map(|i| xx[i] + yy[i] + hh[i]).collect(),
-            speed: column(trace, "v"),
-            person_distance: column(trace, "person_distance"),
+            speed: column("v"),
+            person_distance: column("person_distance"),
             error: truth.iter().zip(&belief).map(|(a, b)| hypot(a.0 - b.0, a.1 - b.1)).collect(),
             people: tracks(&trace.people),
             truth,
@@ -91,14 +92,6 @@ impl TraceColumns {
     /// The row at `time`, s: the last one that is not later.
     pub(super) fn row_at(&self, time: f64) -> usize {
         self.time.partition_point(|t| *t <= time + 1e-9).saturating_sub(1)
-    }
-}
-
-fn column(trace: &Trace, name: &str) -> Vec<f64> {
-    let width = trace.columns.len();
-    match trace.columns.iter().position(|column| column == name) {
-        Some(index) => trace.values.iter().skip(index).step_by(width).copied().collect(),
-        None => Vec::new(),
     }
 }
 

@@ -30,22 +30,22 @@ curionav_planning::parameters! {
 pub fn run(start: Start<'_>) -> Running<'_> {
     let instance = start.config.instance.clone();
     let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
-        let budget = Duration::from_millis(request.budget_ms.into());
-        let spent = || came.elapsed().as_secs_f64() / budget.as_secs_f64().max(1e-6);
-        let reply = answer(&instance, fields, request, &spent)?;
+        let reply = answer(&instance, fields, request, &|| came.elapsed())?;
         Ok((reply.candidates.count as usize, reply))
     };
     Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, answer))
 }
 
-/// The answer of `instance`. A request for no growth derives what such requests need; any other for which
-/// it has not been derived is refused as cold, at once. `spent` gives the share of the time for the answer that is over.
+/// The answer of `instance`, within the budget of `request`, of which some has `elapsed`. A request for no growth derives
+/// what such requests need; any other for which it has not been derived is refused as cold, at once.
 pub fn answer(
     instance: &str,
     fields: &Fields,
     request: GenerateRequest,
-    spent: &dyn Fn() -> f64,
+    elapsed: &dyn Fn() -> Duration,
 ) -> Result<GenerateReply, Reject> {
+    let budget = Duration::from_millis(request.budget_ms.into()).as_secs_f64().max(1e-6);
+    let spent = || elapsed().as_secs_f64() / budget;
     let warms_up = request.iterations == 0;
     if !warms_up && spent() >= 1.0 {
         return Err(Refusal::Stopped.into());
@@ -56,7 +56,7 @@ pub fn answer(
     let robot = convert::checked("robot_model", convert::robot_model(&request.robot_model))?;
     let goal = Point2::new(request.goal_x, request.goal_y);
     let geodesic = fields.geodesic(goal, robot.radius())?;
-    let started = Instant::now();
+    let started = elapsed();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
     let (laser, looks) = (convert::laser(&request.laser), params.looks_for_landmarks());
     let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
@@ -80,14 +80,14 @@ pub fn answer(
         seed: request.seed,
     };
     let tree = request.tree.map(convert::tree);
-    let (generated, cut) = kind.generate(&input, tree, spent);
+    let (generated, cut) = kind.generate(&input, tree, &spent);
     Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,
         instance: instance.to_owned(),
         candidates: convert::candidates_to_wire(&generated.candidates),
         tree: convert::tree_to_wire(generated.tree),
-        elapsed_us: started.elapsed().as_micros() as u64,
+        elapsed_us: (elapsed() - started).as_micros() as u64,
         cut,
     })
 }
@@ -119,15 +119,15 @@ mod tests {
         for kind in generation::GENERATORS {
             // What warms a replica up.
             let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
-            let tree = answer("a", &fields, request, &|| 0.0).unwrap().tree;
+            let tree = answer("a", &fields, request, &Duration::default).unwrap().tree;
             assert!(tree.x.iter().chain(&tree.y[..]).all(|number| number.is_finite()), "{}", kind.name);
         }
         let answered = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
-            let spent = || f64::from(u8::from(asked.replace(true) && is_short));
-            let reply = answer("a", &fields, request, &spent).unwrap();
+            let elapsed = || Duration::from_secs(u64::from(asked.replace(true) && is_short));
+            let reply = answer("a", &fields, request, &elapsed).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.x.len() + reply.candidates.count as usize
         };

@@ -195,22 +195,14 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
     }
 }
 
-/// What growing is said to take, microseconds: about what it does. The clock of a busy machine would say a second.
-const GROWING_US: u64 = 2_000;
-
 fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<Answer, AskError> {
     if !prepared {
         return Err(AskError::Rejected(Refusal::Cold { detail: "the map".into() }.into()));
     }
     let elapsed = || world.executor.now() - job.arrived;
     let answered = match &job.question {
-        Question::Generate(request) => {
-            let budget = Duration::from_millis(request.budget_ms.into());
-            let spent = || elapsed().as_secs_f64() / budget.as_secs_f64().max(1e-6);
-            generator::answer(&name.1, &world.fields, request.clone(), &spent)
-                .map(|reply| GenerateReply { elapsed_us: GROWING_US, ..reply })
-                .map(|reply| Answer::Generated(Box::new(reply)))
-        }
+        Question::Generate(request) => generator::answer(&name.1, &world.fields, request.clone(), &elapsed)
+            .map(|reply| Answer::Generated(Box::new(reply))),
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
         Question::Evaluate(request) => {
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);

@@ -2,12 +2,17 @@
 
 mod explain;
 mod record;
+#[cfg(feature = "lab")]
+mod recorded;
 mod replay;
+mod robots;
 
 use clap::Subcommand;
 use curionav_runtime::exit::Exit;
 
 pub(crate) use record::during;
+#[cfg(feature = "lab")]
+pub(crate) use recorded::recorded;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum RecordingCommand {

@@ -51,8 +51,7 @@ impl Densities {
         let (Some(first), Some(last)) = (self.levels.first(), self.levels.last()) else {
             return String::new();
         };
-        let shares =
-            self.runs_of(planner).iter().map(|tally| tally.success as f64 / tally.runs.max(1) as f64);
+        let shares = self.runs_of(planner).iter().map(Tally::share);
         let points: Vec<(f64, f64)> = self.levels.iter().copied().zip(shares).collect();
         if points[0].1 < 0.5 {
             return format!("below {first}");

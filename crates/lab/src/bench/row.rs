@@ -73,21 +73,23 @@ impl Tally {
             first_choices: t.first_choices + row.cycles.first_choice,
         })
     }
+
+    /// The share of the runs that reached the goal without a collision.
+    pub(crate) fn share(&self) -> f64 {
+        self.success as f64 / self.runs.max(1) as f64
+    }
 }
 
 /// The true way of a run, thinned, to the centimetre.
 pub(crate) fn way(result: &RunResult) -> Vec<[f64; 2]> {
-    let column = |name: &str| result.trace.columns.iter().position(|c| c == name);
-    let (Some(time), Some(x), Some(y)) = (column("time_s"), column("true_x"), column("true_y")) else {
-        return Vec::new();
-    };
-    let rows: Vec<&[f64]> = result.trace.values.chunks(result.trace.columns.len()).collect();
+    let column = |name: &str| result.trace.column(name);
+    let mut rows = column("time_s").zip(column("true_x").zip(column("true_y"))).peekable();
     let mut due = f64::NEG_INFINITY;
     let mut kept = Vec::new();
-    for (index, row) in rows.iter().enumerate() {
-        if row[time] + 1e-9 >= due || index + 1 == rows.len() {
-            kept.push([x, y].map(|column| (row[column] * 100.0).round() / 100.0));
-            due = row[time] + WAY_STEP_S;
+    while let Some((time, (x, y))) = rows.next() {
+        if time + 1e-9 >= due || rows.peek().is_none() {
+            kept.push([x, y].map(|metres| (metres * 100.0).round() / 100.0));
+            due = time + WAY_STEP_S;
         }
     }
     kept

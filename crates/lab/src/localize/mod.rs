@@ -202,23 +202,22 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
 
 fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, String, StaticMap, Filter)> {
     let scanner = Scanner { range_max: options.range_max, robot_from_laser: options.laser };
-    let carmen = |path: &Path, bytes: &[u8]| {
-        carmen::parse(&String::from_utf8_lossy(bytes), scanner).with_context(|| path.display().to_string())
+    let carmen = |path: &Path| {
+        let text = files::bytes(path)?;
+        carmen::parse(&String::from_utf8_lossy(&text), scanner).with_context(|| path.display().to_string())
     };
     let (mut map, mut references_are) = (None, "poses of the log".to_owned());
-    let bytes = files::bytes(&options.path)?;
-    let mut log = if bytes.starts_with(MCAP_MAGIC) {
-        drop(bytes);
+    let mut log = if files::begins_with(&options.path, MCAP_MAGIC)? {
         let recorded = reader(&options.path, options.robot.as_deref())?;
         let log = recorded::log(&recorded, scanner);
         let (log, what) = log.with_context(|| options.path.display().to_string())?;
         (map, references_are) = (recorded.map, what.to_owned());
         log
     } else {
-        carmen(&options.path, &bytes)?
+        carmen(&options.path)?
     };
     if let Some(path) = &options.reference {
-        let poses = carmen(path, &files::bytes(path)?)?.readings;
+        let poses = carmen(path)?.readings;
         // Poses without odometry beside them are references all the same.
         let poses: Vec<_> = poses.iter().map(|r| (r.stamp, r.reference.unwrap_or(r.odometry))).collect();
         let taken = log.take_references(&poses);

@@ -75,12 +75,9 @@ fn first_run<T>(messages: &[T], stamp: fn(&T) -> f64) -> (&[T], usize) {
 
 /// Where the robot truly was, by time.
 fn true_poses(result: &RunResult) -> Vec<(f64, Pose2)> {
-    let trace = &result.trace;
-    let column = |name: &str| trace.columns.iter().position(|column| column == name);
-    let columns = ["time_s", "true_x", "true_y", "true_heading"].map(column);
-    let [Some(time), Some(x), Some(y), Some(heading)] = columns else { return Vec::new() };
-    let rows = trace.values.chunks_exact(trace.columns.len());
-    rows.map(|row| (row[time], Pose2::new(row[x], row[y], row[heading]))).collect()
+    let column = |name: &str| result.trace.column(name);
+    let poses = column("true_x").zip(column("true_y")).zip(column("true_heading"));
+    column("time_s").zip(poses.map(|((x, y), heading)| Pose2::new(x, y, heading))).collect()
 }
 
 #[cfg(test)]

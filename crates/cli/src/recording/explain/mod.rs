@@ -15,6 +15,7 @@ use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, keys};
 
 use crate::connect::ConnectOptions;
+use crate::recording::robots::only_one;
 use curionav_recording::{Item, Reader};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
@@ -76,12 +77,8 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
             found = Some(*report);
         }
     }
+    only_one(path, &robots).map_err(Exit::bad_input)?;
     let path = path.display();
-    if robots.len() > 1 {
-        let robots = Vec::from_iter(robots).join(", ");
-        let which = anyhow!("{path} holds several robots, name one with --robot: {robots}");
-        return Err(Exit::bad_input(which));
-    }
     found.ok_or_else(|| {
         let whose = robot.map_or(String::new(), |robot| format!(" of robot {robot}"));
         let there = if last == 0 { "none".to_owned() } else { format!("cycles {first} to {last}") };
