@@ -156,6 +156,25 @@ mod tests {
     }
 
     #[test]
+    fn weights_by_entropy_are_those_of_another_implementation() {
+        const COUNT: usize = 8;
+        let rows = include_str!("cost/reference.txt").lines().filter(|line| !line.starts_with('#'));
+        for row in rows.clone() {
+            let numbers: Vec<f64> = row.split(' ').map(|word| word.parse().unwrap()).collect();
+            let raw: Vec<Vec<Option<f64>>> = numbers[..3 * COUNT]
+                .chunks(COUNT)
+                .map(|term| term.iter().copied().map(Some).collect())
+                .collect();
+            let found = entropy_weights(&raw, &[true; COUNT]);
+            for (found, expected) in found.iter().zip(&numbers[3 * COUNT..]) {
+                assert!((found - expected).abs() < 1e-9, "{row}: {found}");
+            }
+            assert_eq!(found.len(), numbers.len() - 3 * COUNT);
+        }
+        assert_eq!(rows.count(), 8);
+    }
+
+    #[test]
     fn the_total_is_equation_5() {
         let profile = profile(Normalisation::Fixed);
         let s = scores(&[("cnc", &[1.378]), ("cpc", &[2.6]), ("distance", &[52.0])]);

@@ -68,6 +68,8 @@ crate::parameters! {
         pub contact: f64 [0.0, 1e9, "", "costs have to stay finite"] = 1000.0,
         /// Whether people are expected to walk on. If not, they count where they are, as in a costmap.
         pub forecast: bool = true,
+        /// People slower than this, m/s, are on the map of the shortest way, as in a costmap. At 0 no one is.
+        pub around: f64 [0.0, 100.0, "m/s", "no person is faster"] = 0.2,
         /// Most candidates offered.
         pub offers: u32 [1.0, 512.0, "candidates", "the candidates of eight trees fit into one message of 4096"] = 24,
     }
@@ -92,6 +94,8 @@ crate::parameters! {
         pub obstacle: f64 [0.0, 1e6, "", "costs have to stay finite"] = 5.04,
         /// How fast that falls with the gap, per metre.
         pub decay: f64 [0.0, 1000.0, "1/m", "faster is touching alone"] = 3.0,
+        /// People slower than this, m/s, are on the map of the shortest way, as in a costmap. At 0 no one is.
+        pub around: f64 [0.0, 100.0, "m/s", "no person is faster"] = 0.2,
         /// Most candidates offered, two for each arc.
         pub offers: u32 [1.0, 512.0, "candidates", "the candidates of eight trees fit into one message of 4096"] = 60,
     }
@@ -106,6 +110,8 @@ crate::parameters! {
         pub ahead: f64 [0.1, 20.0, "m", "nearer points are no direction, farther ones lie behind walls"] = 1.0,
         /// How far ahead of the axis the body's centre is, metres: less asks for faster turns, more for more room.
         pub lead: f64 [0.01, 10.0, "m", "at none it cannot go in any direction, farther is another body"] = 0.2,
+        /// People slower than this, m/s, are on the map of the shortest way, as in a costmap. At 0 no one is.
+        pub around: f64 [0.0, 100.0, "m/s", "no person is faster"] = 0.2,
         /// Candidates offered, each with a lower greatest speed.
         pub offers: u32 [1.0, 64.0, "candidates", "slower ones hardly differ"] = 5,
         /// The law, as people have it.

@@ -12,6 +12,7 @@ use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::{Point2, Twist};
 use crate::motion::step;
 use crate::numerics::{exp, sin_cos};
+use crate::occupancy::Detour;
 
 /// Seconds between two looks at an arc.
 const LOOK_S: f64 = 0.1;
@@ -23,7 +24,8 @@ pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -
     let params = &input.params.generation.dwa;
     let (robot, (pose, now)) = (input.robot, input.scene.belief.motion());
     let reach = robot.v_max * params.look_ahead + params.ahead + 1.0;
-    let way = input.geodesic.descend_for(pose.position(), SPACING_M, reach);
+    let ways = input.ways_past(params.around);
+    let way = ways.descend_for(pose.position(), SPACING_M, reach);
     let slowest = robot.limit(now, Twist { v: 0.0, omega: -robot.omega_max }, input.params.dt);
     let fastest = robot.limit(now, Twist { v: robot.v_max, omega: robot.omega_max }, input.params.dt);
     let count = params.samples;
@@ -37,7 +39,7 @@ pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -
         for j in 0..count {
             let twist =
                 Twist { v: share(i, slowest.v, fastest.v), omega: share(j, slowest.omega, fastest.omega) };
-            arcs.push((cost(input, &checker, &way, twist), twist));
+            arcs.push((cost(input, &checker, (&ways, &way), twist), twist));
         }
     }
     arcs.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -52,7 +54,12 @@ pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -
 }
 
 /// What the arc costs; infinite if it comes nearer to something than the final check allows.
-fn cost(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>, way: &[Point2], twist: Twist) -> f64 {
+fn cost(
+    input: &GenerationInput<'_>,
+    checker: &CollisionChecker<'_>,
+    (ways, way): (&Detour<'_>, &[Point2]),
+    twist: Twist,
+) -> f64 {
     let (params, people) = (&input.params.generation.dwa, &input.scene.people);
     let contact = input.robot.radius() + people.radius;
     let (mut pose, mut time, mut nearest) = (input.scene.belief.pose, 0.0, f64::INFINITY);
@@ -73,6 +80,6 @@ fn cost(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>, way: &[Poin
     let (sine, cosine) = sin_cos(pose.heading);
     let ahead = Point2::new(pose.x + ahead * cosine, pose.y + ahead * sine);
     let from_way = |p: Point2| way.iter().map(|w| w.distance(p)).fold(f64::INFINITY, f64::min);
-    let place = |p: Point2| params.path * from_way(p) + params.goal * input.geodesic.at(p);
+    let place = |p: Point2| params.path * from_way(p) + params.goal * ways.at(p);
     place(pose.position()) + place(ahead) + params.obstacle * exp(-params.decay * nearest)
 }

@@ -7,7 +7,8 @@ use crate::generation::params::GeneratorPart;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
-use crate::occupancy::{GeodesicField, StaticMap};
+use crate::numerics::hypot;
+use crate::occupancy::{Detour, GeodesicField, StaticMap};
 use crate::random::{Rng, rng};
 use crate::scene::Scene;
 
@@ -40,6 +41,14 @@ impl<'a> GenerationInput<'a> {
     /// What says whether a candidate is free.
     pub fn checker(&self) -> CollisionChecker<'a> {
         CollisionChecker::new(self.map, self.robot, self.scene, self.params.forecast, &self.params.collision)
+    }
+
+    /// The shortest ways, past people who are slower than `speed`, m/s.
+    pub(super) fn ways_past(&self, speed: f64) -> Detour<'a> {
+        let people = &self.scene.people;
+        let is_slow = |&i: &usize| hypot(people.vx[i], people.vy[i]) < speed;
+        let bodies = (0..people.len()).filter(is_slow).map(|i| (people.position(i), people.radius));
+        Detour::new(self.geodesic, self.map, self.scene.belief.pose.position(), bodies)
     }
 
     /// The candidates from which the robot can be stopped short of people who stop walking, numbered from 0; all of them

@@ -11,6 +11,7 @@ use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::{Point2, Pose2, Twist};
 use crate::hrvo::{Body, Velocity, VelocityObstacle, velocity};
 use crate::numerics::sin_cos;
+use crate::occupancy::Detour;
 
 /// Farther off than this a wall is not felt, metres beyond the body.
 const WALL_M: f64 = 1.0;
@@ -19,12 +20,13 @@ const WALL_M: f64 = 1.0;
 pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let params = &input.params.generation.hrvo_robot;
     let (mut offered, checker) = (Commanded::new(input, params.offers), input.checker());
+    let ways = input.ways_past(params.around);
     for k in 0..params.offers {
         if k > 0 && pace.is_over(Pace::GROWTH) {
             break;
         }
         let max_speed = input.robot.v_max * (1.0 - f64::from(k) / f64::from(params.offers));
-        offered.add(|time, pose, twist| command(input, &checker, max_speed, (time, pose, twist)));
+        offered.add(|time, pose, twist| command(input, (&checker, &ways), max_speed, (time, pose, twist)));
     }
     Generated { candidates: offered.into_candidates(), tree: Tree::default() }
 }
@@ -32,7 +34,7 @@ pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -
 /// What the law asks of the robot at `pose`, with people as they are after `time` seconds.
 fn command(
     input: &GenerationInput<'_>,
-    checker: &CollisionChecker<'_>,
+    (checker, ways): (&CollisionChecker<'_>, &Detour<'_>),
     max_speed: f64,
     (time, pose, twist): (f64, Pose2, Twist),
 ) -> Twist {
@@ -41,7 +43,7 @@ fn command(
     let (sine, cosine) = sin_cos(pose.heading);
     let (forwards, left) = (Velocity::new(cosine, sine), Velocity::new(-sine, cosine));
     let centre = Point2::new(here.x + params.lead * cosine, here.y + params.lead * sine);
-    let way = input.geodesic.descend_for(here, 0.2, params.lead + params.ahead);
+    let way = ways.descend_for(here, 0.2, params.lead + params.ahead);
     let ahead = way.last().copied().filter(|p| p.distance(here) > params.lead + 0.2).unwrap_or(input.goal);
     let to_go = Velocity::new(ahead.x - centre.x, ahead.y - centre.y);
     let speed = max_speed.min((2.0 * input.robot.a_max * here.distance(input.goal)).sqrt());

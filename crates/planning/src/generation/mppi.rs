@@ -8,10 +8,12 @@
 
 use crate::collision::CollisionChecker;
 use crate::generation::commanded::Commanded;
+use crate::generation::commanded_params::MppiParams;
 use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
 use crate::motion::step;
 use crate::numerics::{exp, sin_cos};
+use crate::occupancy::Detour;
 use crate::random::standard_normal;
 
 /// Shares of the mean's speed at which it is offered again.
@@ -47,19 +49,8 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         }
         costs.push(judge.cost(&nominal, &mut v[first..], &mut omega[first..]));
     }
-    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
     // A question that only warms the generator up asks for no rollout.
-    let mut mean = if costs.is_empty() { nominal } else { vec![Twist::default(); length] };
-    let mut sum = f64::from(u8::from(costs.is_empty()));
-    for (rollout, cost) in costs.iter().enumerate() {
-        let weight = exp((least - cost) / params.temperature);
-        sum += weight;
-        for (k, twist) in mean.iter_mut().enumerate() {
-            twist.v += weight * v[rollout * length + k];
-            twist.omega += weight * omega[rollout * length + k];
-        }
-    }
-    mean.iter_mut().for_each(|twist| (twist.v, twist.omega) = (twist.v / sum, twist.omega / sum));
+    let mean = if costs.is_empty() { nominal } else { weighted_mean(&costs, &v, &omega, params.temperature) };
 
     let mut offered = Commanded::new(input, params.offers);
     let place = |time: f64| Some((time / params.period + 1e-9) as usize).filter(|k| *k < length);
@@ -95,6 +86,29 @@ fn nominal(input: &GenerationInput<'_>, tree: Option<Tree>) -> Vec<Twist> {
     (0..length).map(|k| Twist { v: v[at(k)], omega: omega[at(k)] }).collect()
 }
 
+/// The mean of the rollouts' commands, `[rollout, command]`, weighted by `exp(-cost / temperature)`.
+fn weighted_mean(costs: &[f64], v: &[f64], omega: &[f64], temperature: f64) -> Vec<Twist> {
+    let length = v.len() / costs.len();
+    let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
+    let (mut mean, mut sum) = (vec![Twist::default(); length], 0.0);
+    for ((cost, v), omega) in costs.iter().zip(v.chunks(length)).zip(omega.chunks(length)) {
+        let weight = exp((least - cost) / temperature);
+        sum += weight;
+        for ((twist, v), omega) in mean.iter_mut().zip(v).zip(omega) {
+            twist.v += weight * v;
+            twist.omega += weight * omega;
+        }
+    }
+    mean.iter_mut().for_each(|twist| (twist.v, twist.omega) = (twist.v / sum, twist.omega / sum));
+    mean
+}
+
+/// What it costs to leave a command of the sequence, in units of `gamma`.
+fn deviation(params: &MppiParams, wanted: Twist, twist: Twist) -> f64 {
+    wanted.v * (twist.v - wanted.v) / (params.sigma_v * params.sigma_v)
+        + wanted.omega * (twist.omega - wanted.omega) / (params.sigma_omega * params.sigma_omega)
+}
+
 /// The sequence as a tree: one node per command, where the robot is after it.
 fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
     let period = input.params.generation.mppi.period;
@@ -115,6 +129,7 @@ fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
 struct Judge<'a> {
     input: &'a GenerationInput<'a>,
     checker: CollisionChecker<'a>,
+    ways: Detour<'a>,
     /// Where people are after each command, and how near the robot's centre may come, `[command, person]`.
     people: Vec<(Point2, f64)>,
     /// Who can come near within the horizon.
@@ -138,7 +153,7 @@ impl<'a> Judge<'a> {
             |k: u32, i: usize| (all.position_after(i, moment(k)), body + checker.gap_asked(i, moment(k)));
         let people = (0..params.commands).flat_map(|k| near.iter().map(move |&i| (k, i)));
         let people = people.map(|(k, i)| person(k, i)).collect();
-        Self { input, people, near: near.len(), checker }
+        Self { input, ways: input.ways_past(params.around), people, near: near.len(), checker }
     }
 
     /// The cost of a perturbed sequence, whose commands are first cut to what the robot can do.
@@ -166,17 +181,14 @@ impl<'a> Judge<'a> {
             if gap < FELT_M {
                 cost += params.obstacle * params.period * exp(-params.decay * gap);
             }
-            cost += params.gamma
-                * (wanted.v * (twist.v - wanted.v) / (params.sigma_v * params.sigma_v)
-                    + wanted.omega * (twist.omega - wanted.omega)
-                        / (params.sigma_omega * params.sigma_omega));
+            cost += params.gamma * deviation(params, *wanted, twist);
         }
         cost + params.goal * self.to_go(pose) + params.angle * self.aside(pose)
     }
 
     fn to_go(&self, pose: Pose2) -> f64 {
         // Where the goal cannot be reached from, it costs more than any way there is.
-        let metres = self.input.geodesic.at(pose.position());
+        let metres = self.ways.at(pose.position());
         if metres.is_finite() { metres } else { 1e4 }
     }
 
@@ -187,5 +199,50 @@ impl<'a> Judge<'a> {
         let ahead = Pose2::new(pose.x + AHEAD_M * cosine, pose.y + AHEAD_M * sine, wrap_angle(pose.heading));
         let gained = self.to_go(pose) - self.to_go(ahead);
         (0.5 - 0.5 * gained / AHEAD_M).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sequence_is_updated_as_by_another_implementation() {
+        const ROLLOUTS: usize = 8;
+        const COMMANDS: usize = 5;
+        let rows = include_str!("mppi/reference.txt").lines().filter(|line| !line.starts_with('#'));
+        for row in rows.clone() {
+            let mut numbers = row.split(' ').map(|word| word.parse::<f64>().unwrap());
+            let mut next = |count: usize| numbers.by_ref().take(count).collect::<Vec<f64>>();
+            let scalars = next(3);
+            let params = MppiParams {
+                temperature: scalars[0],
+                sigma_v: scalars[1],
+                sigma_omega: scalars[2],
+                ..MppiParams::default()
+            };
+            let twists = |v: Vec<f64>, omega: Vec<f64>| {
+                v.into_iter().zip(omega).map(|(v, omega)| Twist { v, omega }).collect::<Vec<Twist>>()
+            };
+            let nominal = twists(next(COMMANDS), next(COMMANDS));
+            let mut costs = next(ROLLOUTS);
+            let (v, omega) = (next(ROLLOUTS * COMMANDS), next(ROLLOUTS * COMMANDS));
+            for (k, cost) in costs.iter_mut().enumerate() {
+                let of = |all: &[f64]| all[k * COMMANDS..(k + 1) * COMMANDS].to_vec();
+                let twists = twists(of(&v), of(&omega));
+                let pairs = nominal.iter().zip(twists);
+                // There, leaving the sequence costs in units of the temperature.
+                *cost += params.temperature
+                    * pairs.map(|(wanted, twist)| deviation(&params, *wanted, twist)).sum::<f64>();
+            }
+            let found = weighted_mean(&costs, &v, &omega, params.temperature);
+            let expected = twists(next(COMMANDS), next(COMMANDS));
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found.v - expected.v).abs() < 1e-9, "{found:?} {expected:?}");
+                assert!((found.omega - expected.omega).abs() < 1e-9, "{found:?} {expected:?}");
+            }
+            assert_eq!((found.len(), numbers.next()), (COMMANDS, None));
+        }
+        assert_eq!(rows.count(), 8);
     }
 }

@@ -1,7 +1,9 @@
 //! Shortest way to the goal for a robot of some radius: the fast marching method (Sethian, 1996).
 
+pub(super) mod detour;
 mod lookup;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::geometry::Point2;
@@ -19,6 +21,9 @@ use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 pub struct GeodesicField {
     grid: Arc<OccupancyGrid>,
     metres: Vec<f32>,
+    goal: Point2,
+    /// The robot's, metres.
+    radius: f64,
     /// Unit vectors in which a descent looks around.
     directions: [Point2; DIRECTIONS],
 }
@@ -42,15 +47,10 @@ impl GeodesicField {
     /// Marches from `goal` over `map`, for a robot of `radius` metres.
     pub fn new(map: &StaticMap, goal: Point2, radius: f64) -> Self {
         let grid = &map.grid;
-        let mut march = March::new(grid.width(), slowness(map, radius));
-        if let Some((column, row)) = grid.locate(goal) {
-            // Exact Euclidean values next to the goal: the march has its greatest error there.
-            for (c, r) in grid.around(column, row, 3) {
-                let index = march.bordered(c, r);
-                if march.slowness[index].is_finite() {
-                    march.offer(index, grid.centre(c, r).distance(goal) as f32);
-                }
-            }
+        let slowness = slowness(map, radius, 0..grid.width(), 0..grid.height());
+        let mut march = March::new(grid.width(), slowness);
+        for ((column, row), metres) in beside(grid, goal) {
+            march.start(column, row, metres);
         }
         let (mut bordered, stride) = (march.run(), grid.width() + 2);
         grow_rim(&mut bordered, stride);
@@ -61,6 +61,8 @@ impl GeodesicField {
         Self {
             grid: Arc::clone(grid),
             metres,
+            goal,
+            radius,
             directions: std::array::from_fn(|k| {
                 let (s, c) = sin_cos(k as f64 * std::f64::consts::TAU / DIRECTIONS as f64);
                 Point2::new(c, s)
@@ -71,27 +73,13 @@ impl GeodesicField {
     /// Distance to go from a point, metres, bilinear between cell centres; infinite where the goal
     /// cannot be reached or outside the grid.
     pub fn at(&self, p: Point2) -> f64 {
-        let (width, height) = self.size();
+        let (width, height) = (self.grid.width(), self.grid.height());
         let (c, r) = self.grid.grid_from_map(p);
         let (c, r) = (c - 0.5, r - 0.5);
         if c < -0.5 || r < -0.5 || c > width as f64 - 0.5 || r > height as f64 - 0.5 {
             return f64::INFINITY;
         }
-        let c = c.clamp(0.0, (width - 1) as f64);
-        let r = r.clamp(0.0, (height - 1) as f64);
-        let (c0, r0) = (c as usize, r as usize);
-        let (c1, r1) = ((c0 + 1).min(width - 1), (r0 + 1).min(height - 1));
-        let (fc, fr) = (c - c0 as f64, r - r0 as f64);
-        let v = |c: usize, r: usize| f64::from(self.metres[r * width + c]);
-        let (a, b, d, e) = (v(c0, r0), v(c1, r0), v(c0, r1), v(c1, r1));
-        if a.is_infinite() || b.is_infinite() || d.is_infinite() || e.is_infinite() {
-            return a.min(b).min(d).min(e);
-        }
-        (a * (1.0 - fc) + b * fc) * (1.0 - fr) + (d * (1.0 - fc) + e * fc) * fr
-    }
-
-    fn size(&self) -> (usize, usize) {
-        (self.grid.width(), self.grid.height())
+        between(&self.metres, (width, height), (c, r))
     }
 
     /// Shortest way from `start`, a point every `spacing` metres, by steepest descent; empty when the
@@ -102,53 +90,89 @@ impl GeodesicField {
 
     /// The first `length` metres of [`Self::descend`].
     pub fn descend_for(&self, start: Point2, spacing: f64, length: f64) -> Vec<Point2> {
-        let mut path = vec![start];
-        let mut p = start;
-        let whole = self.at(start);
-        if !whole.is_finite() {
-            return Vec::new();
-        }
-        let limit = ((4.0 * whole / spacing) as usize + 16).min((length / spacing).ceil() as usize);
-        let mut here = whole;
-        for _ in 0..limit {
-            if here <= spacing {
-                break;
-            }
-            let around = self.directions.iter().map(|d| {
-                let next = Point2::new(p.x + spacing * d.x, p.y + spacing * d.y);
-                (self.at(next), next)
-            });
-            match around.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                Some((least, next)) if least < here => (here, p) = (least, next),
-                _ => break,
-            }
-            path.push(p);
-        }
-        path
+        descend(|p| self.at(p), &self.directions, start, spacing, length)
     }
 }
 
-/// Metres that each cell counts as, with a border of one cell around the grid; infinite where nothing can be driven.
-fn slowness(map: &StaticMap, radius: f64) -> Vec<f32> {
+/// Between the values of cells, `[row, column]`, at a column and row that are not whole; the least of the four around it
+/// where one of them is infinite.
+fn between(metres: &[f32], (width, height): (usize, usize), (c, r): (f64, f64)) -> f64 {
+    let c = c.clamp(0.0, (width - 1) as f64);
+    let r = r.clamp(0.0, (height - 1) as f64);
+    let (c0, r0) = (c as usize, r as usize);
+    let (c1, r1) = ((c0 + 1).min(width - 1), (r0 + 1).min(height - 1));
+    let (fc, fr) = (c - c0 as f64, r - r0 as f64);
+    let v = |c: usize, r: usize| f64::from(metres[r * width + c]);
+    let (a, b, d, e) = (v(c0, r0), v(c1, r0), v(c0, r1), v(c1, r1));
+    if a.is_infinite() || b.is_infinite() || d.is_infinite() || e.is_infinite() {
+        return a.min(b).min(d).min(e);
+    }
+    (a * (1.0 - fc) + b * fc) * (1.0 - fr) + (d * (1.0 - fc) + e * fc) * fr
+}
+
+/// The first `length` metres of the steepest descent of `at` from `start`, a point every `spacing` metres; empty when the
+/// goal cannot be reached.
+fn descend(
+    at: impl Fn(Point2) -> f64,
+    directions: &[Point2],
+    start: Point2,
+    spacing: f64,
+    length: f64,
+) -> Vec<Point2> {
+    let mut path = vec![start];
+    let mut p = start;
+    let whole = at(start);
+    if !whole.is_finite() {
+        return Vec::new();
+    }
+    let limit = ((4.0 * whole / spacing) as usize + 16).min((length / spacing).ceil() as usize);
+    let mut here = whole;
+    for _ in 0..limit {
+        if here <= spacing {
+            break;
+        }
+        let around = directions.iter().map(|d| {
+            let next = Point2::new(p.x + spacing * d.x, p.y + spacing * d.y);
+            (at(next), next)
+        });
+        match around.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((least, next)) if least < here => (here, p) = (least, next),
+            _ => break,
+        }
+        path.push(p);
+    }
+    path
+}
+
+/// The cells next to the goal with their exact distances: a march has its greatest error there.
+fn beside(grid: &OccupancyGrid, goal: Point2) -> impl Iterator<Item = ((usize, usize), f32)> + '_ {
+    let around = grid.locate(goal).map(|(column, row)| grid.around(column, row, 3));
+    around.into_iter().flatten().map(move |(c, r)| ((c, r), grid.centre(c, r).distance(goal) as f32))
+}
+
+/// How many metres one counts as where there is so much room beyond the robot, metres.
+fn factor(room: f64) -> f64 {
+    if room < 0.0 {
+        return GeodesicField::TIGHT_SLOWNESS;
+    }
+    let comfort = (1.0 - room / GeodesicField::COMFORT).max(0.0);
+    1.0 + (GeodesicField::WALL_SLOWNESS - 1.0) * comfort
+}
+
+/// Metres that each of these cells counts as, with a border of one cell around them; infinite where nothing can be driven.
+fn slowness(map: &StaticMap, radius: f64, columns: Range<usize>, rows: Range<usize>) -> Vec<f32> {
     let (grid, clearance) = (&map.grid, &map.to_obstacle);
-    let (width, height) = (grid.width(), grid.height());
     let of_cell = |i: usize| {
         if grid.cell(i) != Cell::Free {
             return f32::INFINITY;
         }
-        let margin = clearance.cell(i) - radius;
-        let factor = if margin < 0.0 {
-            GeodesicField::TIGHT_SLOWNESS
-        } else {
-            let comfort = (1.0 - margin / GeodesicField::COMFORT).max(0.0);
-            1.0 + (GeodesicField::WALL_SLOWNESS - 1.0) * comfort
-        };
-        (factor * grid.resolution()) as f32
+        (factor(clearance.cell(i) - radius) * grid.resolution()) as f32
     };
-    let mut cells = vec![f32::INFINITY; (width + 2) * (height + 2)];
-    for (row, cells) in cells.chunks_exact_mut(width + 2).skip(1).take(height).enumerate() {
-        for (column, cell) in cells[1..=width].iter_mut().enumerate() {
-            *cell = of_cell(row * width + column);
+    let stride = columns.len() + 2;
+    let mut cells = vec![f32::INFINITY; stride * (rows.len() + 2)];
+    for (row, cells) in rows.zip(cells.chunks_exact_mut(stride).skip(1)) {
+        for (column, cell) in columns.clone().zip(&mut cells[1..]) {
+            *cell = of_cell(row * grid.width() + column);
         }
     }
     cells
@@ -178,6 +202,14 @@ impl March {
     /// Index of a cell of the grid.
     fn bordered(&self, column: usize, row: usize) -> usize {
         (row + 1) * self.stride + column + 1
+    }
+
+    /// A distance that is known of a cell, unless nothing can be driven there.
+    fn start(&mut self, column: usize, row: usize, metres: f32) {
+        let index = self.bordered(column, row);
+        if self.slowness[index].is_finite() {
+            self.offer(index, metres);
+        }
     }
 
     /// A distance of a cell, which counts if it is the least so far.

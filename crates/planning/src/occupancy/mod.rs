@@ -13,6 +13,7 @@ mod static_map;
 
 pub use distance_transform::DistanceField;
 pub use geodesic::GeodesicField;
+pub use geodesic::detour::Detour;
 pub use grid::{Cell, GridError, OccupancyGrid};
 #[cfg(feature = "map-files")]
 pub use map_server::{encode_pgm, load_map};

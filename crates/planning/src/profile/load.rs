@@ -150,7 +150,7 @@ mod tests {
     fn the_static_arm_is_mppi_that_does_not_forecast_people() {
         let arm = Profile::from_toml(include_str!("../../../../scenarios/arms/mppi-static.toml")).unwrap();
         let mut mppi = Profile::builtin("mppi").unwrap();
-        mppi.generation.mppi.forecast = false;
+        (mppi.generation.mppi.forecast, mppi.generation.mppi.around) = (false, 100.0);
         (mppi.name, mppi.description) = (arm.name.clone(), arm.description.clone());
         assert_eq!(arm, mppi);
     }

@@ -118,6 +118,13 @@ impl Page<'_> {
         planners
     }
 
+    /// After how many seconds runs are over: one number, or the least and the greatest.
+    fn time_limits(&self) -> String {
+        let limits = || self.bench.scenes.iter().map(|scene| scene.scenario.clock.time_limit_s);
+        let (least, most) = (limits().fold(f64::INFINITY, f64::min), limits().fold(0.0, f64::max));
+        if least < most { format!("{least} to {most}") } else { most.to_string() }
+    }
+
     /// How often a planner's first choice was driven, per cent of its cycles.
     fn first_choices(&self, planner: &usize) -> String {
         let Tally { cycles, first_choices, .. } = self.tally(planner);
@@ -160,8 +167,7 @@ impl Page<'_> {
     /// Success over density as a picture.
     fn density_curves(&self, densities: &Densities) -> String {
         let curve = |p: usize| {
-            let share = |tally: &Tally| tally.success as f64 / tally.runs.max(1) as f64;
-            let shares = densities.runs_of(&p).iter().map(share);
+            let shares = densities.runs_of(&p).iter().map(Tally::share);
             ShareCurve {
                 colour: self.colour(&p),
                 points: densities.levels.iter().copied().zip(shares).collect(),
