@@ -5,12 +5,16 @@ use super::super::comparison::Comparison;
 use super::super::comparison::tests::{names, rows};
 use super::super::row::Row;
 use super::*;
+use curionav_schemas::Outcome;
 
 fn page(planners: &[&str]) -> String {
     let rows = rows("env2-s2", planners, |p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
     let all: Vec<&Row> = rows.iter().collect();
-    let comparison = Comparison::new(names(planners), names(&["env2-s2"]), &all);
-    let bench = Findings {
+    report(&findings(Comparison::new(names(planners), names(&["env2-s2"]), &all))).unwrap()
+}
+
+fn findings(comparison: Comparison<'_>) -> Findings<'_> {
+    Findings {
         claims: vec![Judged { claim: "`a` wins".into(), holds: false, found: "it <did> not".into() }],
         densities: None,
         comparison,
@@ -23,8 +27,7 @@ fn page(planners: &[&str]) -> String {
         repeats: 10,
         workers: 2,
         clock: Duration::from_secs(90),
-    };
-    report(&bench).unwrap()
+    }
 }
 
 #[test]
@@ -44,6 +47,21 @@ fn the_page_needs_nothing_else_and_marks_the_papers_slips() {
         let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();
         assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
     }
+}
+
+#[test]
+fn scenes_are_told_apart_by_kind_where_there_are_several() {
+    let planners = ["a", "b"];
+    let scenes = ["door-1", "door-2", "hall-1"];
+    let mut runs: Vec<Row> = scenes.iter().flat_map(|scene| rows(scene, &planners, |_, _| 0.1)).collect();
+    runs.iter_mut().filter(|run| run.scenario == "door-2").for_each(|run| run.outcome = Outcome::Timeout);
+    let all: Vec<&Row> = runs.iter().collect();
+    let page = report(&findings(Comparison::new(names(&planners), names(&scenes), &all))).unwrap();
+    let cells = |done: &str, failed: &str| format!(r#"<td>{done}</td><td class="sd">{failed}</td>"#);
+    let row = cells("10 of 20", "10, 0, 0") + &cells("10 of 10", "0, 0, 0");
+    assert_eq!(page.matches(&row).count(), 2, "{page}");
+    assert!(!page.contains("in the paper</h2>"));
+    assert!(!self::page(&planners).contains("By kind of scene"));
 }
 
 #[test]
