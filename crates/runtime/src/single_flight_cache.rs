@@ -33,9 +33,6 @@ impl<K: PartialEq + Clone, V> SingleFlightCache<K, V> {
     /// rather than computing it again; those who ask for another are not held up.
     pub fn get_or_try<E>(&self, key: &K, compute: impl FnOnce() -> Result<V, E>) -> Result<Arc<V>, E> {
         let cell = self.cell(key);
-        if let Some(value) = cell.value.get() {
-            return Ok(Arc::clone(value));
-        }
         let _computing = locked(&cell.computing);
         if let Some(value) = cell.value.get() {
             return Ok(Arc::clone(value));

@@ -52,15 +52,9 @@ impl GeodesicField {
         for ((column, row), metres) in beside(grid, goal) {
             march.start(column, row, metres);
         }
-        let (mut bordered, stride) = (march.run(), grid.width() + 2);
-        grow_rim(&mut bordered, stride);
-        grow_rim(&mut bordered, stride);
-        let rows = bordered.chunks_exact(stride).skip(1).take(grid.height());
-        let mut metres = Vec::with_capacity(grid.width() * grid.height());
-        rows.for_each(|row| metres.extend_from_slice(&row[1..stride - 1]));
         Self {
             grid: Arc::clone(grid),
-            metres,
+            metres: march.run(),
             goal,
             radius,
             directions: std::array::from_fn(|k| {
@@ -220,7 +214,7 @@ impl March {
         }
     }
 
-    /// The distances of all cells, border included.
+    /// The distances of all cells, `[row, column]`, with a rim where nothing can be driven ([`grow_rim`]).
     fn run(mut self) -> Vec<f32> {
         while let Some((metres, index)) = self.front.pop() {
             // A cell whose distance has fallen since is here once more.
@@ -235,7 +229,13 @@ impl March {
                 }
             }
         }
-        self.metres
+        let (mut bordered, stride) = (self.metres, self.stride);
+        grow_rim(&mut bordered, stride);
+        grow_rim(&mut bordered, stride);
+        let rows = bordered.chunks_exact(stride).skip(1).take(bordered.len() / stride - 2);
+        let mut metres = Vec::with_capacity(bordered.len());
+        rows.for_each(|row| metres.extend_from_slice(&row[1..stride - 1]));
+        metres
     }
 
     /// First-order upwind solution of |grad T| = slowness at one cell.

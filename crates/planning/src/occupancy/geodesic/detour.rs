@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{GeodesicField, March, beside, between, descend, factor, grow_rim, slowness};
+use super::{GeodesicField, March, beside, between, descend, factor, slowness};
 use crate::geometry::Point2;
 use crate::occupancy::StaticMap;
 
@@ -115,13 +115,7 @@ impl Square {
                 march.start(column - columns.start, row - rows.start, metres);
             }
         }
-        let stride = march.stride;
-        let mut bordered = march.run();
-        grow_rim(&mut bordered, stride);
-        grow_rim(&mut bordered, stride);
-        let inner = bordered.chunks_exact(stride).skip(1).take(rows.len());
-        let metres = inner.flat_map(|row| row[1..stride - 1].iter().copied()).collect();
-        Some(Self { columns, rows, metres })
+        Some(Self { columns, rows, metres: march.run() })
     }
 
     /// Distance to go from a point of the square; `None` outside.
