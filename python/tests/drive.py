@@ -218,7 +218,7 @@ def report(tick: int) -> CycleReport:
         epoch=1,
         seq=tick,
         map=grid().map,
-        scene=Scene(tick=tick, stamp=tick * 0.1, belief=here, people=people(tick), uncertain=uncertain),
+        scene=Scene(tick=tick, stamp=tick * 0.1, belief=here, people=people(tick), uncertain=uncertain, in_place_s=0.0),
         candidates=CandidateSet(
             count=COUNT,
             steps=STEPS,

@@ -26,6 +26,9 @@ pub struct Memory {
     pub uncertain: bool,
     /// Ids of the people in the scene before, ascending.
     pub members: U32Array,
+    /// The place that the robot has not left; absent before the first cycle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
     /// The trajectory being driven.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous: Option<Previous>,
@@ -41,10 +44,24 @@ checks! { memory: Memory {
     version: text;
     members: length(0, MAX_PEOPLE);
     members: ascending;
+    place: optional(part);
     previous: optional(part);
     driven: optional(part);
     trees: list(MAX_TREES, part);
 }}
+
+/// Somewhere that the robot came to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Map frame, m.
+    pub x: f64,
+    /// Map frame, m.
+    pub y: f64,
+    /// When it came there, robot clock, s.
+    pub since: f64,
+}
+
+checks! { place: Place { x, y, since: number; } }
 
 /// A trajectory that an earlier cycle has chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

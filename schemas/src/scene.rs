@@ -1,6 +1,6 @@
 //! What a cost may depend on besides the candidate itself.
 
-use crate::check::{checks, number, part};
+use crate::check::{checks, non_negative, number, part};
 use crate::{Belief, Frame, People, Refusal};
 use serde::{Deserialize, Serialize};
 
@@ -17,12 +17,15 @@ pub struct Scene {
     pub people: People,
     /// Whether localisation counts as uncertain (with hysteresis): the terms conditional on it apply.
     pub uncertain: bool,
+    /// For how long the robot has not left the place where it is, s; the profile says how far away another place is.
+    pub in_place_s: f64,
 }
 
 checks! { scene: Scene {
     stamp: number;
     belief: part;
     people: part;
+    in_place_s: non_negative;
     people: |_: &str, people: &People| match people.frame {
         Frame::Map => Ok(()),
         Frame::Robot => Err(Refusal::WrongFrame.at("people.frame")),

@@ -74,7 +74,11 @@ fn main() -> std::process::ExitCode {
         Command::Service(_) => zenoh_threads::provide(Links::OfClient),
         _ => {}
     }
-    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    let mut runtime = tokio::runtime::Builder::new_multi_thread();
+    if takes_turns(&arguments.command) {
+        runtime.worker_threads(1);
+    }
+    let runtime = runtime.enable_all().build();
     let outcome = match runtime {
         Ok(runtime) => {
             let outcome = runtime.block_on(dispatch(arguments));
@@ -91,6 +95,17 @@ fn main() -> std::process::ExitCode {
             eprintln!("error: {}", exit.line());
             exit.code.into()
         }
+    }
+}
+
+/// Whether the command runs services that only take turns. On one thread no message between them wakes another thread, which
+/// on a busy machine may come late.
+fn takes_turns(command: &Command) -> bool {
+    match command {
+        Command::Run(options) => options.is_lockstep(),
+        #[cfg(feature = "lab")]
+        Command::Lab(lab::LabCommand::Worker { .. }) => true,
+        _ => false,
     }
 }
 

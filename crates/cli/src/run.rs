@@ -68,6 +68,13 @@ pub(crate) struct RunOptions {
     robot: String,
 }
 
+impl RunOptions {
+    /// Whether the robot's clock waits for its services.
+    pub(crate) fn is_lockstep(&self) -> bool {
+        self.speed.0 == Clock::Lockstep
+    }
+}
+
 /// The clock, and simulated seconds per second of the wall clock.
 fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
     match (text, text.parse::<f64>()) {

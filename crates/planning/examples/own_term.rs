@@ -79,7 +79,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         covariance: Matrix3::from_diagonal_element(0.01),
         twist: Twist::default(),
     };
-    let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false };
+    let scene =
+        Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false, in_place: 0.0 };
     let candidates = ways(&[0.5, 1.0, 2.0])?;
 
     let mut profile = Profile::default();

@@ -29,6 +29,7 @@ fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
             radius: 0.3,
         },
         uncertain: false,
+        in_place: 0.0,
     }
 }
 

@@ -117,4 +117,7 @@ pub struct Scene {
     /// Whether CPC is switched on (eq. 5), with hysteresis (D3). Part of the scene, so that every
     /// evaluator of the cycle sees the same.
     pub uncertain: bool,
+    /// For how long the robot has not left the place where it is, seconds
+    /// ([`crate::generation::RecoveryParams::radius`]).
+    pub in_place: f64,
 }

@@ -115,6 +115,8 @@ pub async fn decide<P: Peers>(
     match planned.await {
         Ok((decision, outcome)) => (decision, Some(outcome)),
         Err((reason, degraded)) => {
+            // A robot that was told to stop does not stay where it is for want of a way.
+            memory.observer.place = None;
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }

@@ -38,7 +38,11 @@ impl Memory {
             seq: memory.seq,
             planned: None,
             driven: memory.driven,
-            observer: Observer { uncertain: memory.uncertain, members: memory.members.0 },
+            observer: Observer {
+                uncertain: memory.uncertain,
+                members: memory.members.0,
+                place: memory.place.map(convert::place),
+            },
             trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
             previous,
         })
@@ -56,6 +60,7 @@ impl Memory {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             uncertain: self.observer.uncertain,
             members: self.observer.members.as_slice().into(),
+            place: self.observer.place.map(convert::place_to_wire),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
             trees: trees.map(convert::tree_to_wire).collect(),

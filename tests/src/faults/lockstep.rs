@@ -96,3 +96,34 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
         }
     }
 }
+
+#[test]
+fn a_robot_that_was_told_to_stop_has_not_stayed_for_want_of_a_way() {
+    let (fields, map) = corridor_map::fields();
+    let world = World::new(&fields, corridor_map::mission(map, 1000, Clock::Lockstep, 1), true, [0, 0, 0]);
+    let seat = Arc::new(ArbiterSeat::default());
+    let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
+    let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
+    let pool = Pool::new(Arc::new(peers));
+    let deciding = Arc::clone(&world);
+    world.executor.spawn(async move {
+        let mut memory = Memory::new(1);
+        let (belief, people) = {
+            let mut state = deciding.state();
+            (state.robot.base.belief(), state.robot.base.people())
+        };
+        for (stamp, sees, in_place) in
+            [(0.0, true, 0.0), (3.0, true, 3.0), (6.0, false, 0.0), (9.0, true, 0.0)]
+        {
+            let belief = curionav_schemas::Belief { stamp, ..belief.clone() };
+            let people = sees.then(|| curionav_schemas::People { stamp, ..people.clone() });
+            let (decision, outcome) =
+                cycle::decide(&pool, Some(&context), &mut memory, &deciding.mission, belief, people).await;
+            let found = outcome.map(|outcome| outcome.report(&context, decision).scene.in_place_s);
+            assert_eq!(found, sees.then_some(in_place), "at {stamp} s");
+        }
+        deciding.stop();
+    });
+    world.executor.run(Duration::from_secs(60));
+    world.executor.end();
+}

@@ -5,14 +5,25 @@ use crate::motion::RobotModel;
 use crate::profile::Profile;
 use crate::scene::{Belief, People, Scene};
 
-/// What the arbiter remembers between cycles to form scenes: the two hystereses. A new observer, as
-/// after a restart, is certain and knows no people.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// What the arbiter remembers between cycles to form scenes: the two hystereses, and where the robot has stayed. A new
+/// observer, as after a restart, is certain, knows no people, and has just come to where it is.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observer {
     /// Whether the last scene was uncertain.
     pub uncertain: bool,
     /// Ids of the people of the last scene, ascending.
     pub members: Vec<u32>,
+    /// The place that the robot has not left.
+    pub place: Option<Place>,
+}
+
+/// Somewhere that the robot came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Map frame.
+    pub position: Point2,
+    /// When it came there, seconds of the robot's clock.
+    pub since: f64,
 }
 
 impl Observer {
@@ -28,9 +39,14 @@ impl Observer {
         people: &People,
     ) -> Scene {
         self.uncertain = self.next_uncertain(profile, belief.uncertainty());
-        let people = self.inside(profile, robot, belief.pose.position(), people);
+        let here = belief.pose.position();
+        let people = self.inside(profile, robot, here, people);
         self.members.clone_from(&people.id);
-        Scene { tick, stamp, belief, people, uncertain: self.uncertain }
+        let radius = profile.generation.recovery.radius;
+        let stays = |place: &Place| place.position.distance(here) < radius && place.since <= stamp;
+        let place = self.place.filter(stays).unwrap_or(Place { position: here, since: stamp });
+        self.place = Some(place);
+        Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place: stamp - place.since }
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
@@ -109,6 +125,20 @@ mod tests {
         let seen: Vec<usize> =
             distances.iter().map(|&d| form(&mut observer, 0.0, &[(1, d)]).people.len()).collect();
         assert_eq!(seen, [0, 1, 1, 1, 0, 0]);
+    }
+
+    #[test]
+    fn time_in_a_place_counts_until_the_robot_has_left_it() {
+        let (mut observer, profile, robot) = Default::default();
+        let mut seconds = |stamp: f64, x: f64| {
+            let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
+            Observer::form_scene(&mut observer, &profile, &robot, 7, stamp, belief, &people(&[])).in_place
+        };
+        // The place is where it came to, not where it was last; half a metre away is another one.
+        assert_eq!([seconds(2.0, 1.0), seconds(3.0, 1.4), seconds(4.0, 0.6)], [0.0, 1.0, 2.0]);
+        assert_eq!([seconds(5.0, 1.6), seconds(6.0, 1.3)], [0.0, 1.0]);
+        // The robot's clock has started over.
+        assert_eq!([seconds(0.5, 1.3), seconds(1.0, 1.3)], [0.0, 0.5]);
     }
 
     #[test]

@@ -79,7 +79,14 @@ fn scene(r: &mut Rng, pose: Pose2, twist: Twist) -> Scene {
         radius: 0.25,
     };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.15, 0.1, 0.03));
-    Scene { tick: 0, stamp: 0.0, belief: Belief { pose, covariance, twist }, people, uncertain: true }
+    Scene {
+        tick: 0,
+        stamp: 0.0,
+        belief: Belief { pose, covariance, twist },
+        people,
+        uncertain: true,
+        in_place: 0.0,
+    }
 }
 
 /// Drives from anywhere, also outside the map.

@@ -24,7 +24,7 @@ const ARCS: u32 = 13;
 /// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
 const BEGINNING: f64 = 1.2;
 /// A candidate that ends this far away gets somewhere, however slowly, metres.
-const SOMEWHERE: f64 = 0.3;
+pub(super) const SOMEWHERE: f64 = 0.3;
 
 /// Rollouts between two looks at the time.
 const BATCH: usize = 32;

@@ -23,6 +23,8 @@ crate::parameters! {
         pub rollout: RolloutParams [table],
         /// What is offered.
         pub candidates: CandidateParams [table],
+        /// What is offered to a robot that does not get away.
+        pub recovery: RecoveryParams [table],
         /// The tree of the Risk-RRT baselines.
         pub risk_rrt: RiskRrtParams [table],
         /// What Bi-Risk-RRT does besides.
@@ -87,6 +89,18 @@ crate::parameters! {
         pub arcs: bool = true,
         /// Straight ways in 24 directions, and creeping along every path, where too few candidates are free.
         pub fan: bool = true,
+    }
+}
+
+crate::parameters! {
+    /// When ways out are offered.
+    #[derive(Copy)]
+    #[non_exhaustive]
+    pub struct RecoveryParams {
+        /// Seconds in one place after which ways out are offered instead of what the generator offers. At 0 they never are.
+        pub patience: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
+        /// How far the robot has to get to be in another place, metres.
+        pub radius: f64 [0.01, 10.0, "m", "nearer a robot that stands would do, farther none would"] = 0.5,
     }
 }
 

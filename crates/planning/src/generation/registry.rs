@@ -1,8 +1,8 @@
 //! The generators that profiles can name: a new one is its own file and one entry here.
 
 use crate::generation::{
-    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, dwa, hrvo_robot, mppi, risk_rrt,
-    rrt_star_generator, transient_goal,
+    Generated, GenerationInput, GenerationParams, Pace, Tree, bi_risk_rrt, dwa, hrvo_robot, mppi, recovery,
+    risk_rrt, rrt_star_generator, transient_goal,
 };
 
 /// A generator that profiles can name.
@@ -17,7 +17,8 @@ pub struct GeneratorKind {
 }
 
 impl GeneratorKind {
-    /// What it generates; also says whether that was cut short. `spent` gives the share of the time for it that is over.
+    /// What it generates, or ways out for a robot that does not get away; also says whether that was cut short. `spent`
+    /// gives the share of the time for it that is over.
     pub fn generate(
         &self,
         input: &GenerationInput<'_>,
@@ -25,7 +26,11 @@ impl GeneratorKind {
         spent: &dyn Fn() -> f64,
     ) -> (Generated, bool) {
         let pace = Pace::new(spent);
-        ((self.grow)(input, tree, &pace), pace.has_cut())
+        let generated = match recovery::ways_out(input, &pace) {
+            Some(candidates) => Generated { candidates, tree: tree.unwrap_or_default() },
+            None => (self.grow)(input, tree, &pace),
+        };
+        (generated, pace.has_cut())
     }
 }
 

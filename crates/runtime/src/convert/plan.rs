@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use curionav_planning::arbitration::Previous;
+use curionav_planning::arbitration::{Place, Previous};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Tree;
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::states::{Columns, States};
 use curionav_planning::trajectory::Trajectory;
 use curionav_schemas::{self as wire, F64Array, Refusal, Reject, TypedSlice};
@@ -85,6 +85,16 @@ pub fn trajectory(decision: &wire::Decision, belief: &wire::Belief) -> Result<Tr
     let states = States { x: x.0, y: y.0, heading: heading.0, v: v.0, omega: omega.0 };
     Trajectory::new((pose, Twist { v: belief.v, omega: belief.omega }), decision.dt, states)
         .map_err(|e| Refusal::invalid(e).at("decision"))
+}
+
+/// A place that the robot has not left.
+pub fn place(p: wire::Place) -> Place {
+    Place { position: Point2::new(p.x, p.y), since: p.since }
+}
+
+/// A place that the robot has not left.
+pub fn place_to_wire(p: Place) -> wire::Place {
+    wire::Place { x: p.position.x, y: p.position.y, since: p.since }
 }
 
 /// The trajectory that an earlier cycle has chosen.

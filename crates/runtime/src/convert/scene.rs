@@ -114,7 +114,7 @@ pub fn people_seen_from(robot: Pose2, mut p: wire::People) -> wire::People {
 pub fn scene(s: &wire::Scene) -> Scene {
     let belief = belief(&s.belief);
     let people = people(&s.people, belief.pose);
-    Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain }
+    Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain, in_place: s.in_place_s }
 }
 
 /// A scene; `health` is that of the belief it was formed from.
@@ -125,6 +125,7 @@ pub fn scene_to_wire(s: &Scene, health: wire::Health) -> wire::Scene {
         belief: belief_to_wire(&s.belief, s.tick, s.stamp, health),
         people: people_to_wire(&s.people, s.tick, s.stamp),
         uncertain: s.uncertain,
+        in_place_s: s.in_place,
     }
 }
 

@@ -348,12 +348,21 @@ class Previous(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Place(Record):
+    """Somewhere that the robot came to, ``since`` when by its clock."""
+
+    x: Number
+    y: Number
+    since: Number
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Memory(Message):
     """What the arbiter carried into cycle ``seq``: with mission and scene it decides the cycle.
 
-    ``uncertain`` and ``members`` (ids of people) are those of the scene before, ``previous`` the trajectory being
-    driven, ``driven`` the driver's newest command, ``trees`` those of the generators, one without nodes if it is not
-    yet grown. Published only while something listens.
+    ``uncertain`` and ``members`` (ids of people) are those of the scene before, ``place`` what the robot has not left,
+    ``previous`` the trajectory being driven, ``driven`` the driver's newest command, ``trees`` those of the generators,
+    one without nodes if it is not yet grown. Published only while something listens.
     """
 
     NAME: ClassVar[str] = "memory"
@@ -367,6 +376,7 @@ class Memory(Message):
     version: str
     uncertain: bool
     members: Annotated[U32, Array("u32", "*", high=2**32 - 1, limit=1024)]
+    place: Place | None = None
     previous: Previous | None = None
     driven: Twist | None = None
     trees: Annotated[list[Tree], {"limit": 8}]

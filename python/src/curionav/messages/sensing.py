@@ -140,7 +140,10 @@ def check_variances(field: str, covariance: F64) -> None:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Scene(Message):
-    """One moment as the planner sees it: the belief, the people in the map frame, whether localisation is uncertain."""
+    """One moment as the planner sees it: the belief, the people in the map frame, whether localisation is uncertain.
+
+    ``in_place_s`` are the seconds for which the robot has not left the place where it is.
+    """
 
     NAME: ClassVar[str] = "scene"
     MAX_BYTES: ClassVar[int] = 68 << 10
@@ -150,6 +153,7 @@ class Scene(Message):
     belief: Belief
     people: People
     uncertain: bool
+    in_place_s: NonNegative
 
     def check(self) -> None:
         """The people are in the map frame."""

@@ -4,8 +4,8 @@ use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
     Action, CandidateSet, CandidateShard, CommandReason, Crowd, CycleReport, Decision, Degradation,
     EvaluateRequest, Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT,
-    Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime, Timings,
-    Tree, Twist,
+    Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime,
+    Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -304,6 +304,7 @@ pub fn memory() -> Memory {
         version: "0.1.0".into(),
         uncertain: true,
         members: vec![7, 11].into(),
+        place: Some(Place { x: 1.25, y: -0.5, since: 3.6 }),
         previous: Some(Previous {
             candidate: Some(3),
             stamp: 3.9,

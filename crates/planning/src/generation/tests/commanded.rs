@@ -127,6 +127,33 @@ fn they_offer_something_when_the_time_is_over_at_once() {
 }
 
 #[test]
+fn a_robot_that_does_not_get_away_is_offered_ways_out() {
+    let world = World::new(hall(&[(2.0, 2.0, 14.0, 28.0), (16.0, 2.0, 28.0, 28.0)]), Point2::new(15.0, 24.0));
+    let north = Pose2::new(15.0, 12.0, std::f64::consts::FRAC_PI_2);
+    let after = |generator: &Generator, seconds: f64, of: &People| {
+        let scene = Scene { in_place: seconds, ..scene(0, north, Twist::default(), of) };
+        (generator.generate(&world.input(&scene, None), None, 1, &|| 0.0), scene)
+    };
+    // Nose to nose with a person who stands in a corridor two metres wide.
+    let one = people(&[[15.0, 12.75, 0.0, 0.0]]);
+    for name in NAMES {
+        let recovers = generator(name);
+        let (own, _) = after(&recovers, 0.0, &one);
+        assert_eq!(after(&recovers, 2.9, &one).0, own, "{name}");
+        let (late, scene) = after(&recovers, 3.0, &one);
+        assert!(!late.candidates.is_empty(), "{name}");
+        drivable_and_free(&world, &scene, &late.candidates);
+        for i in 0..late.candidates.len() {
+            let end = late.candidates.all_states().position(late.candidates.range(i).end - 1);
+            assert!(end.distance(north.position()) > 0.1, "{name}: a way out ends at {end:?}");
+        }
+        let mut never = generator(name);
+        never.params.generation.recovery.patience = 0.0;
+        assert_eq!(after(&never, 3.0, &one).0, own, "{name}");
+    }
+}
+
+#[test]
 fn mppi_goes_on_with_the_sequence_it_had() {
     let (world, mut scene) = northwards(&people(&[[16.0, 16.0, 0.0, 0.0]]));
     let before = once("mppi", &world, &scene);

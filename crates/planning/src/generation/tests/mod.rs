@@ -64,6 +64,7 @@ fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
         belief: Belief { pose, covariance: Matrix3::identity() * 0.0025, twist },
         people: people.pick((0..people.len()).filter(near)),
         uncertain: false,
+        in_place: 0.0,
     }
 }
 

@@ -38,6 +38,7 @@ impl Hall {
                 },
                 people: People { radius: 0.3, ..People::default() },
                 uncertain: false,
+                in_place: 0.0,
             },
             map: StaticMap::new(grid),
             robot: RobotModel::default(),

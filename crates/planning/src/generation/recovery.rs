@@ -1,0 +1,28 @@
+//! Ways out for a robot that does not get away from where it is, as navigation stacks have in a recovery.
+//!
+//! A generator that chooses by itself can stand before a person who waits for it, because nothing that it tries is free or
+//! costs less than to stand. After some time in one place, ways out are offered instead of what the generator offers.
+
+use crate::candidates::CandidateSet;
+use crate::generation::candidates::SOMEWHERE;
+use crate::generation::params::Besides;
+use crate::generation::{GenerationInput, Pace, Tree, find_candidates};
+
+/// The shortest way and straight ways in all directions, with turns on the spot and slow ones, those that end nearest to
+/// the goal first; none of them stands if there is another. `None` while the robot's time in its place is not over, and
+/// where nothing is free.
+pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<CandidateSet> {
+    let recovery = &input.params.generation.recovery;
+    if recovery.patience <= 0.0 || input.scene.in_place < recovery.patience {
+        return None;
+    }
+    let mut params = input.params.clone();
+    let horizon = params.dt * params.steps as f64;
+    params.min_speed = SOMEWHERE / horizon;
+    params.generation.candidates.besides = Besides { previous: false, arcs: false, ..Besides::default() };
+    let here = input.scene.belief.pose.position();
+    let way = input.geodesic.descend_for(here, 0.2, input.robot.v_max * horizon);
+    let input = GenerationInput { params: &params, ..*input };
+    let found = find_candidates(&input, &Tree::default(), &way, &input.checker(), pace);
+    Some(found).filter(|found| !found.is_empty())
+}
