@@ -43,11 +43,16 @@ fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) ->
     decided
 }
 
+/// What an arbiter in that seat plans with.
+fn ready(world: &Arc<World>, seat: Arc<ArbiterSeat>) -> (PlanContext, Pool<SimulatedPeers>) {
+    let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
+    let peers = SimulatedPeers { world: Arc::clone(world), seat, computing: AtomicU64::new(0) };
+    (context, Pool::new(Arc::new(peers)))
+}
+
 /// Arbiter and robot taking turns: no tick before the one before has been answered.
 async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
-    let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
-    let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
-    let pool = Pool::new(Arc::new(peers));
+    let (context, pool) = ready(&world, seat);
     let driving = async {
         let mut memory = Memory::new(1);
         let period = u64::from(world.mission.order.plan_every);
@@ -102,9 +107,7 @@ fn a_robot_that_was_told_to_stop_has_not_stayed_for_want_of_a_way() {
     let (fields, map) = corridor_map::fields();
     let world = World::new(&fields, corridor_map::mission(map, 1000, Clock::Lockstep, 1), true, [0, 0, 0]);
     let seat = Arc::new(ArbiterSeat::default());
-    let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
-    let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
-    let pool = Pool::new(Arc::new(peers));
+    let (context, pool) = ready(&world, seat);
     let deciding = Arc::clone(&world);
     world.executor.spawn(async move {
         let mut memory = Memory::new(1);

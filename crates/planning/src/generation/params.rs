@@ -100,7 +100,7 @@ crate::parameters! {
         /// Seconds in one place after which ways out are offered instead of what the generator offers. At 0 they never are.
         pub patience: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
         /// How far the robot has to get to be in another place, metres.
-        pub radius: f64 [0.01, 10.0, "m", "nearer a robot that stands would do, farther none would"] = 0.5,
+        pub radius: f64 [0.01, 10.0, "m", "position estimates differ by less while a robot stands, and a robot may drive for seconds within more"] = 0.5,
     }
 }
 
