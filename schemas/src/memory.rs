@@ -29,6 +29,9 @@ pub struct Memory {
     /// The place that the robot has not left; absent before the first cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
+    /// Where something stands that only the driver sees, and since when the driver has not braked for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unseen: Option<Place>,
     /// The trajectory being driven.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous: Option<Previous>,
@@ -44,7 +47,7 @@ checks! { memory: Memory {
     version: text;
     members: length(0, MAX_PEOPLE);
     members: ascending;
-    place: optional(part);
+    place, unseen: optional(part);
     previous: optional(part);
     driven: optional(part);
     trees: list(MAX_TREES, part);

@@ -30,6 +30,9 @@ crate::parameters! {
         /// Seconds of a trajectory that are checked: the same for every planner, however far it looks ahead. Beyond, a
         /// forecast at constant velocity says little, and the next cycles look again.
         pub horizon: f64 [0.1, 60.0, "s", "a decision is followed for a second, and no forecast holds for a minute"] = 3.9,
+        /// If nothing is free for so long, what is free for at least these seconds, and longest, is driven: a robot that stands
+        /// still is run into as well. From `horizon` on nothing is, as in the paper.
+        pub evade: f64 [0.0, 60.0, "s", "no forecast holds for a minute"] = 60.0,
     }
 }
 

@@ -14,6 +14,7 @@ use crate::evaluation::cpc::{CpcParams, InformationParams};
 use crate::evaluation::distance::DistanceMeasure;
 use crate::evaluation::hccdm::HccdmParams;
 use crate::evaluation::human_space::HumanSpaceParams;
+use crate::evaluation::information_to_go::InformationToGoParams;
 use crate::forecast::ForecastParams;
 use crate::generation::{self, GenerationParams, GeneratorPart};
 
@@ -64,6 +65,8 @@ crate::parameters! {
         pub hold: HoldLimits [table] = HoldLimits::default(),
         /// How reluctantly the robot changes its mind.
         pub persistence: Persistence [table] = Persistence::default(),
+        /// What is believed of something that only the driver sees.
+        pub unseen: UnseenParams [table] = UnseenParams::default(),
         /// Where people will be.
         pub forecast: ForecastParams [table] = ForecastParams::default(),
         /// How much room is kept around the robot.
@@ -74,6 +77,8 @@ crate::parameters! {
         pub hccdm: HccdmParams [table] = HccdmParams::default(),
         /// How large the rooms of the term `human-space` are, and the waves of `doppler`.
         pub human_space: HumanSpaceParams [table] = HumanSpaceParams::default(),
+        /// What the term `information-to-go` makes of uncertainty on the way to the goal.
+        pub information_to_go: InformationToGoParams [table] = InformationToGoParams::default(),
         /// When predicted observations are credited (D5).
         pub cpc: CpcParams [table] = CpcParams::default(),
         /// What an observation is worth to the prediction (eq. 8).
@@ -256,6 +261,19 @@ crate::parameters! {
         /// A candidate continues the previous decision if its states lie within this many metres of it on
         /// average.
         pub same_within: f64 [0.0, 100.0, "m", "farther away it is another trajectory"] = 0.3,
+    }
+}
+
+crate::parameters! {
+    /// When the robot is taken to stand before something that the planner does not know of.
+    #[derive(Copy)]
+    #[non_exhaustive]
+    pub struct UnseenParams {
+        /// Seconds for which the driver has to brake because something is too close until the scene has someone there. At
+        /// 0 it never has, as in the paper.
+        pub after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
+        /// Seconds for which the scene has someone there, after the driver has braked last.
+        pub keep: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 6.0,
     }
 }
 

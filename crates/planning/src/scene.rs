@@ -62,6 +62,21 @@ impl People {
 }
 
 impl People {
+    /// Identity of what only the driver sees ([`crate::arbitration::Observer::observe_braking`]); no tracker gives it.
+    pub const UNSEEN: u32 = u32::MAX;
+
+    /// Adds one who stands; `id` is greater than all others.
+    pub(crate) fn push_standing(&mut self, id: u32, at: Point2) {
+        if self.radius <= 0.0 {
+            self.radius = 0.25;
+        }
+        self.id.push(id);
+        self.x.push(at.x);
+        self.y.push(at.y);
+        self.vx.push(0.0);
+        self.vy.push(0.0);
+    }
+
     /// How many there are.
     pub fn len(&self) -> usize {
         self.id.len()

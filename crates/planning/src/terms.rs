@@ -17,6 +17,9 @@ use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, Informat
 use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
+use crate::evaluation::information_to_go::{
+    InformationToGoEvaluator, InformationToGoField, InformationToGoParams,
+};
 use crate::evaluation::order::OrderEvaluator;
 use crate::evaluation::risk::RiskEvaluator;
 use crate::evaluation::uncertainty::UncertaintyEvaluator;
@@ -25,7 +28,7 @@ use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
 use crate::parameters::{Field, FieldError, Ranged};
-use crate::profile::Profile;
+use crate::profile::{Profile, UncertaintySwitch};
 use crate::sensor::LaserModel;
 use crate::states::Columns;
 
@@ -61,6 +64,13 @@ pub trait DerivedFields {
         laser: LaserModel,
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Self::Error>;
+
+    /// How much longer the way of `task` is for a robot that does not know where it is.
+    fn information_to_go(
+        &self,
+        task: &Task,
+        params: &InformationToGoTermParams,
+    ) -> Result<Arc<InformationToGoField>, Self::Error>;
 }
 
 impl DerivedFields for Arc<StaticMap> {
@@ -80,6 +90,15 @@ impl DerivedFields for Arc<StaticMap> {
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Infallible> {
         Ok(Arc::new(InformationField::new(self, &laser, params)))
+    }
+
+    fn information_to_go(
+        &self,
+        task: &Task,
+        params: &InformationToGoTermParams,
+    ) -> Result<Arc<InformationToGoField>, Infallible> {
+        let information = self.information(task.laser, &params.prediction.information)?;
+        Ok(Arc::new(params.field(self, &information, task)))
     }
 }
 
@@ -122,9 +141,67 @@ pub trait BuiltIn {
 
 crate::parameters! {
     /// Parameters of [`CpcEvaluator`] and of the field it looks up.
-    struct CpcTermParams {
-        cpc: CpcParams [table],
-        information: InformationParams [table],
+    #[derive(Copy)]
+    pub struct CpcTermParams {
+        /// When observations are credited.
+        pub cpc: CpcParams [table],
+        /// What they are worth.
+        pub information: InformationParams [table],
+    }
+}
+
+crate::parameters! {
+    /// Parameters of [`InformationToGoEvaluator`] and of the field it looks up.
+    #[derive(Copy)]
+    pub struct InformationToGoTermParams {
+        /// What counts as uncertain.
+        pub uncertainty: UncertaintySwitch [table],
+        /// What predicts how uncertain the robot will be.
+        pub prediction: CpcTermParams [table],
+        /// What that costs.
+        pub information_to_go: InformationToGoParams [table],
+    }
+}
+
+impl InformationToGoTermParams {
+    /// The field, from the information field of the same map and laser.
+    pub fn field(
+        &self,
+        map: &StaticMap,
+        information: &InformationField,
+        task: &Task,
+    ) -> InformationToGoField {
+        let way = (task.goal, task.robot.radius());
+        InformationToGoField::new(
+            map,
+            information,
+            way,
+            &task.noise,
+            &self.uncertainty,
+            &self.information_to_go,
+        )
+    }
+}
+
+enum InformationToGo {}
+
+impl BuiltIn for InformationToGo {
+    const NAME: &'static str = "information-to-go";
+    const LOCAL: bool = true;
+    type Params = InformationToGoTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        InformationToGoTermParams {
+            uncertainty: profile.uncertainty,
+            prediction: CpcTermParams::of(profile),
+            information_to_go: profile.information_to_go,
+        }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let cpc = params.prediction.prediction(task, fields).map_err(BuildError::Field)?;
+        let field = fields.information_to_go(task, &params).map_err(BuildError::Field)?;
+        Ok(Arc::new(InformationToGoEvaluator { field, cpc }))
     }
 }
 
@@ -370,7 +447,7 @@ macro_rules! built_in {
     };
 }
 
-built_in!(Cnc, CollisionRisk, Cpc, Distance, Doppler, HumanSpace, Order, Risk, Uncertainty);
+built_in!(Cnc, CollisionRisk, Cpc, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty);
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
+use curionav_planning::evaluation::information_to_go::InformationToGoField;
 use curionav_planning::geometry::Point2;
 use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
 use curionav_planning::sensor::LaserModel;
-use curionav_planning::terms::DerivedFields;
+use curionav_planning::terms::{DerivedFields, InformationToGoTermParams, Task};
 use curionav_schemas::{MapId, Prepared, Refusal, Reject};
 use zenoh::Session;
 
@@ -26,6 +27,7 @@ struct Stock {
     maps: MapStore,
     geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
     information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
+    information_to_go: SingleFlightCache<(MapId, Task, InformationToGoTermParams), InformationToGoField>,
 }
 
 /// Maps and everything derived from them. Clones share what is kept.
@@ -47,9 +49,13 @@ impl Fields {
     }
 
     fn keeping(maps: MapStore) -> Self {
-        let (geodesic, information) =
-            (SingleFlightCache::new(GEODESIC_KEPT), SingleFlightCache::new(INFORMATION_KEPT));
-        Self { stock: Arc::new(Stock { maps, geodesic, information }), derives: true }
+        let stock = Stock {
+            maps,
+            geodesic: SingleFlightCache::new(GEODESIC_KEPT),
+            information: SingleFlightCache::new(INFORMATION_KEPT),
+            information_to_go: SingleFlightCache::new(GEODESIC_KEPT),
+        };
+        Self { stock: Arc::new(stock), derives: true }
     }
 
     /// The same fields for work that cannot wait: what is not kept is refused as [`Refusal::Cold`].
@@ -140,6 +146,21 @@ impl DerivedFields for FieldsOf<'_> {
         self.fields.derived("what this sensor sees", &self.fields.stock.information, &key, || {
             InformationField::by(&Cores::all(), &map, &laser, params)
         })
+    }
+
+    fn information_to_go(
+        &self,
+        task: &Task,
+        params: &InformationToGoTermParams,
+    ) -> Result<Arc<InformationToGoField>, Reject> {
+        let (map, seen) = (self.map()?, self.information(task.laser, &params.prediction.information)?);
+        let key = (self.map, task.clone(), *params);
+        self.fields.derived(
+            "what uncertainty costs on this way",
+            &self.fields.stock.information_to_go,
+            &key,
+            || params.field(&map, &seen, task),
+        )
     }
 }
 

@@ -34,6 +34,10 @@ pub async fn plan<P: Peers>(
     let (tick, stamp) = (observation.belief.tick, observation.belief.stamp);
     let belief = convert::belief(&observation.belief);
     let people = convert::people_at(&observation.people, &belief, stamp);
+    if let Some(seconds) = memory.braked_for(stamp) {
+        let now = (belief.pose, stamp);
+        memory.observer.observe_braking(&context.profile, &context.robot, now, seconds);
+    }
     let scene = memory.observer.form_scene(&context.profile, &context.robot, tick, stamp, belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 

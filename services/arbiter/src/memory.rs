@@ -3,9 +3,12 @@
 use curionav_planning::arbitration::{Observer, Previous};
 use curionav_planning::generation::Tree;
 use curionav_runtime::convert;
-use curionav_schemas::{self as wire, Reject};
+use curionav_schemas::{self as wire, CommandReason, Reject};
 
 use crate::epoch::{DecisionId, Epoch};
+
+/// A command older than this says nothing of now, seconds of the robot's clock.
+const BRAKING_AGE_MAX: f64 = 0.5;
 
 /// What the arbiter remembers from one cycle to the next.
 #[derive(Debug, Default)]
@@ -42,6 +45,7 @@ impl Memory {
                 uncertain: memory.uncertain,
                 members: memory.members.0,
                 place: memory.place.map(convert::place),
+                unseen: memory.unseen.map(convert::place),
             },
             trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
             previous,
@@ -61,6 +65,7 @@ impl Memory {
             uncertain: self.observer.uncertain,
             members: self.observer.members.as_slice().into(),
             place: self.observer.place.map(convert::place_to_wire),
+            unseen: self.observer.unseen.map(convert::place_to_wire),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
             trees: trees.map(convert::tree_to_wire).collect(),
@@ -81,6 +86,13 @@ impl Memory {
     pub fn observe_command(&mut self, command: &wire::Twist) {
         self.epoch.observe_command((command.epoch, command.seq), command.stamp, self.seq);
         self.driven = Some(command.clone());
+    }
+
+    /// Seconds for which the driver has braked, at `stamp`, because something is too close; `None` if it does not.
+    pub(crate) fn braked_for(&self, stamp: f64) -> Option<f64> {
+        let command = self.driven.as_ref().filter(|c| c.reason == CommandReason::TooClose)?;
+        let (age, seconds) = (stamp - command.stamp, command.stamp - command.since);
+        ((0.0..=BRAKING_AGE_MAX).contains(&age) && seconds >= 0.0).then_some(seconds)
     }
 
     /// (epoch, seq) of the newest decision.

@@ -85,6 +85,12 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
             }
         }
     }
+    let evade = profile.collision.evade;
+    let evading = chosen.is_none() && evade < profile.collision.horizon;
+    if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, evade)).flatten() {
+        rejected[index] = None;
+        chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
+    }
     let Some((index, slow, trajectory)) = chosen else {
         let decision = hold_or_stop(context, lack(&rejected), first_collision);
         return Verdict { decision, totals, rejected, chosen: None };
@@ -96,6 +102,7 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     }
     let is_first = order.first().is_some_and(|first| first.index == index);
     let reason = match (slow, is_first) {
+        _ if evading => Reason::LastToCollide,
         (true, _) => Reason::OnlySlowFree,
         (false, true) => Reason::LeastCost,
         (false, false) => Reason::LeastCostFree,
@@ -110,6 +117,21 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
         arrived: false,
     };
     Verdict { decision, totals, rejected, chosen: Some(index) }
+}
+
+/// The candidate that is free for longest, if for so many seconds; of several the cheapest.
+fn last_to_collide(order: &[Contender], rejected: &[Option<Rejection>], least: f64) -> Option<usize> {
+    let free_for = |contender: &Contender| match rejected[contender.index] {
+        Some(Rejection::Collides(collision)) if collision.time >= least => Some(collision.time),
+        _ => None,
+    };
+    let mut last: Option<(f64, usize)> = None;
+    for contender in order {
+        if let Some(time) = free_for(contender).filter(|time| last.is_none_or(|(latest, _)| *time > latest)) {
+            last = Some((time, contender.index));
+        }
+    }
+    last.map(|(_, index)| index)
 }
 
 /// What rules a candidate out before anything is checked for collisions.

@@ -1,6 +1,6 @@
 //! From beliefs and people to the scene of a cycle (Alg. 2, lines 3 to 7).
 
-use crate::geometry::Point2;
+use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
 use crate::profile::Profile;
 use crate::scene::{Belief, People, Scene};
@@ -15,7 +15,12 @@ pub struct Observer {
     pub members: Vec<u32>,
     /// The place that the robot has not left.
     pub place: Option<Place>,
+    /// Where something stands that only the driver sees, and since when the driver has not braked for it.
+    pub unseen: Option<Place>,
 }
+
+/// Radius of what only the driver sees, metres: a person's.
+const BODY: f64 = 0.25;
 
 /// Somewhere that the robot came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,13 +45,33 @@ impl Observer {
     ) -> Scene {
         self.uncertain = self.next_uncertain(profile, belief.uncertainty());
         let here = belief.pose.position();
-        let people = self.inside(profile, robot, here, people);
+        let mut people = self.inside(profile, robot, here, people);
+        self.unseen = self.unseen.filter(|it| it.since <= stamp && stamp - it.since <= profile.unseen.keep);
+        if let Some(it) = self.unseen {
+            people.push_standing(People::UNSEEN, it.position);
+        }
         self.members.clone_from(&people.id);
         let radius = profile.generation.recovery.radius;
         let stays = |place: &Place| place.position.distance(here) < radius && place.since <= stamp;
         let place = self.place.filter(stays).unwrap_or(Place { position: here, since: stamp });
         self.place = Some(place);
         Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place: stamp - place.since }
+    }
+
+    /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at
+    /// `pose`. If that is long enough, something stands right ahead which the planner does not know of, or knows elsewhere.
+    pub fn observe_braking(
+        &mut self,
+        profile: &Profile,
+        robot: &RobotModel,
+        (pose, stamp): (Pose2, f64),
+        seconds: f64,
+    ) {
+        if profile.unseen.after > 0.0 && seconds >= profile.unseen.after {
+            let ahead = robot.radius() + BODY;
+            let position = pose.transform(Point2::new(ahead, 0.0));
+            self.unseen = Some(Place { position, since: stamp });
+        }
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
@@ -80,7 +105,7 @@ mod tests {
     use nalgebra::Matrix3;
 
     use super::*;
-    use crate::geometry::{Pose2, Twist};
+    use crate::geometry::Twist;
 
     fn belief(trace: f64) -> Belief {
         Belief {

@@ -75,6 +75,10 @@ crate::parameters! {
         pub weighting: Weighting [words] = Weighting::People,
         /// Whether components move.
         pub motion: ComponentMotion [words] = ComponentMotion::Moving,
+        /// Density at which people stop to matter as many, 1/m2: h counts as h / (1 + h / saturation). In a dense crowd no
+        /// place is comfortable, and only what differs matters. At 0 each person counts as much as the first, as in the
+        /// paper.
+        pub saturation: f64 [0.0, 1000.0, "1/m2", "no crowd is that dense"] = 0.0,
         /// How moving components widen.
         pub forecast: ForecastParams [table] = ForecastParams::default(),
     }
@@ -152,7 +156,9 @@ impl Hccdm {
             .iter()
             .map(|cluster| Component::new(people, cluster, params))
             .collect();
-        let lanes = Lanes::new(steps, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
+        let temper = if params.saturation > 0.0 { 1.0 / params.saturation } else { 0.0 };
+        let lanes =
+            Lanes::new(steps, temper, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
         Self { components, lanes }
     }
 

@@ -134,13 +134,20 @@ impl Group {
 #[derive(Debug, Clone)]
 pub(super) struct Lanes {
     steps: usize,
+    /// One through the density at which half of it counts, m2; zero if all of it does.
+    temper: f64,
     /// The groups of each run of eight states.
     groups: Vec<Vec<Group>>,
 }
 
 impl Lanes {
     /// Lays out `state(component, step)`.
-    pub(super) fn new(steps: usize, components: usize, state: impl Fn(usize, usize) -> State) -> Self {
+    pub(super) fn new(
+        steps: usize,
+        temper: f64,
+        components: usize,
+        state: impl Fn(usize, usize) -> State,
+    ) -> Self {
         let group = |first: usize, g: usize| {
             let used = LANES.min(steps - first);
             let (mut reach, mut runs) = ([Disc::NOWHERE; LANES], Vec::new());
@@ -155,7 +162,7 @@ impl Lanes {
             Group { x: reach.map(|r| r.x), y: reach.map(|r| r.y), radius: reach.map(|r| r.radius), runs }
         };
         let of_run = |first| (0..components).step_by(LANES).map(|g| group(first, g)).collect();
-        Self { steps, groups: (0..steps).step_by(LANES).map(of_run).collect() }
+        Self { steps, temper, groups: (0..steps).step_by(LANES).map(of_run).collect() }
     }
 
     /// Of each trajectory the sum over its states of the sum over the components, each in ascending order. `x` and
@@ -185,6 +192,7 @@ impl Lanes {
                         touching &= touching - 1;
                     }
                 }
+                densities = densities / (densities * self.temper + 1.0);
                 for density in densities.iter().take(used) {
                     *total += density;
                 }

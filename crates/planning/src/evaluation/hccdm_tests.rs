@@ -40,6 +40,7 @@ fn random_params(r: &mut Rng) -> HccdmParams {
         weighting: if uniform(r) < 0.5 { Weighting::People } else { Weighting::Share },
         motion: if uniform(r) < 0.3 { ComponentMotion::Frozen } else { ComponentMotion::Moving },
         forecast: ForecastParams::default(),
+        saturation: 0.0,
     }
 }
 

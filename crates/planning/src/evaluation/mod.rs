@@ -13,6 +13,7 @@ pub mod enclosing_circle;
 pub mod hccdm;
 mod hccdm_simd;
 pub mod human_space;
+pub mod information_to_go;
 pub mod order;
 pub mod risk;
 pub mod uncertainty;

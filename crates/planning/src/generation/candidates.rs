@@ -14,6 +14,7 @@ use crate::generation::{GenerationInput, Pace};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
 use crate::numerics::sin_cos;
+use crate::scene::Belief;
 use crate::states::States;
 
 /// Directions of the straight ways tried when little else is free.
@@ -23,6 +24,8 @@ const FAN: u32 = 24;
 const ARCS: u32 = 13;
 /// How much of the way to the goal has to be free of people for a turn towards it to count, metres.
 const BEGINNING: f64 = 1.2;
+/// Where along the rest of a way its direction is looked at, metres.
+const ROUND: f64 = 0.4;
 /// A candidate that ends this far away gets somewhere, however slowly, metres.
 pub(super) const SOMEWHERE: f64 = 0.3;
 
@@ -73,33 +76,40 @@ pub fn find_candidates(
     checker: &CollisionChecker<'_>,
     pace: &Pace<'_>,
 ) -> CandidateSet {
-    let (rollout_params, turning_radius) =
-        (&input.params.generation.rollout, input.params.generation.tree.turning_radius);
+    find_candidates_by(input, false, (tree, way), checker, pace)
+}
+
+/// The rest of what was decided before, if it still leads somewhere and is free.
+pub(super) fn go_on(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>) -> Option<CandidateSet> {
+    let pose = input.scene.belief.pose;
+    let previous = input.previous?;
+    let reach = input.robot.v_max * input.params.dt * input.params.steps as f64;
+    let path = Path::new(pose.position(), previous.iter().map(|p| p.position()), reach);
+    let off = wrap_angle(bearing(pose.position(), path.at(ROUND)) - pose.heading).abs();
+    let params = &input.params.generation;
+    let turn_first = off > params.rollout.turn_until;
+    let trajectories = &checker.over(input.params.steps, input.params.dt, reach);
+    let mut finder = Finder::new(input, true, checker, trajectories);
+    let proposal = Proposal { turn_first, pinned: true, ..Proposal::of(path) };
+    finder.time(&[proposal], &params.candidates.profiles, 0, &Pace::new(&|| 0.0));
+    finder.timed.retain(|timed| timed.travel >= SOMEWHERE);
+    Some(finder.emit()).filter(|found| !found.is_empty())
+}
+
+/// The same. If it `insists`, getting somewhere comes before being safe.
+pub(super) fn find_candidates_by(
+    input: &GenerationInput<'_>,
+    insists: bool,
+    (tree, way): (&Tree, &[Point2]),
+    checker: &CollisionChecker<'_>,
+    pace: &Pace<'_>,
+) -> CandidateSet {
+    let turning_radius = input.params.generation.tree.turning_radius;
     let params = &input.params.generation.candidates;
-    let belief = &input.scene.belief;
-    let from = Departure {
-        pose: belief.pose,
-        twist: belief.twist,
-        robot: input.robot,
-        steps: input.params.steps,
-        dt: input.params.dt,
-    };
-    let within = input.robot.v_max * from.dt * from.steps as f64;
+    let within = input.robot.v_max * input.params.dt * input.params.steps as f64;
     let reach = within + 0.5;
-    let slow = input.robot.slow_below(input.params.min_speed, from.twist.v, from.steps, from.dt);
-    let trajectories = &checker.over(from.steps, from.dt, within);
-    let mut finder = Finder {
-        input,
-        checker,
-        trajectories,
-        params,
-        rollout_params,
-        from,
-        slow,
-        states: States::default(),
-        timed: Vec::new(),
-        led: BTreeSet::new(),
-    };
+    let trajectories = &checker.over(input.params.steps, input.params.dt, within);
+    let mut finder = Finder::new(input, insists, checker, trajectories);
     let mut proposals = finder.goal_directed(way, reach);
     if params.besides.arcs {
         proposals.extend(finder.arcs(turning_radius, reach));
@@ -130,6 +140,8 @@ struct Finder<'a> {
     from: Departure<'a>,
     /// Mean speed below which a candidate is slow, m/s.
     slow: f64,
+    /// Whether getting somewhere comes before being safe.
+    insists: bool,
     /// Those of all rollouts, `[rollout, state]`.
     states: States,
     timed: Vec<Timed>,
@@ -137,7 +149,30 @@ struct Finder<'a> {
     led: BTreeSet<([Cell; 2], bool, usize)>,
 }
 
-impl Finder<'_> {
+impl<'a> Finder<'a> {
+    fn new(
+        input: &'a GenerationInput<'a>,
+        insists: bool,
+        checker: &'a CollisionChecker<'a>,
+        trajectories: &'a TrajectoryChecker<'a>,
+    ) -> Self {
+        let Belief { pose, twist, .. } = input.scene.belief;
+        let (robot, steps, dt) = (input.robot, input.params.steps, input.params.dt);
+        Self {
+            input,
+            checker,
+            trajectories,
+            params: &input.params.generation.candidates,
+            rollout_params: &input.params.generation.rollout,
+            from: Departure { pose, twist, robot, steps, dt },
+            slow: robot.slow_below(input.params.min_speed, twist.v, steps, dt),
+            insists,
+            states: States::default(),
+            timed: Vec::new(),
+            led: BTreeSet::new(),
+        }
+    }
+
     /// The previous decision continued, the way to the goal, and the turn towards it if it lies behind.
     fn goal_directed(&self, way: &[Point2], reach: f64) -> Vec<Proposal> {
         let pose = self.input.scene.belief.pose;
@@ -158,7 +193,12 @@ impl Finder<'_> {
             if off > self.params.turn_from {
                 let path = path.clone();
                 let turns_to_goal = !self.occupied(&path);
-                proposals.push(Proposal { path, turn_first: true, pinned: true, turns_to_goal });
+                proposals.push(Proposal {
+                    turn_first: true,
+                    pinned: true,
+                    turns_to_goal,
+                    ..Proposal::of(path)
+                });
             }
             proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
@@ -288,6 +328,20 @@ impl Finder<'_> {
         self.states.position((timed.index + 1) * self.from.steps - 1)
     }
 
+    /// The rollouts that are free for long enough to evade, the longest first.
+    fn evading(&self) -> Vec<&Timed> {
+        let (least, steps) = (self.input.params.collision.evade, self.from.steps);
+        let free_for = |t: &Timed| {
+            let poses = self.states.poses(t.index * steps..(t.index + 1) * steps);
+            self.trajectories.first_collision(poses).map_or(f64::INFINITY, |collision| collision.time)
+        };
+        let mut evading: Vec<(f64, &Timed)> = self.timed.iter().map(|t| (free_for(t), t)).collect();
+        evading.retain(|(seconds, _)| *seconds >= least);
+        evading.sort_by(|(a, t), (b, u)| b.total_cmp(a).then(t.index.cmp(&u.index)));
+        evading.truncate(self.params.max_candidates as usize);
+        evading.into_iter().map(|(_, t)| t).collect()
+    }
+
     /// Whether a rollout is free, and whether it is safe as well: it can be stopped short of people who stop walking.
     fn is_free(&self, timed: &Timed) -> (bool, bool) {
         *timed.free.get_or_init(|| {
@@ -336,9 +390,17 @@ impl Finder<'_> {
     fn emit(&self) -> CandidateSet {
         // Turning to and fro beside a person who waits costs nothing and never ends.
         let kinds: [&dyn Fn(&Timed) -> bool; 3] = [&|t| !t.slow, &|t| t.travel >= SOMEWHERE, &|_| true];
-        let all = [true, false].into_iter().flat_map(|is_safe| kinds.map(|kind| (is_safe, kind)));
-        let picked = all.map(|(is_safe, kind)| self.pick(|t, safe| (safe || !is_safe) && kind(t)));
-        let picked = picked.into_iter().find(|picked| !picked.is_empty()).unwrap_or_default();
+        let mut all: Vec<_> =
+            [true, false].into_iter().flat_map(|is_safe| kinds.map(|kind| (is_safe, kind))).collect();
+        if self.insists {
+            all = kinds[1..].iter().flat_map(|&kind| [(true, kind), (false, kind)]).collect();
+        }
+        let picked =
+            all.into_iter().map(|(is_safe, kind)| self.pick(|t, safe| (safe || !is_safe) && kind(t)));
+        let picked = { picked }.find(|picked| !picked.is_empty());
+        let collision = &self.input.params.collision;
+        let evades = picked.is_none() && collision.evade < collision.horizon;
+        let picked = if evades { self.evading() } else { picked.unwrap_or_default() };
         let mut places = BTreeSet::new();
         let (mut offered, others): (Vec<&Timed>, Vec<&Timed>) =
             picked.into_iter().partition(|t| places.insert(t.near) || t.pinned);

@@ -5,8 +5,9 @@
 
 use crate::candidates::CandidateSet;
 use crate::generation::candidates::SOMEWHERE;
+use crate::generation::candidates::{find_candidates_by, go_on};
 use crate::generation::params::Besides;
-use crate::generation::{GenerationInput, Pace, Tree, find_candidates};
+use crate::generation::{GenerationInput, Pace, Tree};
 
 /// The shortest way and straight ways in all directions, with turns on the spot and slow ones, those that end nearest to
 /// the goal first; none of them stands if there is another. `None` while the robot's time in its place is not over, and
@@ -16,6 +17,11 @@ pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<C
     if recovery.patience <= 0.0 || input.scene.in_place < recovery.patience {
         return None;
     }
+    let checker = input.checker();
+    // A way out that has been begun is gone, or the robot would turn to and fro between two.
+    if let Some(rest) = recovery.insist.then(|| go_on(input, &checker)).flatten() {
+        return Some(rest);
+    }
     let mut params = input.params.clone();
     let horizon = params.dt * params.steps as f64;
     params.min_speed = SOMEWHERE / horizon;
@@ -23,6 +29,6 @@ pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<C
     let here = input.scene.belief.pose.position();
     let way = input.geodesic.descend_for(here, 0.2, input.robot.v_max * horizon);
     let input = GenerationInput { params: &params, ..*input };
-    let found = find_candidates(&input, &Tree::default(), &way, &input.checker(), pace);
+    let found = find_candidates_by(&input, recovery.insist, (&Tree::default(), &way), &checker, pace);
     Some(found).filter(|found| !found.is_empty())
 }

@@ -4,7 +4,7 @@
 ///
 /// A calendar queue (Brown, 1988): distances are cut into slots, and only the cells of the slot that is being emptied
 /// are sorted. The order is that of one heap for all cells, which is several times as slow.
-pub(super) struct Front {
+pub(crate) struct Front {
     /// Cells of later slots, each in the place of its slot's number modulo the number of places.
     later: [Vec<Entry>; PLACES],
     /// Cells in `later`.
@@ -23,14 +23,14 @@ const PLACES: usize = 128;
 
 impl Front {
     /// A front of cells that lie at most `farthest` metres beyond the one before; others may come too, but cost more.
-    pub(super) fn new(farthest: f32) -> Self {
+    pub(crate) fn new(farthest: f32) -> Self {
         let later = std::array::from_fn(|_| Vec::new());
         // One place is being emptied, and rounding may need one more.
         Self { later, count: 0, now: Vec::new(), slot: 0, slots_per_metre: (PLACES - 2) as f32 / farthest }
     }
 
     /// Takes in a cell of a distance that is not negative, metres.
-    pub(super) fn push(&mut self, metres: f32, cell: usize) {
+    pub(crate) fn push(&mut self, metres: f32, cell: usize) {
         let entry = (u64::from(metres.to_bits()) << 32) | cell as u64;
         let slot = self.slot_of(metres);
         if slot <= self.slot {
@@ -45,7 +45,7 @@ impl Front {
     }
 
     /// Gives up the nearest cell and its distance.
-    pub(super) fn pop(&mut self) -> Option<(f32, usize)> {
+    pub(crate) fn pop(&mut self) -> Option<(f32, usize)> {
         loop {
             if let Some(entry) = self.now.pop() {
                 return Some((metres(entry), cell(entry)));

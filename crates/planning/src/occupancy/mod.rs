@@ -12,6 +12,7 @@ mod ray_cast;
 mod static_map;
 
 pub use distance_transform::DistanceField;
+pub(crate) use front::Front;
 pub use geodesic::GeodesicField;
 pub use geodesic::detour::Detour;
 pub use grid::{Cell, GridError, OccupancyGrid};

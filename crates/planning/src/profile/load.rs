@@ -3,7 +3,7 @@
 use super::Profile;
 use crate::parameters::{FieldError, read, read_table};
 
-const BUILTIN: [(&str, &str); 12] = [
+const BUILTIN: [(&str, &str); 13] = [
     ("curiosity", include_str!("../../profiles/curiosity.toml")),
     ("cpc-only", include_str!("../../profiles/cpc-only.toml")),
     ("cnc-only", include_str!("../../profiles/cnc-only.toml")),
@@ -16,6 +16,7 @@ const BUILTIN: [(&str, &str); 12] = [
     ("mppi", include_str!("../../profiles/mppi.toml")),
     ("dwa", include_str!("../../profiles/dwa.toml")),
     ("hrvo-robot", include_str!("../../profiles/hrvo-robot.toml")),
+    ("curionav", include_str!("../../profiles/curionav.toml")),
 ];
 
 impl Profile {

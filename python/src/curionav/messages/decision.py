@@ -64,6 +64,7 @@ Reason = Annotated[
         {
             "arrived": {},
             "least_cost": {},
+            "last_to_collide": {},
             "least_cost_free": {},
             "only_slow_free": {},
             "no_candidates": {"previous": _PREVIOUS},

@@ -305,6 +305,7 @@ pub fn memory() -> Memory {
         uncertain: true,
         members: vec![7, 11].into(),
         place: Some(Place { x: 1.25, y: -0.5, since: 3.6 }),
+        unseen: Some(Place { x: 1.5, y: 0.25, since: 3.9 }),
         previous: Some(Previous {
             candidate: Some(3),
             stamp: 3.9,

@@ -37,6 +37,8 @@ pub(super) struct StepModel {
     pub(super) updates: (f64, f64, f64),
     /// What an update that time alone makes due is worth, as a share of one after motion.
     pub(super) rest_credit: f64,
+    /// One through the trace of which half counts, 1/(m2 + rad2); zero if all of it does.
+    pub(super) temper: f64,
 }
 
 /// Sigma, Lambda and zeta of each lane.
@@ -81,7 +83,8 @@ impl<S: Simd> Covariances<S> {
         let updated = predicted.observe(&step.information, credit);
         let wander = self.lambda.steer(model.dt, step).plus(predicted.minus(updated));
         let ([wx, _, wy, .., wt], [ux, _, uy, .., ut]) = (wander.0, updated.0);
-        self.zeta += wx + ux + (wy + uy) + (wt + ut);
+        let trace = wx + ux + (wy + uy) + (wt + ut);
+        self.zeta += trace / (trace * model.temper + 1.0);
         (self.sigma, self.lambda) = (updated, wander);
     }
 

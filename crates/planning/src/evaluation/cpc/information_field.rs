@@ -19,7 +19,7 @@ use nalgebra::Matrix3;
 
 use crate::evaluation::cpc::beam_fan::{Fan, HEADINGS, MeasurementModel, factorise};
 use crate::geometry::{Point2, Pose2};
-use crate::numerics::sin_cos;
+use crate::numerics::{eigenvalues, sin_cos};
 use crate::occupancy::{Cell, OccupancyGrid, StaticMap};
 use crate::sensor::LaserModel;
 use crate::workers::{Alone, Piece, Workers};
@@ -146,6 +146,23 @@ impl InformationField {
             (first > 0 && p.distance(middle) <= radius)
                 .then(|| (self.origin.transform(p), sum() / self.headings as f64))
         })
+    }
+
+    /// What one scan tells of the robot at `p`, averaged over headings: of its position along the direction that it tells
+    /// most about and across that, 1/m2, and of its heading, 1/rad2.
+    pub fn mean_at(&self, p: Point2) -> [f64; 3] {
+        let [mut xx, mut xy, mut yy, mut tt] = [0.0; 4];
+        for k in 0..self.headings {
+            let heading = k as f64 * std::f64::consts::TAU / self.headings as f64;
+            let [d1, l21, l31, d2, l32, d3] = self.factor(Pose2::new(p.x, p.y, heading));
+            xx += d1;
+            xy += d1 * l21;
+            yy += d1 * l21 * l21 + d2;
+            tt += d1 * l31 * l31 + d2 * l32 * l32 + d3;
+        }
+        let mean = 1.0 / self.headings as f64;
+        let (most, least) = eigenvalues(xx * mean, xy * mean, yy * mean);
+        [most, least, tt * mean]
     }
 
     /// Heading of the grid's first axis in the map frame, radians.

@@ -55,6 +55,9 @@ crate::parameters! {
         /// What a scan at rest is worth, as a share of one after motion: the localiser's `rest_temper`. In between it
         /// is worth the share of an update that has been driven.
         pub rest_credit: f64 [in Range::SHARE] = 0.02,
+        /// Trace from which on more uncertainty matters little, m2 + rad2: l counts as l / (1 + l / saturation). A robot that
+        /// knows little will not know less by driving on, and must get on. At 0 all of it counts, as in the paper.
+        pub saturation: f64 [0.0, 1e6, "m2 + rad2", "no filter is that uncertain"] = 0.0,
     }
 }
 
@@ -159,9 +162,11 @@ impl CpcEvaluator {
     fn step_model(&self, dt: f64) -> StepModel {
         // A threshold of zero asks for an update every step.
         let rate = |threshold: f64| 1.0 / threshold.max(1e-6);
-        let CpcParams { update_min_d, update_min_a, update_max_interval, rest_credit } = self.params;
+        let CpcParams { update_min_d, update_min_a, update_max_interval, rest_credit, saturation } =
+            self.params;
+        let temper = if saturation > 0.0 { 1.0 / saturation } else { 0.0 };
         let updates = (rate(update_min_d), rate(update_min_a), dt * rate(update_max_interval));
-        StepModel { noise: self.noise, dt, updates, rest_credit }
+        StepModel { noise: self.noise, dt, updates, rest_credit, temper }
     }
 }
 
@@ -237,4 +242,4 @@ impl Evaluator for CpcEvaluator {
 #[cfg(test)]
 mod reference_tests;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -45,7 +45,7 @@ pub(super) fn uncertain() -> Scene {
 }
 
 /// Candidates from start poses and the twist at each step.
-pub(super) fn drives(
+pub(in crate::evaluation) fn drives(
     starts: &[Pose2],
     steps: usize,
     mut twist: impl FnMut(usize, usize) -> Twist,

@@ -1,0 +1,101 @@
+use nalgebra::Matrix3;
+
+use super::*;
+use crate::evaluation::cpc::tests::drives;
+use crate::evaluation::cpc::{CpcParams, InformationField, InformationParams};
+use crate::geometry::{Point2, Pose2, Twist};
+use crate::motion::OdometryNoise;
+use crate::occupancy::{OccupancyGrid, StaticMap};
+use crate::profile::UncertaintySwitch;
+use crate::scene::{Belief, People};
+use crate::sensor::LaserModel;
+
+const RADIUS: f64 = 0.3;
+/// Traces of the covariance of a robot that knows where it is, and of one that does not, m2 + rad2.
+const SURE: f64 = 0.02;
+const UNSURE: f64 = 0.3;
+
+/// A hall of 40 m x 30 m at 0.1 m, with walls at its rim alone or with pillars all over.
+fn hall(has_pillars: bool) -> StaticMap {
+    let solid = |c: usize, r: usize| {
+        let rim = c < 2 || r < 2 || c >= 398 || r >= 298;
+        rim || (has_pillars && c % 30 < 4 && r % 30 < 4)
+    };
+    let cells = (0..400 * 300).map(|i| if solid(i % 400, i / 400) { 100 } else { 0 }).collect();
+    StaticMap::new(OccupancyGrid::new(400, 300, 0.1, Pose2::default(), cells).unwrap())
+}
+
+fn seen(map: &StaticMap) -> Arc<InformationField> {
+    Arc::new(InformationField::new(map, &LaserModel::default(), &InformationParams::default()))
+}
+
+fn field(map: &StaticMap, goal: Point2) -> InformationToGoField {
+    let (noise, switch) = (OdometryNoise::default(), UncertaintySwitch::default());
+    let params = InformationToGoParams::default();
+    InformationToGoField::new(map, &seen(map), (goal, RADIUS), &noise, &switch, &params)
+}
+
+#[test]
+fn where_landmarks_are_always_in_view_it_is_flat() {
+    let map = hall(true);
+    let field = field(&map, Point2::new(35.0, 15.0));
+    let at: Vec<f64> = (3..35).map(|x| field.at(Point2::new(f64::from(x), 10.0), SURE)).collect();
+    let (least, most) = at.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), a| (l.min(*a), m.max(*a)));
+    assert!(most - least < 0.05, "{least} to {most} m");
+}
+
+#[test]
+fn a_robot_that_knows_less_has_a_longer_way_and_one_without_a_landmark_near_the_longest() {
+    let map = hall(false);
+    let field = field(&map, Point2::new(35.0, 3.0));
+    for p in [Point2::new(20.0, 15.0), Point2::new(10.0, 12.0), Point2::new(25.0, 9.0)] {
+        let costs: Vec<f64> = [0.02, 0.1, 0.15, 0.2, 0.3, 0.45].map(|trace| field.at(p, trace)).to_vec();
+        assert!(costs.is_sorted(), "{p:?}: {costs:?}");
+        assert!(costs[5] > costs[0] + 1.0, "{p:?}: {costs:?}");
+    }
+    let (corner, middle) = (Point2::new(38.0, 28.0), Point2::new(20.0, 15.0));
+    assert!(field.at(middle, UNSURE) > field.at(corner, UNSURE) + 1.0);
+}
+
+#[test]
+fn an_uncertain_robot_is_drawn_to_the_nearer_of_rim_and_goal() {
+    let map = hall(false);
+    // The goal lies in the void; the way to go is the straight distance, as nothing is in between.
+    let goal = Point2::new(20.0, 15.0);
+    let field = field(&map, goal);
+    let to_go = |p: Point2| p.distance(goal) + field.at(p, UNSURE);
+    // Close to the goal the goal is nearer than any corner, 11 m off a corner the corner is.
+    let (near, toward, away) = (Point2::new(18.0, 13.5), Point2::new(19.0, 14.25), Point2::new(17.0, 12.75));
+    assert!(to_go(toward) < to_go(near) && to_go(near) < to_go(away), "{} {}", to_go(near), to_go(away));
+    let (far, toward, corner) = (Point2::new(6.5, 5.5), Point2::new(7.5, 6.2), Point2::new(5.5, 4.8));
+    assert!(to_go(corner) < to_go(far) && to_go(far) < to_go(toward), "{} {}", to_go(corner), to_go(toward));
+}
+
+#[test]
+fn where_no_way_leads_it_says_nothing() {
+    let map = hall(false);
+    let field = field(&map, Point2::new(35.0, 3.0));
+    for p in [Point2::new(-50.0, 3.0), Point2::new(1e9, 0.0)] {
+        assert_eq!(field.at(p, UNSURE), 0.0);
+    }
+    for trace in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
+        assert!(field.at(Point2::new(20.0, 15.0), trace).is_finite());
+    }
+}
+
+#[test]
+fn sharding_changes_no_cost() {
+    let map = hall(false);
+    let cpc = CpcEvaluator::new(seen(&map), OdometryNoise::default(), CpcParams::default());
+    let term = InformationToGoEvaluator { field: Arc::new(field(&map, Point2::new(35.0, 3.0))), cpc };
+    let starts: Vec<Pose2> = (0..20).map(|k| Pose2::new(12.0, 10.0, 0.3 * f64::from(k))).collect();
+    let set = drives(&starts, 13, |i, _| Twist { v: 0.1 * (i % 9) as f64, omega: 0.05 * (i % 5) as f64 });
+    let belief = Belief { pose: starts[0], covariance: Matrix3::identity() * 0.05, twist: Twist::default() };
+    let people = People::default();
+    let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true, in_place: 0.0 };
+    let whole = term.evaluate(&scene, &set, &|| false).unwrap();
+    let shards = [0..1, 1..8, 8..20].map(|range| term.evaluate(&scene, &set.pick(range), &|| false).unwrap());
+    assert_eq!(whole, shards.concat());
+    assert!(whole.iter().any(|cost| *cost != whole[0]), "{whole:?}");
+    assert!(term.evaluate(&scene, &set, &|| true).is_err());
+}
