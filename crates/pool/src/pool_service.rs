@@ -13,6 +13,10 @@ use curionav_schemas::{Message, Refusal, Reject, keys};
 use crate::preparation::Preparations;
 use curionav_runtime::fields::Fields;
 
+/// Bytes of a question that warms a replica up and may wait until that is done: a hundred times those of a question with
+/// a built-in profile and no people.
+const WARM_UP_BYTES: usize = 256 << 10;
+
 /// Serves `role`. `answer` is told when the question came, and also gives how many candidates are in the answer: they
 /// are counted, which `help` describes. A question that `warms_up` is answered once all that such questions need is there,
 /// and refused as cold while that is derived beside the work.
@@ -34,7 +38,10 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
                     return reject;
                 }
                 let (answer, fields) = (Arc::clone(&answer), answering.clone());
-                let key = fingerprint(&question);
+                let key = match fingerprint(&question) {
+                    Ok(key) => key,
+                    Err(oversize) => return oversize,
+                };
                 preparations.refuse(key, reject, move || match answer(&fields, question, Instant::now()) {
                     // Its budget is over, and what it needs is there.
                     Ok(_) | Err(Reject { why: Refusal::Stopped, .. }) => Ok(()),
@@ -60,9 +67,13 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     Ok(())
 }
 
-/// The same for two questions that prepare for the same.
-fn fingerprint<Q: Message>(question: &Q) -> u64 {
+/// The same for two questions that prepare for the same. One that is too large to wait is refused.
+fn fingerprint<Q: Message>(question: &Q) -> Result<u64, Reject> {
+    let bytes = question.encode();
+    if bytes.len() > WARM_UP_BYTES {
+        return Err(Refusal::Oversize { found: bytes.len() as u64, most: WARM_UP_BYTES as u64 }.into());
+    }
     let mut hasher = DefaultHasher::new();
-    question.encode().hash(&mut hasher);
-    hasher.finish()
+    bytes.hash(&mut hasher);
+    Ok(hasher.finish())
 }
