@@ -148,22 +148,32 @@ def test_a_part_is_one_candidate() -> None:
 
 
 def test_robots_are_served_in_turn_each_in_its_own_order() -> None:
-    queue = FairQueue[int](16)
+    queue = FairQueue[int](16, 100)
     for robot, item in [("a", 1), ("a", 2), ("a", 3), ("b", 4), ("c", 5), ("b", 6)]:
-        assert queue.push(robot, item) is None
+        assert queue.push(robot, item, 1) == []
     assert [queue.pop() for _ in range(6)] == [1, 4, 5, 2, 6, 3]
     queue.end()
     assert queue.pop() is None
-    assert queue.push("a", 7) == 7
+    assert queue.push("a", 7, 1) == [7]
 
 
 def test_a_full_queue_refuses_the_robot_that_has_more_than_a_share() -> None:
     # The same as the services' own queue: crates/runtime/src/fair_queue.rs.
-    queue = FairQueue[int](4)
-    assert [queue.push("greedy", item) for item in range(5)] == [None, None, None, None, 4]
-    assert queue.push("modest", 5) == 3
-    assert queue.push("modest", 6) == 2
-    assert queue.push("modest", 7) == 7
-    assert queue.push("greedy", 8) == 8
-    assert queue.push("third", 9) == 1
+    queue = FairQueue[int](4, 100)
+    assert [queue.push("greedy", item, 1) for item in range(5)] == [[], [], [], [], [4]]
+    assert queue.push("modest", 5, 1) == [3]
+    assert queue.push("modest", 6, 1) == [2]
+    assert queue.push("modest", 7, 1) == [7]
+    assert queue.push("greedy", 8, 1) == [8]
+    assert queue.push("third", 9, 1) == [1]
     assert len(queue) == 4
+
+
+def test_a_queue_that_is_full_of_bytes_refuses_the_robot_that_has_most_of_them() -> None:
+    # The same as the services' own queue: crates/runtime/src/fair_queue.rs.
+    queue = FairQueue[int](100, 100)
+    assert [queue.push(robot, item, size) for robot, item, size in [("l", 1, 40), ("l", 2, 40), ("s", 3, 10)]] == [[]] * 3
+    assert queue.push("other", 4, 90) == [4]
+    assert queue.push("s", 5, 20) == [2]
+    assert queue.push("l", 6, 1000) == [6]
+    assert [queue.pop() for _ in range(3)] == [1, 3, 5]

@@ -88,6 +88,12 @@ pub fn every_live() -> String {
     format!("{ROOT}/live/*/*")
 }
 
+/// The liveliness tokens of one role.
+pub fn every_live_of(role: &str) -> Result<String, KeyError> {
+    check_id(role)?;
+    Ok(format!("{ROOT}/live/{role}/*"))
+}
+
 /// Where a bare query is answered with as many bytes as it asks for.
 pub fn echo(instance: &str) -> String {
     format!("{ROOT}/echo/{instance}")
@@ -119,6 +125,7 @@ mod tests {
     fn keys_are_those_of_the_table() {
         assert_eq!(robot("r1", "scan").unwrap(), "curionav/@v1/robot/r1/scan");
         assert_eq!(every_robot("report").unwrap(), "curionav/@v1/robot/*/report");
+        assert_eq!(every_live_of("cpc").unwrap(), "curionav/@v1/live/cpc/*");
         assert_eq!(mission_command("r1").unwrap(), "curionav/@v1/robot/r1/mission/command");
         assert_eq!(mission_ready("r1").unwrap(), "curionav/@v1/robot/r1/mission/ready");
         assert_eq!(question("generator", "g-0", "r1").unwrap(), "curionav/@v1/generate/g-0/r1");

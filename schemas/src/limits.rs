@@ -29,7 +29,7 @@ pub const MAX_MAP_CELLS: usize = 16_000_000;
 pub const MAX_TEXT: usize = 1024;
 /// Characters in an identifier (robot, instance, role, term, world): it becomes one chunk of a key.
 pub const MAX_ID: usize = 64;
-/// Entries in a list of roles or degradations, of what a service is prepared for (a replica keeps 52 maps and fields),
+/// Entries in a list of roles or degradations, of what a service is prepared for (of more, the most recent),
 /// and of measures of a run.
 pub const MAX_LIST: usize = 64;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.

@@ -41,18 +41,27 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
         length.0
     }
 
-    /// Reads a message from bytes that nothing has checked. `encoding` is the string that came with them, if any did.
+    /// Refuses, without looking at a byte of it, what is too long or says that it is another message.
     ///
     /// # Errors
     /// The refusal with which a sender is answered.
-    fn decode(bytes: &[u8], encoding: Option<&str>) -> Result<Self, Reject> {
-        if bytes.len() > Self::MAX_BYTES {
-            return Err(Refusal::Oversize { found: bytes.len() as u64, most: Self::MAX_BYTES as u64 }.into());
+    fn admit(length: usize, encoding: Option<&str>) -> Result<(), Reject> {
+        if length > Self::MAX_BYTES {
+            return Err(Refusal::Oversize { found: length as u64, most: Self::MAX_BYTES as u64 }.into());
         }
         if let Some(found) = encoding.filter(|found| *found != Self::ENCODING) {
             let (found, expected) = (cut(found.to_owned()), Self::ENCODING.to_owned());
             return Err(Refusal::WrongEncoding { found, expected }.into());
         }
+        Ok(())
+    }
+
+    /// Reads a message from bytes that nothing has checked. `encoding` is the string that came with them, if any did.
+    ///
+    /// # Errors
+    /// The refusal with which a sender is answered.
+    fn decode(bytes: &[u8], encoding: Option<&str>) -> Result<Self, Reject> {
+        Self::admit(bytes.len(), encoding)?;
         // The deserialiser copies every string through its scratch: with room for the longest, in one piece.
         let mut scratch = vec![0; wellformed::check(bytes)?];
         let mut rest = bytes;

@@ -93,6 +93,10 @@ pub enum Refusal {
     WrongMap,
     /// A parameter or file has a value that it may not have: what is wrong and what would be right.
     Invalid { detail: String },
+    /// A mission asks for more than the robot's own limits allow.
+    BeyondRobot { found: f64, least: f64, most: f64 },
+    /// The base is a real one: the mission must be in real time.
+    RealtimeOnly,
     /// A decision's epoch lies too far above that of the last one obeyed.
     EpochOutOfReach,
     /// The robot has no mission.

@@ -46,6 +46,9 @@ struct Deployment {
     port: u16,
     /// First of consecutive TCP ports on 127.0.0.1 for the metrics of each service; 0 takes free ones.
     metrics_port: Option<u16>,
+    /// The driver's configuration file, with the robot's own limits; beside the deployment file if it is relative. A
+    /// deployment with a simulator needs none.
+    driver_config: Option<PathBuf>,
     /// How many processes of each kind.
     replicas: Replicas,
     /// Restarts of one process within a minute before the deployment is given up.
@@ -89,6 +92,7 @@ impl Default for Deployment {
             namespace: None,
             port: 7447,
             metrics_port: None,
+            driver_config: None,
             replicas: Replicas::default(),
             max_restarts_per_minute: 5,
         }
@@ -97,7 +101,9 @@ impl Default for Deployment {
 
 impl Deployment {
     fn from_file(path: &Path) -> anyhow::Result<Self> {
-        let deployment: Self = read_toml(path)?;
+        let mut deployment: Self = read_toml(path)?;
+        let beside = path.parent().unwrap_or(Path::new(""));
+        deployment.driver_config = deployment.driver_config.map(|file| beside.join(file));
         deployment.check().with_context(|| path.display().to_string())?;
         Ok(deployment)
     }
@@ -111,7 +117,20 @@ impl Deployment {
             let is_allowed = (least..=most).contains(&count);
             ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");
         }
+        ensure!(
+            self.driver_config.is_some() || self.replicas.simulator == 1,
+            "driver_config: is missing; without a simulator the base is a real one: name the driver's configuration \
+             file, which says the robot's own limits (or `simulated_base = true` for a simulator elsewhere)"
+        );
         Ok(())
+    }
+
+    /// What tells the driver which base it commands.
+    fn base_arguments(&self) -> Vec<String> {
+        match &self.driver_config {
+            Some(file) => vec!["--config".into(), file.display().to_string()],
+            None => vec!["--simulated-base".into()],
+        }
     }
 
     /// (subcommand, instance) of every service process.
@@ -149,6 +168,9 @@ async fn start_and_watch(
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);
         }
+        if kind == Kind::Driver.name() {
+            arguments.extend(deployment.base_arguments());
+        }
         if let Some(port) = metrics_port {
             arguments.extend(["--metrics".into(), format!("127.0.0.1:{port}")]);
             // The next port; of free ones the next free one.
@@ -180,6 +202,10 @@ mod tests {
         for (text, fault) in [
             ("replicas.simulator = 2", "replicas.simulator: is 2; give 0 to 1"),
             ("replicas.cnc = 65", "replicas.cnc: is 65; give 1 to 64"),
+            (
+                "replicas.simulator = 0",
+                "driver_config: is missing; without a simulator the base is a real one: name the driver's configuration file, which says the robot's own limits (or `simulated_base = true` for a simulator elsewhere)",
+            ),
             ("robot = \"A B\"", "robot: name `A B` must be 1 to 64 of the characters a-z, 0-9, `_` and `-`"),
         ] {
             let deployment: Deployment = toml::from_str(text).unwrap();

@@ -31,7 +31,9 @@ impl Embedded {
         for &kind in kinds {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
-            let config = ServiceConfig { instance: kind.name().into(), ..config.clone() };
+            // What runs in one process with its world is a simulation, unless the configuration has limits.
+            let simulated_base = config.limits.is_none();
+            let config = ServiceConfig { instance: kind.name().into(), simulated_base, ..config.clone() };
             let (session, fields) = (session.clone(), fields.clone());
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {

@@ -25,6 +25,9 @@ use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
 /// of a seed, so that no tree draws what another draws at another tick.
 const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
 
+/// Evaluators of a term that are kept ready: a batch is worth being cut into no more shards.
+const EVALUATORS_WANTED: usize = 64;
+
 /// A mission made ready: profile parsed, fields derived, evaluators built.
 pub struct PlanContext {
     /// The mission as published.
@@ -109,6 +112,12 @@ impl PlanContext {
     /// All pools that are asked: the generators', then those of the terms.
     pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
         std::iter::once(keys::GENERATOR).chain(self.pool_terms())
+    }
+
+    /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it ready, so
+    /// each robot has one per tree, and one for when one of these fails. What evaluators prepare for, robots share.
+    pub fn replicas_wanted(&self, role: &str) -> usize {
+        if role == keys::GENERATOR { self.profile.trees as usize + 1 } else { EVALUATORS_WANTED }
     }
 
     /// Whether candidates, or their costs under a term, can be computed without the pool of `role`.

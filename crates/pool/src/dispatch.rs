@@ -28,10 +28,10 @@ pub async fn generate<P: Peers>(
     shape: (usize, f64),
     budget: Budget,
 ) -> Option<(Generated, bool)> {
-    let ready = pool.replicas().ready(keys::GENERATOR);
-    // Another one each cycle and tree: any of them takes over the tree, which travels with the request.
-    let turn = question.id().1.wrapping_add(index as u64) % ready.len().max(1) as u64;
-    let first = ready.get(turn as usize)?.clone();
+    // Each tree has its own, which has prepared for the goal; any other takes over the tree, which travels with the
+    // request.
+    let preferred = pool.replicas().preferred(keys::GENERATOR);
+    let first = preferred.get(index % preferred.len().max(1))?.clone();
     let ask = |instance: String, timeout: Duration| async move {
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
         usable(pool.peers.generate(call, question).await?, &instance, question.id(), shape)

@@ -19,7 +19,8 @@ pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
         let scores = answer(term, &instance, fields, request, slots, &|| came.elapsed())?;
         Ok((scores.cost.len(), scores))
     };
-    Box::pin(pool_service::run(term, "Candidates scored", start, answer))
+    let warms_up = |request: &EvaluateRequest| request.candidates.count == 0;
+    Box::pin(pool_service::run(term, "Candidates scored", start, warms_up, answer))
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A

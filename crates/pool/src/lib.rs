@@ -18,6 +18,7 @@ mod lateness;
 pub mod peers;
 pub mod pool;
 mod pool_service;
+mod preparation;
 pub mod question;
 pub mod replicas;
 mod slot_selection;

@@ -4,6 +4,7 @@ use std::future::Future;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use curionav_planning::terms;
 use curionav_runtime::membership::{Members, Membership};
 use curionav_runtime::query::{AskError, Urgency, ask_encoded};
 use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, keys};
@@ -24,6 +25,9 @@ pub trait Peers: Send + Sync + 'static {
 
     /// Does work that takes long without waiting for anything.
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R;
+
+    /// Follows from now on which instances of these roles are alive, besides those that it follows anyway.
+    fn follow(&self, roles: &[&str]);
 
     /// Instances of `role` that are alive, in order.
     fn alive(&self, role: &str) -> Vec<String>;
@@ -78,7 +82,14 @@ pub struct ZenohPeers {
 impl ZenohPeers {
     /// Those behind `session`.
     pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
-        let membership = Membership::follow(session)?;
+        // Terms that are not built in are added with the missions that have them.
+        let built_in: Vec<&str> = terms::NAMES
+            .iter()
+            .copied()
+            .filter(|term| !terms::is_local(term))
+            .chain([keys::GENERATOR])
+            .collect();
+        let membership = Membership::follow_roles(session, &built_in)?;
         let changes = Mutex::new(membership.changes());
         Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
     }
@@ -106,6 +117,14 @@ impl Peers for ZenohPeers {
 
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
         tokio::task::block_in_place(work)
+    }
+
+    fn follow(&self, roles: &[&str]) {
+        for role in roles {
+            if let Err(error) = self.membership.also(role) {
+                tracing::error!(role, %error, "no replica of this role will be found");
+            }
+        }
     }
 
     fn alive(&self, role: &str) -> Vec<String> {

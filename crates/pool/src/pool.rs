@@ -19,7 +19,7 @@ use tokio::sync::Notify;
 use crate::budget::{Budget, StageTimes};
 use crate::context::PlanContext;
 use crate::peers::{Call, Peers};
-use crate::replicas::{Failure, Probe, Replicas};
+use crate::replicas::{Failure, Probe, Replicas, Wanted};
 
 /// How long a question without candidates is waited for. A replica that takes longer to fetch a map and derive
 /// its fields goes on doing so, and answers a later one at once.
@@ -220,12 +220,15 @@ impl<P: Peers> Pool<P> {
     /// it is alive and prepared. Goes on until it is dropped.
     pub async fn keep_ready(&self, context: &PlanContext) {
         let roles: Vec<&str> = context.pool_roles().collect();
+        self.peers.follow(&roles);
+        let robot = &context.mission.order.robot;
         let mut probes = FuturesUnordered::new();
         loop {
             let now = self.peers.now();
             for role in &roles {
                 let alive = self.peers.alive(role);
-                self.replicas().update(role, &alive, now);
+                let wanted = Wanted { robot, count: context.replicas_wanted(role) };
+                self.replicas().update(role, &alive, wanted, now);
             }
             let due = self.replicas().take_due(now);
             probes.extend(due.into_iter().map(|probe| self.probe(context, probe)));
@@ -305,6 +308,8 @@ mod tests {
         fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
             work()
         }
+
+        fn follow(&self, _: &[&str]) {}
 
         fn alive(&self, _: &str) -> Vec<String> {
             vec!["a".into()]

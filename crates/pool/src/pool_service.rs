@@ -1,28 +1,56 @@
 //! One service of a pool: what the trajectory generators and the evaluators have in common.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 use std::time::Instant;
 
 use curionav_runtime::metrics::{Counter, Metrics};
 use curionav_runtime::process::Start;
 use curionav_runtime::serve::{refusals, serve};
 use curionav_runtime::status::announce_service;
-use curionav_schemas::{Message, Reject, keys};
+use curionav_schemas::{Message, Refusal, Reject, keys};
 
+use crate::preparation::Preparations;
 use curionav_runtime::fields::Fields;
 
+/// Bytes of a question that warms a replica up and may wait until that is done: a hundred times those of a question with
+/// a built-in profile and no people.
+const WARM_UP_BYTES: usize = 256 << 10;
+
 /// Serves `role`. `answer` is told when the question came, and also gives how many candidates are in the answer: they
-/// are counted, which `help` describes.
-pub(crate) async fn run<Q: Message, A: Message>(
+/// are counted, which `help` describes. A question that `warms_up` is answered once all that such questions need is there,
+/// and refused as cold while that is derived beside the work.
+pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     role: &str,
     help: &str,
     start: Start<'_>,
+    warms_up: fn(&Q) -> bool,
     answer: impl Fn(&Fields, Q, Instant) -> Result<(usize, A), Reject> + Send + Sync + 'static,
 ) -> anyhow::Result<()> {
     let Start { config, session, fields, mut shutdown, on_ready } = start;
     let candidates: Counter = Counter::default();
     let (answering, counted) = (fields.clone(), candidates.clone());
+    let (answer, preparations) = (Arc::new(answer), Preparations::start()?);
     let handler = move |question: Q, came: Instant| {
-        let (count, answer) = answer(&answering, question, came)?;
+        let (count, answer) = if warms_up(&question) {
+            answer(&answering.kept(), question.clone(), came).map_err(|reject| {
+                if !matches!(reject.why, Refusal::Cold { .. }) {
+                    return reject;
+                }
+                let (answer, fields) = (Arc::clone(&answer), answering.clone());
+                let key = match fingerprint(&question) {
+                    Ok(key) => key,
+                    Err(oversize) => return oversize,
+                };
+                preparations.refuse(key, reject, move || match answer(&fields, question, Instant::now()) {
+                    // Its budget is over, and what it needs is there.
+                    Ok(_) | Err(Reject { why: Refusal::Stopped, .. }) => Ok(()),
+                    Err(reject) => Err(reject),
+                })
+            })?
+        } else {
+            answer(&answering.kept(), question, came)?
+        };
         counted.inc_by(count as u64);
         Ok(answer)
     };
@@ -37,4 +65,15 @@ pub(crate) async fn run<Q: Message, A: Message>(
     tracing::info!(role, instance = %config.instance, "ready");
     shutdown.requested().await;
     Ok(())
+}
+
+/// The same for two questions that prepare for the same. One that is too large to wait is refused.
+fn fingerprint<Q: Message>(question: &Q) -> Result<u64, Reject> {
+    let bytes = question.encode();
+    if bytes.len() > WARM_UP_BYTES {
+        return Err(Refusal::Oversize { found: bytes.len() as u64, most: WARM_UP_BYTES as u64 }.into());
+    }
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    Ok(hasher.finish())
 }

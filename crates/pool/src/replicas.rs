@@ -9,13 +9,15 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use curionav_runtime::config::SLOTS_MAX;
-use curionav_schemas::Clock;
+use curionav_schemas::{Clock, keys};
 
 use crate::lateness::Lateness;
-use crate::slot_selection::{self, FreeSlot};
+use crate::slot_selection::{self, FreeSlot, own_order};
 
 /// Between two probes of a replica that does not answer them.
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
+/// The same after the first one, and twice as long after each: what is not prepared yet may be in a moment.
+const FIRST_PAUSE: Duration = Duration::from_millis(10);
 /// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of
 /// real time.
 const PAUSES_MAX: u32 = 3;
@@ -75,6 +77,8 @@ struct Replica {
     in_flight: u32,
     /// Questions it has failed since its last usable answer.
     failures: u32,
+    /// Probes it has failed since it was ready last.
+    unanswered: u32,
     /// The batch of its role it had a part of last; zero before it has had any.
     batch: u64,
 }
@@ -101,10 +105,21 @@ pub struct Probe {
     pub instance: String,
 }
 
+/// For whom replicas are kept ready, and how many.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// The robot: each prefers other replicas.
+    pub robot: &'a str,
+    /// Replicas of the role that are kept ready.
+    pub count: usize,
+}
+
 /// The replicas of every role.
 #[derive(Debug, Default)]
 pub struct Replicas {
     of: BTreeMap<String, BTreeMap<String, Replica>>,
+    /// The replicas of each role as the robot prefers them, and how many of them are kept ready.
+    preferred: BTreeMap<String, (Vec<String>, usize)>,
     /// Batches each role has been given.
     batches: BTreeMap<String, u64>,
     lateness: BTreeMap<String, Lateness>,
@@ -112,7 +127,11 @@ pub struct Replicas {
 
 impl Replicas {
     /// Takes over who is alive in a role: new ones are to be probed now, those gone are forgotten.
-    pub fn update(&mut self, role: &str, alive: &[String], now: Duration) {
+    pub fn update(&mut self, role: &str, alive: &[String], wanted: Wanted<'_>, now: Duration) {
+        let mut order = alive.to_vec();
+        // Rendezvous hashing: who comes and goes changes the order of no other two.
+        order.sort_by_cached_key(|instance| own_order(wanted.robot, instance));
+        self.preferred.insert(role.to_owned(), (order, wanted.count));
         let replicas = self.of.entry(role.to_owned()).or_default();
         replicas.retain(|instance, _| alive.contains(instance));
         for instance in alive {
@@ -124,6 +143,7 @@ impl Replicas {
                 way: f64::INFINITY,
                 in_flight: 0,
                 failures: 0,
+                unanswered: 0,
                 batch: 0,
             });
         }
@@ -132,12 +152,15 @@ impl Replicas {
     /// The replicas to probe now; each counts as being probed from here on.
     pub fn take_due(&mut self, now: Duration) -> Vec<Probe> {
         let mut due = Vec::new();
-        for (role, replicas) in &mut self.of {
-            for (instance, replica) in replicas {
-                if matches!(replica.standing, Standing::Due(at) if at <= now) {
-                    replica.standing = Standing::Probed;
-                    due.push(Probe { role: role.clone(), instance: instance.clone() });
-                }
+        for role in self.of.keys() {
+            let at_once = self.candidates(role).into_iter().filter(|(_, at)| *at <= now);
+            due.extend(
+                at_once.map(|(instance, _)| Probe { role: role.clone(), instance: instance.to_owned() }),
+            );
+        }
+        for Probe { role, instance } in &due {
+            if let Some(replica) = self.find(role, instance) {
+                replica.standing = Standing::Probed;
             }
         }
         due
@@ -145,8 +168,36 @@ impl Replicas {
 
     /// When the next probe is due.
     pub fn next_due(&self) -> Option<Duration> {
-        let all = self.of.values().flat_map(BTreeMap::values);
-        all.filter_map(|r| if let Standing::Due(at) = r.standing { Some(at) } else { None }).min()
+        self.of.keys().flat_map(|role| self.candidates(role)).map(|(_, at)| at).min()
+    }
+
+    /// Those that are to be probed next, and when: the preferred ones, until they fail a probe, and as many others as are
+    /// wanted beside those that are ready, those that have failed probes after the others.
+    fn candidates<'a>(&'a self, role: &str) -> Vec<(&'a str, Duration)> {
+        let (Some(replicas), Some((order, wanted))) = (self.of.get(role), self.preferred.get(role)) else {
+            return Vec::new();
+        };
+        let is_due = |(rank, instance): (usize, &'a String)| {
+            let replica = replicas.get(instance)?;
+            let Standing::Due(at) = replica.standing else { return None };
+            let is_preferred = rank < *wanted && replica.unanswered == 0;
+            Some((!is_preferred, replica.unanswered, instance.as_str(), at))
+        };
+        let mut due: Vec<_> = order.iter().enumerate().filter_map(is_due).collect();
+        let taken = replicas.len() - due.len();
+        due.sort_by_key(|(is_other, unanswered, ..)| (*is_other, *unanswered));
+        let preferred = due.iter().take_while(|(is_other, ..)| !is_other).count();
+        due.truncate(preferred.max(wanted.saturating_sub(taken)));
+        due.into_iter().map(|(_, _, instance, at)| (instance, at)).collect()
+    }
+
+    /// Those of `role` that may be given work, the ones that the robot prefers first.
+    pub fn preferred(&self, role: &str) -> Vec<String> {
+        let (Some(replicas), Some((order, _))) = (self.of.get(role), self.preferred.get(role)) else {
+            return Vec::new();
+        };
+        let is_ready = |i: &&String| replicas.get(*i).is_some_and(|r| r.standing == Standing::Ready);
+        order.iter().filter(is_ready).cloned().collect()
     }
 
     /// A probe has come back: with the replica's slots, or not.
@@ -155,9 +206,14 @@ impl Replicas {
         match slots {
             Some(slots) => {
                 replica.standing = Standing::Ready;
+                replica.unanswered = 0;
                 replica.slots = slots.clamp(1, SLOTS_MAX);
             }
-            None => replica.standing = Standing::Due(now + PROBE_PAUSE),
+            None => {
+                let pause = FIRST_PAUSE * 2_u32.saturating_pow(replica.unanswered.min(16));
+                replica.unanswered = replica.unanswered.saturating_add(1);
+                replica.standing = Standing::Due(now + pause.min(PROBE_PAUSE));
+            }
         }
     }
 
@@ -181,12 +237,21 @@ impl Replicas {
         chosen
     }
 
-    /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest.
+    /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest; of generators, which
+    /// prepare for each goal, the one that the robot prefers.
     pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
         let busy = |r: &Replica| f64::from(r.in_flight) / f64::from(r.slots);
         let free = |r: &Replica| r.in_flight < r.slots.saturating_mul(IN_FLIGHT_PER_SLOT);
-        ready(self.of.get(role)?)
-            .filter(|(instance, r)| free(r) && !asked.contains(instance))
+        let replicas = self.of.get(role)?;
+        let may_take = |instance: &String, r: &Replica| free(r) && !asked.contains(instance);
+        if role == keys::GENERATOR {
+            return self
+                .preferred(role)
+                .into_iter()
+                .find(|i| replicas.get(i).is_some_and(|r| may_take(i, r)));
+        }
+        ready(replicas)
+            .filter(|(instance, r)| may_take(instance, r))
             .min_by(|a, b| busy(a.1).total_cmp(&busy(b.1)).then(b.1.speed.total_cmp(&a.1.speed)))
             .map(|(instance, _)| instance.clone())
     }
@@ -283,144 +348,5 @@ fn free_slots(replicas: &BTreeMap<String, Replica>, batch: u64) -> Vec<FreeSlot>
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const NOW: Duration = Duration::from_secs(7);
-    const WAY: Duration = Duration::from_millis(1);
-
-    fn ready(slots: &[(&str, u32)]) -> Replicas {
-        let mut replicas = Replicas::default();
-        let alive: Vec<String> = slots.iter().map(|s| s.0.to_owned()).collect();
-        replicas.update("cpc", &alive, NOW);
-        assert_eq!(replicas.take_due(NOW).len(), alive.len());
-        for (instance, slots) in slots {
-            replicas.probed("cpc", instance, Some(*slots), NOW);
-        }
-        replicas
-    }
-
-    /// Every free slot, by name.
-    fn known_slots(replicas: &Replicas) -> Vec<(String, f64)> {
-        let all = replicas.of.get("cpc").map(|of| free_slots(of, 1)).unwrap_or_default();
-        all.into_iter().map(|slot| (slot.instance, slot.speed)).collect()
-    }
-
-    #[test]
-    fn a_cold_replica_gets_nothing() {
-        let mut replicas = Replicas::default();
-        replicas.update("cpc", &["a".into()], NOW);
-        assert!(known_slots(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
-        let probe = Probe { role: "cpc".into(), instance: "a".into() };
-        assert_eq!(replicas.take_due(NOW), [probe]);
-        assert!(replicas.take_due(NOW).is_empty() && known_slots(&replicas).is_empty());
-        replicas.probed("cpc", "a", None, NOW);
-        assert_eq!(replicas.next_due(), Some(NOW + PROBE_PAUSE));
-        assert_eq!(replicas.take_due(NOW + PROBE_PAUSE).len(), 1);
-        replicas.probed("cpc", "a", Some(1), NOW);
-        assert_eq!(known_slots(&replicas).len(), 1);
-    }
-
-    #[test]
-    fn work_in_flight_takes_slots() {
-        let mut replicas = ready(&[("a", 1), ("b", 3)]);
-        let names = |r: &Replicas| known_slots(r).into_iter().map(|slot| slot.0).collect::<Vec<_>>();
-        assert_eq!(names(&replicas), ["a", "b", "b", "b"]);
-        replicas.asked("cpc", "b");
-        assert_eq!(names(&replicas), ["a", "b", "b"]);
-        replicas.done("cpc", "b");
-        replicas.asked("cpc", "a");
-        assert_eq!(names(&replicas), ["b", "b", "b"]);
-    }
-
-    #[test]
-    fn the_faster_gets_more_and_the_unmeasured_as_much_as_the_fastest() {
-        let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-        replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
-        replicas.answered("cpc", "b", 100, Duration::from_millis(40), WAY);
-        let speeds: Vec<f64> = known_slots(&replicas).into_iter().map(|slot| slot.1).collect();
-        assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
-        // 2500 + 0.3 * (10 000 - 2500)
-        replicas.answered("cpc", "b", 100, Duration::from_millis(10), WAY);
-        assert!((known_slots(&replicas)[1].1 - 4750.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_shard_is_worth_its_way_and_a_busy_replica_is_asked_less_often() {
-        let mut replicas = ready(&[("a", 1)]);
-        let worth = |replicas: &Replicas| free_slots(&replicas.of["cpc"], 1)[0].worth;
-        assert_eq!(worth(&replicas), 0.0);
-        // 1000 candidates in 10 ms are 100 in the 1 ms of the way.
-        replicas.answered("cpc", "a", 1000, Duration::from_millis(10), WAY);
-        assert!((worth(&replicas) - 100.0).abs() < 1e-9);
-        // Now others are in the way: 10 000 a second instead of 100 000, of which 30 % count at once.
-        replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
-        let (unhindered, speed) = (98_000.0, 73_000.0);
-        assert!((worth(&replicas) - 1e-3 * unhindered * unhindered / speed).abs() < 1e-6);
-        for _ in 0..10 {
-            replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
-        }
-        assert!(worth(&replicas) > 150.0 && worth(&replicas) < 400.0);
-    }
-
-    #[test]
-    fn a_failure_ends_the_work_until_a_probe_is_answered() {
-        for failure in [Failure::Broken, Failure::Cold] {
-            let mut replicas = ready(&[("a", 1)]);
-            replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
-            assert!(replicas.ready("cpc").is_empty());
-            assert_eq!(replicas.take_due(NOW).len(), 1);
-            // What it is blamed for meanwhile is no reason to ask it again.
-            replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
-            assert!(replicas.take_due(NOW).is_empty());
-            replicas.probed("cpc", "a", Some(1), NOW);
-            assert_eq!(replicas.ready("cpc"), ["a"]);
-        }
-    }
-
-    #[test]
-    fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
-        let mut replicas = ready(&[("a", 1)]);
-        let fail = |replicas: &mut Replicas| {
-            replicas.failed("cpc", "a", Failure::Broken, NOW, Clock::Realtime);
-            let due = replicas.next_due().unwrap();
-            assert_eq!(replicas.take_due(due).len(), 1);
-            replicas.probed("cpc", "a", Some(1), due);
-            (due - NOW).as_millis()
-        };
-        assert_eq!([0; 5].map(|_| fail(&mut replicas)), [0, 200, 400, 600, 600]);
-        replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
-        assert_eq!(fail(&mut replicas), 0);
-    }
-
-    #[test]
-    fn an_overloaded_replica_is_only_given_less() {
-        let mut replicas = ready(&[("a", 1), ("b", 1)]);
-        for instance in ["a", "b"] {
-            replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
-        }
-        for _ in 0..9 {
-            replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Realtime);
-        }
-        assert_eq!(known_slots(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
-    }
-
-    #[test]
-    fn a_spare_is_another_and_the_least_busy() {
-        let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-        replicas.asked("cpc", "b");
-        assert_eq!(replicas.spare("cpc", &["a".into()]).as_deref(), Some("c"));
-        assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]).as_deref(), Some("b"));
-        replicas.asked("cpc", "b");
-        assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]), None);
-    }
-
-    #[test]
-    fn who_is_gone_is_forgotten() {
-        let mut replicas = ready(&[("a", 1), ("b", 1)]);
-        replicas.update("cpc", &["b".into()], NOW);
-        replicas.probed("cpc", "a", Some(1), NOW);
-        replicas.done("cpc", "a");
-        assert_eq!((replicas.ready("cpc"), replicas.known()), (vec!["b".to_owned()], 1));
-    }
-}
+#[path = "replicas_tests.rs"]
+mod tests;

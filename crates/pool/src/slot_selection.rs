@@ -45,20 +45,22 @@ impl FreeSlot {
 /// The slots worth asking for a batch of `count` candidates, the most promising first, one slot of each replica before
 /// the second of any. Those that promise the same are in an order of `robot`'s own.
 pub(crate) fn choose(mut slots: Vec<FreeSlot>, robot: &str, count: usize) -> Vec<FreeSlot> {
-    let own_order = |slot: &FreeSlot| {
-        let mut hasher = DefaultHasher::new();
-        (robot, &slot.instance).hash(&mut hasher);
-        hasher.finish()
-    };
     let worth = shards_worth_asking(count, &slots);
     slots.sort_by(|a, b| {
         a.slot
             .cmp(&b.slot)
             .then(b.promise().total_cmp(&a.promise()))
-            .then_with(|| own_order(a).cmp(&own_order(b)))
+            .then_with(|| own_order(robot, &a.instance).cmp(&own_order(robot, &b.instance)))
     });
     slots.truncate(worth);
     slots
+}
+
+/// Where a replica stands in an order of `robot`'s own. It does not depend on which others there are.
+pub(crate) fn own_order(robot: &str, instance: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (robot, instance).hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Into how many shards a batch is worth being cut.

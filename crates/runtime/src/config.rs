@@ -4,9 +4,12 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
+use curionav_planning::parameters::Ranged;
 use curionav_schemas::keys;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+
+use crate::robot_limits::{Base, RobotLimits};
 
 /// Most slots of one replica: more than machines have cores.
 pub const SLOTS_MAX: u32 = 1024;
@@ -40,6 +43,11 @@ pub struct ServiceConfig {
     /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
     /// drives the rest of its last trajectory and stops (arbiter).
     pub in_process: bool,
+    /// What the robot can do, and what no mission can widen (driver).
+    pub limits: Option<RobotLimits>,
+    /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
+    /// (driver).
+    pub simulated_base: bool,
     /// Address for metrics over HTTP, in Prometheus's format; without one there are none.
     pub metrics: Option<SocketAddr>,
     /// How long to keep trying to reach a router before giving up, seconds.
@@ -58,6 +66,8 @@ impl Default for ServiceConfig {
             slots: 1,
             queue: 16,
             in_process: true,
+            limits: None,
+            simulated_base: false,
             metrics: None,
             connect_timeout_s: 10.0,
         }
@@ -100,7 +110,26 @@ impl ServiceConfig {
                 bail!("{field}: is {number}; give {least} to {most}");
             }
         }
+        if let Some(limits) = &self.limits {
+            limits.check().map_err(|fault| anyhow!("{}", fault.below("limits")))?;
+        }
         Ok(())
+    }
+
+    /// What the driver commands. A real base without limits is never assumed: one of the two has to be said.
+    pub fn base(&self) -> anyhow::Result<Base> {
+        match (&self.limits, self.simulated_base) {
+            (Some(limits), false) => Ok(Base::Real(limits.clone())),
+            (None, true) => Ok(Base::Simulated),
+            (Some(_), true) => bail!(
+                "simulated_base: is true, and [limits] are given; a simulated base can do whatever its scenario \
+                 says, so leave one of them out"
+            ),
+            (None, false) => bail!(
+                "limits: are missing; give the robot's own limits in a table [limits], as deploy/service.toml shows, \
+                 or say `simulated_base = true` or `--simulated-base` if the base is simulated"
+            ),
+        }
     }
 }
 
@@ -119,6 +148,21 @@ mod tests {
             let config: ServiceConfig = toml::from_str(line).unwrap();
             assert_eq!(config.check().unwrap_err().to_string(), named);
         }
+    }
+
+    #[test]
+    fn a_driver_without_limits_has_to_say_that_its_base_is_simulated() {
+        let base = |text: &str| toml::from_str::<ServiceConfig>(text).unwrap().base();
+        let limits = "limits = { v_max = 1.0, a_max = 0.5, omega_max = 1.0, alpha_max = 1.0, radius = 0.3, \
+                      tick_s = 0.1 }";
+        assert!(matches!(base(limits).unwrap(), Base::Real(own) if own.decision_age_max == 1.2));
+        assert_eq!(base("simulated_base = true").unwrap(), Base::Simulated);
+        assert!(base("").unwrap_err().to_string().starts_with("limits: are missing; give"));
+        let both = format!("simulated_base = true\n{limits}");
+        assert!(base(&both).unwrap_err().to_string().starts_with("simulated_base: is true, and"));
+        let wrong = limits.replace("radius = 0.3", "radius = 0.0");
+        let error = toml::from_str::<ServiceConfig>(&wrong).unwrap().check().unwrap_err();
+        assert!(error.to_string().starts_with("limits.radius: is 0"), "{error}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use zenoh::query::{Query, QueryTarget, Queryable};
 use zenoh::{Session, Wait};
 
 use crate::process::{Running, Start};
-use crate::query::{AskError, Urgency, send};
+use crate::query::{AskError, Kept, Urgency, send};
 use crate::serve::ServeError;
 
 /// Largest answer that is given, bytes: no message of the contract is larger than 64 MiB.
@@ -53,11 +53,11 @@ pub async fn round_trip(
     payload[..8].copy_from_slice(&(answer as u64).to_le_bytes());
     let started = Instant::now();
     let (key, urgency) = (keys::echo(instance), Urgency::Shard { clock: Clock::Lockstep });
-    let question = Some((payload, "zenoh/bytes"));
-    let mut replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, 4)?;
-    let sample = replies.next().await.unwrap_or(Err(AskError::NoReply))?;
+    let (question, kept) = (Some((payload, "zenoh/bytes")), Kept { replies: 4, most: ANSWER_MAX as usize });
+    let mut replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, kept)?;
+    let reply = replies.next().await.unwrap_or(Err(AskError::NoReply))?;
     let took = started.elapsed();
-    match sample.payload().len() {
+    match reply.bytes.len() {
         length if length == answer => Ok(took),
         length => Err(AskError::Malformed(format!("{length} bytes of {answer}"))),
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
 use curionav_planning::evaluation::information_to_go::InformationToGoField;
-use curionav_planning::geometry::Point2;
+use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
 use curionav_planning::sensor::LaserModel;
 use curionav_planning::terms::{DerivedFields, InformationToGoTermParams, Task};
@@ -17,15 +17,16 @@ use crate::map_store::MapStore;
 use crate::single_flight_cache::SingleFlightCache;
 use crate::telemetry::timed;
 
-/// Distance fields kept: a robot has one goal at a time. On a map of 350 000 cells a distance field is 2.8 MB, so a
-/// pool of robots with 32 goals fills 90 MB.
-const GEODESIC_KEPT: usize = 32;
-/// Information fields kept: robots of one kind on one map share one. On that map a field is at most 13 MB.
-const INFORMATION_KEPT: usize = 16;
+/// Bytes of distance fields kept, and as many of what uncertainty costs on the ways: a robot has one goal at a time. On a map of 350 000 cells a distance field is 1.4 MB, so
+/// these are the fields of 90 goals.
+const GEODESIC_BYTES: usize = 128 << 20;
+/// Bytes of information fields kept: robots of one kind on one map share one. On that map a field is at most 13 MB.
+const INFORMATION_BYTES: usize = 128 << 20;
 
 struct Stock {
     maps: MapStore,
     geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
+    /// By map, what shapes the fan of rays, and parameters.
     information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
     information_to_go: SingleFlightCache<(MapId, Task, InformationToGoTermParams), InformationToGoField>,
 }
@@ -48,12 +49,21 @@ impl Fields {
         Self::keeping(MapStore::holding(maps))
     }
 
+    /// Fields of maps that are here already, with room for so many bytes of ways to goals.
+    pub fn of_maps_within(maps: impl IntoIterator<Item = StaticMap>, geodesic_bytes: usize) -> Self {
+        Self::within(MapStore::holding(maps), geodesic_bytes)
+    }
+
     fn keeping(maps: MapStore) -> Self {
+        Self::within(maps, GEODESIC_BYTES)
+    }
+
+    fn within(maps: MapStore, geodesic_bytes: usize) -> Self {
         let stock = Stock {
             maps,
-            geodesic: SingleFlightCache::new(GEODESIC_KEPT),
-            information: SingleFlightCache::new(INFORMATION_KEPT),
-            information_to_go: SingleFlightCache::new(GEODESIC_KEPT),
+            geodesic: SingleFlightCache::new(geodesic_bytes, GeodesicField::bytes),
+            information: SingleFlightCache::new(INFORMATION_BYTES, InformationField::bytes),
+            information_to_go: SingleFlightCache::new(geodesic_bytes, InformationToGoField::bytes),
         };
         Self { stock: Arc::new(stock), derives: true }
     }
@@ -142,9 +152,17 @@ impl DerivedFields for FieldsOf<'_> {
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Reject> {
         let map = self.map()?;
-        let key = (self.map, laser, *params);
-        self.fields.derived("what this sensor sees", &self.fields.stock.information, &key, || {
-            InformationField::by(&Cores::all(), &map, &laser, params)
+        // Where the laser sits, and how exact it is, change nothing of what its rays meet.
+        let fan = LaserModel { robot_from_laser: Pose2::default(), range_sigma: 0.0, ..laser };
+        let key = (self.map, fan, *params);
+        let stock = &self.fields.stock.information;
+        let field = self.fields.derived("what this sensor sees", stock, &key, || {
+            InformationField::by(&Cores::all(), &map, &fan, params)
+        })?;
+        Ok(if laser.robot_from_laser == Pose2::default() {
+            field
+        } else {
+            Arc::new(field.mounted(laser.robot_from_laser))
         })
     }
 
@@ -166,4 +184,33 @@ impl DerivedFields for FieldsOf<'_> {
 
 fn cold(what: &str) -> Reject {
     Refusal::Cold { detail: what.to_owned() }.into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn robots_whose_lasers_differ_only_in_their_place_share_what_these_see() {
+        let cells = (0..400).map(|i| if i % 20 == 0 { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(20, 20, 0.2, Pose2::default(), cells).unwrap();
+        let (id, map) = (MapId(grid.hash()), StaticMap::new(grid));
+        let fields = Fields::of_maps([map.clone()]);
+        let (centred, params) = (LaserModel::default(), InformationParams::default());
+        let ahead = LaserModel { robot_from_laser: Pose2::new(0.2, 0.1, 0.3), range_sigma: 0.01, ..centred };
+        for laser in [centred, ahead] {
+            let (shared, own) = (
+                fields.of(id).information(laser, &params).unwrap(),
+                InformationField::new(&map, &laser, &params),
+            );
+            for pose in [Pose2::new(0.5, 1.0, 0.4), Pose2::new(1.5, 2.0, -2.0)] {
+                assert_eq!(shared.at(pose), own.at(pose), "{laser:?}");
+            }
+            assert!(shared.at(Pose2::new(0.5, 1.0, 0.4)).norm() > 0.0, "it sees nothing");
+        }
+        assert_eq!(fields.stock.information.keys().len(), 1);
+        let nearer = LaserModel { range_max: 2.0, ..centred };
+        fields.of(id).information(nearer, &params).unwrap();
+        assert_eq!(fields.stock.information.keys().len(), 2);
+    }
 }

@@ -1,6 +1,7 @@
 //! What turns pure code into services: configuration, sessions, typed topics and queries, maps by content and what is
 //! derived from them, telemetry, and the conversion between wire and domain types.
 
+mod byte_ring;
 pub mod config;
 pub mod convert;
 pub mod cores;
@@ -21,6 +22,7 @@ pub mod probe;
 pub mod process;
 pub mod query;
 pub mod ready;
+pub mod robot_limits;
 pub mod robot_service;
 pub mod serve;
 pub mod session;

@@ -11,13 +11,14 @@ use zenoh::Session;
 use crate::convert;
 use crate::cores::Cores;
 use crate::metrics::Tally;
-use crate::query::{AskError, fetch_from_all};
+use crate::query::{AskError, fetch_known};
 use crate::serve::{ServeError, Server, serve_state};
 use crate::single_flight_cache::SingleFlightCache;
 use crate::telemetry::timed;
 
-/// Maps kept by one process: a robot works on one or two at a time.
-const MAPS_KEPT: usize = 4;
+/// Bytes of maps kept by one process, with their distance fields: a robot works on one or two at a time, and a map of
+/// 350 000 cells has 3 MB.
+const MAPS_BYTES: usize = 128 << 20;
 /// A large map over a slow link.
 const FETCH_TIMEOUT: Duration = Duration::from_secs(20);
 
@@ -33,7 +34,7 @@ pub async fn fetch(session: &Session, id: MapId, timeout: Duration) -> Result<Oc
         let grid = convert::occupancy_grid(served)?;
         if grid.hash() == id.0 { Ok(grid) } else { Err(Refusal::WrongMap.at("map")) }
     };
-    fetch_from_all(session, &keys::map(&id), timeout, accept).await
+    fetch_known(session, &keys::map(&id), timeout, accept).await
 }
 
 fn static_map(grid: OccupancyGrid) -> StaticMap {
@@ -51,13 +52,13 @@ impl MapStore {
     /// An empty store. Call inside a Tokio runtime.
     pub fn new(session: &Session) -> Self {
         let source = (session.clone(), tokio::runtime::Handle::current());
-        Self { source: Some(source), maps: SingleFlightCache::new(MAPS_KEPT) }
+        Self { source: Some(source), maps: SingleFlightCache::new(MAPS_BYTES, StaticMap::bytes) }
     }
 
-    /// A store of these maps, the first `MAPS_KEPT` of them, without a source of others.
+    /// A store of these maps, the last of them if they are too large for all, without a source of others.
     pub fn holding(maps: impl IntoIterator<Item = StaticMap>) -> Self {
-        let store = Self { source: None, maps: SingleFlightCache::new(MAPS_KEPT) };
-        for map in maps.into_iter().take(MAPS_KEPT) {
+        let store = Self { source: None, maps: SingleFlightCache::new(MAPS_BYTES, StaticMap::bytes) };
+        for map in maps {
             let id = MapId(map.grid.hash());
             let _: Result<_, Infallible> = store.maps.get_or_try(&id, || Ok(map));
         }

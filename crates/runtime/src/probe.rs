@@ -9,11 +9,13 @@ use zenoh::query::QueryTarget;
 use zenoh::{Session, Wait};
 
 use crate::locked::locked;
-use crate::query::{AskError, Urgency, send};
+use crate::query::{AskError, Kept, Urgency, send};
 use crate::topic::TopicError;
 
 /// Replies to one question that are kept: more instances of a role than a deployment has.
 const REPLIES_MAX: usize = 256;
+/// Bytes of one: more than any message has.
+const REPLY_BYTES_MAX: usize = 64 << 20;
 
 /// One reply as it came.
 #[derive(Debug, Clone)]
@@ -46,14 +48,12 @@ pub async fn ask_all(
     timeout: Duration,
 ) -> Result<(Vec<RawReply>, Duration), AskError> {
     let started = Instant::now();
-    let mut replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, REPLIES_MAX)?;
+    let kept = Kept { replies: REPLIES_MAX, most: REPLY_BYTES_MAX };
+    let mut replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, kept)?;
     let (mut came, mut last) = (Vec::new(), Duration::ZERO);
     while let Some(reply) = replies.next().await {
         let reply = match reply {
-            Ok(sample) => RawReply {
-                key: sample.key_expr().to_string(),
-                answer: Ok((sample.payload().to_bytes().into_owned(), sample.encoding().to_string())),
-            },
+            Ok(answer) => RawReply { key: answer.key, answer: Ok((answer.bytes, answer.encoding)) },
             Err(AskError::Rejected(reject)) => RawReply { key: String::new(), answer: Err(reject) },
             // A router's own word for a timeout is no answer.
             Err(_) => continue,
@@ -102,8 +102,9 @@ impl Listener {
         let subscriber = session
             .declare_subscriber(key.to_owned())
             .callback(move |sample| {
-                let (payload, encoding) = (sample.payload().to_bytes(), sample.encoding().to_string());
-                let malformed = M::decode(&payload, Some(&encoding)).is_err();
+                let (payload, encoding) = (sample.payload(), sample.encoding().to_string());
+                let admitted = M::admit(payload.len(), Some(&encoding));
+                let malformed = admitted.and_then(|()| M::decode(&payload.to_bytes(), None)).is_err();
                 let now = Instant::now();
                 let mut heard = locked(&counted);
                 heard.messages += 1;

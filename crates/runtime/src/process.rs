@@ -41,6 +41,9 @@ pub struct ServiceOptions {
     /// World it simulates.
     #[arg(long, value_name = "NAME")]
     pub world: Option<String>,
+    /// The base is simulated: it can do whatever a scenario says, and needs no limits of its own (driver).
+    #[arg(long)]
+    pub simulated_base: bool,
     /// Address for metrics in Prometheus's format, e.g. 0.0.0.0:9100; port 0 takes a free one. Default: none.
     #[arg(long, value_name = "ADDR:PORT")]
     pub metrics: Option<SocketAddr>,
@@ -68,6 +71,7 @@ impl ServiceOptions {
         config.world = self.world.clone().unwrap_or(config.world);
         config.namespace = self.namespace.clone().or(config.namespace);
         config.metrics = self.metrics.or(config.metrics);
+        config.simulated_base |= self.simulated_base;
         let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
         config.check().context(file)?;
         Ok(config)
@@ -146,6 +150,9 @@ pub type Service = fn(Start<'_>) -> Running<'_>;
 /// Bad input if arguments or configuration are wrong, the network if there is no session or the service fails.
 pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), Exit> {
     let config = options.configuration().map_err(Exit::bad_input)?;
+    if role == "driver" {
+        config.base().map_err(Exit::bad_input)?;
+    }
     // A wrong address is said before any router is looked for.
     if let Some(address) = config.metrics {
         metrics_endpoint::listen(address).map_err(Exit::bad_input)?;

@@ -1,12 +1,13 @@
 //! Typed questions with a deadline.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use curionav_schemas::{Clock, Message, Reject};
-use zenoh::handlers::{FifoChannel, FifoChannelHandler};
+use curionav_schemas::{Clock, Message, Refusal, Reject};
+use tokio::sync::mpsc;
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
-use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 /// Why a question has no answer.
@@ -34,6 +35,10 @@ const ZENOH_TIMEOUT: &[u8] = b"Timeout";
 
 /// Replies to one question that wait to be read.
 const KEPT: usize = 4;
+/// Bytes that these may have together, but for room for one of the largest.
+const KEPT_BYTES: usize = 4 << 20;
+/// The share of the time for a map that one holder has alone.
+const FIRST_HOLDER: f64 = 0.25;
 
 /// How a question travels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,26 +73,56 @@ pub async fn ask_encoded<Q: Message, A: Message>(
     urgency: Urgency,
 ) -> Result<A, AskError> {
     let question = Some((question, Q::ENCODING));
-    send(session, key, question, timeout, urgency, QueryTarget::BestMatching, KEPT)?.first(Ok).await
+    let kept = Kept { replies: KEPT, most: A::MAX_BYTES };
+    send(session, key, question, timeout, urgency, QueryTarget::BestMatching, kept)?.first(Ok).await
 }
 
 /// Asks `key` without a question in words: the current state, or a map.
 pub async fn fetch<A: Message>(session: &Session, key: &str, timeout: Duration) -> Result<A, AskError> {
-    send(session, key, None, timeout, Urgency::Normal, QueryTarget::BestMatching, KEPT)?.first(Ok).await
+    fetch_from(session, key, timeout, QueryTarget::BestMatching, Ok).await
 }
 
-/// Asks every queryable of `key` and takes the first answer that `accept` makes something of: whatever else
-/// is served under the name of something known by its content is passed over.
-pub(crate) async fn fetch_from_all<A: Message, T>(
+/// Asks one queryable of `key`, and all of them if that has nothing that `accept` makes something of: what else is served
+/// under the name of something known by its content is passed over. So several holders of a map need not all send it.
+pub(crate) async fn fetch_known<A: Message, T>(
     session: &Session,
     key: &str,
     timeout: Duration,
     accept: impl Fn(A) -> Result<T, Reject>,
 ) -> Result<T, AskError> {
-    send(session, key, None, timeout, Urgency::Normal, QueryTarget::All, KEPT)?.first(accept).await
+    let of_one = timeout.mul_f64(FIRST_HOLDER);
+    let asked = tokio::time::Instant::now();
+    match fetch_from(session, key, of_one, QueryTarget::BestMatching, &accept).await {
+        Ok(found) => Ok(found),
+        Err(error) => {
+            tracing::debug!(key, %error, "asking every holder");
+            let left = timeout.saturating_sub(asked.elapsed());
+            fetch_from(session, key, left, QueryTarget::All, &accept).await
+        }
+    }
 }
 
-/// A question on its way, by its encoding; at most `kept` replies wait to be read.
+async fn fetch_from<A: Message, T>(
+    session: &Session,
+    key: &str,
+    timeout: Duration,
+    target: QueryTarget,
+    accept: impl Fn(A) -> Result<T, Reject>,
+) -> Result<T, AskError> {
+    let kept = Kept { replies: KEPT, most: A::MAX_BYTES };
+    send(session, key, None, timeout, Urgency::Normal, target, kept)?.first(accept).await
+}
+
+/// What is kept of the replies to a question until it is read; further replies are dropped.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Kept {
+    /// Replies that wait.
+    pub(crate) replies: usize,
+    /// Bytes of the longest reply; a longer one is refused before it is copied.
+    pub(crate) most: usize,
+}
+
+/// A question on its way, by its encoding.
 pub(crate) fn send(
     session: &Session,
     key: &str,
@@ -95,7 +130,7 @@ pub(crate) fn send(
     timeout: Duration,
     urgency: Urgency,
     target: QueryTarget,
-    kept: usize,
+    kept: Kept,
 ) -> Result<Replies, AskError> {
     let (congestion, priority) = match urgency {
         Urgency::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
@@ -113,45 +148,89 @@ pub(crate) fn send(
     if let Some((payload, encoding)) = question {
         get = get.payload(payload).encoding(encoding);
     }
-    let open = get.with(FifoChannel::new(kept)).wait().map_err(|e| AskError::Send(e.to_string()))?;
+    let (sender, open) = mpsc::channel(kept.replies);
+    let waiting = Arc::new(AtomicUsize::new(0));
+    let (counted, most) = (Arc::clone(&waiting), KEPT_BYTES.max(kept.most));
+    get.callback(move |reply| {
+        let reply = Answer::of(reply, kept.most);
+        let bytes = reply.as_ref().map_or(0, |answer| answer.bytes.len());
+        if counted.fetch_add(bytes, Ordering::Relaxed) + bytes > most || sender.try_send(reply).is_err() {
+            counted.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    })
+    .wait()
+    .map_err(|e| AskError::Send(e.to_string()))?;
     // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
-    Ok(Replies { open: Some(open), deadline })
+    Ok(Replies { open: Some(open), waiting, deadline })
+}
+
+/// One reply as it came.
+#[derive(Debug)]
+pub(crate) struct Answer {
+    pub(crate) key: String,
+    pub(crate) bytes: Vec<u8>,
+    pub(crate) encoding: String,
+}
+
+impl Answer {
+    /// A reply of at most so many bytes.
+    fn of(reply: Reply, most: usize) -> Result<Self, AskError> {
+        let too_long = |found: usize, most: usize| {
+            let oversize = Refusal::Oversize { found: found as u64, most: most as u64 };
+            AskError::Malformed(Reject::from(oversize).to_string())
+        };
+        match reply.into_result() {
+            Ok(sample) if sample.payload().len() > most => Err(too_long(sample.payload().len(), most)),
+            Ok(sample) => Ok(Self {
+                key: sample.key_expr().to_string(),
+                bytes: sample.payload().to_bytes().into_owned(),
+                encoding: sample.encoding().to_string(),
+            }),
+            Err(error) if error.payload().len() > Reject::MAX_BYTES => {
+                Err(too_long(error.payload().len(), Reject::MAX_BYTES))
+            }
+            Err(error) => {
+                let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
+                Err(match Reject::decode(&payload, Some(&encoding)) {
+                    Ok(reject) => AskError::Rejected(reject),
+                    Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
+                    Err(error) => AskError::Malformed(error.to_string()),
+                })
+            }
+        }
+    }
 }
 
 /// The replies to one question, as they come.
 pub(crate) struct Replies {
     /// Until the deadline has passed.
-    open: Option<FifoChannelHandler<Reply>>,
+    open: Option<mpsc::Receiver<Result<Answer, AskError>>>,
+    /// Bytes that wait.
+    waiting: Arc<AtomicUsize>,
     deadline: tokio::time::Instant,
 }
 
 impl Replies {
     /// The next reply; nothing after the last, and after the one that says that the time is over.
-    pub(crate) async fn next(&mut self) -> Option<Result<Sample, AskError>> {
-        let next = self.open.as_ref()?.recv_async();
+    pub(crate) async fn next(&mut self) -> Option<Result<Answer, AskError>> {
+        let next = self.open.as_mut()?.recv();
         let Ok(reply) = tokio::time::timeout_at(self.deadline, next).await else {
             self.open = None;
             return Some(Err(AskError::Timeout));
         };
-        Some(reply.ok()?.into_result().map_err(|error| {
-            let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
-            match Reject::decode(&payload, Some(&encoding)) {
-                Ok(reject) => AskError::Rejected(reject),
-                Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,
-                Err(error) => AskError::Malformed(error.to_string()),
-            }
-        }))
+        let reply = reply?;
+        self.waiting.fetch_sub(reply.as_ref().map_or(0, |answer| answer.bytes.len()), Ordering::Relaxed);
+        Some(reply)
     }
 
     /// The first that `accept` makes something of.
     async fn first<A: Message, T>(mut self, accept: impl Fn(A) -> Result<T, Reject>) -> Result<T, AskError> {
         let mut failure = AskError::NoReply;
         while let Some(reply) = self.next().await {
-            let usable = reply.and_then(|sample| {
-                let encoding = sample.encoding().to_string();
-                let answer = A::decode(&sample.payload().to_bytes(), Some(&encoding));
-                answer.and_then(&accept).map_err(|reject| AskError::Malformed(reject.to_string()))
+            let usable = reply.and_then(|answer| {
+                let read = A::decode(&answer.bytes, Some(&answer.encoding));
+                read.and_then(&accept).map_err(|reject| AskError::Malformed(reject.to_string()))
             });
             match usable {
                 Ok(answer) => return Ok(answer),

@@ -8,6 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use curionav_schemas::limits::MAX_TEXT;
 use curionav_schemas::{Message, Refusal, Reject, keys};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
@@ -19,6 +20,11 @@ use crate::fair_queue::FairQueue;
 use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
+
+/// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand candidates.
+const QUEUE_BYTES: usize = 32 << 20;
+/// What a question counts for at least: it may hold on to the batch of Zenoh's that it came in.
+const QUESTION_BYTES_MIN: usize = 64 << 10;
 
 /// Counts of one server since it started.
 #[derive(Debug)]
@@ -124,15 +130,15 @@ struct Waiting {
 }
 
 impl Waiting {
-    /// Adds a query, or gives back the one that finds no room.
-    fn push(&self, robot: &str, query: Query) -> Option<Query> {
+    /// Adds a query of so many bytes, or gives back those that find no room.
+    fn push(&self, robot: &str, bytes: usize, query: Query) -> Vec<Query> {
         let mut queue = locked(&self.queue);
         if queue.1 {
-            return Some(query);
+            return vec![query];
         }
-        let refused = queue.0.push(robot, (query, Instant::now()));
+        let refused = queue.0.push(robot, bytes.max(QUESTION_BYTES_MIN), (query, Instant::now()));
         self.arrived.notify_one();
-        refused.map(|(query, _)| query)
+        refused.into_iter().map(|(query, _)| query).collect()
     }
 
     /// The next query, waited for; nothing once the server ends.
@@ -205,10 +211,10 @@ pub fn serve<Q: Message, A: Message>(
     refused: &Tally,
     handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, at_once_and_waiting, refused, move |query, came| {
+    let admission = Admission { most: Q::MAX_BYTES, check: Q::admit };
+    serve_queries(session, key, at_once_and_waiting, admission, refused, move |query, came| {
         let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
-        let encoding = query.encoding().map(ToString::to_string);
-        handler(Q::decode(&payload, encoding.as_deref())?, came)
+        handler(Q::decode(&payload, None)?, came)
     })
 }
 
@@ -220,12 +226,34 @@ pub fn serve_state<A: Message>(
     refused: &Tally,
     state: impl Fn() -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_queries(session, key, (1, 64), refused, move |query, _| {
-        if query.payload().is_some_and(|payload| !payload.is_empty()) {
-            return Err(Refusal::UnexpectedPayload.into());
+    let nothing =
+        |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
+    let admission = Admission { most: 0, check: nothing };
+    serve_queries(session, key, (1, 64), admission, refused, move |_, _| state())
+}
+
+/// What a question may be, before anything of it is read.
+#[derive(Clone, Copy)]
+struct Admission {
+    /// Bytes of the longest.
+    most: usize,
+    /// By length and encoding.
+    check: fn(usize, Option<&str>) -> Result<(), Reject>,
+}
+
+impl Admission {
+    /// The bytes that a question brings along, if it may be asked. All that is not its payload says nothing here, so it is
+    /// short or refused.
+    fn bytes(&self, query: &Query) -> Result<usize, Reject> {
+        let beside = query.attachment().map_or(0, |a| a.len()) + query.parameters().as_str().len();
+        if beside > MAX_TEXT {
+            return Err(Refusal::Oversize { found: beside as u64, most: MAX_TEXT as u64 }.into());
         }
-        state()
-    })
+        let (length, encoding) =
+            (query.payload().map_or(0, |p| p.len()), query.encoding().map(ToString::to_string));
+        (self.check)(length, encoding.as_deref().filter(|_| length > 0))?;
+        Ok(length)
+    }
 }
 
 /// The general form: `handler` sees the query itself; what it refuses is added to `refused`.
@@ -233,21 +261,22 @@ fn serve_queries<A: Message>(
     session: &Session,
     key: &str,
     (slots, queue): (usize, usize),
+    admission: Admission,
     refused: &Tally,
     handler: impl Fn(&Query, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting = Arc::new(Waiting {
-        queue: Mutex::new((FairQueue::new(queue), false)),
+        queue: Mutex::new((FairQueue::new(queue, QUEUE_BYTES.max(admission.most)), false)),
         arrived: Condvar::new(),
         is_pool: key.ends_with("/*"),
     });
     let handler = Arc::new(handler);
-    let (queue, admission) = (Arc::clone(&waiting), Arc::clone(&counts));
+    let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
     let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots.max(1) {
-        let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&admission));
+        let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
         let thread = std::thread::Builder::new()
             .name(format!("serve-{slot}"))
             .spawn(move || work(&waiting, &*handler, &counts))
@@ -257,25 +286,30 @@ fn serve_queries<A: Message>(
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
-        .callback(move |query| admit(&queue, &admission, query))
+        .callback(move |query| admit(&queue, admission, &counted, query))
         .wait();
     server.queryable = Some(queryable.map_err(|e| ServeError::new(key, e))?);
     Ok(server)
 }
 
-fn admit(waiting: &Waiting, counts: &ServeCounts, query: Query) {
+fn admit(waiting: &Waiting, admission: Admission, counts: &ServeCounts, query: Query) {
     // The last chunk of the key is the asking robot's name, or the same for all questions of this server.
     let key = query.key_expr().clone();
     let Some(robot) = keys::asker(&key).or((!waiting.is_pool).then_some("")) else {
         return refuse(&query, Refusal::WrongRobot, counts);
     };
+    let bytes = match admission.bytes(&query) {
+        Ok(bytes) => bytes,
+        Err(reject) => return refuse(&query, reject, counts),
+    };
     counts.in_flight.inc();
-    let Some(refused) = waiting.push(robot, query) else { return };
-    counts.in_flight.dec();
-    refuse(&refused, Refusal::Overloaded, counts);
+    for refused in waiting.push(robot, bytes, query) {
+        counts.in_flight.dec();
+        refuse(&refused, Refusal::Overloaded, counts);
+    }
 }
 
-fn refuse(query: &Query, why: Refusal, counts: &ServeCounts) {
+fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
     let reject = why.into();
     counts.refuse(&reject);
     reply_error(query, &reject);

@@ -2,21 +2,24 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use curionav_schemas::{Clock, Message};
-use zenoh::handlers::{RingChannel, RingChannelHandler};
+use curionav_schemas::{Clock, Message, Reject};
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
-use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
+use crate::byte_ring::ByteRing;
 use crate::serve::ServeCounts;
 
 /// Messages a subscriber may have waiting; beyond it the oldest goes. In lockstep the robot waits for what its
 /// services need of each other, so that at most a few of these are in flight, but nothing waits for a reader of
 /// reports. In real time only the newest matters.
 const INBOX: usize = 256;
+/// Bytes that these may have together, but for room for two of the largest: a hundred times what a robot's services have
+/// waiting when they are slow.
+const INBOX_BYTES: usize = 4 << 20;
 
 /// How a stream travels (the QoS column of the key table in `schemas/README.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -116,10 +119,12 @@ impl<M: Message> OnDemand<M> {
     }
 }
 
-/// A typed subscriber: decodes and validates; what is not ours is counted and passed over.
+/// A typed subscriber: refuses by length and encoding before it copies a byte, decodes and validates when it is read;
+/// what is not ours is counted and passed over.
 pub struct Inbox<M> {
-    subscriber: Subscriber<RingChannelHandler<Sample>>,
-    counts: Arc<ServeCounts>,
+    _subscriber: Subscriber<()>,
+    waiting: Arc<ByteRing<Vec<u8>>>,
+    refusing: Refusing,
     message: PhantomData<fn() -> M>,
 }
 
@@ -131,32 +136,33 @@ impl<M: Message> Inbox<M> {
 
     /// Subscribes to `key`; what is refused is added to `counts`.
     pub fn counted(session: &Session, key: &str, counts: &Arc<ServeCounts>) -> Result<Self, TopicError> {
+        let (feeder, waiting) = ByteRing::new(INBOX, inbox_bytes(M::MAX_BYTES));
+        let refusing = Refusing { key: key.into(), counts: Arc::clone(counts), refused: Arc::default() };
+        let admission = refusing.clone();
         let subscriber = session
             .declare_subscriber(key.to_owned())
-            .with(RingChannel::new(INBOX))
+            .callback(move |sample| {
+                let payload = sample.payload();
+                match M::admit(payload.len(), Some(&sample.encoding().to_string())) {
+                    // A copy, because the bytes received hold on to the whole batch that they came in.
+                    Ok(()) => drop(feeder.push(payload.len(), payload.to_bytes().into_owned())),
+                    Err(reject) => admission.refuse(&reject),
+                }
+            })
             .wait()
             .map_err(TopicError::on(key))?;
-        Ok(Self { subscriber, counts: Arc::clone(counts), message: PhantomData })
+        Ok(Self { _subscriber: subscriber, waiting, refusing, message: PhantomData })
     }
 
-    fn decode(&self, sample: &Sample) -> Option<M> {
-        let encoding = sample.encoding().to_string();
-        match M::decode(&sample.payload().to_bytes(), Some(&encoding)) {
-            Ok(message) => Some(message),
-            Err(error) => {
-                self.counts.refuse(&error);
-                let refused = self.counts.refused.total();
-                tracing::warn!(key = %sample.key_expr(), %error, refused, "message refused");
-                None
-            }
-        }
+    fn decode(&self, bytes: &[u8]) -> Option<M> {
+        M::decode(bytes, None).inspect_err(|reject| self.refusing.refuse(reject)).ok()
     }
 
     /// The next message in order; `None` once the session is closed. Cancel-safe.
     pub async fn next(&self) -> Option<M> {
         loop {
-            let sample = self.subscriber.recv_async().await.ok()?;
-            if let Some(message) = self.decode(&sample) {
+            let bytes = self.waiting.next().await?;
+            if let Some(message) = self.decode(&bytes) {
                 return Some(message);
             }
         }
@@ -164,11 +170,34 @@ impl<M: Message> Inbox<M> {
 
     /// The next message already here, in order.
     pub fn try_next(&self) -> Option<M> {
-        while let Ok(Some(sample)) = self.subscriber.try_recv() {
-            if let Some(message) = self.decode(&sample) {
+        while let Some(bytes) = self.waiting.pop() {
+            if let Some(message) = self.decode(&bytes) {
                 return Some(message);
             }
         }
         None
+    }
+}
+
+/// Most bytes that wait for a reader of messages of at most `message` bytes.
+fn inbox_bytes(message: usize) -> usize {
+    (INBOX * message).min(INBOX_BYTES.max(2 * message))
+}
+
+/// Counts what is refused on one key, and says so, but the less often the more there is.
+#[derive(Clone)]
+struct Refusing {
+    key: Arc<str>,
+    counts: Arc<ServeCounts>,
+    refused: Arc<AtomicU64>,
+}
+
+impl Refusing {
+    fn refuse(&self, reject: &Reject) {
+        self.counts.refuse(reject);
+        let refused = self.refused.fetch_add(1, Ordering::Relaxed) + 1;
+        if refused.is_power_of_two() {
+            tracing::warn!(key = %self.key, %reject, refused, "message refused");
+        }
     }
 }

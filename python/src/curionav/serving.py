@@ -29,6 +29,8 @@ from .session import answer_queries, close_at_exit
 
 _PREPARED_MAX = 256
 """Missions a replica remembers to be prepared for."""
+_QUEUE_BYTES = 32 << 20
+"""Bytes of questions that may wait."""
 _LATENCIES = 1024
 _REPORT_PERIOD = 10.0
 """Between two lines about the same failure, seconds."""
@@ -69,7 +71,7 @@ class EvaluatorServer(Closable):
         self.last_failure: str | None = None
         self._evaluator = evaluator
         self._slots = slots
-        self._queue = FairQueue[Waiting](queue)
+        self._queue = FairQueue[Waiting](queue, _QUEUE_BYTES)
         self._computing = 0
         self._prepared: dict[tuple[object, ...], None] = {}
         self._latencies: deque[float] = deque(maxlen=_LATENCIES)
@@ -102,8 +104,12 @@ class EvaluatorServer(Closable):
         if robot is None:
             self._refuse(query, {"code": "wrong_robot"})
             return
-        refused = self._queue.push(robot, (query, robot, time.monotonic()))
-        if refused is not None:
+        size = 0 if query.payload is None else len(query.payload)
+        if size > EvaluateRequest.MAX_BYTES:
+            # Before anything of it is copied.
+            self._refuse(query, {"code": "oversize", "found": size, "most": EvaluateRequest.MAX_BYTES})
+            return
+        for refused in self._queue.push(robot, (query, robot, time.monotonic()), size):
             self._refuse(refused[0], {"code": "overloaded"})
 
     def _tell(self, query: zenoh.Query) -> None:

@@ -196,6 +196,10 @@ class News:
                 self._wakers.discard(wake)
 
 
+_ITEM_BYTES = 256
+"""What a message takes in a mailbox besides its payload, about."""
+
+
 class Mailbox:
     """What came and has not been read: in order, bounded in bytes; beyond the bound the oldest goes and is counted."""
 
@@ -210,13 +214,18 @@ class Mailbox:
 
     def put(self, sample: zenoh.Sample) -> None:
         """Keeps a sample; called by Zenoh."""
+        size = len(sample.payload)
+        if size > self._limit:
+            # Before it is copied: it would not leave room for anything else.
+            self.lost += 1
+            return
         item = (sample.payload.to_bytes(), str(sample.encoding))
         with self._lock:
             self._items.append(item)
             self.newest = item
-            self._bytes += len(item[0])
+            self._bytes += size + _ITEM_BYTES
             while self._bytes > self._limit and len(self._items) > 1:
-                self._bytes -= len(self._items.popleft()[0])
+                self._bytes -= len(self._items.popleft()[0]) + _ITEM_BYTES
                 self.lost += 1
         self._news.tell()
 
@@ -226,7 +235,7 @@ class Mailbox:
             if not self._items:
                 return None
             item = self._items.popleft()
-            self._bytes -= len(item[0])
+            self._bytes -= len(item[0]) + _ITEM_BYTES
             return item
 
 
@@ -254,6 +263,10 @@ def answer_queries(session: zenoh.Session, key: str, answer: Callable[[zenoh.Que
     return session.declare_queryable(key, handler, complete=True)
 
 
+_REPLIES_MAX = 4
+"""Replies to one question that wait to be read."""
+
+
 def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | None, timeout: float) -> M:
     """Asks ``key`` and waits for the first usable answer.
 
@@ -268,8 +281,10 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
 
     def reply(received: zenoh.Reply) -> None:
         with changed:
-            replies.append(received)
-            changed.notify()
+            # The first usable one counts: of more than these, none will be.
+            if len(replies) < _REPLIES_MAX:
+                replies.append(received)
+                changed.notify()
 
     def end() -> None:
         nonlocal ended
@@ -309,6 +324,8 @@ def ask(session: zenoh.Session, key: str, answer: type[M], question: Message | N
 def _answer(reply: zenoh.Reply, key: str, answer: type[M], timeout: float) -> M:
     sample = reply.ok
     if sample is not None:
+        if (size := len(sample.payload)) > answer.MAX_BYTES:
+            raise NoAnswer(f"the answer at {key} has {size} bytes, more than {answer.MAX_BYTES}")
         return answer.decode(sample.payload.to_bytes(), str(sample.encoding))
     refusal = reply.err
     try:

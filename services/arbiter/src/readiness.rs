@@ -16,9 +16,10 @@ const FOREIGN_PATIENCE: Duration = Duration::from_secs(20);
 /// Between two looks, unless a probe comes back.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// Completes once every replica that is alive is ready and there is one of each role. A role that the arbiter can
-/// replace is awaited for a short time, a term that is not built in for a longer one: without it nothing can be
-/// followed, and the mission is refused. With `in_process = false`, built-in roles are awaited indefinitely.
+/// Completes once every replica that is wanted and alive is ready, and there is one of each role. The second and further
+/// ones of a role are awaited for a short time, and so is the first if the arbiter can replace the role; a term that is
+/// not built in is awaited for longer: without it nothing can be followed, and the mission is refused. With
+/// `in_process = false`, the first of each built-in role is awaited indefinitely.
 pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Result<(), Reject> {
     let roles: Vec<&str> = context.pool_roles().collect();
     let started = pool.peers.now();
@@ -29,11 +30,14 @@ pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Resu
         let mut missing = false;
         for role in &roles {
             let (ready, alive) = (pool.replicas().ready(role).len(), pool.peers.alive(role).len());
-            if (ready > 0 && ready >= alive) || done_without.contains(role) {
+            let all = ready >= alive.min(context.replicas_wanted(role));
+            if (ready > 0 && all) || done_without.contains(role) {
                 continue;
             }
-            if context.is_replaceable(role) && waited >= POOL_PATIENCE {
-                tracing::warn!(role, "not every replica is ready; what is missing is computed in process");
+            // A token without a replica behind it, or a replica that is broken, must not hold a mission up for ever.
+            let has_one = ready > 0 && !context.is_foreign(role);
+            if (context.is_replaceable(role) || has_one) && waited >= POOL_PATIENCE {
+                tracing::warn!(role, "not every replica is ready");
                 done_without.insert(role);
             } else if context.is_foreign(role) && waited >= patience(pool, role) {
                 if ready == 0 {

@@ -146,7 +146,7 @@ impl MissionFollower for Arbiter {
         }
         let due = match clock {
             Clock::Lockstep => belief.tick.is_multiple_of(period),
-            Clock::Realtime => self.planned.is_none_or(|last| belief.tick >= last + period),
+            Clock::Realtime => self.planned.is_none_or(|last| belief.tick >= last.saturating_add(period)),
         };
         if !due {
             return;

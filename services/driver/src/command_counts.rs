@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::{Metrics, Tally};
+use curionav_runtime::robot_limits::{Base, RobotLimits};
 use curionav_schemas::{CommandReason, Mission, MissionState};
 use tokio::sync::watch;
 
@@ -44,7 +45,26 @@ impl CommandCounts {
         *locked(&self.last) = Some((stamps, now, Instant::now(), time_scale));
     }
 
-    pub(crate) fn register(&self, metrics: &mut Metrics, missions: watch::Receiver<Option<Mission>>) {
+    pub(crate) fn register(
+        &self,
+        metrics: &mut Metrics,
+        missions: watch::Receiver<Option<Mission>>,
+        base: &Base,
+    ) {
+        if let Base::Real(own) = base {
+            let RobotLimits { v_max, a_max, omega_max, alpha_max, radius, .. } = *own;
+            let limits = [
+                ("v_max", v_max),
+                ("a_max", a_max),
+                ("omega_max", omega_max),
+                ("alpha_max", alpha_max),
+                ("radius", radius),
+            ];
+            let help = "The robot's own limits, which no mission can widen";
+            metrics.gauges("limit", help, "limit", move || {
+                limits.map(|(name, value)| (name.to_owned(), value)).into()
+            });
+        }
         metrics.tally("commands", "Commands to the base, by what they do", &self.commands);
         let last = Arc::clone(&self.last);
         let help = "Age of what the base is driven by, by the robot's clock; it grows while nothing comes";

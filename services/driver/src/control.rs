@@ -4,14 +4,10 @@ use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::RobotModel;
 use curionav_planning::tracking::track;
 use curionav_runtime::convert;
+use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::{Action, Belief, CommandReason, Decision, Odometry, Scan};
 
 use crate::proximity::guard;
-
-/// Beliefs older than this stop the robot, seconds of the robot's clock.
-const BELIEF_AGE_MAX: f64 = 0.5;
-/// Scans older than this stop the robot, seconds of the robot's clock.
-const SCAN_AGE_MAX: f64 = 0.5;
 
 /// What is further ahead of the robot's clock than this is of another run, or of the time before the base started
 /// over, seconds.
@@ -29,8 +25,12 @@ pub struct Inputs<'a> {
     pub decision: Option<&'a Decision>,
     /// The belief it was made from, while that is remembered.
     pub made_from: Option<&'a Belief>,
-    /// What the base can do.
+    /// What the mission lets the base do.
     pub robot: &'a RobotModel,
+    /// What the base does when it has to stop.
+    pub stopping: &'a RobotModel,
+    /// How old belief, scan and decision may be.
+    pub ages: Ages,
     /// Seconds until the next command.
     pub period: f64,
     /// The command before this one, if the base carries it out only now: in real time a command arrives after
@@ -50,12 +50,12 @@ pub struct Command {
 pub fn command(inputs: &Inputs<'_>) -> Command {
     let moving = on_arrival(inputs.odometry, inputs.on_its_way, inputs.robot, inputs.period);
     tracked(inputs, moving)
-        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.robot, inputs.period), reason })
+        .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.stopping, inputs.period), reason })
 }
 
 /// The command that tracks the decision, or the reason to stop instead.
 fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason> {
-    let Inputs { odometry, robot, period, .. } = *inputs;
+    let Inputs { odometry, robot, stopping, ages, period, .. } = *inputs;
     let age = |stamp: f64, most: f64, too_old, of_another_run| match odometry.stamp - stamp {
         age if age > most => Err(too_old),
         age if age < -FUTURE_MAX => Err(of_another_run),
@@ -67,26 +67,26 @@ fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason>
     }
     let decision_age = age(
         decision.stamp,
-        decision.valid_for_s,
+        decision.valid_for_s.min(ages.decision),
         CommandReason::DecisionExpired,
         CommandReason::DecisionOfAnotherRun,
     )?;
     let (belief, at_belief) = inputs.belief.ok_or(CommandReason::NoBelief)?;
     let made_from = inputs.made_from.ok_or(CommandReason::DecisionBeliefUnknown)?;
-    age(belief.stamp, BELIEF_AGE_MAX, CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun)?;
+    age(belief.stamp, ages.belief, CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun)?;
     let (scan, at_scan) = inputs.scan.ok_or(CommandReason::NoScan)?;
-    age(scan.stamp, SCAN_AGE_MAX, CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun)?;
+    age(scan.stamp, ages.scan, CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun)?;
     let reference = convert::trajectory(decision, made_from).map_err(|_| CommandReason::DecisionInvalid)?;
     // The believed pose moved on by what odometry has measured since.
     let pose = Pose2::new(belief.x, belief.y, belief.heading)
         .compose(pose_of(at_belief).relative(pose_of(odometry)));
     let wanted = track(&reference, decision_age, pose, moving, robot, period);
     let scan_from_robot = pose_of(at_scan).relative(pose_of(odometry));
-    let guarded = guard(wanted, scan, scan_from_robot, robot, period);
+    let guarded = guard(wanted, scan, scan_from_robot, stopping, period);
     Ok(if guarded == wanted {
         Command { twist: wanted, reason: CommandReason::Tracking }
     } else {
-        Command { twist: robot.limit(moving, guarded, period), reason: CommandReason::TooClose }
+        Command { twist: stopping.limit(moving, guarded, period), reason: CommandReason::TooClose }
     })
 }
 
@@ -128,6 +128,8 @@ mod tests {
             decision: Some(decision),
             made_from: Some(belief),
             robot,
+            stopping: robot,
+            ages: Ages::DEFAULT,
             period: 0.1,
             on_its_way: None,
         }

@@ -1,16 +1,18 @@
 //! The keys of the mission: one tells it, two take changes, which are published.
 
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use anyhow::Context;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
+use curionav_runtime::robot_limits::Base;
 use curionav_runtime::robot_service::first_run;
 use curionav_runtime::serve::{Server, serve, serve_state};
 use curionav_runtime::topic::{Flow, Topic};
 use curionav_schemas::{Mission, MissionCommand, Readiness, Refusal, Reject, keys};
 use tokio::sync::watch;
-use tokio::task::JoinSet;
 use zenoh::Session;
 
 use crate::mission_state::CurrentMission;
@@ -20,14 +22,15 @@ const MISSION_REPEATED: Duration = Duration::from_secs(1);
 /// One change at a time; a service or client asks once and waits.
 const QUEUE: (usize, usize) = (1, 64);
 
-/// The queryables of the mission, and the task that publishes it from time to time.
-pub(crate) type Serving = ([Server; 3], JoinSet<()>);
+/// The queryables of the mission.
+pub(crate) type Serving = [Server; 3];
 
 /// The mission, and where every change of it is published.
 pub(crate) struct MissionKeys {
     current: Mutex<CurrentMission>,
-    published: Topic<Mission>,
     changed: watch::Sender<Option<Mission>>,
+    /// Wakes the thread that publishes; that thread ends with this.
+    publish: SyncSender<()>,
 }
 
 impl MissionKeys {
@@ -35,22 +38,42 @@ impl MissionKeys {
     pub(crate) fn new(
         session: &Session,
         robot: &str,
+        base: Base,
         changed: watch::Sender<Option<Mission>>,
     ) -> anyhow::Result<Self> {
         let published = Topic::new(session, &keys::robot(robot, "mission")?, Flow::State)?;
-        Ok(Self { current: Mutex::new(CurrentMission::new(first_run())), published, changed })
+        let (publish, woken) = sync_channel(1);
+        let newest = changed.subscribe();
+        // A publication may wait for a slow network: on a thread of its own, where it holds up neither a change nor a
+        // tick. It takes the newest mission each time, so no older one follows a newer one.
+        let publishing = move || {
+            while !matches!(woken.recv_timeout(MISSION_REPEATED), Err(RecvTimeoutError::Disconnected)) {
+                let mission = newest.borrow().clone();
+                if let Some(mission) = mission {
+                    published.publish(&mission, mission.order.clock);
+                }
+            }
+        };
+        std::thread::Builder::new()
+            .name("mission".into())
+            .spawn(publishing)
+            .context("the mission's thread")?;
+        Ok(Self { current: Mutex::new(CurrentMission::new(base, first_run())), changed, publish })
     }
 
-    /// Changes the mission and publishes it.
+    /// Changes the mission and has it published.
     pub(crate) fn change(
         &self,
         changing: impl FnOnce(&mut CurrentMission) -> Result<Mission, Reject>,
     ) -> Result<Mission, Reject> {
-        // Held while it is published, so that no older mission is published after a newer one.
-        let mut current = locked(&self.current);
-        let mission = changing(&mut current)?;
-        self.changed.send_replace(Some(mission.clone()));
-        self.published.publish(&mission, mission.order.clock);
+        let mission = {
+            let mut current = locked(&self.current);
+            let mission = changing(&mut current)?;
+            self.changed.send_replace(Some(mission.clone()));
+            mission
+        };
+        // If it is full, the thread has yet to look, and will find this one.
+        let _ = self.publish.try_send(());
         Ok(mission)
     }
 
@@ -62,19 +85,9 @@ impl MissionKeys {
         robot: &str,
         refused: &Tally,
     ) -> anyhow::Result<Serving> {
-        let [repeated, state, commanded, reported] = std::array::from_fn(|_| Arc::clone(self));
-        let mut repeating = JoinSet::new();
-        repeating.spawn(async move {
-            loop {
-                tokio::time::sleep(MISSION_REPEATED).await;
-                let current = locked(&repeated.current);
-                if let Some(mission) = current.mission() {
-                    repeated.published.publish(mission, mission.order.clock);
-                }
-            }
-        });
+        let [state, commanded, reported] = std::array::from_fn(|_| Arc::clone(self));
         let (command, ready) = (keys::mission_command(robot)?, keys::mission_ready(robot)?);
-        let servers = [
+        Ok([
             serve_state(session, &keys::robot(robot, "mission")?, refused, move || {
                 locked(&state.current).mission().cloned().ok_or_else(|| Refusal::NoMission.into())
             })?,
@@ -84,7 +97,6 @@ impl MissionKeys {
             serve(session, &ready, QUEUE, refused, move |readiness: Readiness, _| {
                 reported.change(|current| current.readiness(readiness))
             })?,
-        ];
-        Ok((servers, repeating))
+        ])
     }
 }

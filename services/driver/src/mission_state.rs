@@ -2,6 +2,7 @@
 //! the one service without which nothing moves, so that pausing works whatever else has failed.
 
 use curionav_runtime::convert;
+use curionav_runtime::robot_limits::Base;
 use curionav_runtime::robot_service::is_over;
 use curionav_schemas::{
     Mission, MissionCommand, MissionEnd, MissionOrder, MissionState, Readiness, Refusal, Reject,
@@ -10,6 +11,8 @@ use curionav_schemas::{
 /// Holds the mission and its revision; every change is a new value to publish.
 #[derive(Debug)]
 pub struct CurrentMission {
+    /// Bounds what may be ordered.
+    base: Base,
     mission: Option<Mission>,
     /// Number of the next run: unlike any run of a driver that was here before.
     next_run: u64,
@@ -18,10 +21,10 @@ pub struct CurrentMission {
 }
 
 impl CurrentMission {
-    /// No mission yet. `first_run` must differ from every run number used before on this robot, for
+    /// No mission yet, of a robot with this base. `first_run` must differ from every run number used before on this robot, for
     /// services that have outlived an earlier driver: milliseconds of the wall clock will do.
-    pub fn new(first_run: u64) -> Self {
-        Self { mission: None, next_run: first_run, paused: false }
+    pub fn new(base: Base, first_run: u64) -> Self {
+        Self { base, mission: None, next_run: first_run, paused: false }
     }
 
     /// The mission as it stands.
@@ -34,6 +37,7 @@ impl CurrentMission {
         match command {
             MissionCommand::Set { order } => {
                 convert::check_order(&order)?;
+                self.base.check_order(&order)?;
                 self.set(*order);
             }
             MissionCommand::Goal { x, y, heading } => {
@@ -135,7 +139,7 @@ mod tests {
     use curionav_testing::golden;
 
     fn current() -> CurrentMission {
-        let mut current = CurrentMission::new(7);
+        let mut current = CurrentMission::new(Base::Simulated, 7);
         let mut order = golden::mission().order;
         order.require = vec!["arbiter".into(), "localizer".into()];
         current.command(MissionCommand::Set { order: Box::new(order) }).unwrap();
@@ -220,6 +224,6 @@ mod tests {
 
     #[test]
     fn without_a_mission_there_is_nothing_to_pause() {
-        assert!(CurrentMission::new(1).command(MissionCommand::Pause).is_err());
+        assert!(CurrentMission::new(Base::Simulated, 1).command(MissionCommand::Pause).is_err());
     }
 }

@@ -8,6 +8,7 @@ use curionav_planning::geometry::Twist;
 use curionav_runtime::convert;
 use curionav_runtime::lockstep::{Latest, has_started_over};
 use curionav_runtime::process::{Running, Start};
+use curionav_runtime::robot_limits::Base;
 use curionav_runtime::robot_service::{RobotService, is_over};
 use curionav_runtime::serve::serve_state;
 use curionav_runtime::shutdown::Shutdown;
@@ -27,6 +28,8 @@ const REMEMBERED_TICKS: usize = 64;
 
 struct Driver {
     service: RobotService,
+    /// Bounds whatever a mission or a decision asks for.
+    base: Base,
     missions: watch::Receiver<Option<Mission>>,
     keys: Arc<MissionKeys>,
     odometry: Latest<Odometry>,
@@ -55,9 +58,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control("driver", config, session) => service?,
         };
+        let base = config.base()?;
         let (mission_sender, missions) = watch::channel(None);
         let refused = service.counts.refused.clone();
-        let keys = Arc::new(MissionKeys::new(session, &config.robot, mission_sender)?);
+        let keys = Arc::new(MissionKeys::new(session, &config.robot, base.clone(), mission_sender)?);
         let _serving = keys.serve(session, &config.robot, &refused)?;
         let (fence, last) = watch::channel(DecisionFence::default());
         let key = service.key("decision")?;
@@ -65,6 +69,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             last.borrow().newest().cloned().ok_or_else(|| Refusal::NoDecision.into())
         })?;
         let driver = Driver {
+            base,
             missions,
             keys,
             odometry: Latest::new(service.inbox("odom")?),
@@ -82,7 +87,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             counts: CommandCounts::new(),
         };
         let mut metrics = driver.service.metrics();
-        driver.counts.register(&mut metrics, driver.missions.clone());
+        driver.counts.register(&mut metrics, driver.missions.clone(), &driver.base);
         let announced = driver.service.announce(metrics)?;
         on_ready(announced.metrics_address());
         driver.serve(shutdown).await
@@ -165,15 +170,16 @@ impl Driver {
         }
         let scan = self.scans.of_tick(tick, clock).await.cloned();
         let robot = convert::robot_model(&mission.order.robot_model);
+        let stopping = self.base.stopping(&robot);
         // In lockstep the base has carried out every command before it measures.
-        let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at + 1 >= tick);
+        let recent = self.told.filter(|(at, _)| clock == Clock::Realtime && at.saturating_add(1) >= tick);
         let on_its_way = recent.map(|(_, twist)| twist);
         if mission.state == MissionState::Preparing {
             // Once it runs, only what is decided from then on leads to its goal.
             self.fence.send_modify(DecisionFence::lapse);
         }
         if mission.state != MissionState::Running {
-            let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &robot, period);
+            let twist = braking(on_arrival(&odometry, on_its_way, &robot, period), &stopping, period);
             self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
             return;
         }
@@ -193,6 +199,8 @@ impl Driver {
             decision: decision.as_ref(),
             made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
+            stopping: &stopping,
+            ages: self.base.ages(),
             period,
             on_its_way,
         });
@@ -251,6 +259,8 @@ impl Driver {
 
     fn publish(&mut self, mission: &Mission, odometry: &Odometry, twist: Twist, reason: CommandReason) {
         let Odometry { tick, stamp, .. } = *odometry;
+        // Whatever was computed above, nothing else reaches the base.
+        let twist = self.base.clamp(twist, &convert::robot_model(&mission.order.robot_model));
         // A clock that has begun anew makes every reason a new one.
         let lasting = self.reason.filter(|(last, since)| *last == reason && *since <= stamp);
         let (_, since) = *self.reason.insert(lasting.unwrap_or((reason, stamp)));

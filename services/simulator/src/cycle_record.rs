@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use curionav_runtime::latency::percentile_ms;
+use curionav_schemas::limits::MAX_TRACE_ROWS;
 use curionav_schemas::{Cycles, Decision, Degradation, Reason};
 
 /// Collects the cycles of one run.
@@ -39,22 +40,26 @@ impl CycleRecord {
 
     /// A decision has come, while the world was at `tick`.
     pub(crate) fn decided(&mut self, decision: &Decision, tick: u64) {
-        self.skipped += decision.tick.saturating_sub(self.due) / self.period;
-        self.due = self.due.max(decision.tick + self.period);
-        self.late += u64::from(tick > decision.tick + self.period);
+        let next = decision.tick.saturating_add(self.period);
+        self.skipped = self.skipped.saturating_add(decision.tick.saturating_sub(self.due) / self.period);
+        self.due = self.due.max(next);
+        self.late += u64::from(tick > next);
         self.first_choice += u64::from(decision.reason == Reason::LeastCost);
         self.degraded += u64::from(!decision.degraded.is_empty());
         for code in decision.degraded.iter().map(Degradation::code).collect::<BTreeSet<_>>() {
             *self.degraded_by.entry(code.to_owned()).or_default() += 1;
         }
-        self.times.push(Duration::from_micros(decision.elapsed_us));
+        // Whatever else decides, the longest run has no more cycles.
+        if self.times.len() < MAX_TRACE_ROWS {
+            self.times.push(Duration::from_micros(decision.elapsed_us));
+        }
     }
 
     /// What they came to, in a run that ends at `tick`.
     pub(crate) fn finish(mut self, tick: u64) -> Cycles {
         Cycles {
             count: self.times.len() as u64,
-            skipped: self.skipped + tick.saturating_sub(self.due) / self.period,
+            skipped: self.skipped.saturating_add(tick.saturating_sub(self.due) / self.period),
             late: self.late,
             first_choice: self.first_choice,
             degraded: self.degraded,

@@ -82,7 +82,9 @@ fn robots_with_different_planners_need_not_ask_the_same_of_a_pool() {
     let deployment = Deployment::start(1);
     let at = ["--connect", deployment.endpoint()];
     let _other = ["driver", "localizer", "arbiter", "simulator"].map(|role| {
-        Serving::start(&[&[role, "--robot", "a", "--world", "a", "--instance", "a"], &at[..]].concat())
+        let simulated = if role == "driver" { &["--simulated-base"][..] } else { &[] };
+        let named = [role, "--robot", "a", "--world", "a", "--instance", "a"];
+        Serving::start(&[&named[..], simulated, &at[..]].concat())
     });
     // The first in the alphabet has no use for CPC, the other one has.
     let seed = ["--seed", "1000"];

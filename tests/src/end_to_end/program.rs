@@ -258,7 +258,7 @@ impl Deployment {
         &self.ready.endpoints[0]
     }
 
-    pub(super) fn pid(&self, name: &str) -> u32 {
+    pub(crate) fn pid(&self, name: &str) -> u32 {
         self.ready
             .processes
             .iter()

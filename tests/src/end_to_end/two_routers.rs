@@ -18,8 +18,9 @@ fn losing_the_network_leaves_the_robot_whole() {
     let robot = Serving::start(&["router", "--listen", "tcp/127.0.0.1:0", "--connect", &of_pools]);
     let robot_at = robot.endpoint().to_owned();
     let service = |role, at: &str| Serving::start(&[role, "--connect", at, "--instance", role]);
-    let _robot_services =
-        ["driver", "localizer", "arbiter", "simulator"].map(|role| service(role, &robot_at));
+    let _driver =
+        Serving::start(&["driver", "--connect", &robot_at, "--instance", "driver", "--simulated-base"]);
+    let _robot_services = ["localizer", "arbiter", "simulator"].map(|role| service(role, &robot_at));
     assert!(!well(&robot_at), "the pools are not there yet");
 
     let pools = Serving::start(&["router", "--listen", &of_pools]);

@@ -12,6 +12,7 @@ mod executor;
 mod fault;
 mod invariants;
 mod lockstep;
+mod many_goals;
 mod overload;
 mod readiness;
 mod replica;

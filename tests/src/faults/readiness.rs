@@ -12,6 +12,7 @@ use curionav_runtime::convert;
 use curionav_schemas::{Clock, Refusal, Reject};
 
 use super::corridor_map;
+use super::fault::Fault;
 use super::replica::FOREIGN;
 use super::world::{ArbiterSeat, SimulatedPeers, World};
 
@@ -24,6 +25,8 @@ struct PoolAtStart {
     foreign: usize,
     in_process: bool,
     has_run: bool,
+    /// A replica that is alive and never gets ready.
+    broken: Option<(&'static str, &'static str)>,
 }
 
 impl PoolAtStart {
@@ -39,6 +42,10 @@ impl PoolAtStart {
         let world = World::new(&fields, mission.clone(), self.in_process, self.pool);
         for i in 0..self.foreign {
             world.start_replica((FOREIGN.to_owned(), format!("{FOREIGN}-{i}")));
+        }
+        if let Some((role, instance)) = self.broken {
+            let index = world.index(&(role.to_owned(), instance.to_owned()));
+            world.change(true, Fault::Slow(index, 1e6));
         }
         let context = PlanContext::new(mission, &fields, self.in_process).unwrap();
         let seat = Arc::new(ArbiterSeat::default());
@@ -61,10 +68,12 @@ impl PoolAtStart {
     }
 }
 
+const NONE_BROKEN: PoolAtStart =
+    PoolAtStart { pool: [2, 2, 2], foreign: 1, in_process: false, has_run: false, broken: None };
+
 #[test]
 fn a_whole_pool_is_waited_for_no_longer_than_it_takes() {
-    let all = PoolAtStart { pool: [2, 2, 2], foreign: 1, in_process: false, has_run: false };
-    let (outcome, after) = all.outcome().unwrap();
+    let (outcome, after) = NONE_BROKEN.outcome().unwrap();
     assert!(outcome.is_ok() && after < 2.0, "{outcome:?} after {after} s");
 }
 
@@ -72,7 +81,7 @@ fn a_whole_pool_is_waited_for_no_longer_than_it_takes() {
 fn what_can_be_replaced_is_waited_for_for_five_seconds() {
     // Whichever it is: generators, CPC, CNC, all of them.
     for pool in [[0, 2, 2], [2, 0, 2], [2, 2, 0], [0, 0, 0]] {
-        let without = PoolAtStart { pool, foreign: 1, in_process: true, has_run: false };
+        let without = PoolAtStart { pool, in_process: true, ..NONE_BROKEN };
         let (outcome, after) = without.outcome().unwrap();
         assert!(outcome.is_ok() && (5.0..5.5).contains(&after), "{pool:?}: {outcome:?} after {after} s");
     }
@@ -81,7 +90,7 @@ fn what_can_be_replaced_is_waited_for_for_five_seconds() {
 #[test]
 fn a_term_that_no_replica_computes_refuses_the_mission_whatever_else_is_missing() {
     for (pool, in_process) in [([2, 2, 2], true), ([0, 2, 2], true), ([0, 0, 0], true), ([0, 2, 2], false)] {
-        let without = PoolAtStart { pool, foreign: 0, in_process, has_run: false };
+        let without = PoolAtStart { pool, foreign: 0, in_process, ..NONE_BROKEN };
         let (outcome, after) = without.outcome().unwrap();
         let reject = outcome.unwrap_err();
         let detail = "none is alive, or none answers".to_owned();
@@ -93,14 +102,30 @@ fn a_term_that_no_replica_computes_refuses_the_mission_whatever_else_is_missing(
 
 #[test]
 fn a_mission_that_has_been_under_way_is_not_given_up_for_replicas_out_of_reach() {
-    let later = PoolAtStart { pool: [2, 2, 2], foreign: 0, in_process: true, has_run: true };
+    let later = PoolAtStart { foreign: 0, in_process: true, has_run: true, ..NONE_BROKEN };
     assert!(later.outcome().unwrap().0.unwrap_err().why.is_transient());
 }
 
 #[test]
 fn what_must_not_be_replaced_is_waited_for_without_limit() {
-    let without = PoolAtStart { pool: [0, 2, 2], foreign: 1, in_process: false, has_run: false };
+    let without = PoolAtStart { pool: [0, 2, 2], ..NONE_BROKEN };
     assert!(without.outcome().is_none());
+}
+
+#[test]
+fn a_replica_that_never_gets_ready_beside_one_that_is_holds_a_mission_up_for_five_seconds() {
+    for broken in [("generator", "generator-1"), ("cpc", "cpc-0")] {
+        for in_process in [true, false] {
+            let all = PoolAtStart { in_process, broken: Some(broken), ..NONE_BROKEN };
+            let (outcome, after) = all.outcome().unwrap_or_else(|| panic!("{broken:?}: it waits for ever"));
+            assert!(
+                outcome.is_ok() && (5.0..5.5).contains(&after),
+                "{broken:?}: {outcome:?} after {after} s"
+            );
+        }
+    }
+    let alone = PoolAtStart { pool: [1, 2, 2], broken: Some(("generator", "generator-0")), ..NONE_BROKEN };
+    assert!(alone.outcome().is_none(), "it goes on without any generator");
 }
 
 #[test]

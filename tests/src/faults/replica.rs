@@ -82,7 +82,7 @@ impl Replica {
     pub(super) fn new(task: TaskId, slots: u32, now: Duration) -> Self {
         Self {
             task: Some(task),
-            queue: FairQueue::new(QUEUE),
+            queue: FairQueue::new(QUEUE, usize::MAX),
             arrived: Arc::default(),
             prepared: false,
             slots,
@@ -106,7 +106,7 @@ impl Replica {
     pub(super) fn set_down(&mut self, down: bool, now: Duration) -> Option<Option<TaskId>> {
         match (self.task, down) {
             (Some(task), true) => {
-                (self.task, self.queue, self.prepared) = (None, FairQueue::new(QUEUE), false);
+                (self.task, self.queue, self.prepared) = (None, FairQueue::new(QUEUE, usize::MAX), false);
                 (self.audible, self.since) = (false, now);
                 Some(Some(task))
             }
@@ -146,7 +146,7 @@ impl Replica {
     }
 
     fn admit_from(&mut self, robot: &str, job: Job) {
-        if let Some(refused) = self.queue.push(robot, job) {
+        for refused in self.queue.push(robot, 1, job) {
             let _ = refused.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
         }
         self.arrived.notify_one();

@@ -7,6 +7,7 @@ use std::time::Duration;
 use curionav_driver::control::{Inputs, command};
 use curionav_driver::decision_fence::{Admission, DecisionFence};
 use curionav_planning::geometry::{Pose2, Twist};
+use curionav_runtime::robot_limits::Ages;
 use curionav_schemas::limits::{MAX_EPOCH_STEP, MAX_FIRST_EPOCH};
 use curionav_schemas::{self as wire, Action, Belief, CommandReason, Decision, Mission, Odometry, People};
 use curionav_testing::golden;
@@ -126,6 +127,8 @@ impl Robot {
             decision: obeyed,
             made_from: obeyed.and_then(|d| self.belief_of.get(&d.tick)),
             robot: &self.base.model,
+            stopping: &self.base.model,
+            ages: Ages::DEFAULT,
             period,
             on_its_way: None,
         });

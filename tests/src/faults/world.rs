@@ -332,6 +332,8 @@ impl Peers for SimulatedPeers {
         result
     }
 
+    fn follow(&self, _: &[&str]) {}
+
     fn alive(&self, role: &str) -> Vec<String> {
         let state = self.world.state();
         let seen = state.replicas.iter().filter(|((of, _), replica)| of == role && replica.is_seen());

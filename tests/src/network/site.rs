@@ -177,7 +177,11 @@ impl Site {
         std::fs::write(self.directory.path().join("robot.toml"), config).unwrap();
         let file = self.directory.path().join("robot.toml");
         for kind in ["simulator", "driver", "localizer", "arbiter"] {
-            self.spawn(kind, "robot", service(kind, "a", file.to_str().unwrap(), endpoints));
+            let mut arguments = service(kind, "a", file.to_str().unwrap(), endpoints);
+            if kind == "driver" {
+                arguments.push("--simulated-base".into());
+            }
+            self.spawn(kind, "robot", arguments);
         }
     }
 

@@ -95,7 +95,7 @@ impl Base {
     }
 }
 
-async fn next<M: curionav_schemas::Message>(inbox: &Inbox<M>, is: impl Fn(&M) -> bool) -> M {
+pub(super) async fn next<M: curionav_schemas::Message>(inbox: &Inbox<M>, is: impl Fn(&M) -> bool) -> M {
     let wait = async {
         loop {
             let said = inbox.next().await.unwrap();

@@ -3,5 +3,6 @@
 
 mod base;
 mod begins_anew;
+mod hostile;
 mod missions;
 mod test_bench;

@@ -8,12 +8,14 @@ use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::map_store::host;
 use curionav_runtime::process::{Service, Start};
-use curionav_runtime::query::{Urgency, ask, fetch};
+use curionav_runtime::query::{AskError, Urgency, ask, fetch};
 use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::{ShutdownTrigger, shutdown};
 use curionav_runtime::topic::{Flow, Inbox, Topic};
-use curionav_schemas::{Clock, Message, Mission, MissionCommand, MissionState, ServiceStatus, keys};
+use curionav_schemas::{
+    Clock, Message, Mission, MissionCommand, MissionOrder, MissionState, ServiceStatus, keys,
+};
 use tokio::task::JoinSet;
 use zenoh::Session;
 
@@ -36,13 +38,19 @@ pub(super) struct TestBench {
 impl TestBench {
     /// Starts these, one after the other, each once the one before serves.
     pub(super) async fn start(services: &[Service], in_process: bool) -> Self {
+        let config = ServiceConfig { in_process, simulated_base: true, ..ServiceConfig::default() };
+        Self::configured(services, config).await
+    }
+
+    /// The same with this configuration.
+    pub(super) async fn configured(services: &[Service], config: ServiceConfig) -> Self {
         let session = session::embedded().await.unwrap();
         let (services_at_work, triggers) = (JoinSet::new(), Vec::new());
         let mut bench = Self { session, services: services_at_work, triggers, map: None };
         for service in services {
             let (trigger, token) = shutdown();
             let (ready, is_ready) = tokio::sync::oneshot::channel();
-            let config = ServiceConfig { in_process, ..ServiceConfig::default() };
+            let config = config.clone();
             let (service, session) = (*service, bench.session.clone());
             let fields = Fields::new(&session);
             bench.triggers.push(trigger);
@@ -79,8 +87,13 @@ impl TestBench {
     }
 
     pub(super) async fn request(&self, request: MissionCommand) -> Mission {
+        self.try_request(&request).await.unwrap()
+    }
+
+    /// What the driver answers to a command.
+    pub(super) async fn try_request(&self, request: &MissionCommand) -> Result<Mission, AskError> {
         let key = keys::mission_command(ROBOT).unwrap();
-        ask(&self.session, &key, &request, LIMIT, Urgency::Normal).await.unwrap()
+        ask(&self.session, &key, request, LIMIT, Urgency::Normal).await
     }
 
     /// A mission through the corridor, in real time and planned by a term that needs no pool but a generator, that begins
@@ -91,14 +104,21 @@ impl TestBench {
 
     /// The same mission in real time or in lockstep.
     pub(super) async fn set_mission_in(&self, clock: Clock, require: &[&str]) -> Mission {
+        let mut order = Self::order(clock, require);
+        order.time_scale = 0.1;
+        self.request(MissionCommand::Set { order: Box::new(order) }).await
+    }
+
+    /// The order of that mission, in which time passes as it does.
+    pub(super) fn order(clock: Clock, require: &[&str]) -> MissionOrder {
         let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, clock, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
         profile.terms.retain(|term, _| term == "distance");
         mission.order.profile = convert::to_value(&profile).unwrap();
         mission.order.robot = ROBOT.to_owned();
-        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 0.1, 1);
+        (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 1.0, 1);
         mission.order.require = require.iter().map(|role| (*role).to_owned()).collect();
-        self.request(MissionCommand::Set { order: Box::new(mission.order) }).await
+        mission.order
     }
 
     /// The mission once it is as it should be.

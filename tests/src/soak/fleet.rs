@@ -57,6 +57,9 @@ impl Fleet {
         if matches!(role, "arbiter" | "driver") {
             arguments.extend(["--robot".into(), of.into()]);
         }
+        if role == "driver" {
+            arguments.push("--simulated-base".into());
+        }
         arguments
     }
 

@@ -95,9 +95,9 @@ pub(crate) fn port_for_a_restart() -> u16 {
 
 /// What a process takes.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Usage {
+pub(crate) struct Usage {
     /// Resident, MiB: its own, and the pages of the program it has touched.
-    pub(super) resident: f64,
+    pub(crate) resident: f64,
     /// Its own, MiB.
     pub(super) own: f64,
     /// On a processor since it started.
@@ -105,7 +105,7 @@ pub(super) struct Usage {
 }
 
 /// What `pid` takes, unless it is gone.
-pub(super) fn usage(pid: u32) -> Option<Usage> {
+pub(crate) fn usage(pid: u32) -> Option<Usage> {
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
     let mib = |field: &str| {
         let line = status.lines().find_map(|line| line.strip_prefix(field))?;

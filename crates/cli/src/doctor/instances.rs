@@ -7,7 +7,7 @@ use curionav_pool::context::PlanContext;
 use curionav_runtime::latency::Latency;
 use curionav_runtime::probe::{RawReply, ask_all};
 use curionav_schemas::{
-    EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, ServiceStatus, keys,
+    EvaluateRequest, GenerateReply, GenerateRequest, Message, Refusal, Reject, Scores, ServiceStatus, keys,
 };
 use zenoh::Session;
 
@@ -18,6 +18,8 @@ use crate::required_roles::{Alive, Need, ROBOT_ROLES};
 const TIMEOUT: Duration = Duration::from_secs(1);
 /// To fetch a map and derive its fields may take as long as this.
 const WARM_UP_TIMEOUT: Duration = Duration::from_secs(10);
+/// Between two questions to a replica that prepares.
+const COLD_PAUSE: Duration = Duration::from_millis(50);
 const QUESTIONS: usize = 7;
 /// A smaller offset of a clock, or one below a round trip, is not worth saying.
 const OFFSET_WORTH_SAYING_MS: f64 = 100.0;
@@ -165,8 +167,20 @@ impl Instance {
         };
         let encoding = if is_generator { GenerateRequest::ENCODING } else { EvaluateRequest::ENCODING };
         let sent = question.len() as f64 / 1e3;
-        let (replies, took) = ask_all(session, &key, Some((question, encoding)), WARM_UP_TIMEOUT).await?;
-        let Some(reply) = replies.first() else { return Ok(Err("no answer where work is asked for".into())) };
+        // A replica that has to prepare says so at once, and prepares.
+        let asked = tokio::time::Instant::now();
+        let (reply, took) = loop {
+            let (replies, took) =
+                ask_all(session, &key, Some((question.clone(), encoding)), WARM_UP_TIMEOUT).await?;
+            let Some(reply) = replies.into_iter().next() else {
+                return Ok(Err("no answer where work is asked for".into()));
+            };
+            let is_cold = matches!(&reply.answer, Err(Reject { why: Refusal::Cold { .. }, .. }));
+            if !is_cold || asked.elapsed() > WARM_UP_TIMEOUT {
+                break (reply, took);
+            }
+            tokio::time::sleep(COLD_PAUSE).await;
+        };
         let took_ms = took.as_secs_f64() * 1e3;
         let fault = match is_generator {
             true => reply.decode::<GenerateReply>().map(Result::err),

@@ -77,6 +77,8 @@ impl Peers for NoPeers {
         work()
     }
 
+    fn follow(&self, _: &[&str]) {}
+
     fn alive(&self, _: &str) -> Vec<String> {
         Vec::new()
     }

@@ -14,6 +14,11 @@ pub struct DistanceField {
 }
 
 impl DistanceField {
+    /// Bytes of memory.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&*self.metres)
+    }
+
     /// Distance to the nearest occupied cell: what laser beams end on.
     pub fn to_occupied(grid: &OccupancyGrid) -> Self {
         Self::to(grid, |i| grid.cell(i) == Cell::Occupied)

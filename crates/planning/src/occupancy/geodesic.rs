@@ -64,6 +64,11 @@ impl GeodesicField {
         }
     }
 
+    /// Bytes of memory, without those of the grid.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.metres)
+    }
+
     /// Distance to go from a point, metres, bilinear between cell centres; infinite where the goal
     /// cannot be reached or outside the grid.
     pub fn at(&self, p: Point2) -> f64 {

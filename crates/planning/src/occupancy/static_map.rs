@@ -31,6 +31,11 @@ pub struct StaticMap {
 }
 
 impl StaticMap {
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        self.grid.cells().len() + self.to_obstacle.bytes() + self.to_occupied.bytes()
+    }
+
     /// Derives the fields of `grid`.
     pub fn new(grid: OccupancyGrid) -> Self {
         Self::by(&Alone, grid)

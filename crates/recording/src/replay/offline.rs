@@ -13,6 +13,7 @@ use curionav_pool::context::PlanContext;
 use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
+use curionav_pool::replicas::Wanted;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
 use curionav_runtime::locked::locked;
@@ -119,7 +120,8 @@ impl Offline {
         let foreign = context.pool_terms().filter(|term| context.local(term).is_none());
         for term in foreign {
             let mut replicas = self.pool.replicas();
-            replicas.update(term, &[RECORDING.to_owned()], Duration::ZERO);
+            let wanted = Wanted { robot: &context.mission.order.robot, count: 1 };
+            replicas.update(term, &[RECORDING.to_owned()], wanted, Duration::ZERO);
             for probe in replicas.take_due(Duration::ZERO) {
                 replicas.probed(&probe.role, &probe.instance, Some(1), Duration::ZERO);
             }
@@ -171,6 +173,8 @@ impl Peers for OfflinePeers {
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
         work()
     }
+
+    fn follow(&self, _: &[&str]) {}
 
     fn alive(&self, _role: &str) -> Vec<String> {
         Vec::new()

@@ -67,6 +67,8 @@ Refusal = Annotated[
             "unreachable_goal": {"x": _FLOAT, "y": _FLOAT},
             "wrong_map": {},
             "invalid": {"detail": _TEXT},
+            "beyond_robot": {"found": _FLOAT, "least": _FLOAT, "most": _FLOAT},
+            "realtime_only": {},
             "epoch_out_of_reach": {},
             "no_mission": {},
             "no_decision": {},

@@ -14,6 +14,7 @@
 mod lookup;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
@@ -62,9 +63,9 @@ pub struct InformationField {
     headings: usize,
     robot_from_laser: Pose2,
     /// Place of each block's first factor; 0 where nothing is seen.
-    place: Vec<u32>,
+    place: Arc<[u32]>,
     /// Factors in the grid's axes, `[block, heading]`, the first `headings` of them zero.
-    factors: Vec<[f32; 6]>,
+    factors: Arc<[[f32; 6]]>,
 }
 
 impl InformationField {
@@ -109,9 +110,20 @@ impl InformationField {
             rows,
             headings,
             robot_from_laser: laser.robot_from_laser,
-            place,
-            factors,
+            place: place.into(),
+            factors: factors.into(),
         }
+    }
+
+    /// The field of the same laser in another place on the robot, which shares the memory of this one: where the laser sits
+    /// changes what is looked up, not what it sees.
+    pub fn mounted(&self, robot_from_laser: Pose2) -> Self {
+        Self { robot_from_laser, ..self.clone() }
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.place) + size_of_val(&*self.factors)
     }
 
     /// Information of one scan about the robot's pose (x, y, heading) at `pose`, in the map frame:

@@ -159,6 +159,12 @@ impl InformationToGoField {
         if weights > 1e-9 { sum / weights } else { 0.0 }
     }
 
+    /// What it takes in memory, bytes.
+    pub fn bytes(&self) -> usize {
+        let blocks = size_of_val(&self.first[..]) + size_of_val(&self.sight[..]) + self.roadmap.bytes();
+        size_of_val(&self.metres[..]) + size_of_val(&self.trace[..]) + blocks
+    }
+
     /// How many steps of blind way make a covariance of this trace.
     fn level(&self, trace: f64) -> f64 {
         let above = self.trace.partition_point(|l| *l <= trace);

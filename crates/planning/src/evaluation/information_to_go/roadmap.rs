@@ -57,6 +57,11 @@ impl Roadmap {
         Self { side, spacing: side as f64 * grid.resolution(), columns, rows, places }
     }
 
+    /// What it takes in memory, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.places[..])
+    }
+
     /// Blocks, with a place or without.
     pub(super) fn len(&self) -> usize {
         self.places.len()

@@ -1,0 +1,219 @@
+//! What is known of replicas, and which are kept ready.
+
+use super::*;
+
+const NOW: Duration = Duration::from_secs(7);
+const ALL: Wanted<'_> = Wanted { robot: "robot", count: 32 };
+const WAY: Duration = Duration::from_millis(1);
+
+fn ready(slots: &[(&str, u32)]) -> Replicas {
+    let mut replicas = Replicas::default();
+    let alive: Vec<String> = slots.iter().map(|s| s.0.to_owned()).collect();
+    replicas.update("cpc", &alive, ALL, NOW);
+    assert_eq!(replicas.take_due(NOW).len(), alive.len());
+    for (instance, slots) in slots {
+        replicas.probed("cpc", instance, Some(*slots), NOW);
+    }
+    replicas
+}
+
+/// Every free slot, by name.
+fn known_slots(replicas: &Replicas) -> Vec<(String, f64)> {
+    let all = replicas.of.get("cpc").map(|of| free_slots(of, 1)).unwrap_or_default();
+    all.into_iter().map(|slot| (slot.instance, slot.speed)).collect()
+}
+
+#[test]
+fn a_cold_replica_gets_nothing() {
+    let mut replicas = Replicas::default();
+    replicas.update("cpc", &["a".into()], ALL, NOW);
+    assert!(known_slots(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
+    let probe = Probe { role: "cpc".into(), instance: "a".into() };
+    assert_eq!(replicas.take_due(NOW), [probe]);
+    assert!(replicas.take_due(NOW).is_empty() && known_slots(&replicas).is_empty());
+    replicas.probed("cpc", "a", None, NOW);
+    assert_eq!(replicas.next_due(), Some(NOW + FIRST_PAUSE));
+    let mut now = NOW;
+    for pause in [10, 20, 40, 80, 160, 200, 200] {
+        assert!(replicas.take_due(now).is_empty());
+        now += Duration::from_millis(pause);
+        assert_eq!(replicas.take_due(now).len(), 1);
+        replicas.probed("cpc", "a", None, now);
+    }
+    assert_eq!(replicas.take_due(now + PROBE_PAUSE).len(), 1);
+    replicas.probed("cpc", "a", Some(1), NOW);
+    assert_eq!(known_slots(&replicas).len(), 1);
+}
+
+#[test]
+fn work_in_flight_takes_slots() {
+    let mut replicas = ready(&[("a", 1), ("b", 3)]);
+    let names = |r: &Replicas| known_slots(r).into_iter().map(|slot| slot.0).collect::<Vec<_>>();
+    assert_eq!(names(&replicas), ["a", "b", "b", "b"]);
+    replicas.asked("cpc", "b");
+    assert_eq!(names(&replicas), ["a", "b", "b"]);
+    replicas.done("cpc", "b");
+    replicas.asked("cpc", "a");
+    assert_eq!(names(&replicas), ["b", "b", "b"]);
+}
+
+#[test]
+fn the_faster_gets_more_and_the_unmeasured_as_much_as_the_fastest() {
+    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+    replicas.answered("cpc", "b", 100, Duration::from_millis(40), WAY);
+    let speeds: Vec<f64> = known_slots(&replicas).into_iter().map(|slot| slot.1).collect();
+    assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
+    // 2500 + 0.3 * (10 000 - 2500)
+    replicas.answered("cpc", "b", 100, Duration::from_millis(10), WAY);
+    assert!((known_slots(&replicas)[1].1 - 4750.0).abs() < 1e-9);
+}
+
+#[test]
+fn a_shard_is_worth_its_way_and_a_busy_replica_is_asked_less_often() {
+    let mut replicas = ready(&[("a", 1)]);
+    let worth = |replicas: &Replicas| free_slots(&replicas.of["cpc"], 1)[0].worth;
+    assert_eq!(worth(&replicas), 0.0);
+    // 1000 candidates in 10 ms are 100 in the 1 ms of the way.
+    replicas.answered("cpc", "a", 1000, Duration::from_millis(10), WAY);
+    assert!((worth(&replicas) - 100.0).abs() < 1e-9);
+    // Now others are in the way: 10 000 a second instead of 100 000, of which 30 % count at once.
+    replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
+    let (unhindered, speed) = (98_000.0, 73_000.0);
+    assert!((worth(&replicas) - 1e-3 * unhindered * unhindered / speed).abs() < 1e-6);
+    for _ in 0..10 {
+        replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
+    }
+    assert!(worth(&replicas) > 150.0 && worth(&replicas) < 400.0);
+}
+
+#[test]
+fn a_failure_ends_the_work_until_a_probe_is_answered() {
+    for failure in [Failure::Broken, Failure::Cold] {
+        let mut replicas = ready(&[("a", 1)]);
+        replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
+        assert!(replicas.ready("cpc").is_empty());
+        assert_eq!(replicas.take_due(NOW).len(), 1);
+        // What it is blamed for meanwhile is no reason to ask it again.
+        replicas.failed("cpc", "a", failure, NOW, Clock::Realtime);
+        assert!(replicas.take_due(NOW).is_empty());
+        replicas.probed("cpc", "a", Some(1), NOW);
+        assert_eq!(replicas.ready("cpc"), ["a"]);
+    }
+}
+
+#[test]
+fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
+    let mut replicas = ready(&[("a", 1)]);
+    let fail = |replicas: &mut Replicas| {
+        replicas.failed("cpc", "a", Failure::Broken, NOW, Clock::Realtime);
+        let due = replicas.next_due().unwrap();
+        assert_eq!(replicas.take_due(due).len(), 1);
+        replicas.probed("cpc", "a", Some(1), due);
+        (due - NOW).as_millis()
+    };
+    assert_eq!([0; 5].map(|_| fail(&mut replicas)), [0, 200, 400, 600, 600]);
+    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+    assert_eq!(fail(&mut replicas), 0);
+}
+
+#[test]
+fn an_overloaded_replica_is_only_given_less() {
+    let mut replicas = ready(&[("a", 1), ("b", 1)]);
+    for instance in ["a", "b"] {
+        replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
+    }
+    for _ in 0..9 {
+        replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Realtime);
+    }
+    assert_eq!(known_slots(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
+}
+
+#[test]
+fn a_spare_is_another_and_the_least_busy() {
+    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+    replicas.asked("cpc", "b");
+    assert_eq!(replicas.spare("cpc", &["a".into()]).as_deref(), Some("c"));
+    assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]).as_deref(), Some("b"));
+    replicas.asked("cpc", "b");
+    assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]), None);
+}
+
+/// The generators that each of 100 robots keeps ready, of `pool`.
+fn kept_ready(pool: &[String], count: usize) -> Vec<Vec<String>> {
+    (0..100)
+        .map(|i| {
+            let (robot, mut replicas) = (format!("robot-{i}"), Replicas::default());
+            replicas.update(keys::GENERATOR, pool, Wanted { robot: &robot, count }, NOW);
+            for Probe { role, instance } in replicas.take_due(NOW) {
+                replicas.probed(&role, &instance, Some(1), NOW);
+            }
+            assert!(replicas.take_due(NOW).is_empty() && replicas.next_due().is_none());
+            replicas.preferred(keys::GENERATOR)
+        })
+        .collect()
+}
+
+#[test]
+fn each_generator_sees_the_goals_of_few_robots_and_a_new_one_takes_over_its_share_alone() {
+    let pool: Vec<String> = (0..8).map(|i| format!("generator-{i}")).collect();
+    let before = kept_ready(&pool, 2);
+    assert!(before.iter().all(|kept| kept.len() == 2));
+    let sees = |kept: &[Vec<String>], g: &String| kept.iter().filter(|of| of.contains(g)).count();
+    let goals: Vec<usize> = pool.iter().map(|g| sees(&before, g)).collect();
+    // 25 on average.
+    assert!(goals.iter().all(|count| (10..=40).contains(count)), "{goals:?}");
+    let mut more = pool.clone();
+    more.push("generator-new".into());
+    let after = kept_ready(&more, 2);
+    for (before, after) in before.iter().zip(&after) {
+        let stayed = after.iter().filter(|g| before.contains(g)).count();
+        assert!(stayed == 2 || (stayed == 1 && after.contains(&more[8])), "{before:?} {after:?}");
+    }
+}
+
+#[test]
+fn a_preferred_generator_that_comes_back_is_kept_ready_again() {
+    let pool: Vec<String> = (0..6).map(|i| format!("generator-{i}")).collect();
+    let wanted = Wanted { robot: "r", count: 2 };
+    let mut replicas = Replicas::default();
+    let ready = |replicas: &mut Replicas, alive: &[String]| {
+        replicas.update(keys::GENERATOR, alive, wanted, NOW);
+        for Probe { role, instance } in replicas.take_due(NOW) {
+            replicas.probed(&role, &instance, Some(1), NOW);
+        }
+        replicas.preferred(keys::GENERATOR)
+    };
+    let first = ready(&mut replicas, &pool);
+    let without: Vec<String> = pool.iter().filter(|g| **g != first[0]).cloned().collect();
+    let meanwhile = ready(&mut replicas, &without);
+    assert!(meanwhile.len() == 2 && meanwhile[0] == first[1]);
+    assert_eq!(ready(&mut replicas, &pool)[..2], first[..]);
+}
+
+#[test]
+fn a_replica_that_fails_its_probes_gives_its_place_to_another() {
+    let mut replicas = Replicas::default();
+    let alive: Vec<String> = (0..100).map(|i| format!("invented-{i}")).chain(["real".into()]).collect();
+    replicas.update("cpc", &alive, Wanted { robot: "r", count: 4 }, NOW);
+    let (mut now, mut probes) = (NOW, 0);
+    while replicas.ready("cpc").is_empty() {
+        let due = replicas.take_due(now);
+        assert!(due.len() <= 4 && probes < 120, "{probes} probes");
+        for Probe { role, instance } in due {
+            probes += 1;
+            let slots = (instance == "real").then_some(1);
+            replicas.probed(&role, &instance, slots, now);
+        }
+        now += PROBE_PAUSE;
+    }
+}
+
+#[test]
+fn who_is_gone_is_forgotten() {
+    let mut replicas = ready(&[("a", 1), ("b", 1)]);
+    replicas.update("cpc", &["b".into()], ALL, NOW);
+    replicas.probed("cpc", "a", Some(1), NOW);
+    replicas.done("cpc", "a");
+    assert_eq!((replicas.ready("cpc"), replicas.known()), (vec!["b".to_owned()], 1));
+}

@@ -1,0 +1,168 @@
+//! A client with every right that sends the largest messages there are, as fast as it can: how much memory that takes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::query::fetch;
+use curionav_runtime::session;
+use curionav_schemas::{F64Array, MESSAGES, Message, Mission, People, Scan, keys, limits};
+use curionav_testing::golden;
+use zenoh::bytes::ZBytes;
+use zenoh::qos::CongestionControl;
+use zenoh::query::QueryTarget;
+use zenoh::{Session, Wait};
+
+use super::target::{SERVICES, Target, all};
+use crate::end_to_end::program::{Deployment, LIMIT, is_alive, root, run, turn};
+use crate::soak::process::usage;
+
+const QUICK: &str = "scenarios/quickstart.toml";
+/// Between two looks at the memory.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// The ceiling of each role, MiB, as the document for operators states it.
+fn ceilings() -> BTreeMap<String, f64> {
+    let text = std::fs::read_to_string(root().join("docs/operations.md")).unwrap();
+    let table =
+        text.split("| role | ceiling |").nth(1).expect("docs/operations.md has the table of ceilings");
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let mib = cells.get(2)?.strip_suffix(" MiB")?.parse().ok()?;
+        Some(
+            cells[1]
+                .split(", ")
+                .map(move |role| (role.trim_matches('`').to_owned(), mib))
+                .collect::<Vec<_>>(),
+        )
+    };
+    table.lines().skip(1).take_while(|line| line.starts_with('|')).filter_map(row).flatten().collect()
+}
+
+/// What a process has in memory, MiB.
+fn resident(pid: u32) -> f64 {
+    usage(pid).map_or(0.0, |usage| usage.resident)
+}
+
+/// One item of CBOR of so many bytes that is no message: it has to be read to find out.
+fn well_formed(bytes: usize) -> Vec<u8> {
+    let content = bytes.saturating_sub(5);
+    let mut item = vec![0x5a];
+    item.extend((content as u32).to_be_bytes());
+    item.resize(content + 5, 0);
+    item
+}
+
+/// The largest message of that kind that a reader takes, where one is easily made.
+fn largest(message: &str) -> Option<Vec<u8>> {
+    match message {
+        "scan" => {
+            let mut scan: Scan = golden::scan();
+            scan.ranges.0 = vec![scan.range_max as f32; limits::MAX_BEAMS];
+            Some(scan.encode())
+        }
+        "people" => {
+            let many = || F64Array::from(vec![1.0; limits::MAX_PEOPLE]);
+            let id = (0..limits::MAX_PEOPLE as u32).collect();
+            Some(People { id, x: many(), y: many(), vx: many(), vy: many(), ..golden::people() }.encode())
+        }
+        _ => None,
+    }
+}
+
+/// What is sent to a key in turn: as long as can be, longer than can be, and what is a message.
+fn payloads(target: &Target) -> Vec<(ZBytes, &'static str)> {
+    let Some(message) = target.message.and_then(|name| MESSAGES.iter().find(|m| m.name == name)) else {
+        // Nothing belongs there.
+        return vec![(vec![0; 1 << 20].into(), "zenoh/bytes")];
+    };
+    let (most, encoding) = (message.max_bytes, message.encoding);
+    let invalid = [well_formed(most), vec![0; most + 1]];
+    invalid.into_iter().chain(largest(message.name)).map(|bytes| (bytes.into(), encoding)).collect()
+}
+
+/// Sends to one key until the end, without a pause; gives the bytes sent.
+fn flood(session: &Session, target: &Target, end: Instant) -> u64 {
+    let (payloads, sent) = (payloads(target), AtomicU64::new(0));
+    while Instant::now() < end {
+        for (payload, encoding) in &payloads {
+            sent.fetch_add(payload.len() as u64, Ordering::Relaxed);
+            let payload = payload.clone();
+            if target.asked {
+                let get =
+                    session.get(&target.key).payload(payload).encoding(*encoding).target(QueryTarget::All);
+                let get = get.congestion_control(CongestionControl::Block).timeout(Duration::from_secs(1));
+                let replies = get.wait().unwrap();
+                while replies.recv().is_ok() {}
+            } else {
+                let put = session.put(&target.key, payload).encoding(*encoding);
+                put.congestion_control(CongestionControl::Block).wait().unwrap();
+            }
+        }
+    }
+    sent.into_inner()
+}
+
+#[test]
+fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
+    let _turn = turn();
+    let longer =
+        std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
+    let lasts = Duration::from_secs(longer.unwrap_or(10).min(60));
+    let ceilings = ceilings();
+    let deployment = Deployment::start(1);
+    let at = ["--connect", deployment.endpoint()];
+    assert_eq!(run(QUICK, &at).1, 0);
+    let config =
+        ServiceConfig { connect: vec![deployment.endpoint().to_owned()], ..ServiceConfig::default() };
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    let session = runtime.block_on(session::client(&config)).unwrap();
+    let mission: Mission =
+        runtime.block_on(fetch(&session, &keys::robot("robot", "mission").unwrap(), LIMIT)).unwrap();
+
+    let processes: Vec<(&str, u32)> = (SERVICES.iter().copied().chain([("router", "router")]))
+        .map(|(role, name)| (role, deployment.pid(name)))
+        .collect();
+    let before: BTreeMap<&str, f64> = processes.iter().map(|(role, pid)| (*role, resident(*pid))).collect();
+    let flooding = Arc::new(AtomicBool::new(true));
+    let looking = {
+        let (flooding, processes) = (Arc::clone(&flooding), processes.clone());
+        std::thread::spawn(move || {
+            let mut most: BTreeMap<&str, f64> = BTreeMap::new();
+            while flooding.load(Ordering::Relaxed) {
+                for (role, pid) in &processes {
+                    let entry = most.entry(role).or_default();
+                    *entry = entry.max(resident(*pid));
+                }
+                std::thread::sleep(LOOK);
+            }
+            most
+        })
+    };
+    let end = Instant::now() + lasts;
+    let sent: u64 = std::thread::scope(|scope| {
+        let targets = all(&mission.order.map);
+        let flooding: Vec<_> = (targets.into_iter())
+            .map(|target| {
+                let session = &session;
+                scope.spawn(move || flood(session, &target, end))
+            })
+            .collect();
+        flooding.into_iter().map(|thread| thread.join().unwrap()).sum()
+    });
+    flooding.store(false, Ordering::Relaxed);
+    let most = looking.join().unwrap();
+    println!("{} s, {} MB sent\nrole        before   most  ceiling, MiB", lasts.as_secs(), sent / 1_000_000);
+    for (role, most) in &most {
+        println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[*role]);
+    }
+    assert!(processes.iter().all(|(_, pid)| is_alive(*pid)), "a process has died");
+    for (role, most) in &most {
+        assert!(*most <= ceilings[*role], "{role}: {most:.0} MiB");
+    }
+    session::close(&session);
+    runtime.shutdown_timeout(Duration::from_secs(2));
+    assert_eq!(run(QUICK, &at).1, 0, "the robot does not arrive afterwards");
+}
