@@ -11,7 +11,7 @@ use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, LOOKS};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
@@ -38,7 +38,7 @@ struct Line {
 }
 
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
-    let session = options.at.session().await?;
+    let session = options.at.session(&LOOKS).await?;
     let mut lines = Vec::new();
     for (role, instances) in members(&session).await.map_err(Exit::network)? {
         for instance in instances {
@@ -61,7 +61,7 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         return Ok(SUCCESS);
     }
     match lines.as_slice() {
-        [] => print(format_args!("no service is alive behind {}", options.at.connect))?,
+        [] => print(format_args!("no service is alive behind {}", options.at.place()))?,
         lines => print(table(lines))?,
     }
     for status in lines.iter().filter_map(|line| line.status.as_ref()) {

@@ -4,6 +4,7 @@
 pub mod config;
 pub mod convert;
 pub mod cores;
+pub mod denied;
 pub mod echo;
 pub mod exit;
 pub mod fair_queue;
@@ -22,6 +23,7 @@ pub mod process;
 pub mod query;
 pub mod ready;
 pub mod robot_service;
+pub mod secure;
 pub mod serve;
 pub mod session;
 pub mod shutdown;

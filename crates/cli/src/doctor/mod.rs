@@ -16,7 +16,7 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, EXAMINES};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
@@ -54,13 +54,13 @@ fn parse_listen(text: &str) -> Result<f64, String> {
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     let robot = options.robot.as_deref().map_or(Ok(()), keys::check_id);
     robot.map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
-    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config() };
+    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config(&EXAMINES)? };
     let session = match session::client(&config).await {
         Ok(session) => session,
         Err(error @ SessionError::NoRouter { .. }) => {
             let fix = format!(
                 "start it there: curionav router --listen tcp/0.0.0.0:7447; or name another with --connect instead of {}",
-                options.at.connect
+                options.at.place()
             );
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);

@@ -28,7 +28,7 @@ impl Processes {
         let quotas = quota.map(Quotas::new).transpose().map_err(Exit::bad_input)?;
         let program =
             std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
-        let (router, endpoint) = Supervised::router(&program, 0, log).await.map_err(Exit::network)?;
+        let (router, endpoint) = Supervised::router(&program, 0, None, log).await.map_err(Exit::network)?;
         Ok(Self { program, log: log.to_owned(), endpoint, router, replicas: Vec::new(), quotas })
     }
 
@@ -36,7 +36,7 @@ impl Processes {
     pub(super) async fn add(&mut self, kind: &str, count: usize) -> Result<(), Exit> {
         for _ in 0..count {
             let name = format!("{kind}-{}", self.replicas.len());
-            let arguments = client_arguments(kind, &self.endpoint, &name, &self.log);
+            let arguments = client_arguments(kind, &self.endpoint, &name, None, &self.log);
             let started = Supervised::start(&self.program, &name, arguments).await;
             self.replicas.push(started.map_err(Exit::network)?.0);
         }
