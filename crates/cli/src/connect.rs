@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::Args;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::exit::Exit;
@@ -9,6 +10,7 @@ use curionav_runtime::process::default_endpoint;
 use curionav_runtime::secure;
 use curionav_runtime::session::{self, SessionError};
 use curionav_security::name::Name;
+use curionav_security::table::Verb;
 use zenoh::Session;
 
 /// The certificates that suffice for looking, the least first.
@@ -66,6 +68,22 @@ impl ConnectOptions {
 
     pub(crate) async fn session(&self, suffice: &[&str]) -> Result<Session, Exit> {
         session::client(&self.config(suffice)?).await.map_err(refused)
+    }
+
+    /// Fails if the certificate to be shown does not allow this: the router would only be silent.
+    pub(crate) fn require(&self, suffice: &[&str], verb: Verb, key: &str) -> Result<(), Exit> {
+        let config = self.config(suffice)?;
+        let shown = config.secure.as_ref().and_then(|folder| secure::shown(folder, &config.certificates));
+        let namespace = self.namespace.as_deref();
+        let whole = namespace.map_or_else(|| key.to_owned(), |namespace| format!("{namespace}/{key}"));
+        match shown {
+            Some(name) if !name.may(verb, &whole, namespace) => Err(Exit::bad_input(anyhow!(
+                "the certificate `{name}` does not allow to {} {key}; use --as {}",
+                verb.word(),
+                suffice.join(" or ")
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Where that is, for people.

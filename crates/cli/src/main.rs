@@ -2,6 +2,7 @@
 //! its arguments and their help.
 
 mod connect;
+mod denied;
 mod doctor;
 #[cfg(feature = "lab")]
 mod lab;

@@ -9,6 +9,7 @@ use curionav_runtime::print::print;
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::session;
 use curionav_schemas::{Mission, MissionCommand, keys};
+use curionav_security::table::Verb;
 
 use crate::connect::{ConnectOptions, OPERATES};
 
@@ -61,6 +62,7 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
         MissionRequest::Cancel(options) => (options, MissionCommand::Cancel),
     };
     let key = keys::mission_command(&robot).map_err(|e| Exit::bad_input(Error::from(e).context("robot")))?;
+    at.require(&OPERATES, Verb::Ask, &key)?;
     let session = at.session(&OPERATES).await?;
     let answer: Result<Mission, AskError> = ask(&session, &key, &command, TIMEOUT, Urgency::Normal).await;
     session::close(&session);

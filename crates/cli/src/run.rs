@@ -99,7 +99,9 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let is_embedded = options.connect.is_none() && options.secure.is_none();
     if is_embedded && options.namespace.is_some() {
-        return Err(Exit::bad_input(anyhow::anyhow!("--namespace: is of a deployment; give --connect or --secure")));
+        return Err(Exit::bad_input(anyhow::anyhow!(
+            "--namespace: is of a deployment; give --connect or --secure"
+        )));
     }
     let at = ConnectOptions {
         connect: options.connect.clone(),

@@ -110,7 +110,9 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
         SecureCommand::Renew { folder, names, days: count } => {
             let here = Folder::new(&folder);
             let names = match names.is_empty() {
-                true => here.certificates().map_err(Exit::bad_input)?.into_iter().map(|(name, _)| name).collect(),
+                true => {
+                    here.certificates().map_err(Exit::bad_input)?.into_iter().map(|(name, _)| name).collect()
+                }
                 false => names,
             };
             for name in &names {
@@ -124,7 +126,10 @@ pub(crate) fn run(command: SecureCommand) -> Result<u8, Exit> {
         }
         SecureCommand::Rules { folder, namespace } => {
             Folder::new(&folder).renew_rules(namespace.as_deref()).map_err(Exit::bad_input)?;
-            print(format_args!("{}: rules.json is written; restart the routers that read it", folder.display()))?;
+            print(format_args!(
+                "{}: rules.json is written; restart the routers that read it",
+                folder.display()
+            ))?;
         }
         SecureCommand::Rights => print(page::rights().trim_end())?,
     }
@@ -151,8 +156,15 @@ fn table(folder: &Path) -> Result<Table, FolderError> {
             Err(FolderError::Foreign { .. }) => "OF ANOTHER AUTHORITY".to_owned(),
             Err(error) => error.to_string(),
         };
-        let may: Vec<&str> = Verb::ALL.iter().filter(|verb| name.has(**verb)).map(|verb| verb.word()).collect();
-        table.add_row([name.to_string(), certificate.until(), state, may.join(", "), name.row().about.into()]);
+        let may: Vec<&str> =
+            Verb::ALL.iter().filter(|verb| name.has(**verb)).map(|verb| verb.word()).collect();
+        table.add_row([
+            name.to_string(),
+            certificate.until(),
+            state,
+            may.join(", "),
+            name.row().about.into(),
+        ]);
     }
     Ok(table)
 }

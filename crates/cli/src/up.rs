@@ -144,14 +144,18 @@ impl Deployment {
             )));
         }
         let processes = self.processes();
-        let names = processes.map(|(kind, instance)| Name::of_service(kind, &self.robot, &self.world, &instance));
+        let names =
+            processes.map(|(kind, instance)| Name::of_service(kind, &self.robot, &self.world, &instance));
         let mut names: Vec<Name> = names.collect::<Result<_, _>>().map_err(Exit::bad_input)?;
         let mut more = vec![Name::new("router", &[]), Name::new("viewer", &[]), Name::new("operator", &[])];
         if self.replicas.simulator > 0 {
             more.extend([Name::new("experimenter", &[]), Name::new("crowd", &[&self.world])]);
         }
         names.extend(more.into_iter().collect::<Result<Vec<_>, _>>().map_err(Exit::bad_input)?);
-        names.iter().try_for_each(|name| folder.keep_valid(name, days(LIFETIME_DAYS))).map_err(Exit::bad_input)
+        names
+            .iter()
+            .try_for_each(|name| folder.keep_valid(name, days(LIFETIME_DAYS)))
+            .map_err(Exit::bad_input)
     }
 
     #[cfg(not(feature = "tls"))]

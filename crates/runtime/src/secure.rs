@@ -8,14 +8,22 @@ use zenoh::Config;
 use crate::session::SessionError;
 
 #[cfg(feature = "tls")]
-pub use tls::{certificate, check, client, router};
+pub use tls::{certificate, check, client, distrust, router, shown, until};
 #[cfg(not(feature = "tls"))]
-pub use without_tls::{check, client, router};
+pub use without_tls::{check, client, distrust, router, shown, until};
 
 #[cfg(feature = "tls")]
 mod tls {
+    use std::io::{ErrorKind, Read, Write};
+    use std::net::{TcpStream, ToSocketAddrs};
+    use std::sync::Arc;
+    use std::time::Duration;
+
     use curionav_schemas::MESSAGES;
     use curionav_security::folder::{Folder, Identity};
+    use rustls::pki_types::pem::PemObject;
+    use rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName};
+    use rustls::{AlertDescription, CertificateError, ClientConfig, ClientConnection, RootCertStore, Stream};
 
     use super::{Config, Name, Path, SessionError};
     use crate::session::set;
@@ -34,6 +42,23 @@ mod tls {
         let name = found.first_of(names).or_else(|| names.first().cloned());
         let name = name.ok_or_else(|| SessionError::Other("no name for a certificate".into()))?;
         found.identity(&name).map_err(|error| SessionError::Certificate(error.to_string()))
+    }
+
+    /// The name under which a program shows itself that may use any of `names`.
+    pub fn shown(folder: &Path, names: &[Name]) -> Option<Name> {
+        Folder::new(folder).first_of(names)
+    }
+
+    /// Until when the certificate of `name` is valid, as a part of a sentence.
+    pub fn until(folder: &Path, name: &Name) -> String {
+        let read = Folder::new(folder).read(&name.to_string());
+        read.map_or_else(
+            |_| String::new(),
+            |certificate| {
+                let due = if certificate.is_due() { ", so renew it: curionav secure renew" } else { "" };
+                format!("; valid until {}{due}", certificate.until())
+            },
+        )
     }
 
     /// Whether [`client`] will find a certificate that it can use.
@@ -68,9 +93,100 @@ mod tls {
         settings.iter().try_for_each(|(key, value)| set(config, &[(*key, value.as_str())]))
     }
 
+    /// How long a router may take to answer a greeting. One that is content says nothing.
+    const GREETING: Duration = Duration::from_millis(500);
+
+    /// Why the router at `endpoint` and the holder of a certificate do not trust each other; nothing if they do, or if
+    /// no router is there. Zenoh itself only logs it. Blocks for a second at most.
+    pub fn distrust(endpoint: &str, folder: &Path, names: &[Name]) -> Option<String> {
+        let identity = certificate(folder, names).ok()?;
+        let address = endpoint.strip_prefix("tls/")?.split(['?', '#']).next()?;
+        let host = address.rsplit_once(':')?.0.trim_start_matches('[').trim_end_matches(']');
+        match greet(address, host, &identity) {
+            Err(Failure::Tls(error)) => Some(in_words(&error, host, &identity)),
+            _ => None,
+        }
+    }
+
+    enum Failure {
+        Tls(rustls::Error),
+        Other,
+    }
+
+    impl From<rustls::Error> for Failure {
+        fn from(error: rustls::Error) -> Self {
+            Self::Tls(error)
+        }
+    }
+
+    impl From<std::io::Error> for Failure {
+        fn from(error: std::io::Error) -> Self {
+            let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
+            inner.map_or(Self::Other, |tls| Self::Tls(tls.clone()))
+        }
+    }
+
+    /// A handshake, and then a moment in which the router may object.
+    fn greet(address: &str, host: &str, identity: &Identity) -> Result<(), Failure> {
+        let unreadable = |_| Failure::Other;
+        let mut roots = RootCertStore::empty();
+        roots.add(CertificateDer::from_pem_file(&identity.authority).map_err(unreadable)?)?;
+        let own = CertificateDer::from_pem_file(&identity.certificate).map_err(unreadable)?;
+        let key = PrivateKeyDer::from_pem_file(&identity.key).map_err(unreadable)?;
+        let provider = Arc::new(rustls::crypto::ring::default_provider());
+        let config = ClientConfig::builder_with_provider(provider)
+            .with_protocol_versions(&[&rustls::version::TLS13])?
+            .with_root_certificates(roots)
+            .with_client_auth_cert(vec![own], key)?;
+        let host = ServerName::try_from(host.to_owned()).map_err(|_| Failure::Other)?;
+        let mut connection = ClientConnection::new(Arc::new(config), host)?;
+        let resolved = address.to_socket_addrs()?.next().ok_or(Failure::Other)?;
+        let mut socket = TcpStream::connect_timeout(&resolved, GREETING)?;
+        socket.set_read_timeout(Some(GREETING))?;
+        socket.set_write_timeout(Some(GREETING))?;
+        let mut stream = Stream::new(&mut connection, &mut socket);
+        stream.flush()?;
+        match stream.read(&mut [0]) {
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => Ok(()),
+            read => Ok(read.map(drop)?),
+        }
+    }
+
+    fn in_words(error: &rustls::Error, host: &str, identity: &Identity) -> String {
+        let (name, authority) = (&identity.name, identity.authority.display());
+        match error {
+            rustls::Error::InvalidCertificate(
+                CertificateError::UnknownIssuer | CertificateError::BadSignature,
+            ) => {
+                format!(
+                    "the router's certificate is not signed by the authority in {authority}; copy ca.pem from where it was issued"
+                )
+            }
+            rustls::Error::InvalidCertificate(
+                CertificateError::Expired | CertificateError::ExpiredContext { .. },
+            ) => "the router's certificate has expired; renew it and restart the router".into(),
+            rustls::Error::InvalidCertificate(
+                CertificateError::NotValidForName | CertificateError::NotValidForNameContext { .. },
+            ) => format!(
+                "the router's certificate is not for `{host}`; connect by another name, or issue it with --address {host}"
+            ),
+            rustls::Error::AlertReceived(
+                AlertDescription::UnknownCA
+                | AlertDescription::DecryptError
+                | AlertDescription::BadCertificate,
+            ) => format!(
+                "the router does not know the authority that has signed the certificate `{name}`; issue it with the router's authority"
+            ),
+            rustls::Error::AlertReceived(AlertDescription::CertificateExpired) => {
+                format!("for the router, the certificate `{name}` has expired; renew it, or set the clocks")
+            }
+            error => format!("{error} (with the certificate `{name}`)"),
+        }
+    }
+
     fn links(config: &mut Config, identity: &Identity, listen: &str) -> Result<(), SessionError> {
-        let [authority, certificate, key] =
-            [&identity.authority, &identity.certificate, &identity.key].map(|file| file.display().to_string());
+        let [authority, certificate, key] = [&identity.authority, &identity.certificate, &identity.key]
+            .map(|file| file.display().to_string());
         let tls = format!(
             "{{ root_ca_certificate: {authority:?}, connect_certificate: {certificate:?}, \
              connect_private_key: {key:?}, {listen} enable_mtls: true, verify_name_on_connect: true, \
@@ -110,15 +226,23 @@ mod without_tls {
         Err(left_out(folder))
     }
 
+    /// Nothing is known.
+    pub fn until(_: &Path, _: &Name) -> String {
+        String::new()
+    }
+
+    /// No name.
+    pub fn shown(_: &Path, _: &[Name]) -> Option<Name> {
+        None
+    }
+
+    /// Nothing.
+    pub fn distrust(_: &str, _: &Path, _: &[Name]) -> Option<String> {
+        None
+    }
+
     /// As [`check`].
     pub fn router(_: &mut Config, folder: &Path, _: &Name) -> Result<(), SessionError> {
         Err(left_out(folder))
     }
-}
-
-/// What TLS says against the other side, in an error of Zenoh; nothing if the error is about something else.
-pub(crate) fn distrust(error: &str) -> Option<String> {
-    eprintln!("DEBUG {error}");
-    let _ = error;
-    None
 }

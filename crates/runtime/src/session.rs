@@ -132,8 +132,7 @@ fn check_protocols(config: &Config, keys: &[&str]) -> Result<(), SessionError> {
                 continue;
             }
             let whose = if allowed == "null" { "this program has" } else { "this configuration allows" };
-            let mend =
-                if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
+            let mend = if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
             return Err(SessionError::Other(format!(
                 "{key}: {endpoint}: {whose} links over {} alone{mend}",
                 links.join(", ")
@@ -187,15 +186,18 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     set(&mut config, &once)?;
     let named = (!service.connect.is_empty()).then(|| service.connect.join(", "));
     let endpoints = named.unwrap_or_else(|| "the configured endpoints".into());
-    let no_router = || SessionError::NoRouter { endpoints: endpoints.clone(), seconds: timeout.as_secs_f64() };
+    let no_router =
+        || SessionError::NoRouter { endpoints: endpoints.clone(), seconds: timeout.as_secs_f64() };
     let deadline = tokio::time::Instant::now() + timeout;
     let session = loop {
         match tokio::time::timeout_at(deadline, zenoh::open(config.clone())).await {
             Ok(Ok(session)) => break session,
-            Ok(Err(error)) => match secure::distrust(&error.to_string()) {
-                Some(reason) => return Err(SessionError::Distrust { endpoints, reason }),
-                None => tracing::debug!(%error, "opening failed"),
-            },
+            Ok(Err(error)) => {
+                tracing::debug!(%error, "opening failed");
+                if let Some(reason) = distrust(service).await {
+                    return Err(SessionError::Distrust { endpoints, reason });
+                }
+            }
             Err(_) => return Err(no_router()),
         }
         if tokio::time::Instant::now() + RETRY >= deadline {
@@ -212,6 +214,14 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
     Ok(session)
+}
+
+/// Why one of the routers is not trusted, or does not trust this program; nothing if none is there.
+async fn distrust(service: &ServiceConfig) -> Option<String> {
+    let folder = service.secure.clone()?;
+    let (endpoints, names) = (service.connect.clone(), service.certificates.clone());
+    let asking = move || endpoints.iter().find_map(|endpoint| secure::distrust(endpoint, &folder, &names));
+    tokio::task::spawn_blocking(asking).await.ok().flatten()
 }
 
 /// How a router is set up.

@@ -89,8 +89,7 @@ impl Certificate {
         let (_, authority) = parse_x509_pem(authority).map_err(|error| error.to_string())?;
         let (_, authority) =
             X509Certificate::from_der(&authority.contents).map_err(|error| error.to_string())?;
-        let (_, certificate) =
-            X509Certificate::from_der(&pem.contents).map_err(|error| error.to_string())?;
+        let (_, certificate) = X509Certificate::from_der(&pem.contents).map_err(|error| error.to_string())?;
         let common_name = certificate.subject().iter_common_name().find_map(|name| name.as_str().ok());
         let alternatives = certificate.subject_alternative_name().ok().flatten();
         let alternatives = alternatives.map_or(&[][..], |names| &names.value.general_names);
@@ -137,7 +136,13 @@ pub(crate) fn date(seconds: i64) -> String {
         |_| seconds.to_string(),
         |t| {
             let (year, month, day) = t.to_calendar_date();
-            format!("{year}-{:02}-{day:02} {:02}:{:02}:{:02} UTC", u8::from(month), t.hour(), t.minute(), t.second())
+            format!(
+                "{year}-{:02}-{day:02} {:02}:{:02}:{:02} UTC",
+                u8::from(month),
+                t.hour(),
+                t.minute(),
+                t.second()
+            )
         },
     )
 }

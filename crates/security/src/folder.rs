@@ -208,8 +208,10 @@ impl Folder {
         key: Option<&str>,
     ) -> Result<(), FolderError> {
         let mend = "certificates are issued where the authority's key is";
-        let authority =
-            Made { certificate: self.text(CA, "pem", &self.command("init"))?, key: self.text(CA, "key", mend)? };
+        let authority = Made {
+            certificate: self.text(CA, "pem", &self.command("init"))?,
+            key: self.text(CA, "key", mend)?,
+        };
         let made = signed(&authority, name, addresses, lifetime, key);
         let made = made.map_err(|reason| {
             self.malformed(&format!("{name}.pem"), reason, "look at the addresses, and at ca.pem and ca.key")
@@ -304,7 +306,8 @@ impl Folder {
         let text = match fs::read_to_string(self.directory.join(RULES)) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 let path = self.directory.join(RULES).display().to_string();
-                let mend = format!("copy it from where certificates are issued, or {}", self.command("rules"));
+                let mend =
+                    format!("copy it from where certificates are issued, or {}", self.command("rules"));
                 return Err(FolderError::Missing { path, mend });
             }
             read => read.map_err(|error| self.file(&self.directory.join(RULES), &error))?,
@@ -337,13 +340,14 @@ impl Folder {
     /// Writes a file whole or not at all: another process may read it at any moment.
     fn write(&self, file: &str, bytes: &[u8], mode: u32) -> Result<(), FolderError> {
         let (path, new) = (self.directory.join(file), self.directory.join(format!(".{file}.new")));
-        let written = fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.directory).and_then(|()| {
-            let _ = fs::remove_file(&new);
-            let mut open = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&new)?;
-            open.write_all(bytes)?;
-            open.sync_all()?;
-            fs::rename(&new, &path)
-        });
+        let written =
+            fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.directory).and_then(|()| {
+                let _ = fs::remove_file(&new);
+                let mut open = fs::OpenOptions::new().write(true).create_new(true).mode(mode).open(&new)?;
+                open.write_all(bytes)?;
+                open.sync_all()?;
+                fs::rename(&new, &path)
+            });
         written.map_err(|error| self.file(&path, &error))
     }
 
@@ -352,7 +356,11 @@ impl Folder {
     }
 
     fn malformed(&self, file: &str, reason: String, mend: &str) -> FolderError {
-        FolderError::Malformed { path: self.directory.join(file).display().to_string(), reason, mend: mend.into() }
+        FolderError::Malformed {
+            path: self.directory.join(file).display().to_string(),
+            reason,
+            mend: mend.into(),
+        }
     }
 }
 

@@ -85,7 +85,8 @@ impl Name {
     /// A key of the table with this name's parts in it.
     pub fn fill(&self, key: &str) -> String {
         let named = self.row.names.iter().zip(&self.names);
-        let filled = named.fold(key.to_owned(), |key, (what, name)| key.replace(&format!("{{{what}}}"), name));
+        let filled =
+            named.fold(key.to_owned(), |key, (what, name)| key.replace(&format!("{{{what}}}"), name));
         filled.replace("{role}", &self.role)
     }
 

@@ -54,16 +54,16 @@ mod tests {
         assert_eq!(who(Verb::Serve, &command), ["driver.r1.x"]);
         assert_eq!(who(Verb::Ask, &command), ["simulator.w.r1.x", "operator", "experimenter"]);
         assert_eq!(who(Verb::Put, &keys::robot("r1", "decision").unwrap()), ["arbiter.r1.x"]);
-        assert_eq!(who(Verb::Ask, &keys::mission_ready("r1").unwrap()), [
-            "localizer.r1.x",
-            "tracker.r1.x",
-            "arbiter.r1.x"
-        ]);
+        assert_eq!(
+            who(Verb::Ask, &keys::mission_ready("r1").unwrap()),
+            ["localizer.r1.x", "tracker.r1.x", "arbiter.r1.x"]
+        );
     }
 
     #[test]
     fn nothing_that_changes_a_robot_reaches_another_one() {
-        let streams = ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report"];
+        let streams =
+            ["scan", "odom", "people", "belief", "particles", "mission", "decision", "cmd", "report"];
         for other in everyone().iter().filter(|name| name.to_string().contains("r1")) {
             for key in streams.map(|stream| keys::robot("r2", stream).unwrap()) {
                 for verb in [Verb::Put, Verb::Serve, Verb::Subscribe, Verb::Ask] {

@@ -56,7 +56,9 @@ impl Verb {
             Self::Subscribe => &[(Ingress, &[DeclareSubscriber], Keys::Own), (Egress, &[Put], Keys::Own)],
             Self::Notice => &[(Egress, &[DeclareSubscriber], Keys::Wide)],
             Self::Ask => &[(Ingress, &[Query], Keys::Own), (Egress, &[Reply], Keys::Own)],
-            Self::Serve => &[(Ingress, &[DeclareQueryable, Reply], Keys::Own), (Egress, &[Query], Keys::Wide)],
+            Self::Serve => {
+                &[(Ingress, &[DeclareQueryable, Reply], Keys::Own), (Egress, &[Query], Keys::Wide)]
+            }
             Self::Find => &[(Egress, &[DeclareQueryable], Keys::Wide)],
             Self::Hold => &[(Ingress, &[LivelinessToken], Keys::Own)],
             Self::Watch => &[

@@ -123,146 +123,232 @@ const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
 
 /// The rights of all kinds of programs.
 pub const TABLE: &[Row] = &[
-    service("driver", &["robot", "instance"], "a robot's driver, which owns its mission", &[
-        may(Verb::Put, &["robot/{robot}/cmd", "robot/{robot}/mission"]),
-        may(
-            Verb::Subscribe,
-            &["robot/{robot}/odom", "robot/{robot}/belief", "robot/{robot}/scan", "robot/{robot}/decision"],
-        ),
-        may(
-            Verb::Serve,
-            &[
-                "robot/{robot}/mission",
-                "robot/{robot}/mission/command",
-                "robot/{robot}/mission/ready",
-                "robot/{robot}/decision",
-            ],
-        ),
-    ]),
-    service("localizer", &["robot", "instance"], "a robot's localizer", &[
-        may(Verb::Put, &["robot/{robot}/belief", "robot/{robot}/particles"]),
-        may(Verb::Subscribe, &["robot/{robot}/mission", "robot/{robot}/scan", "robot/{robot}/odom"]),
-        may(Verb::Notice, &["robot/{robot}/particles"]),
-        may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/ready", "map/*"]),
-    ]),
-    service("tracker", &["robot", "instance"], "a robot's tracker of people", &[
-        may(Verb::Put, &["robot/{robot}/people"]),
-        may(
-            Verb::Subscribe,
-            &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/belief", "robot/{robot}/mission"],
-        ),
-        may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/ready", "map/*"]),
-    ]),
-    service("arbiter", &["robot", "instance"], "a robot's arbiter", &[
-        may(Verb::Put, &["robot/{robot}/decision", "robot/{robot}/report", "robot/{robot}/memory"]),
-        may(
-            Verb::Subscribe,
-            &["robot/{robot}/mission", "robot/{robot}/belief", "robot/{robot}/people", "robot/{robot}/cmd"],
-        ),
-        may(Verb::Notice, &["robot/{robot}/report", "robot/{robot}/memory"]),
-        may(
-            Verb::Ask,
-            &[
-                "robot/{robot}/mission",
-                "robot/{robot}/mission/ready",
-                "robot/{robot}/decision",
-                "generate/*/{robot}",
-                "evaluate/*/*/{robot}",
-                "map/*",
-            ],
-        ),
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
-    client("base", &["robot"], "the program that reads a robot's sensors and drives its motors", &[
-        may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
-        may(Verb::Subscribe, &["robot/{robot}/cmd"]),
-        may(Verb::Serve, &["map/*"]),
-    ]),
-    service("generator", &["instance"], "a replica that generates trajectories", &[
-        may(Verb::Ask, &["map/*"]),
-        may(Verb::Serve, &["generate/{instance}/*"]),
-    ]),
-    service(ANY_TERM, &["instance"], "a replica that evaluates a term, such as `cpc.a`", &[
-        may(Verb::Ask, &["map/*"]),
-        may(Verb::Serve, &["evaluate/{role}/{instance}/*"]),
-    ]),
-    service("simulator", &["world", "robot", "instance"], "a simulated world with a robot in it", &[
-        may(
-            Verb::Put,
-            &[
-                "robot/{robot}/scan",
-                "robot/{robot}/odom",
-                "robot/{robot}/people",
-                "world/{world}/robot",
-                "world/{world}/run",
-            ],
-        ),
-        may(
-            Verb::Subscribe,
-            &[
-                "robot/{robot}/mission",
-                "robot/{robot}/belief",
-                "robot/{robot}/decision",
-                "robot/{robot}/cmd",
-                "world/{world}/people",
-            ],
-        ),
-        may(Verb::Ask, &["robot/{robot}/mission/command"]),
-        may(Verb::Serve, &["world/{world}/scenario", "world/{world}/check", "world/{world}/run", "map/*"]),
-    ]),
-    client("crowd", &["world"], "a program that plays the crowd of a world", &[
-        may(Verb::Put, &["world/{world}/people"]),
-        may(Verb::Subscribe, &["world/{world}/robot"]),
-    ]),
-    client("viewer", &[], "a person or program that only looks", &[
-        may(Verb::Subscribe, STREAMS),
-        may(Verb::Subscribe, &["world/*/run"]),
-        may(Verb::Ask, &["robot/*/mission", "world/*/run", "map/*", "status/*/*"]),
-        ROUTERS,
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
-    client("operator", &[], "a person who sends robots about, and looks for faults", &[
-        may(Verb::Subscribe, STREAMS),
-        may(Verb::Subscribe, &["world/*/run"]),
-        may(
-            Verb::Ask,
-            &["robot/*/mission", "robot/*/mission/command", "world/*/run", "status/*/*", "echo/*"],
-        ),
-        may(Verb::Ask, POOLS),
-        ROUTERS,
-        may(Verb::Serve, &["echo/*"]),
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
-    client("experimenter", &[], "a person who runs scenarios in simulated worlds; do not issue it for real robots", &[
-        may(Verb::Subscribe, STREAMS),
-        may(Verb::Subscribe, &["world/*/run"]),
-        may(
-            Verb::Ask,
-            &[
-                "robot/*/mission",
-                "robot/*/mission/command",
-                "world/*/scenario",
-                "world/*/check",
-                "world/*/run",
-                "map/*",
-                "status/*/*",
-            ],
-        ),
-        ROUTERS,
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
-    client("router", &["robot"], "the router on a robot, at a router of pools: nothing of `robot/` passes", &[
-        may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*"]),
-        may(Verb::Serve, &["map/*"]),
-        may(Verb::Find, POOLS),
-        may(Verb::Hold, &["live/*/*"]),
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
-    client("router", &[], "a router of pools, at another router", &[
-        may(Verb::Ask, POOLS),
-        may(Verb::Serve, POOLS),
-        may(Verb::Find, POOLS),
-        may(Verb::Hold, &["live/*/*"]),
-        may(Verb::Watch, &["live/*/*"]),
-    ]),
+    service(
+        "driver",
+        &["robot", "instance"],
+        "a robot's driver, which owns its mission",
+        &[
+            may(Verb::Put, &["robot/{robot}/cmd", "robot/{robot}/mission"]),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/odom",
+                    "robot/{robot}/belief",
+                    "robot/{robot}/scan",
+                    "robot/{robot}/decision",
+                ],
+            ),
+            may(
+                Verb::Serve,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/mission/command",
+                    "robot/{robot}/mission/ready",
+                    "robot/{robot}/decision",
+                ],
+            ),
+        ],
+    ),
+    service(
+        "localizer",
+        &["robot", "instance"],
+        "a robot's localizer",
+        &[
+            may(Verb::Put, &["robot/{robot}/belief", "robot/{robot}/particles"]),
+            may(Verb::Subscribe, &["robot/{robot}/mission", "robot/{robot}/scan", "robot/{robot}/odom"]),
+            may(Verb::Notice, &["robot/{robot}/particles"]),
+            may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/ready", "map/*"]),
+        ],
+    ),
+    service(
+        "tracker",
+        &["robot", "instance"],
+        "a robot's tracker of people",
+        &[
+            may(Verb::Put, &["robot/{robot}/people"]),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/scan",
+                    "robot/{robot}/odom",
+                    "robot/{robot}/belief",
+                    "robot/{robot}/mission",
+                ],
+            ),
+            may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/ready", "map/*"]),
+        ],
+    ),
+    service(
+        "arbiter",
+        &["robot", "instance"],
+        "a robot's arbiter",
+        &[
+            may(Verb::Put, &["robot/{robot}/decision", "robot/{robot}/report", "robot/{robot}/memory"]),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/belief",
+                    "robot/{robot}/people",
+                    "robot/{robot}/cmd",
+                ],
+            ),
+            may(Verb::Notice, &["robot/{robot}/report", "robot/{robot}/memory"]),
+            may(
+                Verb::Ask,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/mission/ready",
+                    "robot/{robot}/decision",
+                    "generate/*/{robot}",
+                    "evaluate/*/*/{robot}",
+                    "map/*",
+                ],
+            ),
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "base",
+        &["robot"],
+        "the program that reads a robot's sensors and drives its motors",
+        &[
+            may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
+            may(Verb::Subscribe, &["robot/{robot}/cmd"]),
+            may(Verb::Serve, &["map/*"]),
+        ],
+    ),
+    service(
+        "generator",
+        &["instance"],
+        "a replica that generates trajectories",
+        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["generate/{instance}/*"])],
+    ),
+    service(
+        ANY_TERM,
+        &["instance"],
+        "a replica that evaluates a term, such as `cpc.a`",
+        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["evaluate/{role}/{instance}/*"])],
+    ),
+    service(
+        "simulator",
+        &["world", "robot", "instance"],
+        "a simulated world with a robot in it",
+        &[
+            may(
+                Verb::Put,
+                &[
+                    "robot/{robot}/scan",
+                    "robot/{robot}/odom",
+                    "robot/{robot}/people",
+                    "world/{world}/robot",
+                    "world/{world}/run",
+                ],
+            ),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/belief",
+                    "robot/{robot}/decision",
+                    "robot/{robot}/cmd",
+                    "world/{world}/people",
+                ],
+            ),
+            may(Verb::Ask, &["robot/{robot}/mission/command"]),
+            may(
+                Verb::Serve,
+                &["world/{world}/scenario", "world/{world}/check", "world/{world}/run", "map/*"],
+            ),
+        ],
+    ),
+    client(
+        "echo",
+        &["instance"],
+        "answers bare questions, which `curionav scale` measures against",
+        &[may(Verb::Serve, &["echo/{instance}"])],
+    ),
+    client(
+        "crowd",
+        &["world"],
+        "a program that plays the crowd of a world",
+        &[may(Verb::Put, &["world/{world}/people"]), may(Verb::Subscribe, &["world/{world}/robot"])],
+    ),
+    client(
+        "viewer",
+        &[],
+        "a person or program that only looks",
+        &[
+            may(Verb::Subscribe, STREAMS),
+            may(Verb::Subscribe, &["world/*/run"]),
+            may(Verb::Ask, &["robot/*/mission", "world/*/run", "map/*", "status/*/*"]),
+            ROUTERS,
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "operator",
+        &[],
+        "a person who sends robots about, and looks for faults",
+        &[
+            may(Verb::Subscribe, STREAMS),
+            may(Verb::Subscribe, &["world/*/run"]),
+            may(
+                Verb::Ask,
+                &["robot/*/mission", "robot/*/mission/command", "world/*/run", "status/*/*", "echo/*"],
+            ),
+            may(Verb::Ask, POOLS),
+            ROUTERS,
+            may(Verb::Serve, &["echo/*"]),
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "experimenter",
+        &[],
+        "a person who runs scenarios in simulated worlds; do not issue it for real robots",
+        &[
+            may(Verb::Put, &["world/*/people"]),
+            may(Verb::Subscribe, STREAMS),
+            may(Verb::Subscribe, &["world/*/run", "world/*/robot"]),
+            may(
+                Verb::Ask,
+                &[
+                    "robot/*/mission",
+                    "robot/*/mission/command",
+                    "world/*/scenario",
+                    "world/*/check",
+                    "world/*/run",
+                    "map/*",
+                    "status/*/*",
+                ],
+            ),
+            ROUTERS,
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "router",
+        &["robot"],
+        "the router on a robot, at a router of pools: nothing of `robot/` passes",
+        &[
+            may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*"]),
+            may(Verb::Serve, &["map/*"]),
+            may(Verb::Find, POOLS),
+            may(Verb::Hold, &["live/*/*"]),
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
+    client(
+        "router",
+        &[],
+        "a router of pools, at another router",
+        &[
+            may(Verb::Ask, POOLS),
+            may(Verb::Serve, POOLS),
+            may(Verb::Find, POOLS),
+            may(Verb::Hold, &["live/*/*"]),
+            may(Verb::Watch, &["live/*/*"]),
+        ],
+    ),
 ];

@@ -2,6 +2,7 @@
 
 mod finding;
 mod instances;
+mod rights;
 mod robot;
 mod router;
 
@@ -16,7 +17,8 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::connect::{ConnectOptions, EXAMINES};
+use crate::connect::{ConnectOptions, EXAMINES, refused};
+use crate::denied::{denied, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
@@ -65,7 +67,7 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
-        Err(error) => return Err(Exit::bad_input(error)),
+        Err(error) => return Err(refused(error)),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);
@@ -84,7 +86,11 @@ async fn examine(
     config: &ServiceConfig,
     session: &Session,
 ) -> anyhow::Result<Vec<Finding>> {
-    let mut findings = vec![router::examine(config, session).await?];
+    let mut findings = rights::examine(config);
+    let routers = routers(config).await?;
+    findings.push(router::examine(config, session, &routers).await?);
+    findings
+        .extend(denied(&routers).iter().map(|one| Finding::note("denied", one.words(), one.missing_right())));
     let mut instances = Vec::new();
     for (role, names) in &members(session).await? {
         for name in names {
