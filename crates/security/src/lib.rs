@@ -6,8 +6,11 @@
 mod certificate;
 #[cfg(feature = "tls")]
 pub mod folder;
+#[cfg(feature = "tls")]
+mod folder_error;
 pub mod name;
 pub mod page;
 pub mod permission;
+mod right;
 pub mod rules;
 pub mod table;

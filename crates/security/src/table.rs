@@ -3,74 +3,7 @@
 //! Keys are written without `curionav/@v1/` and with names in braces, which a certificate's name gives: `driver.r1` may
 //! put `robot/r1/cmd`.
 
-use strum::{IntoStaticStr, VariantArray};
-
-/// Something that a program may do with keys.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
-pub enum Verb {
-    /// Publish.
-    Put,
-    /// Receive what is published.
-    Subscribe,
-    /// See whether there are subscribers: what is made only while something listens.
-    Notice,
-    /// Ask and be answered.
-    Ask,
-    /// Be asked and answer.
-    Serve,
-    /// See who serves: routers pass questions on only to where they are answered.
-    Find,
-    /// Hold a liveliness token.
-    Hold,
-    /// See liveliness tokens.
-    Watch,
-}
-
-impl Verb {
-    /// All of them.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// The word in the page.
-    pub fn word(self) -> &'static str {
-        self.into()
-    }
-}
-
-/// Where the keys of a right lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Space {
-    /// Under the namespace of the deployment, if it has one.
-    Deployment,
-    /// Without a namespace: routers know none.
-    Router,
-}
-
-/// One verb and the keys it is for.
-#[derive(Debug, Clone, Copy)]
-pub struct Right {
-    /// What may be done.
-    pub verb: Verb,
-    /// With which keys.
-    pub keys: &'static [&'static str],
-    /// Where they lie.
-    pub space: Space,
-}
-
-/// What one kind of program may do.
-#[derive(Debug, Clone, Copy)]
-pub struct Row {
-    /// The first part of the certificate's name. `{term}` stands for any other word: the term of an evaluator.
-    pub role: &'static str,
-    /// The parts that follow.
-    pub names: &'static [&'static str],
-    /// What it is for.
-    pub about: &'static str,
-    /// Its rights.
-    pub rights: &'static [Right],
-    /// Whether it is a service: it then also holds `live/{role}/{instance}` and serves `status/{role}/{instance}`.
-    pub is_service: bool,
-}
+pub use crate::right::{Right, Row, Space, Verb};
 
 /// Every service's rights.
 pub const OF_SERVICES: &[Right] =
@@ -120,6 +53,9 @@ const STREAMS: &[&str] = &[
 
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
+
+/// What passes between routers.
+const LINKED: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*", "status/*/*"];
 
 /// The rights of all kinds of programs.
 pub const TABLE: &[Row] = &[
@@ -332,9 +268,9 @@ pub const TABLE: &[Row] = &[
         &["robot"],
         "the router on a robot, at a router of pools: nothing of `robot/` passes",
         &[
-            may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*"]),
+            may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*", "status/*/*"]),
             may(Verb::Serve, &["map/*"]),
-            may(Verb::Find, POOLS),
+            may(Verb::Find, LINKED),
             may(Verb::Hold, &["live/*/*"]),
             may(Verb::Watch, &["live/*/*"]),
         ],
@@ -344,9 +280,9 @@ pub const TABLE: &[Row] = &[
         &[],
         "a router of pools, at another router",
         &[
-            may(Verb::Ask, POOLS),
-            may(Verb::Serve, POOLS),
-            may(Verb::Find, POOLS),
+            may(Verb::Ask, LINKED),
+            may(Verb::Serve, LINKED),
+            may(Verb::Find, LINKED),
             may(Verb::Hold, &["live/*/*"]),
             may(Verb::Watch, &["live/*/*"]),
         ],

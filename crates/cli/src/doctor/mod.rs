@@ -108,10 +108,11 @@ async fn examine(
     }
     let asked_of_pools: BTreeSet<String> = missions.iter().flat_map(robot::Mission::pool_roles).collect();
     let pools = if asked_of_pools.is_empty() { default_pools() } else { asked_of_pools };
+    let asker = robots.first().map_or("doctor", String::as_str);
     for instance in &instances {
         // Robots may have different planners: a mission that has no use for a role has no work for it.
         let context = missions.iter().find_map(|mission| mission.asking(&instance.role));
-        findings.extend(instance.examine(session, &options.at, context).await?);
+        findings.extend(instance.examine(session, &options.at, asker, context).await?);
     }
     let missing = required_roles::missing(&robots, &pools, &alive, &options.at).into_iter();
     findings.extend(missing.map(|Missing { what, fix }| Finding::missing(what, "none is alive", fix)));
