@@ -32,8 +32,8 @@ from .messages import (
 from .profiles import Planner
 from .run import SCENARIO_TIMEOUT, Run
 from .scenario import Scenario
-from .serving import EvaluatorServer
 from .secure import Identity
+from .serving import EvaluatorServer
 from .session import alive, ask, close_at_exit, open_session
 
 A = TypeVar("A", bound=Message)
@@ -58,6 +58,7 @@ def connect(
     namespace: str | None = None,
     config: str | os.PathLike[str] | None = None,
     timeout: float = 5.0,
+    *,
     secure: str | os.PathLike[str] | None = None,
     certificate: str = "experimenter",
 ) -> Deployment:

@@ -123,9 +123,7 @@ def _supervise(arguments: list[str], replicas: int, instance: str | None) -> int
 
     def start(index: int) -> subprocess.Popen[bytes]:
         name = [] if instance is None else ["--instance", f"{instance}-{index}"]
-        return subprocess.Popen(
-            [sys.executable, "-m", "curionav.serve", *arguments, *name], stdin=subprocess.PIPE
-        )
+        return subprocess.Popen([sys.executable, "-m", "curionav.serve", *arguments, *name], stdin=subprocess.PIPE)
 
     children: list[subprocess.Popen[bytes]] = []
     restarts: list[float] = []
