@@ -49,7 +49,7 @@ def test_missing_and_foreign_certificates_and_plain_endpoints_are_refused_with_t
     own, other = directory / "pki", directory / "other"
     with pytest.raises(ConnectionFailed, match=r"nobody.pem: is missing; .*curionav secure issue"):
         curionav.connect(up.endpoint, secure=own, certificate="nobody")
-    for arguments in (["init", other], ["issue", other, "viewer"]):
+    for arguments in (["init", str(other)], ["issue", str(other), "viewer"]):
         subprocess.run([program(), "secure", *arguments], check=True, stdout=subprocess.DEVNULL)
     with pytest.raises(ConnectionFailed, match="the router's certificate is not trusted"):
         curionav.connect(up.endpoint, secure=other, certificate="viewer", timeout=1.0)
