@@ -24,7 +24,7 @@ def up(directory: Path) -> Iterator[Up]:
 
 
 @curionav.evaluator("comfort")
-def comfort(_scene: curionav.Scene, candidates: curionav.Candidates) -> np.ndarray:
+def comfort(_scene: curionav.Scene, candidates: curionav.CandidateSet) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Any cost."""
     return np.zeros(candidates.count)
 
