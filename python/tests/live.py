@@ -74,12 +74,16 @@ class Up:
 
 
 @contextmanager
-def deployment(directory: Path, **fields: str) -> Iterator[Up]:
-    """Starts `curionav up` on a free port and ends it."""
+def deployment(directory: Path, *arguments: str, **fields: str) -> Iterator[Up]:
+    """Starts `curionav up` on a free port, with more arguments, and ends it."""
     file = directory / "deployment.toml"
     file.write_text("port = 0\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in fields.items()))
     process = subprocess.Popen(
-        [program(), "up", file, "--port", "0"], stdout=subprocess.PIPE, stderr=None, text=True, cwd=directory
+        [program(), "up", file, "--port", "0", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=None,
+        text=True,
+        cwd=directory,
     )
     assert process.stdout is not None
     watchdog = threading.Timer(READY_TIMEOUT, process.kill)

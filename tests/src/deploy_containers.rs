@@ -55,6 +55,9 @@ impl Podman {
             .env("CONTAINERS_STORAGE_CONF", self.path("storage.conf"))
             .env("CURIONAV_IMAGE", "localhost/curionav:tested")
             .env("CURIONAV_PORT", self.port.to_string())
+            .env("CURIONAV_PKI", self.path("pki"))
+            // The owner of the keys.
+            .env("CURIONAV_USER", "0:0")
             .output()
             .unwrap()
     }
@@ -157,15 +160,25 @@ fn the_compose_file_brings_up_a_deployment_that_drives() {
         ],
     );
 
+    // What the file's first lines say.
+    let text = std::fs::read_to_string(root().join("deploy/compose.yaml")).unwrap();
+    let pki = podman.path("pki").display().to_string();
+    for line in text.lines().filter_map(|line| line.strip_prefix("#   curionav secure ")) {
+        let line = line.replace("deploy/pki", &pki);
+        let words: Vec<&str> = std::iter::once("secure").chain(line.split(' ')).collect();
+        assert!(curionav(&words).status.success(), "{line}");
+    }
     podman.compose(&["up", "-d", "--no-build"]);
-    let endpoint = format!("tcp/127.0.0.1:{}", podman.port);
-    let well = || curionav(&["doctor", "--connect", &endpoint, "--listen", "0.1"]).status.success();
+    let endpoint = format!("tls/127.0.0.1:{}", podman.port);
+    let at = ["--connect", &endpoint, "--secure", &pki];
+    let examine = || curionav(&[&["doctor", "--listen", "0.1"], &at[..]].concat());
+    let well = || examine().status.success();
     let words = || {
-        let output = curionav(&["doctor", "--connect", &endpoint, "--listen", "0.1"]);
+        let output = examine();
         let running = podman.command("podman", &["ps", "-a"]);
         format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&running.stdout))
     };
     assert!(comes_true(well), "{}", words());
-    let (json, status) = run("scenarios/quickstart.toml", &["--connect", &endpoint]);
+    let (json, status) = run("scenarios/quickstart.toml", &at);
     assert_eq!((json.cycles.degraded, status), (0, 0), "{json:?}");
 }

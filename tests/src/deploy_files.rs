@@ -9,6 +9,7 @@ use std::process::Command;
 
 use curionav_runtime::config::{ServiceConfig, read_toml};
 use curionav_runtime::session;
+use curionav_security::name::Name;
 use curionav_testing::skip;
 use serde_json::Value;
 
@@ -89,9 +90,20 @@ fn compose_starts_two_of_each_pool_and_one_of_everything_else() {
         let command = texts(&service["command"]);
         assert_understood(name, &command);
         roles.push(command[0].clone());
+        assert_eq!(command[command.len() - 2..], ["--secure", "/pki"], "{name}");
         if command[0] != "router" {
+            // It has the certificate that it will show, and no other.
+            let value = |argument: &str| {
+                let at = command.iter().position(|word| word == argument);
+                at.map_or("", |at| command[at + 1].as_str())
+            };
+            let of = |argument| value(argument);
+            let shown =
+                Name::of_service(&command[0], of("--robot"), of("--world"), of("--instance")).unwrap();
+            let files = texts(&service["volumes"]).concat();
+            assert!(files.contains(&format!("/pki/{shown}.key:ro")) && files.matches(".key:ro").count() == 1);
             assert!(
-                command.contains(&"tcp/router:7447".to_owned()),
+                command.contains(&"tls/router:7447".to_owned()),
                 "{name} connects elsewhere: {command:?}"
             );
         }
@@ -119,15 +131,17 @@ fn kubernetes_runs_every_pool_and_probes_it_where_it_answers() {
     let of_kind = |kind: &str| documents.iter().filter(|d| d["kind"] == kind).collect::<Vec<_>>();
     let service = of_kind("Service")[0]["metadata"]["name"].as_str().unwrap().to_owned();
     let mut roles = Vec::new();
-    for deployment in of_kind("Deployment") {
+    for deployment in [of_kind("Deployment"), of_kind("StatefulSet")].concat() {
         let pod = &deployment["spec"]["template"];
         assert_eq!(deployment["spec"]["selector"]["matchLabels"], pod["metadata"]["labels"]);
         let container = &pod["spec"]["containers"][0];
+        let pod_name = format!("{}-0", deployment["metadata"]["name"].as_str().unwrap());
         let command: Vec<String> =
-            texts(&container["args"]).iter().map(|a| a.replace("$(POD_NAME)", "cpc-7d9f-abcde")).collect();
+            texts(&container["args"]).iter().map(|a| a.replace("$(POD_NAME)", &pod_name)).collect();
+        assert!(command.contains(&"--secure".to_owned()), "{command:?}");
         assert_understood(&command[0], &command);
         if command[0] != "router" {
-            assert!(command.contains(&format!("tcp/{service}:7447")), "{command:?}");
+            assert!(command.contains(&format!("tls/{service}:7447")), "{command:?}");
             let port = container["ports"][0]["containerPort"].as_u64().unwrap();
             assert!(command.contains(&format!("0.0.0.0:{port}")), "{command:?} is probed on port {port}");
             assert_eq!(container["livenessProbe"]["httpGet"]["path"], "/livez");

@@ -13,6 +13,8 @@ mod faults;
 #[cfg(test)]
 mod foreign_bytes;
 #[cfg(test)]
+mod intruder;
+#[cfg(test)]
 mod invariants;
 #[cfg(test)]
 mod network;

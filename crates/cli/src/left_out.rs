@@ -27,6 +27,9 @@ pub(crate) enum LeftOut {
     /// Run the localiser on a log of a robot (needs a build with `--features lab`).
     #[cfg(not(feature = "lab"))]
     Localize(AnyArguments),
+    /// Certificates and rights for a deployment over TLS (needs a build with `--features tls`).
+    #[cfg(not(feature = "tls"))]
+    Secure(AnyArguments),
     /// Record a robot's messages (needs a build with `--features recording`).
     #[cfg(not(feature = "recording"))]
     Record(AnyArguments),
@@ -43,6 +46,8 @@ impl LeftOut {
         match self {
             #[cfg(not(feature = "lab"))]
             Self::Bench(_) | Self::Tune(_) | Self::Scale(_) | Self::Localize(_) => left_out("lab"),
+            #[cfg(not(feature = "tls"))]
+            Self::Secure(_) => left_out("tls"),
             #[cfg(not(feature = "recording"))]
             Self::Record(_) | Self::Replay(_) | Self::Explain(_) => left_out("recording"),
         }

@@ -2,10 +2,11 @@
 //! its arguments and their help.
 
 mod connect;
+mod denied;
 mod doctor;
 #[cfg(feature = "lab")]
 mod lab;
-#[cfg(not(all(feature = "lab", feature = "recording")))]
+#[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
 mod left_out;
 mod mission;
 mod output;
@@ -15,6 +16,8 @@ mod required_roles;
 mod router;
 mod run;
 mod scenario;
+#[cfg(feature = "tls")]
+mod secure;
 mod service;
 mod status;
 mod up;
@@ -46,6 +49,9 @@ enum Command {
     #[command(flatten)]
     Lab(lab::LabCommand),
     Up(up::UpOptions),
+    #[cfg(feature = "tls")]
+    #[command(subcommand)]
+    Secure(secure::SecureCommand),
     Router(router::RouterOptions),
     #[command(flatten)]
     Service(service::ServiceCommand),
@@ -56,7 +62,7 @@ enum Command {
     #[cfg(feature = "recording")]
     #[command(flatten)]
     Recording(recording::RecordingCommand),
-    #[cfg(not(all(feature = "lab", feature = "recording")))]
+    #[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
     #[command(flatten)]
     LeftOut(left_out::LeftOut),
     /// Answer bare queries (started by `scale --overhead`).
@@ -116,6 +122,8 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         #[cfg(feature = "lab")]
         Command::Lab(command) => lab::run(command, &log).await,
         Command::Up(options) => up::run(options, &log).await,
+        #[cfg(feature = "tls")]
+        Command::Secure(command) => secure::run(command),
         Command::Router(options) => router::run(options).await,
         Command::Service(command) => service::run(command).await,
         Command::Mission(request) => mission::run(request).await,
@@ -123,7 +131,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
         Command::Doctor(options) => doctor::run(options).await,
         #[cfg(feature = "recording")]
         Command::Recording(command) => recording::run(command).await,
-        #[cfg(not(all(feature = "lab", feature = "recording")))]
+        #[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
         Command::LeftOut(command) => Err(command.error()),
         Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::run(command),

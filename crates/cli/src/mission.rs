@@ -9,8 +9,9 @@ use curionav_runtime::print::print;
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_runtime::session;
 use curionav_schemas::{Mission, MissionCommand, keys};
+use curionav_security::table::Verb;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, OPERATES};
 
 const TIMEOUT: Duration = Duration::from_secs(3);
 
@@ -61,7 +62,8 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
         MissionRequest::Cancel(options) => (options, MissionCommand::Cancel),
     };
     let key = keys::mission_command(&robot).map_err(|e| Exit::bad_input(Error::from(e).context("robot")))?;
-    let session = at.session().await?;
+    at.require(&OPERATES, Verb::Ask, &key)?;
+    let session = at.session(&OPERATES).await?;
     let answer: Result<Mission, AskError> = ask(&session, &key, &command, TIMEOUT, Urgency::Normal).await;
     session::close(&session);
     let mission = answer.map_err(|error| match error {

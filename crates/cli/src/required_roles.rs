@@ -96,17 +96,14 @@ impl Need {
         if !is_ours {
             return format!(
                 "start your service that evaluates the term {role}, on the router of {}",
-                at.connect
+                at.place()
             );
         }
         let base = robot.clone().unwrap_or_else(|| format!("{role}-a"));
         let numbered = (0..).map(|n| format!("{base}-{n}"));
         let free = std::iter::once(base.clone()).chain(numbered).find(|name| !taken.contains(name));
         let instance = free.unwrap_or_default();
-        let mut line = format!("curionav {role} --connect {}", at.connect);
-        if let Some(namespace) = &at.namespace {
-            line += &format!(" --namespace {namespace}");
-        }
+        let mut line = format!("curionav {role} {}", at.arguments());
         if let Some(robot) = robot {
             line += &format!(" --robot {robot}");
         }
@@ -119,7 +116,11 @@ mod tests {
     use super::*;
 
     fn at() -> ConnectOptions {
-        ConnectOptions { connect: "tcp/10.0.0.1:7447".into(), namespace: Some("hall-a".into()) }
+        ConnectOptions {
+            connect: Some("tcp/10.0.0.1:7447".into()),
+            namespace: Some("hall-a".into()),
+            ..ConnectOptions::default()
+        }
     }
 
     #[test]

@@ -4,23 +4,33 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use curionav_runtime::denied;
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::Ready;
-use curionav_runtime::session;
+use curionav_runtime::session::{self, RouterSettings};
 use curionav_runtime::shutdown::on_end;
 use curionav_runtime::status::serve_status;
+use curionav_security::name::Name;
+
+use crate::connect::refused;
 
 /// Run a Zenoh router: what services and clients connect to.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
-    /// Endpoint to listen on; port 0 takes a free one.
-    #[arg(long, value_name = "ENDPOINT", default_value = "tcp/0.0.0.0:7447")]
-    listen: String,
+    /// Endpoint to listen on; port 0 takes a free one. Default: tcp/0.0.0.0:7447, with --secure tls/0.0.0.0:7447.
+    #[arg(long, value_name = "ENDPOINT")]
+    listen: Option<String>,
     /// Another router to link with; may be given several times. This router does not wait
     /// for it: it serves whether the other is there or not.
     #[arg(long, value_name = "ENDPOINT")]
     connect: Vec<String>,
+    /// Folder of certificates, as `curionav secure` makes it: take clients over TLS alone, and hold each to its rights.
+    #[arg(long, value_name = "DIR")]
+    secure: Option<PathBuf>,
+    /// Certificate of that folder to show: router, or router.ROBOT on a robot.
+    #[arg(long = "as", value_name = "NAME", requires = "secure", default_value = "router")]
+    certificate: Name,
     /// Zenoh configuration file (json5) instead of --listen and --connect; see deploy/router.json5.
     #[arg(long, value_name = "F", conflicts_with = "connect")]
     config: Option<PathBuf>,
@@ -31,11 +41,20 @@ pub(crate) struct RouterOptions {
 
 pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
     let mut shutdown = on_end(options.supervised).map_err(Exit::network)?;
-    let session = session::router(&options.listen, &options.connect, options.config.as_deref())
-        .await
-        .map_err(Exit::network)?;
+    let default = if options.secure.is_some() { "tls/0.0.0.0:7447" } else { "tcp/0.0.0.0:7447" };
+    let settings = RouterSettings {
+        listen: options.listen.as_deref().unwrap_or(default),
+        connect: &options.connect,
+        file: options.config.as_deref(),
+        secure: options.secure.as_deref().map(|folder| (folder, &options.certificate)),
+    };
+    let session = session::router(settings).await.map_err(refused)?;
     // No token: a router is no member of a deployment. Its version can be asked for.
-    let metrics = Arc::new(Metrics::new("router", &session.zid().to_string(), None));
+    let mut metrics = Metrics::new("router", &session.zid().to_string(), None);
+    if options.secure.is_some() {
+        denied::register(&mut metrics, &session);
+    }
+    let metrics = Arc::new(metrics);
     let status = serve_status(&session, metrics, Arc::default(), Vec::new).map_err(Exit::network)?;
     let endpoints = session::locators(&session).await;
     Ready { ready: "router".into(), endpoints, ..Ready::default() }.print();

@@ -11,8 +11,10 @@ use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
+use curionav_security::name::Name;
 use zenoh::Session;
 
+use crate::connect::{ConnectOptions, EXPERIMENTS, refused};
 use crate::output;
 #[cfg(feature = "recording")]
 use crate::recording;
@@ -57,8 +59,14 @@ pub(crate) struct RunOptions {
     /// Drive the services of a running deployment instead of embedding them.
     #[arg(long, value_name = "ENDPOINT")]
     connect: Option<String>,
+    /// Folder of certificates, as `curionav secure` makes it: drive the services of a running deployment over TLS.
+    #[arg(long, value_name = "DIR")]
+    secure: Option<PathBuf>,
+    /// Certificate of that folder to show. Default: experimenter.
+    #[arg(long = "as", value_name = "NAME", requires = "secure")]
+    certificate: Option<Name>,
     /// Key prefix of the deployment.
-    #[arg(long, value_name = "NS", requires = "connect")]
+    #[arg(long, value_name = "NS")]
     namespace: Option<String>,
     /// World of the deployment's simulator.
     #[arg(long, value_name = "NAME", default_value = "world")]
@@ -89,16 +97,24 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     let (clock, time_scale) = options.speed;
     let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed), ..Choice::default() };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
-    let config = ServiceConfig {
-        connect: options.connect.iter().cloned().collect(),
+    let is_embedded = options.connect.is_none() && options.secure.is_none();
+    if is_embedded && options.namespace.is_some() {
+        return Err(Exit::bad_input(anyhow::anyhow!(
+            "--namespace: is of a deployment; give --connect or --secure"
+        )));
+    }
+    let at = ConnectOptions {
+        connect: options.connect.clone(),
+        secure: options.secure.clone(),
+        certificate: options.certificate.clone(),
         namespace: options.namespace.clone(),
-        robot: options.robot.clone(),
-        world: options.world.clone(),
-        ..ServiceConfig::default()
     };
+    let of_deployment = if is_embedded { ServiceConfig::default() } else { at.config(&EXPERIMENTS)? };
+    let config =
+        ServiceConfig { robot: options.robot.clone(), world: options.world.clone(), ..of_deployment };
     config.check().map_err(Exit::bad_input)?;
-    let (finished, recording) = if options.connect.is_some() {
-        let session = session::client(&config).await.map_err(Exit::network)?;
+    let (finished, recording) = if !is_embedded {
+        let session = session::client(&config).await.map_err(refused)?;
         let finished = recorded(&session, &config, &package, &options).await;
         session::close(&session);
         finished?
@@ -169,7 +185,7 @@ async fn recorded(
     recording::during(session, path, config, async {
         let finished = follow_or_cancel(session, config, package, options).await;
         // What has been decided may still be on its way, last in line.
-        if options.connect.is_some() {
+        if !config.connect.is_empty() {
             tokio::time::sleep(LAST_REPORTS).await;
         }
         finished

@@ -11,7 +11,8 @@ use curionav_runtime::session;
 use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, LOOKS, refused};
+use crate::denied::{denied, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
@@ -38,7 +39,9 @@ struct Line {
 }
 
 pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
-    let session = options.at.session().await?;
+    let config = options.at.config(&LOOKS)?;
+    let denied = denied(&routers(&config).await?);
+    let session = session::client(&config).await.map_err(refused)?;
     let mut lines = Vec::new();
     for (role, instances) in members(&session).await.map_err(Exit::network)? {
         for instance in instances {
@@ -57,15 +60,18 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
     let robots = required_roles::robots(&alive);
     let missing = required_roles::missing(&robots, &default_pools(), &alive, &options.at);
     if options.json {
-        print(serde_json::json!({ "services": lines, "missing": missing }))?;
+        print(serde_json::json!({ "services": lines, "missing": missing, "denied": denied }))?;
         return Ok(SUCCESS);
     }
     match lines.as_slice() {
-        [] => print(format_args!("no service is alive behind {}", options.at.connect))?,
+        [] => print(format_args!("no service is alive behind {}", options.at.place()))?,
         lines => print(table(lines))?,
     }
     for status in lines.iter().filter_map(|line| line.status.as_ref()) {
         shares(status).map_or(Ok(()), print)?;
+    }
+    for one in &denied {
+        print(format_args!("denied: {}", one.words()))?;
     }
     for Missing { what, fix } in &missing {
         print(format_args!("missing: {what}; {fix}"))?;

@@ -10,6 +10,10 @@ use curionav_runtime::config::{ServiceConfig, read_toml};
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::process::Ready;
 use curionav_runtime::shutdown::{Shutdown, on_signals};
+#[cfg(feature = "tls")]
+use curionav_security::folder::{Folder, LIFETIME_DAYS, days};
+#[cfg(feature = "tls")]
+use curionav_security::name::Name;
 use futures_util::future::try_join_all;
 use serde::Deserialize;
 
@@ -19,6 +23,10 @@ pub(crate) struct UpOptions {
     /// Deployment file; see deploy/local.toml.
     #[arg(value_name = "DEPLOYMENT.toml")]
     deployment: PathBuf,
+    /// Run everything over TLS, with the certificates and access rules of this folder: what is absent is made, and
+    /// what is due is renewed.
+    #[arg(long, value_name = "DIR")]
+    secure: Option<PathBuf>,
     /// Port of the router on 127.0.0.1, 0 for a free one. Default: the deployment's.
     #[arg(long, value_name = "P")]
     port: Option<u16>,
@@ -27,8 +35,11 @@ pub(crate) struct UpOptions {
 pub(crate) async fn run(options: UpOptions, log: &str) -> Result<u8, Exit> {
     let mut deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?;
     deployment.port = options.port.unwrap_or(deployment.port);
+    if let Some(folder) = &options.secure {
+        deployment.certify(folder)?;
+    }
     let shutdown = on_signals().map_err(Exit::network)?;
-    supervise(&deployment, log, shutdown).await.map_err(Exit::network)?;
+    supervise(&deployment, options.secure.as_deref(), log, shutdown).await.map_err(Exit::network)?;
     Ok(SUCCESS)
 }
 
@@ -133,6 +144,44 @@ impl Deployment {
         }
     }
 
+    /// Makes the certificates that it needs and that are absent: of the router, of every process, and of the people
+    /// who use it. Renews those of which less than a third of the time is left.
+    #[cfg(feature = "tls")]
+    fn certify(&self, directory: &Path) -> Result<(), Exit> {
+        let folder = Folder::new(directory);
+        if !folder.is_initialised() {
+            folder.init(self.namespace.as_deref()).map_err(Exit::bad_input)?;
+        }
+        let namespace = folder.namespace().map_err(Exit::bad_input)?;
+        if namespace != self.namespace {
+            let shown = |namespace: &Option<String>| namespace.clone().unwrap_or_else(|| "none".into());
+            return Err(Exit::bad_input(anyhow::anyhow!(
+                "{}: its rules are for the namespace `{}`, and this deployment's is `{}`; choose another folder",
+                directory.display(),
+                shown(&namespace),
+                shown(&self.namespace)
+            )));
+        }
+        let processes = self.processes();
+        let names =
+            processes.map(|(kind, instance)| Name::of_service(kind, &self.robot, &self.world, &instance));
+        let mut names: Vec<Name> = names.collect::<Result<_, _>>().map_err(Exit::bad_input)?;
+        let mut more = vec![Name::new("router", &[]), Name::new("viewer", &[]), Name::new("operator", &[])];
+        if self.replicas.simulator > 0 {
+            more.extend([Name::new("experimenter", &[]), Name::new("crowd", &[&self.world])]);
+        }
+        names.extend(more.into_iter().collect::<Result<Vec<_>, _>>().map_err(Exit::bad_input)?);
+        names
+            .iter()
+            .try_for_each(|name| folder.keep_valid(name, days(LIFETIME_DAYS)))
+            .map_err(Exit::bad_input)
+    }
+
+    #[cfg(not(feature = "tls"))]
+    fn certify(&self, _: &Path) -> Result<(), Exit> {
+        Err(crate::left_out::left_out("tls"))
+    }
+
     /// (subcommand, instance) of every service process.
     fn processes(&self) -> impl Iterator<Item = (&'static str, String)> {
         let of_kind = |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind.name(), i));
@@ -141,10 +190,15 @@ impl Deployment {
 }
 
 /// Runs the deployment until a signal, or until a process keeps failing.
-async fn supervise(deployment: &Deployment, log: &str, mut shutdown: Shutdown) -> anyhow::Result<()> {
+async fn supervise(
+    deployment: &Deployment,
+    secure: Option<&Path>,
+    log: &str,
+    mut shutdown: Shutdown,
+) -> anyhow::Result<()> {
     let program = std::env::current_exe().context("cannot find this program's file")?;
     let mut running: Vec<Supervised> = Vec::new();
-    let outcome = start_and_watch(&program, deployment, log, &mut running, &mut shutdown).await;
+    let outcome = start_and_watch(&program, deployment, secure, log, &mut running, &mut shutdown).await;
     // The router, which was started first, ends after the services.
     let services = running.split_off(running.len().min(1));
     Supervised::stop_all(services).await;
@@ -155,15 +209,16 @@ async fn supervise(deployment: &Deployment, log: &str, mut shutdown: Shutdown) -
 async fn start_and_watch(
     program: &Path,
     deployment: &Deployment,
+    secure: Option<&Path>,
     log: &str,
     running: &mut Vec<Supervised>,
     shutdown: &mut Shutdown,
 ) -> anyhow::Result<()> {
-    let (router, endpoint) = Supervised::router(program, deployment.port, log).await?;
+    let (router, endpoint) = Supervised::router(program, deployment.port, secure, log).await?;
     running.push(router);
     let mut metrics_port = deployment.metrics_port;
     for (kind, instance) in deployment.processes() {
-        let mut arguments = client_arguments(kind, &endpoint, &instance, log);
+        let mut arguments = client_arguments(kind, &endpoint, &instance, secure, log);
         arguments.extend(["--robot", &deployment.robot, "--world", &deployment.world].map(String::from));
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);

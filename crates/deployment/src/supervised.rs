@@ -68,11 +68,19 @@ impl Supervised {
         ProcessLine { name: self.name.clone(), pid: self.pid(), metrics: self.metrics }
     }
 
-    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where.
-    pub async fn router(program: &Path, port: u16, log: &str) -> anyhow::Result<(Self, String)> {
-        let listen = format!("tcp/127.0.0.1:{port}");
+    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one); also says where. With a folder of
+    /// certificates it listens over TLS.
+    pub async fn router(
+        program: &Path,
+        port: u16,
+        secure: Option<&Path>,
+        log: &str,
+    ) -> anyhow::Result<(Self, String)> {
+        let protocol = if secure.is_some() { "tls" } else { "tcp" };
+        let listen = format!("{protocol}/127.0.0.1:{port}");
         let arguments = ["router", "--listen", &listen, "--supervised", "--log", log].map(String::from);
-        let (mut router, ready) = Self::start(program, "router", arguments.to_vec()).await?;
+        let arguments = arguments.into_iter().chain(secure_arguments(secure)).collect();
+        let (mut router, ready) = Self::start(program, "router", arguments).await?;
         let endpoint = ready.endpoints.first().context("the router did not say where it listens")?.clone();
         // Started again, it must be where the others look for it.
         router.replace("--listen", &endpoint);
@@ -131,8 +139,17 @@ impl Supervised {
 }
 
 /// What makes this program run one supervised service behind the router at `endpoint`.
-pub fn client_arguments(kind: &str, endpoint: &str, instance: &str, log: &str) -> Vec<String> {
-    [kind, "--connect", endpoint, "--instance", instance, "--supervised", "--log", log]
-        .map(String::from)
-        .to_vec()
+pub fn client_arguments(
+    kind: &str,
+    endpoint: &str,
+    instance: &str,
+    secure: Option<&Path>,
+    log: &str,
+) -> Vec<String> {
+    let arguments = [kind, "--connect", endpoint, "--instance", instance, "--supervised", "--log", log];
+    arguments.map(String::from).into_iter().chain(secure_arguments(secure)).collect()
+}
+
+fn secure_arguments(folder: Option<&Path>) -> impl Iterator<Item = String> {
+    folder.into_iter().flat_map(|folder| ["--secure".to_owned(), folder.display().to_string()])
 }

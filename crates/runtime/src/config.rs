@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail};
 use curionav_planning::parameters::Ranged;
 use curionav_schemas::keys;
+use curionav_security::name::Name;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,12 @@ pub struct ServiceConfig {
     /// A Zenoh configuration file (json5) to start from instead of ours; `connect` is added to it.
     /// Falls back on the environment variable `ZENOH_CONFIG`.
     pub zenoh_config: Option<PathBuf>,
+    /// A folder of certificates, as `curionav secure` makes it: every link is then over TLS with both certificates.
+    pub secure: Option<PathBuf>,
+    /// The certificates that it may show, the first that is in the folder. Not part of a file: a service's is named
+    /// by role, robot, world and instance.
+    #[serde(skip)]
+    pub certificates: Vec<Name>,
     /// Prefix of every key: several deployments on one network stay apart.
     pub namespace: Option<String>,
     /// Name of this process within its role, `[a-z0-9_-]`, unique; it is part of its keys.
@@ -59,6 +66,8 @@ impl Default for ServiceConfig {
         Self {
             connect: Vec::new(),
             zenoh_config: None,
+            secure: None,
+            certificates: Vec::new(),
             namespace: None,
             instance: "a".into(),
             robot: "robot".into(),

@@ -105,11 +105,11 @@ impl Durations {
     }
 }
 
-/// A number, or several told apart by one label, read when it is asked for.
+/// A number, or several told apart by labels, read when it is asked for.
 struct Readings<F> {
     name: &'static str,
     help: &'static str,
-    label: Option<&'static str>,
+    labels: Vec<&'static str>,
     read: F,
 }
 
@@ -119,17 +119,16 @@ impl<F> fmt::Debug for Readings<F> {
     }
 }
 
-impl<F: Fn() -> Vec<(String, f64)> + Send + Sync + 'static> Collector for Readings<F> {
+impl<F: Fn() -> Vec<(Vec<String>, f64)> + Send + Sync + 'static> Collector for Readings<F> {
     fn encode(&self, mut encoder: DescriptorEncoder<'_>) -> fmt::Result {
         let mut metric =
             encoder.encode_descriptor(self.name, &format!("{}.", self.help), None, MetricType::Gauge)?;
-        for (value, number) in (self.read)() {
-            match self.label {
-                Some(label) => {
-                    ConstGauge::new(number).encode(metric.encode_family(&[(label, value)])?)?;
-                }
-                None => return ConstGauge::new(number).encode(metric),
+        for (values, number) in (self.read)() {
+            if self.labels.is_empty() {
+                return ConstGauge::new(number).encode(metric);
             }
+            let labels: Labels = self.labels.iter().copied().zip(values).collect();
+            ConstGauge::new(number).encode(metric.encode_family(&labels)?)?;
         }
         Ok(())
     }
@@ -207,8 +206,8 @@ impl Metrics {
         help: &'static str,
         read: impl Fn() -> R + Send + Sync + 'static,
     ) {
-        let read = move || read().into().map(|number| (String::new(), number)).into_iter().collect();
-        self.registry.register_collector(Box::new(Readings { name, help, label: None, read }));
+        let read = move || read().into().map(|number| (Vec::new(), number)).into_iter().collect();
+        self.gauges_by(name, help, &[], read);
     }
 
     /// Adds numbers that are read when they are asked for, told apart by the label called `label`.
@@ -219,7 +218,20 @@ impl Metrics {
         label: &'static str,
         read: impl Fn() -> Vec<(String, f64)> + Send + Sync + 'static,
     ) {
-        self.registry.register_collector(Box::new(Readings { name, help, label: Some(label), read }));
+        let read = move || read().into_iter().map(|(value, number)| (vec![value], number)).collect();
+        self.gauges_by(name, help, &[label], read);
+    }
+
+    /// The same, told apart by several labels.
+    pub fn gauges_by(
+        &mut self,
+        name: &'static str,
+        help: &'static str,
+        labels: &[&'static str],
+        read: impl Fn() -> Vec<(Vec<String>, f64)> + Send + Sync + 'static,
+    ) {
+        let labels = labels.to_vec();
+        self.registry.register_collector(Box::new(Readings { name, help, labels, read }));
     }
 
     /// Everything in OpenMetrics' text format, as Prometheus reads it.

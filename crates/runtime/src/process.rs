@@ -7,6 +7,7 @@ use std::pin::Pin;
 
 use anyhow::Context;
 use clap::Args;
+use curionav_security::name::Name;
 use serde::{Deserialize, Serialize};
 use zenoh::Session;
 
@@ -14,11 +15,24 @@ use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
 use crate::fields::Fields;
 use crate::metrics_endpoint;
+use crate::secure;
 use crate::session::{self, SessionError};
 use crate::shutdown::{Shutdown, on_end};
 
 /// Where a client looks for a router unless told otherwise.
 pub const DEFAULT_ENDPOINT: &str = "tcp/127.0.0.1:7447";
+/// The same for links over TLS.
+pub const DEFAULT_SECURE_ENDPOINT: &str = "tls/127.0.0.1:7447";
+
+/// Where to look for a router if no endpoint is given. A Zenoh configuration names its own.
+pub fn default_endpoint(config: &ServiceConfig) -> Option<String> {
+    let has_file = config.zenoh_config.is_some() || std::env::var_os("ZENOH_CONFIG").is_some();
+    match (&config.secure, has_file) {
+        (_, true) => None,
+        (Some(_), false) => Some(DEFAULT_SECURE_ENDPOINT.into()),
+        (None, false) => Some(DEFAULT_ENDPOINT.into()),
+    }
+}
 
 /// What every service takes on its command line.
 #[derive(Debug, Clone, Default, Args)]
@@ -29,6 +43,9 @@ pub struct ServiceOptions {
     /// Router endpoint; may be given several times, the first that answers is used.
     #[arg(long, value_name = "ENDPOINT")]
     pub connect: Vec<String>,
+    /// Folder of certificates, as `curionav secure` makes it: connect over TLS alone.
+    #[arg(long, value_name = "DIR")]
+    pub secure: Option<PathBuf>,
     /// Key prefix of the deployment.
     #[arg(long, value_name = "NS")]
     pub namespace: Option<String>,
@@ -53,8 +70,8 @@ pub struct ServiceOptions {
 }
 
 impl ServiceOptions {
-    /// The configuration file with what was given on the command line on top.
-    pub fn configuration(&self) -> anyhow::Result<ServiceConfig> {
+    /// The configuration file of a service of `role` with what was given on the command line on top.
+    pub fn configuration(&self, role: &str) -> anyhow::Result<ServiceConfig> {
         let mut config = match &self.config {
             Some(path) => read_toml(path)?,
             None => ServiceConfig::default(),
@@ -62,9 +79,9 @@ impl ServiceOptions {
         if !self.connect.is_empty() {
             config.connect.clone_from(&self.connect);
         }
-        let has_file = config.zenoh_config.is_some() || std::env::var_os("ZENOH_CONFIG").is_some();
-        if config.connect.is_empty() && !has_file {
-            config.connect.push(DEFAULT_ENDPOINT.into());
+        config.secure = self.secure.clone().or(config.secure);
+        if config.connect.is_empty() {
+            config.connect.extend(default_endpoint(&config));
         }
         config.instance = self.instance.clone().unwrap_or(config.instance);
         config.robot = self.robot.clone().unwrap_or(config.robot);
@@ -74,6 +91,11 @@ impl ServiceOptions {
         config.simulated_base |= self.simulated_base;
         let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
         config.check().context(file)?;
+        if let Some(folder) = &config.secure {
+            let name = Name::of_service(role, &config.robot, &config.world, &config.instance)?;
+            config.certificates = vec![name];
+            secure::check(folder, &config.certificates)?;
+        }
         Ok(config)
     }
 }
@@ -149,7 +171,7 @@ pub type Service = fn(Start<'_>) -> Running<'_>;
 /// # Errors
 /// Bad input if arguments or configuration are wrong, the network if there is no session or the service fails.
 pub async fn run_service(role: &str, options: &ServiceOptions, service: Service) -> Result<(), Exit> {
-    let config = options.configuration().map_err(Exit::bad_input)?;
+    let config = options.configuration(role).map_err(Exit::bad_input)?;
     if role == "driver" {
         config.base().map_err(Exit::bad_input)?;
     }

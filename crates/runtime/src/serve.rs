@@ -13,6 +13,7 @@ use curionav_schemas::{Message, Refusal, Reject, keys};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
+use zenoh::key_expr::KeyExpr;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
@@ -272,14 +273,16 @@ fn serve_queries<A: Message>(
         is_pool: key.ends_with("/*"),
     });
     let handler = Arc::new(handler);
+    let own = KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?;
     let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
     let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots.max(1) {
         let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
+        let own = own.clone();
         let thread = std::thread::Builder::new()
             .name(format!("serve-{slot}"))
-            .spawn(move || work(&waiting, &*handler, &counts))
+            .spawn(move || work(&waiting, &own, &*handler, &counts))
             .map_err(|e| ServeError::new(key, e))?;
         server.threads.push(thread);
     }
@@ -317,6 +320,7 @@ fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
 
 fn work<A: Message>(
     waiting: &Waiting,
+    own: &KeyExpr<'static>,
     handler: &impl Fn(&Query, Instant) -> Result<A, Reject>,
     counts: &ServeCounts,
 ) {
@@ -327,8 +331,10 @@ fn work<A: Message>(
         match answered {
             Ok(answer) => {
                 counts.answered.inc();
-                let sent =
-                    query.reply(query.key_expr().clone(), answer.encode()).encoding(A::ENCODING).wait();
+                // A question to several is answered under the key of this one: access rules allow no other.
+                let asked = query.key_expr();
+                let key = if asked.is_wild() { own.clone() } else { asked.clone().into_owned() };
+                let sent = query.reply(key, answer.encode()).encoding(A::ENCODING).wait();
                 if let Err(error) = sent {
                     tracing::debug!(%error, "reply not sent");
                 }

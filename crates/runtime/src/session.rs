@@ -1,11 +1,14 @@
 //! Opening Zenoh sessions: in process, as a client of routers, or as a router.
 
 use std::net::TcpListener;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use curionav_security::name::Name;
 use zenoh::{Config, Session, Wait};
 
 use crate::config::ServiceConfig;
+use crate::secure;
 
 /// Why a session could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -21,13 +24,24 @@ pub enum SessionError {
         /// How long.
         seconds: f64,
     },
+    /// A router answered, but one of both does not trust the other's certificate.
+    #[error("the router at {endpoints} was not reached over TLS: {reason}")]
+    Distrust {
+        /// The endpoints tried.
+        endpoints: String,
+        /// What TLS says of it.
+        reason: String,
+    },
+    /// There is no certificate that can be used: what is wrong with it, and what mends it.
+    #[error("{0}")]
+    Certificate(String),
     /// A configuration value was refused, an address cannot be used, or Zenoh has failed: what and why.
     #[error("{0}")]
     Other(String),
 }
 
 impl SessionError {
-    fn config(reason: impl std::fmt::Display) -> Self {
+    pub(crate) fn config(reason: impl std::fmt::Display) -> Self {
         Self::Other(format!("Zenoh configuration: {reason}"))
     }
 
@@ -71,7 +85,7 @@ fn list(endpoints: &[String]) -> String {
 const RETRY: Duration = Duration::from_millis(200);
 
 /// Sets keys of a configuration to values in json5.
-fn set(config: &mut Config, settings: &[(&str, &str)]) -> Result<(), SessionError> {
+pub(crate) fn set(config: &mut Config, settings: &[(&str, &str)]) -> Result<(), SessionError> {
     settings.iter().try_for_each(|(key, value)| {
         config.insert_json5(key, value).map_err(|e| SessionError::config(format!("{key}: {e}")))
     })
@@ -82,7 +96,7 @@ pub fn built_in() -> Result<Config, SessionError> {
     common(None, None)
 }
 
-fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
+fn common(file: Option<&Path>, namespace: Option<&str>) -> Result<Config, SessionError> {
     let mut config = match file {
         Some(path) => {
             Config::from_file(path).map_err(|e| SessionError::config(format!("{}: {e}", path.display())))?
@@ -95,23 +109,51 @@ fn common(file: Option<&std::path::Path>, namespace: Option<&str>) -> Result<Con
     Ok(config)
 }
 
-/// Zenoh would look for a router for ever over a protocol that it does not have.
-fn check_protocols(config: &Config) -> Result<(), SessionError> {
-    for key in ["connect/endpoints", "listen/endpoints"] {
-        let json = config.get_json(key).map_err(|e| SessionError::config(format!("{key}: {e}")))?;
-        // A list, or a list per mode: the endpoints are the strings with a slash.
-        for endpoint in json.split('"').filter(|text| text.contains('/')) {
-            if !LINKS.iter().any(|link| endpoint.split('/').next() == Some(link)) {
-                let links = LINKS.join(", ");
-                let mend =
-                    if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
-                return Err(SessionError::Other(format!(
-                    "{key}: {endpoint}: this program has links over {links}{mend}"
-                )));
+/// The strings with a slash in a setting: endpoints, which may be a list, or a list per mode.
+fn endpoints(config: &Config, key: &str) -> Result<Vec<String>, SessionError> {
+    let json = config.get_json(key).map_err(|e| SessionError::config(format!("{key}: {e}")))?;
+    Ok(json.split('"').filter(|text| text.contains('/')).map(str::to_owned).collect())
+}
+
+/// The protocol of an endpoint.
+fn protocol(endpoint: &str) -> &str {
+    endpoint.split('/').next().unwrap_or_default()
+}
+
+/// Zenoh would look for a router for ever over a protocol that it does not have, and over one that the configuration
+/// does not allow.
+fn check_protocols(config: &Config, keys: &[&str]) -> Result<(), SessionError> {
+    let allowed = config.get_json("transport/link/protocols").map_err(SessionError::config)?;
+    let is_allowed = |link: &str| allowed == "null" || allowed.contains(&format!("{link:?}"));
+    let links: Vec<&str> = LINKS.iter().copied().filter(|link| is_allowed(link)).collect();
+    for key in keys {
+        for endpoint in endpoints(config, key)? {
+            if links.contains(&protocol(&endpoint)) {
+                continue;
             }
+            let whose = if allowed == "null" { "this program has" } else { "this configuration allows" };
+            let mend = if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
+            return Err(SessionError::Other(format!(
+                "{key}: {endpoint}: {whose} links over {} alone{mend}",
+                links.join(", ")
+            )));
         }
     }
     Ok(())
+}
+
+/// What is given beside a file must not be less safe than the file.
+fn check_as_safe(file: &Path, of_file: &[String], given: &[String]) -> Result<(), SessionError> {
+    let is_plain = |endpoint: &&String| protocol(endpoint) != "tls";
+    match given.iter().find(is_plain) {
+        Some(plain) if !of_file.is_empty() && !of_file.iter().any(|endpoint| is_plain(&endpoint)) => {
+            Err(SessionError::Other(format!(
+                "connect: {plain}: {} connects over tls alone; give a tls/ endpoint, or none",
+                file.display()
+            )))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// One session without any network: all services of one process share it.
@@ -123,29 +165,39 @@ pub async fn embedded() -> Result<Session, SessionError> {
 
 /// A client of the first router that answers, found again by itself after a loss. `service` must have been checked.
 pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
-    let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(std::path::PathBuf::from);
+    let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(PathBuf::from);
     let file = service.zenoh_config.clone().or(from_environment);
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
+    if let Some(folder) = &service.secure {
+        secure::client(&mut config, folder, &service.certificates)?;
+    }
     if file.is_none() || !service.connect.is_empty() {
+        if let Some(file) = &file {
+            check_as_safe(file, &endpoints(&config, "connect/endpoints")?, &service.connect)?;
+        }
         set(&mut config, &[("mode", r#""client""#), ("connect/endpoints", &list(&service.connect))])?;
     }
-    check_protocols(&config)?;
+    check_protocols(&config, &["connect/endpoints"])?;
     let timeout = Duration::from_secs_f64(service.connect_timeout_s);
     // Zenoh spends whatever time it has on the first endpoint before it turns to the next: it gets none, tries
     // each once, and the waiting is done here.
     let once =
         [("connect/timeout_ms", "0"), ("connect/exit_on_failure", "true"), ("connect/retry", CONNECT_RETRY)];
     set(&mut config, &once)?;
-    let no_router = || {
-        let named = (!service.connect.is_empty()).then(|| service.connect.join(", "));
-        let endpoints = named.unwrap_or_else(|| "the configured endpoints".into());
-        SessionError::NoRouter { endpoints, seconds: timeout.as_secs_f64() }
-    };
+    let named = (!service.connect.is_empty()).then(|| service.connect.join(", "));
+    let endpoints = named.unwrap_or_else(|| "the configured endpoints".into());
+    let no_router =
+        || SessionError::NoRouter { endpoints: endpoints.clone(), seconds: timeout.as_secs_f64() };
     let deadline = tokio::time::Instant::now() + timeout;
     let session = loop {
         match tokio::time::timeout_at(deadline, zenoh::open(config.clone())).await {
             Ok(Ok(session)) => break session,
-            Ok(Err(error)) => tracing::debug!(%error, "opening failed"),
+            Ok(Err(error)) => {
+                tracing::debug!(%error, "opening failed");
+                if let Some(reason) = distrust(service).await {
+                    return Err(SessionError::Distrust { endpoints, reason });
+                }
+            }
             Err(_) => return Err(no_router()),
         }
         if tokio::time::Instant::now() + RETRY >= deadline {
@@ -164,15 +216,35 @@ pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     Ok(session)
 }
 
-/// A router that listens on `endpoint` (`tcp/host:port`; port 0 takes a free one) and links with the routers
-/// at `others`, whenever they are there.
-pub async fn router(
-    endpoint: &str,
-    others: &[String],
-    file: Option<&std::path::Path>,
-) -> Result<Session, SessionError> {
+/// Why one of the routers is not trusted, or does not trust this program; nothing if none is there.
+async fn distrust(service: &ServiceConfig) -> Option<String> {
+    let folder = service.secure.clone()?;
+    let (endpoints, names) = (service.connect.clone(), service.certificates.clone());
+    let asking = move || endpoints.iter().find_map(|endpoint| secure::distrust(endpoint, &folder, &names));
+    tokio::task::spawn_blocking(asking).await.ok().flatten()
+}
+
+/// How a router is set up.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct RouterSettings<'a> {
+    /// Where it listens: `tcp/host:port` or `tls/host:port`; port 0 takes a free one.
+    pub listen: &'a str,
+    /// The routers it links with, whenever they are there.
+    pub connect: &'a [String],
+    /// A Zenoh configuration file, instead of both.
+    pub file: Option<&'a Path>,
+    /// The folder of its certificate and of the access rules, and its name.
+    pub secure: Option<(&'a Path, &'a Name)>,
+}
+
+/// A router.
+pub async fn router(settings: RouterSettings<'_>) -> Result<Session, SessionError> {
+    let RouterSettings { listen: endpoint, connect: others, file, secure } = settings;
     let mut config = common(file, None)?;
     set(&mut config, &[("mode", r#""router""#)])?;
+    if let Some((folder, name)) = secure {
+        secure::router(&mut config, folder, name)?;
+    }
     if file.is_none() {
         let (own, others) = (format!("[{endpoint:?}]"), list(others));
         let settings = [
@@ -185,12 +257,12 @@ pub async fn router(
         ];
         set(&mut config, &settings)?;
         // Zenoh only warns when a port is taken; ask the system first.
-        if let Some(address) = endpoint.strip_prefix("tcp/") {
+        if let Some(address) = endpoint.strip_prefix("tcp/").or_else(|| endpoint.strip_prefix("tls/")) {
             let mend = "choose another port or end what uses it";
             TcpListener::bind(address).map_err(|e| SessionError::listen(endpoint, format!("{e}; {mend}")))?;
         }
     }
-    check_protocols(&config)?;
+    check_protocols(&config, &["connect/endpoints", "listen/endpoints"])?;
     zenoh::open(config).await.map_err(|e| SessionError::listen(endpoint, e))
 }
 

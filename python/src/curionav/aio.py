@@ -71,11 +71,17 @@ def connect(
     namespace: str | None = None,
     config: str | os.PathLike[str] | None = None,
     timeout: float = 5.0,
+    *,
+    secure: str | os.PathLike[str] | None = None,
+    certificate: str = "experimenter",
 ) -> Opening[AsyncDeployment]:
     """As `curionav.connect`."""
 
+    def connecting() -> blocking.Deployment:
+        return blocking.connect(endpoint, namespace, config, timeout, secure=secure, certificate=certificate)
+
     async def opened() -> AsyncDeployment:
-        return AsyncDeployment(await asyncio.to_thread(blocking.connect, endpoint, namespace, config, timeout))
+        return AsyncDeployment(await asyncio.to_thread(connecting))
 
     return Opening(opened)
 

@@ -13,7 +13,7 @@ import zenoh
 from . import keys
 from .closable import Closable
 from .crowd import Crowd, CrowdFunction
-from .errors import CurionavError, DecodeError, NoAnswer, Rejected
+from .errors import ConnectionFailed, CurionavError, DecodeError, NoAnswer, Rejected
 from .evaluation import Evaluator
 from .messages import (
     Cancel,
@@ -32,6 +32,7 @@ from .messages import (
 from .profiles import Planner
 from .run import SCENARIO_TIMEOUT, Run
 from .scenario import Scenario
+from .secure import Identity
 from .serving import EvaluatorServer
 from .session import alive, ask, close_at_exit, open_session
 
@@ -57,6 +58,9 @@ def connect(
     namespace: str | None = None,
     config: str | os.PathLike[str] | None = None,
     timeout: float = 5.0,
+    *,
+    secure: str | os.PathLike[str] | None = None,
+    certificate: str = "experimenter",
 ) -> Deployment:
     """Connects to a running deployment as a client of its router.
 
@@ -67,11 +71,19 @@ def connect(
         config: A Zenoh configuration file (json5) to start from, for TLS for example. Default: the file the
             environment variable ``ZENOH_CONFIG`` names, else settings like those of the services.
         timeout: How long to try, s.
+        secure: A folder of certificates, as ``curionav up --secure`` makes it: connect over TLS alone. The default
+            endpoint is then ``tls/127.0.0.1:7447``.
+        certificate: Which certificate of that folder to show. It decides what the router allows: ``viewer`` looks,
+            ``operator`` also commands robots, ``experimenter`` runs scenarios, ``crowd.WORLD`` plays a crowd, and
+            ``TERM.INSTANCE`` serves an evaluator.
 
     Raises:
-        ConnectionFailed: No router answered in time, or the configuration was refused.
+        ConnectionFailed: No router answered in time, it was not trusted or did not trust the certificate, or the
+            configuration was refused.
     """
-    return Deployment(open_session(endpoint, namespace, config, timeout))
+    identity = None if secure is None else Identity.of(secure, certificate)
+    session = open_session(endpoint, namespace, config, timeout, identity)
+    return Deployment(session, None if identity is None else identity.name)
 
 
 def _scenario(given: Scenario | str | Path | dict[str, Any]) -> Scenario:
@@ -95,8 +107,10 @@ def _injection(
 class Deployment(Closable):
     """A connection to a deployment, made by `connect`; a context manager that closes it."""
 
-    def __init__(self, session: zenoh.Session) -> None:
+    def __init__(self, session: zenoh.Session, certificate: str | None = None) -> None:
         self._session = session
+        # What it shows, if links are over TLS.
+        self._certificate = certificate
         close_at_exit(self, session)
         self._owned: weakref.WeakSet[EvaluatorServer | Crowd] = weakref.WeakSet()
 
@@ -156,6 +170,8 @@ class Deployment(Closable):
         For runs that others inject, or where `inject` with ``crowd`` is not enough. The scenario must say so:
         ``[people] kind = "live"``, or `Scenario.with_live_people`.
         """
+        if self._certificate != "experimenter":
+            self._need(f"crowd.{world}", f"play the crowd of the world {world}")
         crowd = Crowd(self._open(), world)
         self._owned.add(crowd)
         return crowd
@@ -173,6 +189,10 @@ class Deployment(Closable):
             slots: Questions computed at once, each on a thread of its own.
             queue: Questions that may wait; more are refused as ``overloaded``.
         """
+        if self._certificate is not None:
+            term, _, named = self._certificate.partition(".")
+            instance = instance or (named if term == evaluator.term else None) or "NAME"
+            self._need(f"{evaluator.term}.{instance}", f"serve the term {evaluator.term}")
         server = EvaluatorServer(self._open(), evaluator, instance, slots, queue)
         self._owned.add(server)
         return server
@@ -181,6 +201,14 @@ class Deployment(Closable):
         """Every service that is alive, by role and name; only some roles keep counts."""
         found = [keys.service_of(key) for key in alive(self._open(), keys.every_live(), _TIMEOUT)]
         return [Service(*names, self._counts(*names)) for names in found if names is not None]
+
+    def _need(self, certificate: str, what: str) -> None:
+        """Fails if the router would be silent because another certificate is needed."""
+        if self._certificate not in {None, certificate}:
+            raise ConnectionFailed(
+                f"the certificate `{self._certificate}` does not allow to {what}: "
+                f"connect with certificate={certificate!r}"
+            )
 
     def _counts(self, role: str, instance: str) -> ServiceStatus | None:
         try:

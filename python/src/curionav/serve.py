@@ -41,12 +41,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--connect", metavar="ENDPOINT", help=f"router of the deployment; default: {DEFAULT_ENDPOINT}")
     parser.add_argument("--namespace", help="key prefix of the deployment")
     parser.add_argument("--config", help="Zenoh configuration file to start from")
+    parser.add_argument("--secure", metavar="DIR", help="folder of certificates: connect over TLS; needs --instance")
+    parser.add_argument("--instance", metavar="NAME", help="name of the replica; of several NAME-0, NAME-1, ...")
     parser.add_argument("--replicas", type=int, default=1, help="processes; default: 1")
     parser.add_argument("--slots", type=int, default=1, help="questions a replica computes at once; default: 1")
     parser.add_argument("--queue", type=int, default=16, help="questions that may wait for each; default: 16")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     given = sys.argv[1:] if arguments is None else arguments
     options = parser.parse_args(given)
+    if options.secure is not None and options.instance is None:
+        parser.error("--secure needs --instance: certificates are named TERM.INSTANCE")
     if options.replicas < 1 or options.slots < 1 or options.queue < 1:
         parser.error("replicas, slots and queue must be at least 1")
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
@@ -54,7 +58,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         if options.replicas > 1:
             _load(options.file)
-            return _supervise([*given, "--replicas", "1", "--child"], options.replicas)
+            return _supervise([*given, "--replicas", "1", "--child"], options.replicas, options.instance)
         return _serve(options)
     except KeyboardInterrupt:
         return 0
@@ -88,10 +92,17 @@ def _load(file: str) -> list[Evaluator]:
 def _serve(options: argparse.Namespace) -> int:
     """One replica of each evaluator, until it is told to end."""
     evaluators = _load(options.file)
-    with connect(options.connect, options.namespace, options.config) as deployment, ExitStack() as servers:
+    with ExitStack() as servers:
         ended = threading.Event()
+        deployment = None
         for evaluator in evaluators:
-            server = deployment.serve(evaluator, slots=options.slots, queue=options.queue)
+            # Each term has a certificate, and so a connection, of its own.
+            if deployment is None or options.secure is not None:
+                certificate = f"{evaluator.term}.{options.instance}"
+                given = (options.connect, options.namespace, options.config)
+                deployment = connect(*given, secure=options.secure, certificate=certificate)
+                servers.enter_context(deployment)
+            server = deployment.serve(evaluator, options.instance, slots=options.slots, queue=options.queue)
             servers.enter_context(server)
             _log.info("serving %s as %s", server.term, server.instance)
         if options.child:
@@ -107,14 +118,18 @@ def _until_end_of_input(ended: threading.Event) -> None:
     ended.set()
 
 
-def _supervise(arguments: list[str], replicas: int) -> int:
-    """Keeps ``replicas`` processes going."""
-    command = [sys.executable, "-m", "curionav.serve", *arguments]
+def _supervise(arguments: list[str], replicas: int, instance: str | None) -> int:
+    """Keeps ``replicas`` processes going, named after ``instance`` if there is such a name."""
+
+    def start(index: int) -> subprocess.Popen[bytes]:
+        name = [] if instance is None else ["--instance", f"{instance}-{index}"]
+        return subprocess.Popen([sys.executable, "-m", "curionav.serve", *arguments, *name], stdin=subprocess.PIPE)
+
     children: list[subprocess.Popen[bytes]] = []
     restarts: list[float] = []
     try:
         while len(children) < replicas:
-            children.append(subprocess.Popen(command, stdin=subprocess.PIPE))
+            children.append(start(len(children)))
         while True:
             for index, child in enumerate(children):
                 status = child.poll()
@@ -126,7 +141,7 @@ def _supervise(arguments: list[str], replicas: int) -> int:
                     return status if status in {2, 3} else 3
                 _log.warning("a replica ended with status %d: starting another", status)
                 restarts.append(time.monotonic())
-                children[index] = subprocess.Popen(command, stdin=subprocess.PIPE)
+                children[index] = start(index)
             time.sleep(_LOOK_PERIOD)
     finally:
         _stop(children)

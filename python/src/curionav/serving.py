@@ -114,7 +114,8 @@ class EvaluatorServer(Closable):
 
     def _tell(self, query: zenoh.Query) -> None:
         with query:
-            _reply(query, self.status())
+            # A question to several is answered under the key of this one: access rules allow no other.
+            _reply(query, self.status(), keys.status(self.term, self.instance))
 
     # ---- on our threads ----
 
@@ -273,12 +274,12 @@ def _cut(text: str) -> str:
     return text.encode()[:1000].decode("utf-8", "ignore")
 
 
-def _reply(query: zenoh.Query, message: Message) -> None:
+def _reply(query: zenoh.Query, message: Message, key: str | None = None) -> None:
     try:
         if isinstance(message, Reject):
             query.reply_err(message.encode(), encoding=message.encoding())
         else:
-            query.reply(query.key_expr, message.encode(), encoding=message.encoding())
+            query.reply(key or query.key_expr, message.encode(), encoding=message.encoding())
     except (zenoh.ZError, CurionavError) as error:
         _log.debug("reply not sent: %s", error)
 

@@ -21,8 +21,10 @@ from typing import TypeVar
 
 import zenoh
 
+from . import secure
 from .errors import ConnectionFailed, DecodeError, NoAnswer, Rejected
 from .messages import Message, Reject
+from .secure import Identity
 
 M = TypeVar("M", bound=Message)
 
@@ -50,7 +52,11 @@ given up after one second of opening or half a second of a blocked send, no shar
 
 
 def open_session(
-    endpoint: str | None, namespace: str | None, config: str | os.PathLike[str] | None, timeout: float
+    endpoint: str | None,
+    namespace: str | None,
+    config: str | os.PathLike[str] | None,
+    timeout: float,
+    identity: Identity | None = None,
 ) -> zenoh.Session:
     """A session with a router behind it.
 
@@ -59,9 +65,19 @@ def open_session(
     """
     if timeout <= 0.0:
         raise ValueError(f"timeout must be positive, found {timeout}")
-    settings, where = _configure(endpoint, namespace, config, timeout)
+    if identity is not None:
+        endpoint = endpoint or (secure.DEFAULT_ENDPOINT if _file(config) is None else None)
+        if endpoint is not None:
+            secure.check_endpoint(endpoint)
+    settings, where = _configure(endpoint, namespace, config, timeout, identity)
     deadline = time.monotonic() + timeout
-    session = _open(settings, where, timeout)
+    try:
+        session = _open(settings, where, timeout)
+    except ConnectionFailed as error:
+        reason = identity.distrust(endpoint) if identity is not None and endpoint is not None else None
+        if reason is None:
+            raise
+        raise ConnectionFailed(f"the router at {where} was not reached over TLS: {reason}") from error
     # Opening can succeed without a router behind it: a refused certificate is only a warning to Zenoh.
     try:
         while not session.info.routers_zid():
@@ -74,10 +90,19 @@ def open_session(
     return session
 
 
+def _file(config: str | os.PathLike[str] | None) -> str | os.PathLike[str] | None:
+    """The configuration file that was given, here or in the environment."""
+    return config or os.environ.get("ZENOH_CONFIG")
+
+
 def _configure(
-    endpoint: str | None, namespace: str | None, config: str | os.PathLike[str] | None, timeout: float
+    endpoint: str | None,
+    namespace: str | None,
+    config: str | os.PathLike[str] | None,
+    timeout: float,
+    identity: Identity | None,
 ) -> tuple[zenoh.Config, str]:
-    file = config or os.environ.get("ZENOH_CONFIG")
+    file = _file(config)
     if file is None and endpoint is None:
         endpoint = DEFAULT_ENDPOINT
     where = endpoint or f"the endpoints of {file}"
@@ -86,6 +111,9 @@ def _configure(
         if endpoint is not None:
             settings.insert_json5("mode", '"client"')
             settings.insert_json5("connect/endpoints", json.dumps([endpoint]))
+        if identity is not None:
+            for path, value in identity.settings().items():
+                settings.insert_json5(path, value)
         if namespace is not None:
             settings.insert_json5("namespace", json.dumps(namespace))
         settings.insert_json5("connect/timeout_ms", str(max(1, round(timeout * 1000))))

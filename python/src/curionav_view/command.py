@@ -59,6 +59,8 @@ def _parser() -> argparse.ArgumentParser:
     live.add_argument("--connect", metavar="ENDPOINT", help="router, such as tcp/10.0.0.5:7447 (tcp/127.0.0.1:7447)")
     live.add_argument("--namespace", metavar="NS", help="prefix of the deployment's keys, if it has one")
     live.add_argument("--config", metavar="FILE", help="Zenoh configuration (json5), or ZENOH_CONFIG names it")
+    live.add_argument("--secure", metavar="DIR", help="folder of certificates, as `curionav secure` makes it: use TLS")
+    live.add_argument("--as", dest="certificate", metavar="NAME", default="viewer", help="its certificate (viewer)")
     live.add_argument("--robot", metavar="NAME", help="which robot (live: robot; recording: its only one)")
     live.add_argument("--world", metavar="NAME", default="world", help="simulated world, for the end of runs (world)")
     live.add_argument("--once", action="store_true", help="end with the run under way, or the next if there is none")
@@ -178,7 +180,15 @@ def _follow(options: argparse.Namespace, output: Output) -> None:
     from .live import Live, Source  # noqa: PLC0415
     from .scene_logger import SceneLogger  # noqa: PLC0415
 
-    source = Source(options.connect, options.namespace, options.config, 5.0, options.robot or "robot", options.world)
+    source = Source(
+        options.connect,
+        options.namespace,
+        options.config,
+        robot=options.robot or "robot",
+        world=options.world,
+        secure=options.secure,
+        certificate=options.certificate,
+    )
     live = Live(
         source,
         lambda name: SceneLogger(output.recording(name)),

@@ -11,9 +11,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from curionav import Deployment, keys
+from curionav import Deployment, keys, secure
 from curionav.errors import CurionavError, DecodeError, NoAnswer, Rejected
 from curionav.messages import MESSAGES, Message, Mission, OccupancyGrid, RunStatus
+from curionav.secure import Identity
 from curionav.session import DEFAULT_ENDPOINT, Mailbox, News, ask, open_session, subscribe
 
 from . import words
@@ -46,6 +47,8 @@ class Source:
     timeout: float = 5.0
     robot: str = "robot"
     world: str = "world"
+    secure: str | None = None
+    certificate: str = "viewer"
 
 
 class Live:
@@ -70,7 +73,8 @@ class Live:
         aside: Callable[[str], SceneLogger] | None = None,
     ) -> None:
         self._source, self._begin, self._say, self._aside = source, begin, say, aside
-        self._session = open_session(source.endpoint, source.namespace, source.config, source.timeout)
+        identity = None if source.secure is None else Identity.of(source.secure, source.certificate)
+        self._session = open_session(source.endpoint, source.namespace, source.config, source.timeout, identity)
         self._deployment = Deployment(self._session)
         self._news = News()
         self._mail = Mailbox(self._news, MAILBOX_BYTES)
@@ -131,7 +135,8 @@ class Live:
 
     def _endpoint(self) -> str | None:
         """Where others can connect to; unknown if a configuration file says so."""
-        return self._source.endpoint or (DEFAULT_ENDPOINT if self._source.config is None else None)
+        default = DEFAULT_ENDPOINT if self._source.secure is None else secure.DEFAULT_ENDPOINT
+        return self._source.endpoint or (default if self._source.config is None else None)
 
     def _look_again(self) -> None:
         """A robot that was out of reach may have been given its mission meanwhile."""

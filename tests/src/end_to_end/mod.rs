@@ -13,6 +13,7 @@ mod real_inputs;
 mod recording;
 mod scale;
 mod scenarios;
+mod secure;
 mod signals;
 mod slow_router;
 mod two_routers;

@@ -245,12 +245,17 @@ pub(crate) struct Deployment {
 impl Deployment {
     /// Starts one with `replicas` of generator and of each evaluator, on a free port.
     pub(crate) fn start(replicas: usize) -> Self {
+        Self::start_with(replicas, &[])
+    }
+
+    /// The same with more arguments.
+    pub(super) fn start_with(replicas: usize, more: &[&str]) -> Self {
         let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         let text = format!(
             "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\ncnc = {replicas}\n"
         );
         std::fs::write(file.path(), text).unwrap();
-        let (child, ready) = serving(&["up", file.path().to_str().unwrap(), "--port", "0"]);
+        let (child, ready) = serving(&[&["up", file.path().to_str().unwrap(), "--port", "0"], more].concat());
         Self { child, ready, _file: file }
     }
 

@@ -16,6 +16,7 @@ const TESTING: &str = "curionav-testing";
 fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const PLANNING: &str = "curionav-planning";
     const SCHEMAS: &str = "curionav-schemas";
+    const SECURITY: &str = "curionav-security";
     const RUNTIME: &str = "curionav-runtime";
     const POOL: &str = "curionav-pool";
     const LOCALIZATION: &str = "curionav-localization";
@@ -25,7 +26,8 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "crates/planning" => vec![TESTING],
         "crates/localization" | "crates/crowdsim" => vec![PLANNING, TESTING],
         "crates/picture" => vec![PLANNING, SCHEMAS, TESTING],
-        "crates/runtime" => vec![PLANNING, SCHEMAS, TESTING],
+        "crates/security" => vec![SCHEMAS],
+        "crates/runtime" => vec![PLANNING, SCHEMAS, SECURITY, TESTING],
         // The only crate that may import from its own floor.
         "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
         "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH, TESTING],
@@ -65,6 +67,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-recording",
         "curionav-runtime",
         "curionav-schemas",
+        "curionav-security",
         "curionav-simulator",
         TESTING,
         "curionav-trajectory-generator",

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// Directories that tools make and that are not committed.
-const MADE_BY_TOOLS: [&str; 10] = [
+/// Directories that tools make and that are not committed, and code of others, which keeps its own style.
+const MADE_BY_TOOLS: [&str; 11] = [
     ".git",
     ".idea",
     ".mypy_cache",
@@ -14,6 +14,7 @@ const MADE_BY_TOOLS: [&str; 10] = [
     "node_modules",
     "out",
     "target",
+    "third-party",
 ];
 
 /// The project's root.

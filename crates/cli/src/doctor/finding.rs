@@ -74,7 +74,7 @@ impl Report {
             n => format!("{n} things are missing: {}", missing.join("; ")),
         };
         let ok = missing.is_empty();
-        Self { ok, endpoint: at.connect.clone(), namespace: at.namespace.clone(), findings, conclusion }
+        Self { ok, endpoint: at.place(), namespace: at.namespace.clone(), findings, conclusion }
     }
 }
 
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn the_last_line_is_the_conclusion_and_every_fix_is_said() {
-        let at = ConnectOptions { connect: "tcp/localhost:7447".into(), namespace: None };
+        let at = ConnectOptions { connect: Some("tcp/localhost:7447".into()), ..ConnectOptions::default() };
         let findings = vec![
             Finding::proven("router", "there"),
             Finding::note("mission of r1", "none yet", "set one"),

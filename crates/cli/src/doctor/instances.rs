@@ -65,16 +65,18 @@ impl Instance {
         Alive { role: &self.role, instance: &self.name, status: self.status.as_ref() }
     }
 
-    /// What there is to say about it. `context` is of a mission that asks its role for work, if there is one.
+    /// What there is to say about it. Work is asked for in the name of the robot `asker`, and `context` is of a mission
+    /// that asks its role for work, if there is one.
     pub(super) async fn examine(
         &self,
         session: &Session,
         at: &ConnectOptions,
+        asker: &str,
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Vec<Finding>> {
         let link = format!("{} {}", self.role, self.name);
         let is_pool = !ROBOT_ROLES.contains(&self.role.as_str()) && self.role != "simulator";
-        let work = if is_pool { Some(self.work(session, context).await?) } else { None };
+        let work = if is_pool { Some(self.work(session, asker, context).await?) } else { None };
         let Some(status) = &self.status else {
             return Ok(vec![match work {
                 Some(Ok(work)) => Finding::proven(link, format!("keeps no status; {work}")),
@@ -151,12 +153,13 @@ impl Instance {
     async fn work(
         &self,
         session: &Session,
+        asker: &str,
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Result<String, String>> {
         let key = keys::question(
             &self.role,
             &self.name,
-            context.map_or("doctor", |context| &context.mission.order.robot),
+            context.map_or(asker, |context| &context.mission.order.robot),
         )?;
         let budget_ms = WARM_UP_TIMEOUT.as_millis() as u32;
         let is_generator = self.role == keys::GENERATOR;

@@ -2,6 +2,7 @@
 
 mod finding;
 mod instances;
+mod rights;
 mod robot;
 mod router;
 
@@ -16,7 +17,8 @@ use curionav_runtime::session::{self, SessionError};
 use curionav_schemas::keys;
 use zenoh::Session;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, EXAMINES, refused};
+use crate::denied::{denied, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, FAILED, NO_NETWORK, SUCCESS};
 use finding::{Finding, Report};
@@ -54,18 +56,18 @@ fn parse_listen(text: &str) -> Result<f64, String> {
 pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
     let robot = options.robot.as_deref().map_or(Ok(()), keys::check_id);
     robot.map_err(|e| Exit::bad_input(anyhow::Error::from(e).context("robot")))?;
-    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config() };
+    let config = ServiceConfig { connect_timeout_s: CONNECT_TIMEOUT_S, ..options.at.config(&EXAMINES)? };
     let session = match session::client(&config).await {
         Ok(session) => session,
         Err(error @ SessionError::NoRouter { .. }) => {
             let fix = format!(
                 "start it there: curionav router --listen tcp/0.0.0.0:7447; or name another with --connect instead of {}",
-                options.at.connect
+                options.at.place()
             );
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;
             return Ok(NO_NETWORK);
         }
-        Err(error) => return Err(Exit::bad_input(error)),
+        Err(error) => return Err(refused(error)),
     };
     let findings = examine(&options, &config, &session).await;
     session::close(&session);
@@ -84,7 +86,11 @@ async fn examine(
     config: &ServiceConfig,
     session: &Session,
 ) -> anyhow::Result<Vec<Finding>> {
-    let mut findings = vec![router::examine(config, session).await?];
+    let mut findings = rights::examine(config);
+    let routers = routers(config).await?;
+    findings.push(router::examine(config, session, &routers).await?);
+    findings
+        .extend(denied(&routers).iter().map(|one| Finding::note("denied", one.words(), one.missing_right())));
     let mut instances = Vec::new();
     for (role, names) in &members(session).await? {
         for name in names {
@@ -102,10 +108,11 @@ async fn examine(
     }
     let asked_of_pools: BTreeSet<String> = missions.iter().flat_map(robot::Mission::pool_roles).collect();
     let pools = if asked_of_pools.is_empty() { default_pools() } else { asked_of_pools };
+    let asker = robots.first().map_or("doctor", String::as_str);
     for instance in &instances {
         // Robots may have different planners: a mission that has no use for a role has no work for it.
         let context = missions.iter().find_map(|mission| mission.asking(&instance.role));
-        findings.extend(instance.examine(session, &options.at, context).await?);
+        findings.extend(instance.examine(session, &options.at, asker, context).await?);
     }
     let missing = required_roles::missing(&robots, &pools, &alive, &options.at).into_iter();
     findings.extend(missing.map(|Missing { what, fix }| Finding::missing(what, "none is alive", fix)));

@@ -77,8 +77,9 @@ impl Mission {
         let Some(mission) = &self.mission else {
             // A driver that is missing has been named.
             let fix = format!(
-                "give it one, for example: curionav run SCENARIO.toml --connect {} --robot {}",
-                at.connect, self.robot
+                "give it one, for example: curionav run SCENARIO.toml {} --robot {}",
+                at.arguments(),
+                self.robot
             );
             let has_none = Finding::note(link, "none yet: the robot stands", fix);
             return self.driver.then_some(has_none).into_iter().collect();

@@ -5,9 +5,8 @@ use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::latency::percentile_ms;
-use curionav_runtime::probe::ask_all;
 use curionav_runtime::{echo, session};
-use curionav_schemas::{ServiceStatus, keys};
+use curionav_schemas::ServiceStatus;
 use zenoh::Session;
 
 use super::finding::Finding;
@@ -20,7 +19,11 @@ const QUESTIONS: usize = 15;
 const ATTEMPTS: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
 
-pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow::Result<Finding> {
+pub(super) async fn examine(
+    config: &ServiceConfig,
+    session: &Session,
+    statuses: &[ServiceStatus],
+) -> anyhow::Result<Finding> {
     let link = format!("router {}", config.connect.join(", "));
     let Some([small, large]) = round_trips(config, session).await? else {
         let routers = session.info().routers_zid().await.count();
@@ -32,7 +35,7 @@ pub(super) async fn examine(config: &ServiceConfig, session: &Session) -> anyhow
     };
     let detail = format!(
         "{}; bare round trip between two sessions {small:.2} ms ({} B), {large:.2} ms ({} kB)",
-        version(config).await?,
+        version(statuses),
         SIZES[0],
         SIZES[1] / 1000
     );
@@ -67,18 +70,13 @@ async fn round_trips(config: &ServiceConfig, session: &Session) -> anyhow::Resul
     Ok(medians.try_into().ok())
 }
 
-/// What the routers say of themselves. They know no namespace, so they are asked without.
-async fn version(config: &ServiceConfig) -> anyhow::Result<String> {
-    let plain = session::client(&ServiceConfig { namespace: None, ..config.clone() }).await?;
-    let key = format!("{}/status/router/*", keys::ROOT);
-    let (replies, _) = ask_all(&plain, &key, None, TIMEOUT).await?;
-    session::close(&plain);
-    let statuses: Vec<ServiceStatus> = replies.iter().filter_map(|r| r.decode()?.ok()).collect();
+/// What the routers say of themselves.
+fn version(statuses: &[ServiceStatus]) -> String {
     let versions: BTreeSet<&str> = statuses.iter().map(|s| s.version.as_str()).collect();
     let versions = versions.into_iter().collect::<Vec<_>>().join(" and ");
-    Ok(match statuses.as_slice() {
+    match statuses {
         [] => "a Zenoh router that does not say its version".into(),
         [one] => format!("curionav {versions}, up {:.0} s", one.uptime_s),
         several => format!("{} routers linked, curionav {versions}", several.len()),
-    })
+    }
 }

@@ -8,7 +8,7 @@ use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use zenoh::Session;
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, LOOKS};
 use curionav_recording::{Recorder, Scope, Tally, recover};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
@@ -47,7 +47,7 @@ pub(crate) async fn run(options: RecordOptions) -> Result<u8, Exit> {
         return Ok(SUCCESS);
     }
     let mut signals = on_signals().map_err(Exit::network)?;
-    let session = options.at.session().await?;
+    let session = options.at.session(&LOOKS).await?;
     let scope = Scope { robot: options.robot, world: None };
     let recording = async {
         let mut recorder = Recorder::start(&session, &options.path, &scope).map_err(Exit::bad_input)?;

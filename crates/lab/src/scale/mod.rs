@@ -35,7 +35,7 @@ pub use options::Options;
 pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
     options.check()?;
     let mut signals = on_signals().map_err(Exit::network)?;
-    let mut processes = Processes::start(log, options.cpu_quota).await?;
+    let mut processes = Processes::start(log, options.cpu_quota, options.secure.as_deref()).await?;
     let measured = tokio::select! {
         measured = measure(&options, &mut processes) => measured,
         () = signals.requested() => Err(anyhow!("interrupted")),

@@ -113,6 +113,9 @@ pub struct Options {
     /// Measure what splitting the cycle into processes costs, in bare query round trips.
     #[arg(long, conflicts_with_all = ["service", "replicas", "cpu_quota", "batch", "people"])]
     pub(super) overhead: bool,
+    /// With --overhead: measure over TLS, with the certificates of this folder, which are made if they are absent.
+    #[arg(long, value_name = "DIR", requires = "overhead")]
+    pub(super) secure: Option<PathBuf>,
     /// Print exactly one JSON object on standard output.
     #[arg(long)]
     pub(super) json: bool,

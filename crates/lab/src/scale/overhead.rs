@@ -57,7 +57,7 @@ pub(super) async fn measure(
     processes.add("echo", 1).await?;
     // Processes are numbered in the order of their start.
     let echo = format!("echo-{}", pools.len());
-    let robots = Robots::join(workload, &processes.endpoint, 1, Clock::Lockstep).await?;
+    let robots = Robots::join(workload, processes, 1, Clock::Lockstep).await?;
     let over_processes = Arc::clone(robots.all.first().context("no robot")?);
     let in_process = Robot::on(&workload.services.session, workload.context("robot-0", Clock::Lockstep)?)?;
     for robot in [&over_processes, &in_process] {

@@ -1,6 +1,6 @@
 //! A router and replicas of one service as processes of this program, on this machine.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -17,6 +17,8 @@ pub(super) struct Processes {
     program: PathBuf,
     log: String,
     pub(super) endpoint: String,
+    /// Folder of certificates, if links are over TLS.
+    pub(super) secure: Option<PathBuf>,
     router: Supervised,
     replicas: Vec<Supervised>,
     quotas: Option<Quotas>,
@@ -24,19 +26,21 @@ pub(super) struct Processes {
 
 impl Processes {
     /// Starts the router. With `quota`, each replica will get only so much of a processor.
-    pub(super) async fn start(log: &str, quota: Option<f64>) -> Result<Self, Exit> {
+    pub(super) async fn start(log: &str, quota: Option<f64>, secure: Option<&Path>) -> Result<Self, Exit> {
+        secure.map_or(Ok(()), certify)?;
         let quotas = quota.map(Quotas::new).transpose().map_err(Exit::bad_input)?;
         let program =
             std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
-        let (router, endpoint) = Supervised::router(&program, 0, log).await.map_err(Exit::network)?;
-        Ok(Self { program, log: log.to_owned(), endpoint, router, replicas: Vec::new(), quotas })
+        let (router, endpoint) = Supervised::router(&program, 0, secure, log).await.map_err(Exit::network)?;
+        let secure = secure.map(Path::to_owned);
+        Ok(Self { program, log: log.to_owned(), endpoint, secure, router, replicas: Vec::new(), quotas })
     }
 
     /// Starts `count` more replicas of the service that the subcommand `kind` runs.
     pub(super) async fn add(&mut self, kind: &str, count: usize) -> Result<(), Exit> {
         for _ in 0..count {
             let name = format!("{kind}-{}", self.replicas.len());
-            let arguments = client_arguments(kind, &self.endpoint, &name, &self.log);
+            let arguments = client_arguments(kind, &self.endpoint, &name, self.secure.as_deref(), &self.log);
             let started = Supervised::start(&self.program, &name, arguments).await;
             self.replicas.push(started.map_err(Exit::network)?.0);
         }
@@ -72,6 +76,34 @@ impl Processes {
         Used { replicas, asking: used(&self.router.pid().to_string()) + used("self") }
     }
 }
+
+/// Makes the certificates of a router, of one replica of each service, and of what asks them.
+#[cfg(feature = "tls")]
+fn certify(directory: &Path) -> Result<(), Exit> {
+    use curionav_security::folder::{Folder, LIFETIME_DAYS, days};
+
+    let folder = Folder::new(directory);
+    if !folder.is_initialised() {
+        folder.init(None).map_err(Exit::bad_input)?;
+    }
+    let roles = ["generator", "cpc", "cnc", "echo"];
+    let replicas = (0..roles.len()).flat_map(|n| roles.map(|role| format!("{role}.{role}-{n}")));
+    for name in [HOSTS, ASKS, "router"].map(str::to_owned).into_iter().chain(replicas) {
+        let name = name.parse().map_err(Exit::bad_input)?;
+        folder.keep_valid(&name, days(LIFETIME_DAYS)).map_err(Exit::bad_input)?;
+    }
+    Ok(())
+}
+
+#[cfg(not(feature = "tls"))]
+fn certify(_: &Path) -> Result<(), Exit> {
+    Err(Exit::bad_input(anyhow::anyhow!("--secure: this program was built without the feature `tls`")))
+}
+
+/// The certificate of what hosts the map, and of what asks replicas.
+pub(super) const HOSTS: &str = "base.robot-0";
+/// See [`HOSTS`].
+pub(super) const ASKS: &str = "operator";
 
 pub(super) struct Used {
     replicas: Duration,

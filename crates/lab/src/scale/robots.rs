@@ -20,6 +20,7 @@ use tokio::time::Instant;
 use zenoh::Session;
 
 use super::batch::Batch;
+use super::processes::{ASKS, HOSTS, Processes};
 use super::workload::Workload;
 use curionav_runtime::exit::Exit;
 
@@ -160,20 +161,27 @@ pub(super) struct Robots {
 }
 
 impl Robots {
-    /// Connects `count` robots to the router at `endpoint`.
+    /// Connects `count` robots to the router of `processes`.
     pub(super) async fn join(
         workload: &Workload,
-        endpoint: &str,
+        processes: &Processes,
         count: usize,
         clock: Clock,
     ) -> anyhow::Result<Self> {
-        let config = ServiceConfig { connect: vec![endpoint.to_owned()], ..ServiceConfig::default() };
-        let connect = async || session::client(&config).await.map_err(Exit::network);
-        let host = connect().await?;
+        let connect = async |certificate: &str| -> anyhow::Result<Session> {
+            let config = ServiceConfig {
+                connect: vec![processes.endpoint.clone()],
+                secure: processes.secure.clone(),
+                certificates: vec![certificate.parse()?],
+                ..ServiceConfig::default()
+            };
+            Ok(session::client(&config).await.map_err(Exit::network)?)
+        };
+        let host = connect(HOSTS).await?;
         let map = map_store::host(&host, workload.map.clone(), &refusals()).map_err(Exit::network)?;
         let mut robots = Self { all: Vec::new(), sessions: vec![host], map };
         for index in 0..count {
-            let session = connect().await?;
+            let session = connect(ASKS).await?;
             let context = workload.context(&format!("robot-{index}"), clock)?;
             robots.all.push(Arc::new(Robot::on(&session, context)?));
             robots.sessions.push(session);

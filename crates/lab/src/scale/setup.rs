@@ -57,7 +57,7 @@ impl Setup<'_> {
         clock: Clock,
     ) -> anyhow::Result<Robots> {
         processes.add(self.service.name(), replicas).await?;
-        let robots = Robots::join(self.workload, &processes.endpoint, count, clock).await?;
+        let robots = Robots::join(self.workload, processes, count, clock).await?;
         for robot in &robots.all {
             robot.ready(self.service.name(), replicas).await?;
         }

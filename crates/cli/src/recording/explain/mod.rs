@@ -14,7 +14,7 @@ use curionav_runtime::session;
 use curionav_runtime::topic::Inbox;
 use curionav_schemas::{CycleReport, keys};
 
-use crate::connect::ConnectOptions;
+use crate::connect::{ConnectOptions, LOOKS};
 use crate::recording::robots::only_one;
 use curionav_recording::{Item, Reader};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -90,7 +90,7 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
 async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let robot = options.robot.as_deref().unwrap_or_default();
     let key = keys::robot(robot, "report").map_err(Exit::bad_input)?;
-    let (cycle, session) = (options.cycle, options.at.session().await?);
+    let (cycle, session) = (options.cycle, options.at.session(&LOOKS).await?);
     let listening = async {
         let reports = Inbox::<CycleReport>::new(&session, &key).map_err(Exit::network)?;
         loop {

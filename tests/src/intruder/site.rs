@@ -1,0 +1,102 @@
+//! A deployment's certificates and its router.
+
+use std::path::Path;
+use std::time::Duration;
+
+use curionav_runtime::secure;
+use curionav_runtime::session::{self, RouterSettings};
+use curionav_security::folder::{Folder, days};
+use curionav_security::name::Name;
+use curionav_security::rules::Rules;
+use curionav_security::table::TABLE;
+use tempfile::TempDir;
+use zenoh::{Config, Session, Wait};
+
+/// What names are made of.
+pub(super) const PARTS: [(&str, &str); 3] = [("robot", "r1"), ("world", "w"), ("instance", "i")];
+
+pub(super) struct Site {
+    directory: TempDir,
+    /// One of every row of the table.
+    pub(super) names: Vec<Name>,
+    runtime: tokio::runtime::Runtime,
+}
+
+/// A router, and the part of it that tests speak with. No rule holds for that.
+pub(super) struct Router {
+    pub(super) session: Session,
+    pub(super) endpoint: String,
+}
+
+impl Drop for Router {
+    fn drop(&mut self) {
+        session::close(&self.session);
+    }
+}
+
+impl Site {
+    pub(super) fn new() -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let folder = Folder::new(directory.path());
+        folder.init(None).unwrap();
+        let part = |what: &&str| PARTS.iter().find(|part| part.0 == *what).unwrap().1;
+        let names: Vec<Name> = TABLE
+            .iter()
+            .map(|row| {
+                let role = if row.role == "{term}" { "cpc" } else { row.role };
+                Name::new(role, &row.names.iter().map(part).collect::<Vec<_>>()).unwrap()
+            })
+            .collect();
+        names.iter().for_each(|name| folder.issue(name, &[], days(1)).unwrap());
+        Self { directory, names, runtime: tokio::runtime::Runtime::new().unwrap() }
+    }
+
+    pub(super) fn folder(&self) -> &Path {
+        self.directory.path()
+    }
+
+    /// The access rules as they were issued.
+    pub(super) fn rules(&self) -> Rules {
+        Folder::new(self.folder()).rules().unwrap()
+    }
+
+    /// A router with these rules.
+    pub(super) fn router(&self, rules: &Rules) -> Router {
+        let file = serde_json::json!({ "namespace": null, "access_control": rules });
+        std::fs::write(self.folder().join("rules.json"), file.to_string()).unwrap();
+        let router: Name = "router".parse().unwrap();
+        let secure = Some((self.folder(), &router));
+        let settings = RouterSettings { listen: "tls/127.0.0.1:0", secure, ..RouterSettings::default() };
+        self.runtime.block_on(async {
+            let session = session::router(settings).await.unwrap();
+            let endpoint = session::locators(&session).await.remove(0);
+            Router { session, endpoint }
+        })
+    }
+
+    /// What a program of this name connects with.
+    pub(super) fn client(&self, name: &Name) -> Config {
+        let mut config = session::built_in().unwrap();
+        secure::client(&mut config, self.folder(), std::slice::from_ref(name)).unwrap();
+        config
+    }
+}
+
+/// A session of a client with this configuration, if the router takes it.
+pub(super) fn connect(mut config: Config, endpoint: &str) -> Option<Session> {
+    let endpoints = format!("[{endpoint:?}]");
+    for (key, value) in [
+        ("mode", "\"client\""),
+        ("connect/endpoints", endpoints.as_str()),
+        ("connect/timeout_ms", "5000"),
+        ("connect/exit_on_failure", "true"),
+    ] {
+        config.insert_json5(key, value).unwrap();
+    }
+    let session = zenoh::open(config).wait().ok()?;
+    let is_connected = session.info().routers_zid().wait().next().is_some();
+    is_connected.then_some(session)
+}
+
+/// Far longer than anything takes that is waited for.
+pub(super) const LIMIT: Duration = Duration::from_secs(60);
