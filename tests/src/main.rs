@@ -24,3 +24,5 @@ mod robot_services;
 mod soak;
 #[cfg(test)]
 mod tidiness;
+#[cfg(test)]
+mod tracking;

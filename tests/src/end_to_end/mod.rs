@@ -15,4 +15,5 @@ mod scale;
 mod scenarios;
 mod signals;
 mod slow_router;
+mod tracked;
 mod two_routers;
