@@ -57,6 +57,8 @@ const WIDER: f64 = 0.25;
 const SHAPELESS: f64 = 0.45;
 /// A trunk fits a circle better than a line, or not worse than by this factor of the squares.
 const CIRCLE_ODDS: f64 = 1.5;
+/// A trunk that touches something fits a circle so many times as well as a line, by the squares.
+const CONTINUED_ODDS: f64 = 2.0;
 /// With fewer beams a circle cannot be told from a line.
 const SHAPE_BEAMS: usize = 4;
 /// What is wider than a person is cut in two so many times at most: sixteen people shoulder to shoulder.
@@ -173,10 +175,11 @@ impl Detector {
         }
         let leg = width <= params.leg_width_max;
         let shape = (!leg).then(|| fit(&points, params.radius));
-        let has_shape = shape
-            .as_ref()
-            .is_some_and(|fit| points.len() >= SHAPE_BEAMS && fit.circle < CIRCLE_ODDS * fit.line);
         let alone = continued == 0;
+        // A short piece of a wall fits a circle nearly as well as a line.
+        let odds = if alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };
+        let has_shape =
+            shape.as_ref().is_some_and(|fit| points.len() >= SHAPE_BEAMS && fit.circle < odds * fit.line);
         let accepted = match leg {
             true => alone && width + spacing >= params.leg_width_min,
             false => has_shape && continued < 2 || alone && width <= SHAPELESS,

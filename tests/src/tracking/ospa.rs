@@ -33,21 +33,28 @@ pub(super) fn ospa(truth: &[Point2], tracks: &[Point2]) -> f64 {
     (near + CUT * (most - pairs.len()) as f64) / most as f64
 }
 
-/// Counts how often a person's track is another than the one before.
+/// Scans after which a person who was not tracked in between may have another track: a second.
+const LOST: usize = 10;
+
+/// Counts how often a person's track is another than the one of the last second.
 #[derive(Default)]
 pub(super) struct Identities {
-    last: BTreeMap<u32, u32>,
+    /// Of each person the track, and in which scan it was seen last.
+    last: BTreeMap<u32, (u32, usize)>,
+    scan: usize,
     pub(super) switches: usize,
 }
 
 impl Identities {
     /// Takes in one scan: ids and places of people and of tracks.
     pub(super) fn take(&mut self, truth: &[(u32, Point2)], tracks: &[(u32, Point2)]) {
+        self.scan += 1;
         let places = |of: &[(u32, Point2)]| of.iter().map(|one| one.1).collect::<Vec<_>>();
         for (i, j) in partners(&places(truth), &places(tracks)) {
             if truth[i].1.distance(tracks[j].1) < 0.5 {
-                let before = self.last.insert(truth[i].0, tracks[j].0);
-                self.switches += usize::from(before.is_some_and(|before| before != tracks[j].0));
+                let before = self.last.insert(truth[i].0, (tracks[j].0, self.scan));
+                let switched = |(track, scan)| track != tracks[j].0 && self.scan - scan <= LOST;
+                self.switches += usize::from(before.is_some_and(switched));
             }
         }
     }

@@ -18,7 +18,7 @@ pub(super) fn hall(except: impl Fn(f64, f64) -> bool) -> StaticMap {
     let cells = (0..width * height).map(|i| {
         let (c, r) = (i % width, i / width);
         let outer = c < 2 || r < 2 || c >= width - 2 || r >= height - 2;
-        let pillar = (c / 6) % 16 == 9 && (r / 6) % 13 == 8;
+        let pillar = (c / 6) % 16 == 3 && (r / 6) % 13 == 8;
         let solid = (outer || pillar) && !except(0.05 * c as f64, 0.05 * r as f64);
         if solid { 100 } else { 0 }
     });
