@@ -33,9 +33,9 @@ curionav_planning::parameters! {
         /// Greatest squared Mahalanobis distance of a detection from where its person was expected: 9.21 holds 99 % of
         /// them in the plane.
         pub gate: f64 [0.1, 1000.0, "", "a detection farther away is of another person"] = 9.21,
-        /// A person counts once it has been seen in so many of the last [`Self::confirm_of`] scans.
+        /// A person counts once it has been seen in so many of the last `confirm_of` scans.
         pub confirm: u32 [1.0, 32.0, "scans", "the history is as long"] = 3,
-        /// See [`Self::confirm`].
+        /// The scans of which `confirm` have to show a person.
         pub confirm_of: u32 [1.0, 32.0, "scans", "the history is as long"] = 5,
         /// Longest that a person is remembered who cannot be seen now, behind another person or outside of the view,
         /// seconds.

@@ -1,5 +1,7 @@
 //! What the tracker promises.
 
+use curionav_planning::numerics::sin_cos;
+
 use super::scene::{Bench, hall, scenario};
 
 const CROWD: &str =
@@ -9,6 +11,10 @@ const BELIEFS: [[f64; 2]; 2] = [[0.03, 0.01], [0.2, 0.05]];
 
 fn everywhere(_: f64, _: f64) -> bool {
     false
+}
+
+fn no_pillars(x: f64, y: f64) -> bool {
+    (0.2..19.8).contains(&x) && (0.2..11.8).contains(&y)
 }
 
 #[test]
@@ -76,7 +82,6 @@ fn a_person_is_known_after_three_scans_and_for_a_second_behind_another() {
                   [[walkers]]\nroute = [[13.0, 3.0], [13.0, 9.0]]\nspeed = 1.0\nmode = \"once\"\n";
     let mut scenario = scenario("disc", people);
     scenario.people.motion = curionav_crowdsim::scenario::Motion::Scripted;
-    let no_pillars = |x: f64, y: f64| (0.2..19.8).contains(&x) && (0.2..11.8).contains(&y);
     let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[0], 1);
     let mut counts = Vec::new();
     let mut ids = std::collections::BTreeSet::new();
@@ -104,4 +109,32 @@ fn the_same_scans_give_the_same_people_and_the_order_of_people_in_the_world_does
     assert_eq!(people.last().unwrap().len(), 4);
     assert_eq!(run([0, 1, 2, 3]), people);
     assert_eq!(run([3, 1, 0, 2]), people);
+}
+
+#[test]
+fn a_scan_with_forty_people_in_view_takes_three_milliseconds_at_most() {
+    for shape in ["disc", "legs"] {
+        // Around the robot at 9 degrees from each other, so that none hides another.
+        let people: String = (0..40)
+            .map(|k| {
+                let (s, c) = sin_cos(std::f64::consts::TAU * f64::from(k) / 40.0);
+                let distance = 3.2 + 0.3 * f64::from(k % 3);
+                format!(
+                    "[[walkers]]\nroute = [[{}, {}]]\nmode = \"stand\"\n",
+                    8.0 + distance * c,
+                    6.0 + distance * s
+                )
+            })
+            .collect();
+        let mut scenario = scenario(shape, &people);
+        scenario.laser.beams = 1081;
+        let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[1], 1);
+        (0..10).for_each(|_| drop(bench.tick()));
+        let known = bench.tick().1.len();
+        assert!(known >= 36, "{shape}: only {known} of 40 are known");
+        // Other work on the machine only makes it slower.
+        let fastest = (0..50).map(|_| bench.scan_time()).min().unwrap();
+        println!("{shape}: {:.2} ms for a scan with {known} people", 1e3 * fastest.as_secs_f64());
+        assert!(fastest.as_secs_f64() <= 3e-3, "{shape}: {fastest:?}");
+    }
 }

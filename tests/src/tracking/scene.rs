@@ -1,6 +1,7 @@
 //! Halls with people, seen by a robot that knows where it is or does not.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use curionav_crowdsim::{Observation as Sensed, Scenario, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
@@ -52,6 +53,7 @@ pub(super) struct Bench {
     /// Standard deviations of the belief around the truth, m and rad.
     sigma: [f64; 2],
     noise: curionav_planning::random::Rng,
+    took: Duration,
 }
 
 impl Bench {
@@ -64,7 +66,13 @@ impl Bench {
     ) -> Self {
         let world = World::new(scenario, map, Vec::new(), seed).unwrap();
         let tracker = Tracker::new(Arc::new(known), TrackerParams::default());
-        Self { world, tracker, sigma, noise: rng(seed, 91) }
+        Self { world, tracker, sigma, noise: rng(seed, 91), took: Duration::ZERO }
+    }
+
+    /// How long the tracker takes for one scan.
+    pub(super) fn scan_time(&mut self) -> Duration {
+        self.tick();
+        self.took
     }
 
     /// One tick: what the sensors say, what is believed, and who is tracked, in the map's frame by the true pose.
@@ -84,7 +92,9 @@ impl Bench {
             odometry: sensed.odometry,
             belief: &belief,
         };
+        let started = Instant::now();
         let (mut people, _) = self.tracker.update(&now);
+        self.took = started.elapsed();
         for person in &mut people {
             person.position = pose.transform(sensed.odometry.inverse_transform(person.position));
         }

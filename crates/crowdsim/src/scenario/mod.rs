@@ -40,7 +40,7 @@ curionav_planning::parameters! {
         /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
         #[serde(default)]
         pub odometry_noise: OdometryNoise [table],
-        /// Which people the planner is told about.
+        /// Which people the planner is told about, and how they are known.
         #[serde(default)]
         pub perception: Perception [table],
         /// Tick, planning period and time limit.
