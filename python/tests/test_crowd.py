@@ -175,6 +175,15 @@ def test_a_second_crowd_does_not_meddle_with_a_run_under_way(connected: curionav
     assert calls == []
 
 
+def test_the_scenario_says_how_its_people_are_known(directory: Path) -> None:
+    plain = scenario(directory)
+    before = dict(plain.data.get("perception", {}))
+    assert plain.with_perception("tracked").data["perception"]["source"] == "tracker"
+    seen = plain.with_perception("tracked").with_perception("robot-frame").data["perception"]
+    assert (seen["source"], seen["frame"]) == ("truth", "robot")
+    assert plain.data.get("perception", {}) == before
+
+
 def test_the_scenario_says_that_its_people_are_live(directory: Path) -> None:
     plain = scenario(directory)
     changed = plain.with_live_people(3)

@@ -283,6 +283,26 @@ def test_people_seen_from_the_robot_are_put_on_the_map() -> None:
     assert (x[0], y[0], vx[0], vy[0]) == pytest.approx((2.0, 2.0, 0.0, 1.0))
 
 
+def test_tracked_people_have_their_ellipses_on_the_map() -> None:
+    import dataclasses  # noqa: PLC0415
+
+    belief = dataclasses.replace(drive.belief(0), x=2.0, y=1.0, heading=math.pi / 2)
+    ahead = dataclasses.replace(
+        drive.people(0, "robot"),
+        position_covariance=np.tile([0.04, 0.0, 0.01], (5, 1)),
+        age=np.array([0.0, 0.5, 0.0, 0.0, 0.0], np.float32),
+        x=np.ones(5),
+        y=np.zeros(5),
+    )
+    strips = shapes.people_ellipses(ahead, belief).strips
+    assert strips is not None
+    first = np.array(strips.as_arrow_array()[0].as_py())
+    # Turned with the robot: 0.2 m of deviation ahead of it is along y of the map.
+    assert np.ptp(first[:, 1]) == pytest.approx(2 * shapes.SIGMAS * 0.2, rel=0.01)
+    assert np.ptp(first[:, 0]) == pytest.approx(2 * shapes.SIGMAS * 0.1, rel=0.01)
+    assert (first[:, 0].mean(), first[:, 1].mean()) == pytest.approx((2.0, 2.0), abs=0.02)
+
+
 def test_a_large_batch_is_thinned_out_and_keeps_its_best() -> None:
     order = np.arange(2000)
     kept = shapes._drawn(order)

@@ -147,6 +147,15 @@ pub(crate) fn covariance(field: &str, values: &F64Array) -> Checked {
     negative.map_or(Ok(()), |index| non_negative(&format!("{field}[{index}]"), &values[index]))
 }
 
+/// As many covariances (xx, xy, yy) in the plane: no negative variance.
+pub(crate) fn planar_covariances(count: usize) -> impl Fn(&str, &F64Array) -> Checked {
+    move |field, values| {
+        array(3 * count)(field, values)?;
+        let negative = (0..values.len()).find(|index| index % 3 != 1 && values[*index] < 0.0);
+        negative.map_or(Ok(()), |index| non_negative(&format!("{field}[{index}]"), &values[index]))
+    }
+}
+
 /// A text of [`MAX_TEXT`] bytes at most.
 pub(crate) fn text(field: &str, text: &impl AsRef<str>) -> Checked {
     size(field, text.as_ref().len(), 0, MAX_TEXT)

@@ -39,6 +39,9 @@ pub fn every_robot(stream: &str) -> Result<String, KeyError> {
 /// The role of trajectory generators. An evaluator's role is the name of its term.
 pub const GENERATOR: &str = "generator";
 
+/// The role of what tracks people. A mission that requires it takes people from it alone.
+pub const TRACKER: &str = "tracker";
+
 /// Everything before the instance in the key of a question to `role`.
 fn pool_of(role: &str) -> Result<String, KeyError> {
     check_id(role)?;

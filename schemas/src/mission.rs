@@ -35,6 +35,9 @@ pub struct MissionOrder {
     pub profile: Value,
     /// The localiser's parameters: a map.
     pub localizer: Value,
+    /// Parameters of the tracker of people: a map; absent if none differs from its default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracker: Option<Value>,
     /// Laser.
     pub laser: LaserModel,
     /// Shape and limits of the robot.
@@ -53,6 +56,18 @@ pub struct MissionOrder {
     pub plan_every: u32,
     /// Roles that must be ready before the mission runs.
     pub require: Vec<String>,
+}
+
+impl MissionOrder {
+    /// Whether a role must be ready before the mission runs.
+    pub fn requires(&self, role: &str) -> bool {
+        self.require.iter().any(|required| required == role)
+    }
+
+    /// The tracker's parameters: none that differs, if none are given.
+    pub fn tracker_parameters(&self) -> Value {
+        self.tracker.clone().unwrap_or_else(|| Value::Map(Vec::new()))
+    }
 }
 
 /// A robot's mission and where it stands. The driver owns it and publishes every change.
@@ -82,6 +97,7 @@ checks! { order: MissionOrder {
     goal_x, goal_y: number;
     goal_heading: optional(number);
     profile, localizer: parameters;
+    tracker: optional(parameters);
     laser: part;
     robot_model: part;
     odometry_noise: part;

@@ -54,7 +54,7 @@ macro_rules! messages {
 messages! {
     Scan "scan" 64 * KIB;
     Odometry "odometry" KIB;
-    People "people" 64 * KIB;
+    People "people" 128 * KIB;
     Belief "belief" 2 * KIB;
     Particles "particles" 129 * KIB;
     Mission "mission" 256 * KIB;
@@ -62,7 +62,7 @@ messages! {
     Readiness "readiness" 8 * KIB;
     Decision "decision" 128 * KIB;
     Twist "twist" 2 * KIB;
-    Scene "scene" 68 * KIB;
+    Scene "scene" 132 * KIB;
     CandidateSet "candidate_set" 12 * MIB;
     Tree "tree" 12 * MIB;
     CycleReport "cycle_report" 20 * MIB;

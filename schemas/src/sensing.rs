@@ -1,6 +1,8 @@
 //! What the robot senses: laser scan, odometry, people.
 
-use crate::check::{array, checks, each, length, non_negative, number, numbers, part, positive};
+use crate::check::{
+    array, checks, each, length, non_negative, number, numbers, optional, part, planar_covariances, positive,
+};
 use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
 use crate::{F32Array, F64Array, Pose, U32Array};
 use serde::{Deserialize, Serialize};
@@ -66,7 +68,7 @@ pub enum Frame {
     Robot,
 }
 
-/// The people a tracker sees; arrays have one entry a person.
+/// The people a tracker sees; arrays have one entry a person, covariances three.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct People {
     /// Tick of the streams this belongs to.
@@ -87,6 +89,15 @@ pub struct People {
     pub vx: F64Array,
     /// Metres per second.
     pub vy: F64Array,
+    /// Covariance (xx, xy, yy) of each position, m^2, in the frame of the positions; absent if they are without error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position_covariance: Option<F64Array>,
+    /// The same of each velocity, m^2/s^2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity_covariance: Option<F64Array>,
+    /// For how long each has not been seen, s; absent if all of them are seen now.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub age: Option<F32Array>,
 }
 
 checks! { people: People {
@@ -94,4 +105,7 @@ checks! { people: People {
     radius: non_negative;
     id: length(0, MAX_PEOPLE);
     x, y, vx, vy: array(people.id.len());
+    position_covariance, velocity_covariance: optional(planar_covariances(people.id.len()));
+    age: optional(array(people.id.len()));
+    age: optional(each(non_negative));
 }}

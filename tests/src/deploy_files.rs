@@ -121,6 +121,7 @@ fn compose_starts_two_of_each_pool_and_one_of_everything_else() {
         "localizer",
         "router",
         "simulator",
+        "tracker",
     ];
     assert_eq!(roles, expected);
 }
@@ -226,7 +227,7 @@ fn every_role_has_a_unit_whose_command_line_is_understood() {
         );
         roles.insert(command[1].clone());
     }
-    let all = ["arbiter", "cnc", "cpc", "driver", "generator", "localizer", "router", "simulator"];
+    let all = ["arbiter", "cnc", "cpc", "driver", "generator", "localizer", "router", "simulator", "tracker"];
     assert!(roles.iter().eq(&all), "{roles:?}");
 }
 

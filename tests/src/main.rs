@@ -26,3 +26,5 @@ mod robot_services;
 mod soak;
 #[cfg(test)]
 mod tidiness;
+#[cfg(test)]
+mod tracking;

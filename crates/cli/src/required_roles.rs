@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use curionav_runtime::config::ServiceConfig;
-use curionav_schemas::ServiceStatus;
+use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
 use crate::connect::ConnectOptions;
@@ -48,14 +48,17 @@ pub(crate) struct Missing {
     pub(crate) fix: String,
 }
 
-/// What `robots`, and the `pools` that they share, need and is not alive.
+/// What `robots`, the `tracked` of them whose missions require a tracker of people, and the `pools` that they share need
+/// and is not alive.
 pub(crate) fn missing(
     robots: &BTreeSet<String>,
+    tracked: &BTreeSet<String>,
     pools: &BTreeSet<String>,
     alive: &[Alive<'_>],
     at: &ConnectOptions,
 ) -> Vec<Missing> {
-    let absent = Need::of(robots, pools).into_iter().filter(|need| !alive.iter().any(|one| one.fills(need)));
+    let absent =
+        Need::of(robots, tracked, pools).into_iter().filter(|need| !alive.iter().any(|one| one.fills(need)));
     absent
         .map(|need| {
             let same_role = alive.iter().filter(|one| one.role == need.role);
@@ -73,12 +76,18 @@ pub(crate) struct Need {
 }
 
 impl Need {
-    fn of(robots: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
+    fn of(robots: &BTreeSet<String>, tracked: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
         let pool = |role: &String| Self { role: role.clone(), robot: None };
         let of_robot = |robot: &String| {
             ROBOT_ROLES.map(|role| Self { role: role.to_owned(), robot: Some(robot.clone()) })
         };
-        robots.iter().flat_map(of_robot).chain(pools.iter().map(pool)).collect()
+        let tracker = |robot: &String| Self { role: keys::TRACKER.to_owned(), robot: Some(robot.clone()) };
+        robots
+            .iter()
+            .flat_map(of_robot)
+            .chain(tracked.iter().map(tracker))
+            .chain(pools.iter().map(pool))
+            .collect()
     }
 
     fn words(&self) -> String {
@@ -92,7 +101,8 @@ impl Need {
     /// How to fill it; `taken` are the names in use in this role.
     pub(crate) fn fix(&self, at: &ConnectOptions, taken: &BTreeSet<String>) -> String {
         let Self { role, robot } = self;
-        let is_ours = ROBOT_ROLES.contains(&role.as_str()) || default_pools().contains(role);
+        let of_robot = ROBOT_ROLES.contains(&role.as_str()) || role == keys::TRACKER;
+        let is_ours = of_robot || default_pools().contains(role);
         if !is_ours {
             return format!(
                 "start your service that evaluates the term {role}, on the router of {}",
@@ -141,12 +151,14 @@ mod tests {
     #[test]
     fn every_robot_needs_its_own_and_all_share_the_pools() {
         let of = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
-        let needs = Need::of(&of(&["r1", "r2"]), &of(&["generator", "comfort"]));
-        assert_eq!(needs.len(), 8);
+        let needs = Need::of(&of(&["r1", "r2"]), &of(&["r2"]), &of(&["generator", "comfort"]));
+        assert_eq!(needs.len(), 9);
         assert_eq!(needs[3].words(), "driver of robot r2");
-        assert_eq!(needs[6].words(), "evaluator of the term comfort");
+        assert_eq!(needs[6].words(), "tracker of robot r2");
+        assert!(needs[6].fix(&at(), &BTreeSet::new()).contains("curionav tracker"));
+        assert_eq!(needs[7].words(), "evaluator of the term comfort");
         assert!(
-            needs[6]
+            needs[7]
                 .fix(&at(), &BTreeSet::new())
                 .contains("start your service that evaluates the term comfort")
         );

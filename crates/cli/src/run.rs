@@ -20,7 +20,7 @@ use crate::output;
 use crate::recording;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
-use curionav_deployment::package::{self, Choice, Package};
+use curionav_deployment::package::{self, Choice, Package, Perception};
 use curionav_runtime::exit::Exit;
 
 const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
@@ -40,6 +40,10 @@ pub(crate) struct RunOptions {
     /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
     #[arg(long, value_name = "PROFILE")]
     planner: Option<String>,
+    /// How people are known: truth, robot-frame (the truth as seen from the robot) or tracked (by the service tracker,
+    /// from the laser). Default: as the scenario says.
+    #[arg(long, value_name = "HOW")]
+    perception: Option<Perception>,
     /// Seed of everything random: start error, odometry, laser, localiser, generator.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -95,7 +99,12 @@ fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
 
 pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     let (clock, time_scale) = options.speed;
-    let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed), ..Choice::default() };
+    let choice = Choice {
+        planner: options.planner.clone(),
+        seed: Some(options.seed),
+        perception: options.perception,
+        ..Choice::default()
+    };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let is_embedded = options.connect.is_none() && options.secure.is_none();
     if is_embedded && options.namespace.is_some() {

@@ -1,4 +1,4 @@
-//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `driver` and `simulator`.
+//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `tracker`, `driver` and `simulator`.
 
 use clap::Subcommand;
 use curionav_deployment::service_kind::Kind;
@@ -17,6 +17,8 @@ pub(crate) enum ServiceCommand {
     Arbiter(ServiceOptions),
     /// Run a robot's localizer.
     Localizer(ServiceOptions),
+    /// Run a robot's tracker of people, which finds them in the laser's scans.
+    Tracker(ServiceOptions),
     /// Run a robot's driver, which also owns its mission.
     Driver(ServiceOptions),
     /// Run the simulator: world, people, laser and base.
@@ -30,6 +32,7 @@ pub(crate) async fn run(command: ServiceCommand) -> Result<u8, Exit> {
         ServiceCommand::Cnc(options) => (Kind::Cnc, options),
         ServiceCommand::Arbiter(options) => (Kind::Arbiter, options),
         ServiceCommand::Localizer(options) => (Kind::Localizer, options),
+        ServiceCommand::Tracker(options) => (Kind::Tracker, options),
         ServiceCommand::Driver(options) => (Kind::Driver, options),
         ServiceCommand::Simulator(options) => (Kind::Simulator, options),
     };

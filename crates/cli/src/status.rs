@@ -1,5 +1,6 @@
 //! `curionav status`: which services are alive, how loaded and how fast, and which are missing.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -58,7 +59,7 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
         .map(|line| Alive { role: &line.role, instance: &line.instance, status: line.status.as_ref() })
         .collect();
     let robots = required_roles::robots(&alive);
-    let missing = required_roles::missing(&robots, &default_pools(), &alive, &options.at);
+    let missing = required_roles::missing(&robots, &BTreeSet::new(), &default_pools(), &alive, &options.at);
     if options.json {
         print(serde_json::json!({ "services": lines, "missing": missing, "denied": denied }))?;
         return Ok(SUCCESS);

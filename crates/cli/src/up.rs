@@ -66,19 +66,20 @@ struct Deployment {
     max_restarts_per_minute: usize,
 }
 
-/// Processes per kind; the simulator may be 0 (a real robot) or 1, the others 1 to 64.
+/// Processes per kind; tracker and simulator may be 0 (a robot that has its own) or 1, the others 1 to 64.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 struct Replicas {
     generator: usize,
     cpc: usize,
     cnc: usize,
+    tracker: usize,
     simulator: usize,
 }
 
 impl Default for Replicas {
     fn default() -> Self {
-        Self { generator: 1, cpc: 1, cnc: 1, simulator: 1 }
+        Self { generator: 1, cpc: 1, cnc: 1, tracker: 1, simulator: 1 }
     }
 }
 
@@ -88,6 +89,7 @@ impl Replicas {
             Kind::Generator => self.generator,
             Kind::Cpc => self.cpc,
             Kind::Cnc => self.cnc,
+            Kind::Tracker => self.tracker,
             Kind::Simulator => self.simulator,
             // They belong to the one robot.
             Kind::Driver | Kind::Localizer | Kind::Arbiter => 1,
@@ -123,7 +125,8 @@ impl Deployment {
         let Self { robot, world, .. } = self.clone();
         ServiceConfig { robot, world, ..ServiceConfig::default() }.check()?;
         for &kind in Kind::ALL {
-            let (least, most) = if kind == Kind::Simulator { (0, 1) } else { (1, 64) };
+            let may_be_absent = matches!(kind, Kind::Tracker | Kind::Simulator);
+            let (least, most) = if may_be_absent { (0, 1) } else { (1, 64) };
             let (field, count) = (kind.name(), self.replicas.of(kind));
             let is_allowed = (least..=most).contains(&count);
             ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");

@@ -11,6 +11,7 @@
 
 mod avoiding;
 mod crowds;
+mod legs;
 mod lidar;
 pub mod measures;
 mod motion;

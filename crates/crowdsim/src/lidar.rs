@@ -7,6 +7,21 @@ use curionav_planning::random::{Rng, standard_normal};
 use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
 
+/// What the laser meets of people: upright cylinders of one radius.
+pub(crate) struct Bodies {
+    /// Map frame.
+    pub(crate) centres: Vec<Point2>,
+    /// Metres.
+    pub(crate) radius: f64,
+}
+
+impl Bodies {
+    /// The disc that stands for each of them.
+    pub(crate) fn discs(people: &People) -> Self {
+        Self { centres: (0..people.len()).map(|i| people.position(i)).collect(), radius: people.radius }
+    }
+}
+
 /// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
 /// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
 /// not depend on what the others see.
@@ -14,7 +29,7 @@ pub(crate) fn scan(
     laser: &LaserModel,
     map: &StaticMap,
     robot: Pose2,
-    people: &People,
+    people: &Bodies,
     rng: &mut Rng,
 ) -> Vec<f32> {
     let range_max = laser.range_max;
@@ -26,15 +41,15 @@ pub(crate) fn scan(
 }
 
 /// The same without noise.
-fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &People) -> Vec<f64> {
+fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies) -> Vec<f64> {
     let map_from_laser = robot.compose(laser.robot_from_laser);
     let rays = Rays::new(map, map_from_laser.position());
     let (s, c) = sin_cos(map_from_laser.heading);
     let directions: Vec<(f64, f64)> = (0..laser.beams).map(|beam| direction(laser, beam)).collect();
     let cast = |&(x, y): &(f64, f64)| rays.range((c * x - s * y, s * x + c * y), laser.range_max);
     let mut ranges: Vec<f64> = directions.iter().map(cast).collect();
-    for i in 0..people.len() {
-        let centre = map_from_laser.inverse_transform(people.position(i));
+    for &centre in &people.centres {
+        let centre = map_from_laser.inverse_transform(centre);
         shorten(laser, &directions, &mut ranges, centre, people.radius);
     }
     ranges
@@ -119,8 +134,8 @@ mod tests {
 
     use super::*;
 
-    fn no_people() -> People {
-        People { radius: 0.25, ..People::default() }
+    fn no_people() -> Bodies {
+        Bodies { centres: Vec::new(), radius: 0.25 }
     }
 
     /// Entry of a ray into the unit square at (column, row), by slabs.
@@ -163,8 +178,7 @@ mod tests {
         let map =
             StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), vec![0; 10_000]).unwrap());
         let robot = Pose2::new(5.0, 5.0, std::f64::consts::FRAC_PI_2);
-        let people =
-            People { id: vec![1], x: vec![5.0], y: vec![7.0], vx: vec![0.0], vy: vec![0.0], radius: 0.25 };
+        let people = Bodies { centres: vec![Point2::new(5.0, 7.0)], radius: 0.25 };
         let ranges = ranges(&LaserModel::default(), &map, robot, &people);
         assert!((ranges[90] - 1.75).abs() < 1e-9); // 2 m to the centre less the radius
         // the disc subtends asin(0.25 / 2) = 7.18 degrees on either side: beams 83 to 97 of one degree
@@ -182,15 +196,14 @@ mod tests {
                 (0..n).map(|_| from + (to - from) * uniform(&mut r)).collect()
             };
             let (x, y) = (any(0.0, 10.0), any(0.0, 10.0));
-            let nowhere = vec![0.0; n];
-            let people =
-                People { id: (0..n as u32).collect(), x, y, vx: nowhere.clone(), vy: nowhere, radius: 0.25 };
+            let centres = x.into_iter().zip(y).map(|(x, y)| Point2::new(x, y)).collect();
+            let people = Bodies { centres, radius: 0.25 };
             let fov = [1.0, std::f64::consts::PI, 5.5, std::f64::consts::TAU][seed as usize % 4];
             let laser = LaserModel { fov, beams: 91, ..LaserModel::default() };
             let robot = Pose2::new(5.0, 5.0, 0.4 * seed as f64);
             for (i, range) in ranges(&laser, &map, robot, &people).into_iter().enumerate() {
                 let nearest = (0..n)
-                    .map(|k| robot.inverse_transform(people.position(k)))
+                    .map(|k| robot.inverse_transform(people.centres[k]))
                     .map(|p| disc_range(p, 0.25, direction(&laser, i as u32)))
                     .fold(5.0, f64::min);
                 assert!((range - nearest).abs() < 1e-9, "seed {seed}, beam {i}");

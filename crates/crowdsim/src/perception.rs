@@ -81,6 +81,7 @@ mod tests {
             vx: vec![0.0; 6],
             vy: vec![0.0; 6],
             radius: 0.25,
+            ..People::default()
         };
         let robot = Pose2::new(5.0, 5.0, 0.0);
         let ids = |what| perceived(what, &people, robot, &LaserModel::default(), &map).id;

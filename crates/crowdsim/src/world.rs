@@ -7,12 +7,13 @@ use curionav_planning::random::{rng, standard_normal};
 use curionav_planning::scene::People;
 
 use crate::crowds::populated;
-use crate::lidar::scan;
+use crate::legs::legs;
+use crate::lidar::{Bodies, scan};
 use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
-use crate::scenario::Scenario;
+use crate::scenario::{PeopleShape, Scenario};
 use crate::walls::wall_distance;
 use curionav_planning::time_to_collision::time_to_collision;
 
@@ -146,7 +147,7 @@ impl World {
         Observation {
             tick: self.tick,
             stamp: self.time(),
-            ranges: scan(&self.scenario.laser, &self.map, pose, &self.people, &mut noise),
+            ranges: scan(&self.scenario.laser, &self.map, pose, &self.bodies(), &mut noise),
             odometry: self.plant.odometry,
             twist: self.plant.twist,
             people: perceived(what, &self.people, pose, &self.scenario.laser, &self.map),
@@ -197,6 +198,14 @@ impl World {
     /// Distance between centres at which the robot touches a person, metres.
     fn contact_distance(&self) -> f64 {
         self.plant.radius() + self.scenario.people.radius
+    }
+
+    /// What the laser meets of people.
+    fn bodies(&self) -> Bodies {
+        match self.scenario.people.shape {
+            PeopleShape::Disc => Bodies::discs(&self.people),
+            PeopleShape::Legs => legs(&self.people),
+        }
     }
 
     fn all_people(&self) -> People {

@@ -2,14 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use anyhow::{Context, bail};
 use curionav_crowdsim::Scenario;
+use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_datasets::locate;
 use curionav_planning::parameters::field_line;
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
 use curionav_schemas::{Clock, InjectRequest, Reject, words};
+use serde::{Deserialize, Serialize};
+use strum::{IntoStaticStr, VariantArray};
 
 use crate::files::{MapFiles, bytes};
 
@@ -22,6 +26,41 @@ pub struct Choice {
     pub seed: Option<u64>,
     /// Search trees of a cycle.
     pub trees: Option<u32>,
+    /// How people are known.
+    pub perception: Option<Perception>,
+}
+
+/// How people are known, whatever the scenario says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr, VariantArray)]
+#[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
+pub enum Perception {
+    /// Without error, on the map.
+    Truth,
+    /// Without error, as seen from the robot: they are as far off on the map as the robot's belief.
+    RobotFrame,
+    /// By the service `tracker`, from the laser alone.
+    Tracked,
+}
+
+impl FromStr for Perception {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::VARIANTS.iter().find(|one| <&str>::from(**one) == text);
+        found.copied().ok_or_else(|| "give truth, robot-frame or tracked".to_owned())
+    }
+}
+
+impl Perception {
+    fn apply(self, scenario: &mut Scenario) {
+        let perception = &mut scenario.perception;
+        (perception.source, perception.frame) = match self {
+            Self::Truth => (PeopleSource::Truth, PeopleFrame::Map),
+            Self::RobotFrame => (PeopleSource::Truth, PeopleFrame::Robot),
+            Self::Tracked => (PeopleSource::Tracker, perception.frame),
+        };
+    }
 }
 
 /// A scenario read from disk.
@@ -57,6 +96,9 @@ fn place(path: &Path, text: &str, field: Option<&str>) -> String {
 pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyhow::Result<Package> {
     let text = String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?;
     let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
+    if let Some(perception) = choice.perception {
+        perception.apply(&mut scenario);
+    }
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut files = BTreeMap::new();
     let located = |field: &str, file: &str| {

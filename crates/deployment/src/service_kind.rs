@@ -11,6 +11,8 @@ pub enum Kind {
     Driver,
     /// Believes where the robot is.
     Localizer,
+    /// Tracks the people around the robot.
+    Tracker,
     /// Grows trees and offers their branches.
     Generator,
     /// Scores candidates under `cpc`.
@@ -37,6 +39,7 @@ impl Kind {
         match self {
             Self::Driver => curionav_driver::run,
             Self::Localizer => curionav_localizer::run,
+            Self::Tracker => curionav_people_tracker::run,
             Self::Generator => curionav_trajectory_generator::run,
             Self::Cpc => curionav_cpc_evaluator::run,
             Self::Cnc => curionav_cnc_evaluator::run,

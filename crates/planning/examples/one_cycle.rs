@@ -36,8 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         covariance: Matrix3::from_diagonal_element(0.01),
         twist: Twist { v: 0.5, omega: 0.0 },
     };
-    let people =
-        People { id: vec![1], x: vec![6.0], y: vec![5.0], vx: vec![-0.8], vy: vec![-0.4], radius: 0.25 };
+    let people = People {
+        id: vec![1],
+        x: vec![6.0],
+        y: vec![5.0],
+        vx: vec![-0.8],
+        vy: vec![-0.4],
+        ..Default::default()
+    };
     let scene = Observer::default().form_scene(&profile, &task.robot, 0, 0.0, belief, &people);
 
     // Generate.

@@ -190,16 +190,17 @@ impl<'a> CollisionChecker<'a> {
         (1..=pieces as usize).all(|k| self.wall_clear(from.toward(to, k as f64 / pieces)))
     }
 
-    /// Gap asked between the robot's shape and any person `t` seconds from now, metres, before it is
+    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres, before it is
     /// relaxed for people who are already nearer.
-    pub fn person_gap(&self, t: f64) -> f64 {
-        let sigma = (self.belief_variance + self.forecast.variance(t)).sqrt();
+    pub fn person_gap(&self, i: usize, t: f64) -> f64 {
+        let forecast = self.forecast.variance(t) + self.people.variance_after(i, t);
+        let sigma = (self.belief_variance + forecast).sqrt();
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }
 
     /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres.
     pub fn gap_asked(&self, i: usize, t: f64) -> f64 {
-        self.person_gap(t).min(self.person_cap[i])
+        self.person_gap(i, t).min(self.person_cap[i])
     }
 
     /// The same checks for many trajectories of up to `steps` states, `dt` seconds apart, that stay within `reach`
@@ -279,19 +280,16 @@ impl<'a> TrajectoryChecker<'a> {
         let people = checker.people;
         let time = |step: usize| step as f64 * dt;
         let body = checker.shape.circumscribed_radius() + people.radius;
-        let widest = checker.person_gap(time(steps)).max(CollisionChecker::GUARD);
         let speed = |i: usize| Point2::new(people.vx[i], people.vy[i]).distance(Point2::default());
         let start = checker.start.position();
         let comes_near = |&i: &usize| {
             let least = people.position(i).distance(start) - reach - speed(i) * time(steps);
+            let widest = checker.person_gap(i, time(steps)).max(CollisionChecker::GUARD);
             least <= body + widest + Self::ROUNDING
         };
         let near: Vec<usize> = (0..people.len()).filter(comes_near).collect();
         let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| people.position_after(i, time(k))));
-        let asked = (0..steps).flat_map(|k| {
-            let asked = checker.person_gap(time(k) + dt);
-            near.iter().map(move |&i| asked.min(checker.person_cap[i]))
-        });
+        let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.gap_asked(i, time(k) + dt)));
         let (at, asked) = (at.collect(), asked.collect());
         Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
     }

@@ -191,7 +191,7 @@ mod tests {
     use crate::random::{rng, uniform};
 
     fn walker(x: f64, vx: f64) -> People {
-        People { id: vec![0], x: vec![x], y: vec![0.0], vx: vec![vx], vy: vec![0.0], radius: 0.25 }
+        People::walking(0.25, &[[x, 0.0, vx, 0.0]])
     }
 
     fn risk(people: &People, model: RiskModel) -> CollisionRisk {

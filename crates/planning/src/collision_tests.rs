@@ -27,6 +27,7 @@ fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
             vx: people.iter().map(|p| p.2).collect(),
             vy: people.iter().map(|p| p.3).collect(),
             radius: 0.3,
+            ..People::default()
         },
         uncertain: false,
         in_place: 0.0,
@@ -59,6 +60,24 @@ fn a_wall_ahead_is_met_and_an_empty_hall_is_not() {
     let hit = first(&s, 3.3).unwrap();
     assert_eq!(hit.with, Obstacle::Wall);
     assert!(hit.time >= 8.0 * 0.3, "{hit:?}");
+}
+
+#[test]
+fn a_person_who_is_known_badly_is_left_more_room_and_the_more_the_later() {
+    let mut known = scene(Pose2::new(5.0, 10.0, 0.0), &[(9.0, 10.0, 0.0, 0.0), (9.0, 12.0, 0.0, 0.0)]);
+    known.people.position_variance = vec![0.0, 0.04];
+    known.people.velocity_variance = vec![0.0, 0.02];
+    let (map, robot) = (map(), RobotModel::default());
+    let forecast = ForecastParams::default();
+    let c = CollisionChecker::new(&map, &robot, &known, forecast, &CollisionParams::default());
+    let without = scene(Pose2::new(5.0, 10.0, 0.0), &[(9.0, 10.0, 0.0, 0.0)]);
+    let exact = CollisionChecker::new(&map, &robot, &without, forecast, &CollisionParams::default());
+    for t in [0.0, 0.3, 1.5] {
+        assert_eq!(c.person_gap(0, t), exact.person_gap(0, t));
+    }
+    // 0.1 + 0.5 sqrt(0.01 + 0.01 + 0.04)
+    assert!((c.person_gap(1, 0.0) - (0.1 + 0.5 * 0.06_f64.sqrt())).abs() < 1e-12);
+    assert!(c.person_gap(1, 0.6) - c.person_gap(0, 0.6) > 0.0 && c.person_gap(1, 0.6) > c.person_gap(1, 0.0));
 }
 
 #[test]

@@ -34,7 +34,8 @@ impl Belief {
     }
 }
 
-/// People around the robot: structure of arrays, all of equal length, map frame.
+/// People around the robot: structure of arrays, all of equal length, map frame. The two arrays of variances are empty
+/// if people are known without error.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct People {
     /// Identity of each person, unique, ascending.
@@ -47,6 +48,10 @@ pub struct People {
     pub vx: Vec<f64>,
     /// m/s.
     pub vy: Vec<f64>,
+    /// Variance of each position on its worst axis, m2.
+    pub position_variance: Vec<f64>,
+    /// Variance of each velocity on its worst axis, m2/s2.
+    pub velocity_variance: Vec<f64>,
     /// Radius of the disc that stands for one person, metres.
     pub radius: f64,
 }
@@ -57,7 +62,7 @@ impl People {
     pub(crate) fn walking(radius: f64, each: &[[f64; 4]]) -> Self {
         let column = |at: usize| each.iter().map(|person| person[at]).collect();
         let id = (0..each.len() as u32).collect();
-        Self { id, x: column(0), y: column(1), vx: column(2), vy: column(3), radius }
+        Self { id, x: column(0), y: column(1), vx: column(2), vy: column(3), radius, ..Self::default() }
     }
 }
 
@@ -97,8 +102,23 @@ impl People {
         Point2::new(self.x[i] + self.vx[i] * t, self.y[i] + self.vy[i] * t)
     }
 
-    /// All of them after `t` seconds, before if negative: at constant velocity (A20).
+    /// How badly the i-th person's position and velocity are known, m2 and m2/s2: 0 without error.
+    pub fn variances(&self, i: usize) -> (f64, f64) {
+        let of = |all: &[f64]| all.get(i).copied().unwrap_or(0.0);
+        (of(&self.position_variance), of(&self.velocity_variance))
+    }
+
+    /// Variance of the i-th person's position after `t` seconds for want of better knowledge now, m2.
+    pub fn variance_after(&self, i: usize, t: f64) -> f64 {
+        let (position, velocity) = self.variances(i);
+        position + velocity * t * t
+    }
+
+    /// All of them after `t` seconds, before if negative: at constant velocity (A20). What is not known of a velocity
+    /// makes a position less known.
     pub fn after(mut self, t: f64) -> Self {
+        self.position_variance =
+            (0..self.position_variance.len()).map(|i| self.variance_after(i, t)).collect();
         let moved: Vec<Point2> = (0..self.len()).map(|i| self.position_after(i, t)).collect();
         (self.x, self.y) = moved.iter().map(|p| (p.x, p.y)).unzip();
         self
@@ -113,6 +133,8 @@ impl People {
             kept.y.push(self.y[i]);
             kept.vx.push(self.vx[i]);
             kept.vy.push(self.vy[i]);
+            kept.position_variance.extend(self.position_variance.get(i));
+            kept.velocity_variance.extend(self.velocity_variance.get(i));
         }
         kept
     }

@@ -32,7 +32,7 @@ mod tests {
     use super::*;
 
     fn seconds(x: f64, y: f64, vx: f64, vy: f64) -> f64 {
-        let people = People { id: vec![7], x: vec![x], y: vec![y], vx: vec![vx], vy: vec![vy], radius: 0.2 };
+        let people = People::walking(0.2, &[[x, y, vx, vy]]);
         time_to_collision(Pose2::default(), Twist { v: 1.0, omega: 0.0 }, 0.3, &people)
     }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, Literal
 
 from .datasets import locate
 from .errors import DatasetError, ScenarioError
@@ -15,7 +15,7 @@ from .profiles import DEFAULT, Planner, changed, complete, read_toml
 _WHOLE = frozenset({"plan_every", "beams", "ids", "max_neighbors"})
 """Integer fields of a scenario; every other number in it is a float, as the CBOR reader of the services demands."""
 
-_FREE = frozenset({"localizer"})
+_FREE = frozenset({"localizer", "tracker"})
 """Tables that go to other readers as they are."""
 
 _IMAGE = re.compile(r"""^image\s*:\s*(?:"([^"]*)"|'([^']*)'|([^#\n]*?))\s*(?:\s#.*)?$""", re.MULTILINE)
@@ -75,6 +75,21 @@ class Scenario:
         """
         changed = Scenario.from_dict(self.data, self.base)
         changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
+        return changed
+
+    def with_perception(self, known: Literal["truth", "robot-frame", "tracked"]) -> Scenario:
+        """The scenario with people who are known in another way.
+
+        Args:
+            known: ``truth``: without error, on the map; ``robot-frame``: without error, as seen from the robot, so that
+                they are as far off on the map as the robot's belief; ``tracked``: by the service ``tracker``, from the
+                laser alone.
+        """
+        changed = Scenario.from_dict(self.data, self.base)
+        perception = changed.data.setdefault("perception", {})
+        perception["source"] = "tracker" if known == "tracked" else "truth"
+        if known != "tracked":
+            perception["frame"] = "robot" if known == "robot-frame" else "map"
         return changed
 
     def profile(self, planner: Planner | None = None) -> dict[str, Any]:

@@ -199,6 +199,8 @@ class SceneLogger:
         comfort = self._comfort()
         self._to.log("/people/bodies", shapes.bodies(x, y, people.radius, distance < comfort))
         self._to.log("/people/velocities", shapes.velocities(x, y, vx, vy))
+        if people.position_covariance is not None:
+            self._to.log("/people/ellipses", shapes.people_ellipses(people, belief))
         if self._nearest is not None:
             self._to.log("/plots/person/nearest", rr.Scalars(self._nearest))
         self._limits(people.stamp, comfort)

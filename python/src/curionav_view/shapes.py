@@ -148,11 +148,17 @@ def scan(message: Scan) -> rr.Points3D:
     return rr.Points3D(_flat(x, y, 0.25), colors=[colours.SCAN], radii=[0.05])
 
 
+def _ring(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points of the ellipse that holds 95 % of a Gaussian around the origin, shape [2, points]."""
+    values, vectors = np.linalg.eigh(covariance)
+    half = SIGMAS * np.sqrt(np.maximum(values, 0.0))
+    points: NDArray[np.float64] = vectors @ (half[:, None] * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)]))
+    return points
+
+
 def ellipse(belief: Belief) -> rr.LineStrips3D:
     """Where the robot believes to be with 95 %: the position's part of the covariance."""
-    values, vectors = np.linalg.eigh(np.asarray(belief.covariance)[:2, :2])
-    half = SIGMAS * np.sqrt(np.maximum(values, 0.0))
-    points = vectors @ (half[:, None] * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)]))
+    points = _ring(np.asarray(belief.covariance)[:2, :2])
     strip = _flat(belief.x + points[0], belief.y + points[1], HEIGHT_ELLIPSE)
     return rr.LineStrips3D([strip], colors=[colours.BELIEF], radii=[0.045])
 
@@ -197,6 +203,24 @@ def velocities(x: Any, y: Any, vx: Any, vy: Any) -> rr.Arrows3D:
     return rr.Arrows3D(
         vectors=1.5 * _flat(vx, vy, 0.0), origins=_flat(x, y, HEIGHT_DECISION), colors=[colours.PERSON], radii=[0.035]
     )
+
+
+def people_ellipses(people: People, belief: Belief) -> rr.LineStrips3D:
+    """Where tracked people are with 95 %; of those who are hidden now, the label says for how long."""
+    covariance = people.position_covariance
+    if covariance is None:
+        return rr.LineStrips3D([])
+    x, y, _, _ = in_map(people, belief)
+    turn = belief.heading if people.frame == "robot" else 0.0
+    rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    strips = [
+        _flat(x[i] + points[0], y[i] + points[1], HEIGHT_ELLIPSE)
+        for i, (xx, xy, yy) in enumerate(covariance)
+        for points in [rotation @ _ring(np.array([[xx, xy], [xy, yy]]))]
+    ]
+    ages = np.zeros(len(x)) if people.age is None else people.age
+    labels = [f"not seen for {age:.1f} s" if age > 0.0 else "" for age in ages]
+    return rr.LineStrips3D(strips, colors=[colours.PERSON], radii=[0.02], labels=labels, show_labels=True)
 
 
 def crowds(report: CycleReport) -> rr.LineStrips3D:

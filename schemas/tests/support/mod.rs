@@ -7,7 +7,7 @@ use curionav_schemas::Message;
 use std::path::Path;
 
 /// Fields whose content is free-form.
-const FREE_FORM: [&str; 5] = ["params", "profile", "localizer", "scenario", "files"];
+const FREE_FORM: [&str; 6] = ["params", "profile", "localizer", "tracker", "scenario", "files"];
 
 /// A file of `golden/`.
 pub(crate) fn golden_file(name: &str) -> Vec<u8> {

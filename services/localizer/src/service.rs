@@ -16,8 +16,10 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_service::RobotService;
 use curionav_runtime::telemetry::timed;
 use curionav_runtime::topic::{Flow, OnDemand, Topic};
-use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan};
+use curionav_schemas::{Belief, Clock, Health, Mission, Odometry, Particles, Refusal, Reject, Scan, keys};
+use curionav_tracking_people::{Detector, TrackerParams};
 
+use crate::mask::Mask;
 use crate::particle_cloud::{Rate, particles};
 
 /// Scans remembered in real time, to be paired with the odometry of their tick.
@@ -34,6 +36,8 @@ struct Localization {
     cloud_rate: Rate,
     /// The filter, and the run that it was started for.
     filter: Option<(u64, Localizer)>,
+    /// Finds the beams of people, if the mission tracks people; without, the filter tells them from walls as it can.
+    mask: Option<Mask>,
     /// Tick of the last odometry.
     answered: Option<u64>,
     /// Why scans are not used, once it has been said.
@@ -58,6 +62,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             cloud_rate: Rate::default(),
             service,
             filter: None,
+            mask: None,
             answered: None,
             unusable: None,
             newest: Arc::default(),
@@ -105,17 +110,23 @@ impl MissionFollower for Localization {
         let order = &mission.order;
         convert::check_order(order)?;
         let params: LocalizerParams = convert::parameters("localizer", &order.localizer)?;
+        let tracked = order.requires(keys::TRACKER);
+        let tracker: TrackerParams = convert::parameters("tracker", &order.tracker_parameters())?;
         let (fields, id, seed) = (self.fields.clone(), order.map, order.seed);
         let (laser, noise) = (convert::laser(&order.laser), convert::noise(&order.odometry_noise));
         let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
+        let believed = convert::belief(&convert::initial_belief(mission));
         let starting = move || {
-            let map = (*fields.map(id)?).clone();
-            let start = (start.0, &start.1);
+            let map = fields.map(id)?;
+            let mask = tracked.then(|| Mask::new(Detector::new(Arc::clone(&map), tracker), noise, believed));
+            let (map, start) = ((*map).clone(), (start.0, &start.1));
             let filter = || Localizer::starting_at(map, laser, noise, params, seed, start);
-            timed("the filter", filter).map_err(|e| Refusal::invalid(e).at("localizer"))
+            let filter = timed("the filter", filter).map_err(|e| Refusal::invalid(e).at("localizer"))?;
+            Ok::<_, Reject>((filter, mask))
         };
         let started = tokio::task::spawn_blocking(starting).await;
-        let filter = started.map_err(|e| Refusal::failed(e).at("map"))??;
+        let (filter, mask) = started.map_err(|e| Refusal::failed(e).at("map"))??;
+        self.mask = mask;
         self.filter = Some((mission.run, filter));
         Ok(())
     }
@@ -154,12 +165,13 @@ impl MissionFollower for Localization {
         if last.is_some_and(|last| has_started_over(last, odometry.tick)) {
             tracing::warn!(tick = odometry.tick, ?last, "the base has started over");
             filter.restart_odometry();
+            self.mask.iter_mut().for_each(Mask::restart_odometry);
         }
         let announced = convert::laser(&mission.order.laser);
         let scan = self.recent_scans.iter().find(|s| s.tick == odometry.tick);
         let seen =
             scan.map_or(Ok((Cow::default(), announced)), |scan| convert::scan(scan, announced.range_sigma));
-        let (ranges, laser) = seen.unwrap_or_else(|reject| {
+        let (mut ranges, laser) = seen.unwrap_or_else(|reject| {
             self.service.counts.refuse(&reject);
             if self.unusable.as_ref() != Some(&reject) {
                 tracing::warn!(%reject, tick = odometry.tick, "scans are not used");
@@ -169,7 +181,13 @@ impl MissionFollower for Localization {
         });
         let pose = Pose2::new(odometry.x, odometry.y, odometry.heading);
         let twist = Twist { v: odometry.v, omega: odometry.omega };
+        if let Some(mask) = &self.mask {
+            ranges = mask.apply(&LaserScan { ranges: &ranges, laser }, pose).into();
+        }
         let estimate = filter.update(pose, twist, odometry.stamp, &LaserScan { ranges: &ranges, laser });
+        if let Some(mask) = &mut self.mask {
+            mask.believe(estimate.belief(), pose);
+        }
         let belief = belief(&estimate, &odometry);
         self.beliefs.publish(&belief, clock);
         // After the belief, which others wait for.

@@ -1,6 +1,6 @@
 //! From an injected scenario to a world and a mission.
 
-use curionav_crowdsim::scenario::{Recorded, Scenario};
+use curionav_crowdsim::scenario::{PeopleSource, Recorded, Scenario};
 use curionav_crowdsim::{Recording, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::occupancy::{MapYaml, load_map};
@@ -8,9 +8,12 @@ use curionav_planning::parameters::{Ranged, read_table};
 use curionav_planning::profile::Profile;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_schemas::{self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value};
+use curionav_schemas::{
+    self as wire, Clock, InjectRequest, MapId, MissionOrder, Refusal, Reject, Value, keys,
+};
+use curionav_tracking_people::TrackerParams;
 
-/// Roles that must report ready before a run starts.
+/// Roles that every run needs.
 const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
 
 /// A scenario ready to be played.
@@ -45,6 +48,7 @@ pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<
     let scenario: Scenario = convert::from_value("scenario", &request.scenario)?;
     scenario.check().map_err(convert::refusal)?;
     let localizer = localizer(&scenario)?;
+    let tracker = tracker(&scenario)?;
     let profile: Profile = convert::parameters("profile", &request.profile)?;
     let grid = {
         let text = String::from_utf8_lossy(file(request, "map.file", &scenario.map.file)?);
@@ -60,8 +64,23 @@ pub fn prepare(request: &InjectRequest, robot: &str, fields: &Fields) -> Result<
     let seed = request.seed.unwrap_or(1);
     let static_map = fields.insert(grid);
     let world = World::new(&scenario, (*static_map).clone(), recordings, seed).map_err(convert::refusal)?;
-    let order = order(request, &scenario, &profile, localizer, map.map, robot, seed)?;
+    let order = order(request, &scenario, &profile, (localizer, tracker), map.map, robot, seed)?;
     Ok(Prepared { world, map, order, profile, seed })
+}
+
+/// Roles that must report ready before a run starts.
+fn required(scenario: &Scenario) -> Vec<String> {
+    let tracker = (scenario.perception.source == PeopleSource::Tracker).then_some(keys::TRACKER);
+    REQUIRED.into_iter().chain(tracker).map(String::from).collect()
+}
+
+/// The tracker's parameters as they travel, if people are tracked: those of the scenario, and how wide its people are.
+fn tracker(scenario: &Scenario) -> Result<Option<Value>, Reject> {
+    let mut table = scenario.tracker.clone().unwrap_or_default();
+    table.entry("radius").or_insert(scenario.people.radius.into());
+    read_table::<TrackerParams>(&table).map_err(|e| convert::refusal(e.below("tracker")))?;
+    let tracked = scenario.perception.source == PeopleSource::Tracker;
+    tracked.then(|| convert::to_value(&table)).transpose()
 }
 
 /// The localiser's parameters as they travel, once they have been read and found sensible.
@@ -101,7 +120,7 @@ fn order(
     request: &InjectRequest,
     scenario: &Scenario,
     profile: &Profile,
-    localizer: Value,
+    (localizer, tracker): (Value, Option<Value>),
     map: MapId,
     robot: &str,
     seed: u64,
@@ -122,6 +141,7 @@ fn order(
         goal_tolerance: setup.goal_tolerance,
         profile: convert::to_value(profile)?,
         localizer,
+        tracker,
         laser: convert::laser_to_wire(&scenario.laser),
         robot_model: convert::robot_model_to_wire(&setup.model),
         odometry_noise: convert::noise_to_wire(&scenario.odometry_noise),
@@ -130,7 +150,7 @@ fn order(
         time_scale: if request.clock == Clock::Lockstep { 1.0 } else { request.time_scale },
         tick_s: scenario.clock.tick_s,
         plan_every: plan_every(scenario, request),
-        require: REQUIRED.map(String::from).to_vec(),
+        require: required(scenario),
     })
 }
 

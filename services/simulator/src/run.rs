@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use curionav_crowdsim::outcome::Outcome;
-use curionav_crowdsim::scenario::PeopleFrame;
+use curionav_crowdsim::scenario::{PeopleFrame, PeopleSource};
 use curionav_crowdsim::{Observation, World};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_runtime::convert;
@@ -44,6 +44,8 @@ pub(crate) struct Streams {
     scans: Topic<Scan>,
     odometry: Topic<Odometry>,
     people: Topic<wire::People>,
+    /// Those of the tracker, if the run has one.
+    tracked: Latest<wire::People>,
     crowd: LiveCrowd,
     /// When each service was last heard of, in real time.
     heard: BTreeMap<&'static str, Instant>,
@@ -71,6 +73,7 @@ impl Streams {
             scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
             odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
             people: Topic::new(session, &key("people")?, Flow::Sensor)?,
+            tracked: Latest::new(Inbox::counted(session, &key("people")?, counts)?),
             crowd,
             heard: BTreeMap::new(),
         })
@@ -152,6 +155,7 @@ impl Streams {
         self.beliefs.clear();
         self.decisions.clear();
         self.commands.clear();
+        self.tracked.clear();
         self.crowd.begin();
         self.heard.clear();
         ended(&current).map_or(Ok(current), Err)
@@ -215,11 +219,12 @@ impl Streams {
         }
     }
 
-    /// What the sensors say; of people nothing while it is not known where they are.
+    /// What the sensors say; of people nothing if a tracker has to find them, or while it is not known where they are.
     fn publish(&self, world: &World, clock: Clock, people_known: bool) -> Result<(), Reject> {
         let Observation { tick, stamp, ranges, odometry, twist, people } = world.observe();
         let laser = &world.scenario().laser;
-        let people = people_known.then(|| convert::people_to_wire(&people, tick, stamp));
+        let told = people_known && world.scenario().perception.source == PeopleSource::Truth;
+        let people = told.then(|| convert::people_to_wire(&people, tick, stamp));
         let people = people.map(|people| match world.scenario().perception.frame {
             PeopleFrame::Map => people,
             PeopleFrame::Robot => convert::people_seen_from(world.truth().pose, people),
@@ -271,6 +276,10 @@ impl Streams {
             |what: &str| format!("no {what} for tick {tick} within {} s", LOCKSTEP_PATIENCE.as_secs());
         let belief = self.beliefs.of_tick(tick, clock).await.cloned();
         let belief = belief.with_context(|| silent(BELIEF))?;
+        // Without them the robot would only stand, and no error would say why.
+        if mission.order.requires(keys::TRACKER) {
+            self.tracked.of_tick(tick, clock).await.with_context(|| silent(PEOPLE))?;
+        }
         let mut decisions = Vec::new();
         if tick.is_multiple_of(u64::from(mission.order.plan_every)) {
             let decision = self.decisions.of_tick(tick, clock).await.cloned();
@@ -286,6 +295,7 @@ type Answers = (Option<Belief>, Vec<Decision>, Twist);
 
 /// What a run cannot do without.
 const BELIEF: &str = "belief from the localizer";
+const PEOPLE: &str = "people from the tracker";
 const DECISION: &str = "decision from the arbiter";
 const COMMAND: &str = "command from the driver";
 

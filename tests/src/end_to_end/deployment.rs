@@ -77,7 +77,7 @@ fn nothing_is_left_running_however_it_ends() {
     let _turn = turn();
     let deployment = Deployment::start(1);
     let pids = deployment.pids();
-    assert!(pids.iter().all(|p| is_alive(*p)) && pids.len() == 8);
+    assert!(pids.iter().all(|p| is_alive(*p)) && pids.len() == 9);
     assert_eq!(deployment.stop(), 0);
     assert!(!pids.iter().any(|p| is_alive(*p)));
 

@@ -16,4 +16,5 @@ mod scenarios;
 mod secure;
 mod signals;
 mod slow_router;
+mod tracked;
 mod two_routers;

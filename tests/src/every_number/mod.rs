@@ -17,6 +17,7 @@ use curionav_crowdsim::{Recording, Scenario, World};
 use curionav_localization::LocalizerParams;
 use curionav_planning::parameters::{FieldError, Ranged, read};
 use curionav_planning::profile::Profile;
+use curionav_tracking_people::TrackerParams;
 use serde::Serializer as _;
 use serde_json::ser::PrettyFormatter;
 
@@ -121,6 +122,13 @@ fn every_number_is_refused_by_name_or_runs_to_its_end() {
     let tally = sift::<LocalizerParams>(&localizer);
     (fields, refused) = (fields + tally.fields, refused + tally.refused);
     runs.extend(tally.accepted.iter().map(|cell| Run::within("localizer", "curiosity", cell, &scenario)));
+
+    let tracker = toml::Table::try_from(TrackerParams::default()).unwrap();
+    let tally = sift::<TrackerParams>(&tracker);
+    (fields, refused) = (fields + tally.fields, refused + tally.refused);
+    let mut tracked = scenario.clone();
+    tracked["perception"]["source"] = "tracker".into();
+    runs.extend(tally.accepted.iter().map(|cell| Run::within("tracker", "curiosity", cell, &tracked)));
 
     for (planner, prefixes) in [
         ("curiosity", &[""][..]),

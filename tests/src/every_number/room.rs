@@ -5,7 +5,7 @@ use std::path::Path;
 use curionav_planning::geometry::Pose2;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 
-/// A scenario that leaves out no field but the tables of localiser and profile.
+/// A scenario that leaves out no field but the tables of localiser, tracker and profile.
 pub(super) const SCENARIO: &str = r#"
 name = "room"
 description = "Every field of a scenario."
@@ -38,12 +38,14 @@ heading_per_radian = 0.0012
 [perception]
 people = "all"
 frame = "map"
+source = "truth"
 [clock]
 tick_s = 0.1
 plan_every = 3
 time_limit_s = 0.9
 [people]
 radius = 0.25
+shape = "disc"
 kind = "scenario"
 live_patience_s = 10.0
 motion = "hrvo"

@@ -40,6 +40,9 @@ impl Base {
             y: y.into(),
             vx: vx.into(),
             vy: vy.into(),
+            position_covariance: None,
+            velocity_covariance: None,
+            age: None,
         };
         let model = convert::robot_model(&mission.order.robot_model);
         let pose = convert::pose(mission.order.initial_pose);

@@ -3,9 +3,10 @@
 use curionav_schemas::{MapId, keys};
 
 /// Role and instance of one of every service, as `curionav up` names them.
-pub(super) static SERVICES: [(&str, &str); 7] = [
+pub(super) static SERVICES: [(&str, &str); 8] = [
     ("driver", "driver-0"),
     ("localizer", "localizer-0"),
+    ("tracker", "tracker-0"),
     ("generator", "generator-0"),
     ("cpc", "cpc-0"),
     ("cnc", "cnc-0"),
@@ -35,8 +36,8 @@ pub(super) fn all(map: &MapId) -> Vec<Target> {
         put(robot("scan"), "scan", &["localizer", "driver"][..]),
         put(robot("odom"), "odometry", &["localizer", "driver"]),
         put(robot("people"), "people", &["arbiter"]),
-        put(robot("belief"), "belief", &["arbiter", "driver", "simulator"]),
-        put(robot("mission"), "mission", &["arbiter", "localizer", "simulator"]),
+        put(robot("belief"), "belief", &["arbiter", "driver", "simulator", "tracker"]),
+        put(robot("mission"), "mission", &["arbiter", "localizer", "simulator", "tracker"]),
         put(robot("decision"), "decision", &["driver", "simulator"]),
         put(robot("cmd"), "twist", &["arbiter", "simulator"]),
         // Recorders, viewers and `curionav run` listen to these.

@@ -20,19 +20,22 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
     const RUNTIME: &str = "curionav-runtime";
     const POOL: &str = "curionav-pool";
     const LOCALIZATION: &str = "curionav-localization";
+    const TRACKING: &str = "curionav-tracking-people";
     Some(match directory {
         "schemas" | "crates/datasets" => vec![],
         "tests/support" => vec!["curionav-datasets", SCHEMAS],
         "crates/planning" => vec![TESTING],
-        "crates/localization" | "crates/crowdsim" => vec![PLANNING, TESTING],
+        "crates/localization" | "crates/crowdsim" | "crates/tracking-people" => vec![PLANNING, TESTING],
         "crates/picture" => vec![PLANNING, SCHEMAS, TESTING],
         "crates/security" => vec![SCHEMAS],
         "crates/runtime" => vec![PLANNING, SCHEMAS, SECURITY, TESTING],
         // The only crate that may import from its own floor.
         "crates/pool" => vec![PLANNING, SCHEMAS, RUNTIME, TESTING],
-        "services/simulator" => vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRUTH, TESTING],
+        "services/simulator" => {
+            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TRUTH, TESTING]
+        }
         _ if directory.starts_with("services/") => {
-            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TESTING]
+            vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TESTING]
         }
         "crates/deployment" => [services(), vec![TRUTH]].concat(),
         "crates/recording" => services(),
@@ -61,6 +64,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-lab",
         "curionav-localization",
         "curionav-localizer",
+        "curionav-people-tracker",
         "curionav-picture",
         "curionav-planning",
         "curionav-pool",
@@ -70,6 +74,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-security",
         "curionav-simulator",
         TESTING,
+        "curionav-tracking-people",
         "curionav-trajectory-generator",
     ]
 }

@@ -75,7 +75,9 @@ impl Instance {
         context: Option<&PlanContext>,
     ) -> anyhow::Result<Vec<Finding>> {
         let link = format!("{} {}", self.role, self.name);
-        let is_pool = !ROBOT_ROLES.contains(&self.role.as_str()) && self.role != "simulator";
+        let is_pool = !ROBOT_ROLES.contains(&self.role.as_str())
+            && self.role != keys::TRACKER
+            && self.role != "simulator";
         let work = if is_pool { Some(self.work(session, asker, context).await?) } else { None };
         let Some(status) = &self.status else {
             return Ok(vec![match work {

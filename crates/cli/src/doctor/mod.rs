@@ -114,7 +114,8 @@ async fn examine(
         let context = missions.iter().find_map(|mission| mission.asking(&instance.role));
         findings.extend(instance.examine(session, &options.at, asker, context).await?);
     }
-    let missing = required_roles::missing(&robots, &pools, &alive, &options.at).into_iter();
+    let tracked = missions.iter().filter_map(robot::Mission::tracked).collect();
+    let missing = required_roles::missing(&robots, &tracked, &pools, &alive, &options.at).into_iter();
     findings.extend(missing.map(|Missing { what, fix }| Finding::missing(what, "none is alive", fix)));
     for mission in &missions {
         findings.extend(mission.findings(&options.at));

@@ -68,6 +68,12 @@ impl Mission {
         context.pool_roles().map(str::to_owned).collect()
     }
 
+    /// The robot, if its mission requires a tracker of people.
+    pub(super) fn tracked(&self) -> Option<String> {
+        let mission = self.mission.as_ref().filter(|mission| !is_over(mission))?;
+        mission.order.requires(keys::TRACKER).then(|| self.robot.clone())
+    }
+
     fn is_running(&self) -> bool {
         self.mission.as_ref().is_some_and(|m| m.state == MissionState::Running)
     }
@@ -154,7 +160,7 @@ const STREAMS: [(&str, Listen, &str); 6] = [
     (
         "people",
         Listener::new::<People>,
-        "the tracker of people (or the simulator) has to publish it, also when there are none",
+        "the tracker (or the simulator, if the mission requires none) has to publish it, also when there are none: look at its log",
     ),
     ("belief", Listener::new::<Belief>, "the localizer answers odometry with it: look at its log"),
     ("decision", Listener::new::<Decision>, "the arbiter answers beliefs with it: look at its log"),

@@ -18,8 +18,8 @@ use curionav_planning::sensor::LaserModel;
 pub(crate) use check::reachable;
 pub use crowd::{Behaviour, Crowd, Region, contains};
 pub use people::{
-    Motion, PeopleFrame, PeopleKind, PeopleParams, PerceivedPeople, Perception, Recorded, RecordingFormat,
-    WalkMode, Walker,
+    Motion, PeopleFrame, PeopleKind, PeopleParams, PeopleShape, PeopleSource, PerceivedPeople, Perception,
+    Recorded, RecordingFormat, WalkMode, Walker,
 };
 
 curionav_planning::parameters! {
@@ -40,7 +40,7 @@ curionav_planning::parameters! {
         /// Noise of the robot's odometry, in the simulator as in the localiser and in CPC (D6).
         #[serde(default)]
         pub odometry_noise: OdometryNoise [table],
-        /// Which people the planner is told about.
+        /// Which people the planner is told about, and how they are known.
         #[serde(default)]
         pub perception: Perception [table],
         /// Tick, planning period and time limit.
@@ -64,6 +64,10 @@ curionav_planning::parameters! {
         /// Parameters of the localiser that differ from its defaults; checked by the localiser.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub localizer: Option<toml::Table>,
+        /// Parameters of the tracker of people that differ from its defaults; checked by the tracker. Its people are as wide
+        /// as those of the scenario.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub tracker: Option<toml::Table>,
         /// Parameters of the planner profile that differ from it; checked by the planner.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub profile: Option<toml::Table>,
@@ -194,10 +198,12 @@ position_per_metre = 0.002
 [perception]
 people = "working-zone"
 frame = "robot"
+source = "tracker"
 [clock]
 plan_every = 1
 [people]
 radius = 0.3
+shape = "legs"
 kind = "live"
 live_patience_s = 4.0
 motion = "hrvo"
@@ -235,6 +241,8 @@ loop = true
 profile = "risk-rrt"
 [localizer]
 particles_max = 3000
+[tracker]
+coast = 1.5
 [profile]
 weights = { cpc = 2.0 }
 "#;
@@ -250,6 +258,8 @@ weights = { cpc = 2.0 }
         assert_eq!((scenario.crowds[1].places, scenario.people_drawn()), (4, 15));
         assert_eq!((scenario.people.motion, scenario.people.hrvo.max_neighbors), (Motion::Hrvo, 8));
         assert_eq!(scenario.people.hrvo.max_speed_factor, 1.3);
+        assert_eq!(scenario.people.shape, PeopleShape::Legs);
+        assert_eq!(scenario.perception.source, PeopleSource::Tracker);
         assert_eq!((scenario.people.kind, scenario.people.live_patience_s), (PeopleKind::Live, 4.0));
         let back = Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap();
         assert_eq!(back, scenario);

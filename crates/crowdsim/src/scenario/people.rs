@@ -8,7 +8,7 @@ use super::arrays;
 use crate::social_force::SocialForceParams;
 
 curionav_planning::parameters! {
-    /// Which people the planner is told about.
+    /// Which people the planner is told about, and how they are known.
     #[derive(Copy, Eq, Default)]
     #[serde(default)]
     pub struct Perception {
@@ -16,6 +16,22 @@ curionav_planning::parameters! {
         pub people: PerceivedPeople [words],
         /// Where from people are known.
         pub frame: PeopleFrame [words],
+        /// What the planner's knowledge of people comes from.
+        #[serde(skip_serializing_if = "is_default")]
+        pub source: PeopleSource [words],
+    }
+}
+
+curionav_planning::parameters! {
+    /// What the planner's knowledge of people comes from.
+    #[derive(Default)]
+    pub enum PeopleSource {
+        /// From the simulator, which says their true positions and velocities as `people` and `frame` say.
+        #[default]
+        Truth,
+        /// From the service `tracker`, which has nothing but the laser and the robot's belief. The simulator says nothing
+        /// of people; `people` and `frame` have no effect.
+        Tracker,
     }
 }
 
@@ -58,6 +74,9 @@ curionav_planning::parameters! {
     pub struct PeopleParams {
         /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
         pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
+        /// What the laser sees of a person. Touching is judged by the disc, whatever the laser sees.
+        #[serde(skip_serializing_if = "is_default")]
+        pub shape: PeopleShape [words] = PeopleShape::Disc,
         /// Where people come from: the scenario alone, or also from outside while the run goes on.
         #[serde(skip_serializing_if = "is_default")]
         pub kind: PeopleKind [words] = PeopleKind::Scenario,
@@ -85,6 +104,18 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 
 fn is_default_patience(seconds: &f64) -> bool {
     *seconds == LIVE_PATIENCE_S
+}
+
+curionav_planning::parameters! {
+    /// What the laser sees of a person.
+    #[derive(Default)]
+    pub enum PeopleShape {
+        /// The disc that stands for the person: a trunk.
+        #[default]
+        Disc,
+        /// Two legs that swing with the walk, as a laser near the floor sees them.
+        Legs,
+    }
 }
 
 curionav_planning::parameters! {

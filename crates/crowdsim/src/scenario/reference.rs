@@ -4,7 +4,7 @@ use curionav_planning::hrvo::HrvoParams;
 use curionav_planning::parameters::{Ranged, reference};
 use toml::{Table, Value};
 
-use super::{PeopleParams, Scenario};
+use super::{PeopleParams, PeopleSource, Scenario};
 use crate::social_force::SocialForceParams;
 
 /// The shortest scenario with one entry in each list.
@@ -22,13 +22,17 @@ impl Scenario {
         let mut defaults = Table::try_from(Self::from_toml(SHORTEST)?)?;
         remove(&mut defaults, &SHORTEST.parse()?);
         // What a scenario without it leaves out when it is written.
-        let PeopleParams { kind, live_patience_s, motion, .. } = PeopleParams::default();
+        let PeopleParams { shape, kind, live_patience_s, motion, .. } = PeopleParams::default();
         if let Some(Value::Table(people)) = defaults.get_mut("people") {
+            people.insert("shape".into(), Value::try_from(shape)?);
             people.insert("kind".into(), Value::try_from(kind)?);
             people.insert("live_patience_s".into(), live_patience_s.into());
             people.insert("motion".into(), Value::try_from(motion)?);
             people.insert("hrvo".into(), Value::try_from(HrvoParams::default())?);
             people.insert("social_force".into(), Value::try_from(SocialForceParams::default())?);
+        }
+        if let Some(Value::Table(perception)) = defaults.get_mut("perception") {
+            perception.insert("source".into(), Value::try_from(PeopleSource::default())?);
         }
         Ok(reference(Self::FIELDS, &defaults))
     }

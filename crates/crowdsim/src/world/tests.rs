@@ -167,6 +167,7 @@ fn ids_are_unique_and_ascending_and_live_people_are_people() {
         vx: vec![0.5, 0.0],
         vy: vec![0.0, 0.0],
         radius: 0.3,
+        ..People::default()
     };
     world.replace_live_people(&live);
     for _ in 0..5 {

@@ -62,6 +62,7 @@ pub(crate) fn scene() -> Scene {
         vx: draws(-0.7, 0.7),
         vy: draws(-0.7, 0.7),
         radius: 0.25,
+        ..People::default()
     };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.1, 0.1, 0.02));
     let belief = Belief { pose: START, covariance, twist: Twist { v: 0.5, omega: 0.0 } };

@@ -19,6 +19,7 @@ mod preparation;
 mod reference;
 mod simulation;
 mod terms;
+mod tracking;
 mod wire;
 
 use std::process::ExitCode;
@@ -55,12 +56,13 @@ struct Options {
 /// How the names of a theme's cases begin, and what makes them.
 type Theme = (&'static [&'static str], fn() -> anyhow::Result<Vec<Case>>);
 
-const THEMES: [Theme; 8] = [
+const THEMES: [Theme; 9] = [
     (&["term/"], terms::cases),
     (&["generate/"], generation::cases),
     (&["rrt-star/"], depot::cases),
     (&["prepare/"], preparation::cases),
     (&["localize/"], localization::cases),
+    (&["track/"], tracking::cases),
     (&["simulate/"], simulation::cases),
     (&["encode/", "decode/"], wire::cases),
     (&["cycle/"], cycle::cases),

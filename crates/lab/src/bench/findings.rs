@@ -26,6 +26,8 @@ pub(crate) struct Findings<'a> {
     pub(crate) missing: &'a [Missing],
     pub(crate) programs: Vec<String>,
     pub(crate) first_seed: u64,
+    /// How people are known, unless as the scenarios say.
+    pub(crate) perception: Option<&'static str>,
     pub(crate) repeats: u32,
     pub(crate) workers: usize,
     /// What the runs took on the clock with all workers busy.
@@ -58,6 +60,7 @@ impl<'a> Findings<'a> {
             missing,
             programs: programs.into_iter().collect(),
             first_seed: what.first_seed,
+            perception: what.perception.map(Into::into),
             repeats: what.repeats,
             workers,
             clock,

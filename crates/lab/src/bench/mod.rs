@@ -63,7 +63,7 @@ async fn finish(
     workers: Option<u16>,
     shards: &[PathBuf],
 ) -> Result<u8, Exit> {
-    let plan = Plan::read(&what.planners, &what.patterns()).map_err(Exit::bad_input)?;
+    let plan = Plan::read(&what.planners, &what.patterns(), what.perception).map_err(Exit::bad_input)?;
     let planners: Vec<String> = plan.planners.iter().map(|planner| planner.name.clone()).collect();
     let read = |file: &PathBuf| Claims::read(file, &planners, plan.scenes.len());
     let claims = results.check.as_ref().map(read).transpose().context("--check").map_err(Exit::bad_input)?;

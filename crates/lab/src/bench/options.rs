@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::{Args, Subcommand};
+use curionav_deployment::package::Perception;
 use serde::{Deserialize, Serialize};
 
 /// Run planners over scenarios many times and compare them with each other and with the paper.
@@ -63,6 +64,10 @@ pub(crate) struct What {
     /// Scenario files in place of a suite, as a pattern with * and ?, or several files.
     #[arg(long, value_name = "GLOB", num_args = 1..)]
     pub(crate) scenarios: Vec<String>,
+    /// How people are known in every scenario: truth, robot-frame (the truth as seen from the robot) or tracked (by the
+    /// service tracker, from the laser). Default: as each scenario says.
+    #[arg(long, value_name = "HOW")]
+    pub(crate) perception: Option<Perception>,
     /// Runs of each planner in each scenario, with consecutive seeds.
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) repeats: u32,

@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 
 use crate::paper::PUBLISHED;
 use curionav_deployment::files;
-use curionav_deployment::package::{self, Choice, Package};
+use curionav_deployment::package::{self, Choice, Package, Perception};
 
 /// One run, as a worker is asked for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,8 @@ pub(crate) struct Job {
     /// The planner's name in the results.
     pub(crate) planner: String,
     pub(crate) seed: u64,
+    /// How people are known, unless as the scenario says.
+    pub(crate) perception: Option<Perception>,
     /// Where the whole trace shall be kept, if it shall.
     pub(crate) trace: Option<PathBuf>,
 }
@@ -73,15 +75,21 @@ impl Scene {
 pub(crate) struct Plan {
     pub(crate) planners: Vec<Planner>,
     pub(crate) scenes: Vec<Scene>,
+    /// How people are known, unless as the scenarios say.
+    pub(crate) perception: Option<Perception>,
 }
 
 impl Plan {
     /// Reads and checks everything. Errors name file, line and field.
-    pub(crate) fn read(planners: &[String], scenarios: &[String]) -> anyhow::Result<Self> {
+    pub(crate) fn read(
+        planners: &[String],
+        scenarios: &[String],
+        perception: Option<Perception>,
+    ) -> anyhow::Result<Self> {
         let planners = named_planners(planners)?;
         let mut scenes = Vec::new();
         for file in files(scenarios).context("--scenarios")? {
-            scenes.push(scene(&file, &planners)?);
+            scenes.push(scene(&file, &planners, perception)?);
         }
         // The paper's order, then by name.
         let place = |name: &str| PUBLISHED.iter().position(|p| p.name == name).unwrap_or(usize::MAX);
@@ -90,7 +98,7 @@ impl Plan {
             let (first, second, name) = (a.file.display(), b.file.display(), a.name());
             bail!("{first} and {second} are both called `{name}`; results need different names");
         }
-        Ok(Self { planners, scenes })
+        Ok(Self { planners, scenes, perception })
     }
 
     /// Every run, scenario by scenario, so that a worker prepares each map once. The whole trace of the runs with
@@ -110,6 +118,7 @@ impl Plan {
                         scenario: scene.name().to_owned(),
                         planner: planner.name.clone(),
                         seed,
+                        perception: self.perception,
                     });
                 }
             }
@@ -159,11 +168,11 @@ fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-fn scene(file: &Path, planners: &[Planner]) -> anyhow::Result<Scene> {
+fn scene(file: &Path, planners: &[Planner], perception: Option<Perception>) -> anyhow::Result<Scene> {
     let (mut digests, mut first) = (Vec::new(), None);
     let fields = Fields::of_maps([]);
     for planner in planners {
-        let choice = Choice { planner: Some(planner.source.clone()), seed: None, ..Choice::default() };
+        let choice = Choice { planner: Some(planner.source.clone()), perception, ..Choice::default() };
         let package = package::read(file, &choice, Clock::Lockstep, 1.0)?;
         let prepared = curionav_simulator::prepare(&package.request, "robot", &fields)
             .map_err(|reject| package.refusal(&reject))?;

@@ -94,6 +94,7 @@ mod tests {
             scenario: "s".into(),
             planner: "p".into(),
             seed: i as u64,
+            perception: None,
             trace: None,
         }
     }

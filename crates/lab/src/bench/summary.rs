@@ -17,6 +17,7 @@ pub(super) fn summary(bench: &Findings<'_>) -> Value {
         "planners": comparison.planners,
         "scenarios": comparison.scenarios,
         "first_seed": bench.first_seed,
+        "perception": bench.perception,
         "repeats": bench.repeats,
         "programs": bench.programs,
         "missing": missing,

@@ -68,7 +68,8 @@ async fn run(
 ) -> Result<Row, Exit> {
     let job: Job = serde_json::from_str(line).map_err(Exit::bad_input)?;
     let begin = Instant::now();
-    let choice = Choice { planner: Some(job.planner_source.clone()), seed: None, ..Choice::default() };
+    let (planner, perception) = (Some(job.planner_source.clone()), job.perception);
+    let choice = Choice { planner, perception, ..Choice::default() };
     let mut package =
         package::read(&job.scenario_file, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;
     if key(&digest(&package), job.seed) != job.key {

@@ -79,6 +79,7 @@ pub(crate) fn task(name: &str, description: &str, map_file: &str, start: Pose2, 
         recorded: Vec::new(),
         planner: Default::default(),
         localizer: None,
+        tracker: None,
         profile: None,
     }
 }

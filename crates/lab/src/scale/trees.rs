@@ -51,7 +51,7 @@ pub(super) async fn measure(options: &Options, processes: &mut Processes) -> any
 }
 
 fn read(options: &Options, seed: Option<u64>, trees: Option<u32>) -> Result<package::Package, Exit> {
-    let choice = Choice { planner: options.planner.clone(), seed, trees };
+    let choice = Choice { planner: options.planner.clone(), seed, trees, ..Choice::default() };
     package::read(&options.scenario, &choice, Clock::Realtime, 1.0).map_err(Exit::bad_input)
 }
 

@@ -80,7 +80,7 @@ pub struct Options {
 pub async fn tune(options: Options) -> Result<u8, Exit> {
     let space = Space::read(&options.space).map_err(Exit::bad_input)?;
     // Checked before the first run, not after an hour.
-    Plan::read(&["curiosity".into()], &options.scenarios).map_err(Exit::bad_input)?;
+    Plan::read(&["curiosity".into()], &options.scenarios, None).map_err(Exit::bad_input)?;
     let folder = options.out.join("settings");
     files::make_folder(&folder).context("--out").map_err(Exit::bad_input)?;
     let execution = Execution::open(&options.out, options.jobs, false)?;
@@ -147,7 +147,7 @@ impl Trial for Runs<'_> {
         // Two places of the cube can be the same profile.
         sources.sort();
         sources.dedup();
-        let plan = Plan::read(&sources, &self.options.scenarios)?;
+        let plan = Plan::read(&sources, &self.options.scenarios, None)?;
         let jobs = plan.jobs(self.options.first_seed, repeats, None);
         let missing = self.execution.finish(&jobs).await?;
         if let Some(first) = missing.first() {

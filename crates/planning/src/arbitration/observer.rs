@@ -124,6 +124,7 @@ mod tests {
             vx: at.iter().map(|p| f64::from(p.0)).collect(),
             vy: vec![0.0; n],
             radius: 0.3,
+            ..People::default()
         }
     }
 

@@ -86,6 +86,7 @@ pub(crate) mod tests {
             vx: vec![0.0; points.len()],
             vy: vec![0.0; points.len()],
             radius: 0.25,
+            ..People::default()
         }
     }
 

@@ -77,6 +77,7 @@ fn scene(r: &mut Rng, pose: Pose2, twist: Twist) -> Scene {
         vx: draws(-1.0, 1.0),
         vy: draws(-1.0, 1.0),
         radius: 0.25,
+        ..People::default()
     };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.15, 0.1, 0.03));
     Scene {

@@ -89,13 +89,14 @@ crate::parameters! {
 pub struct Component {
     /// Mean mu_g of eq. 17: the person, or the centre of the smallest circle around the crowd; map frame.
     pub centre: Point2,
-    /// Diagonal of Sigma_g of eq. 16, m2.
+    /// Diagonal of Sigma_g of eq. 16, m2, wider by what is not known of the members' positions.
     pub variance: f64,
     /// p_g of eq. 18.
     pub weight: f64,
     /// Mean velocity of the members, m/s.
     pub velocity: Point2,
-    /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component.
+    /// Variance of the members' velocities, the mean of both axes, m2/s2: people who walk apart spread the component, and
+    /// so does what is not known of their velocities.
     pub velocity_variance: f64,
     /// Identities of the people in it, ascending.
     pub members: Vec<u32>,
@@ -116,13 +117,13 @@ impl Component {
             variance: match params.covariance {
                 Covariance::Literal => sigma,
                 Covariance::Squared => sigma * sigma,
-            },
+            } + mean(&|i| people.variances(i).0),
             weight: match params.weighting {
                 Weighting::People => cluster.len() as f64,
                 Weighting::Share => cluster.len() as f64 / people.len() as f64,
             },
             velocity,
-            velocity_variance: 0.5 * mean(&off),
+            velocity_variance: 0.5 * mean(&off) + mean(&|i| people.variances(i).1),
             members: cluster.iter().map(|&i| people.id[i]).collect(),
         }
     }

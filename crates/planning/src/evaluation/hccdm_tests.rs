@@ -22,6 +22,7 @@ fn people(rows: &[[f64; 4]]) -> People {
         vx: rows.iter().map(|p| p[2]).collect(),
         vy: rows.iter().map(|p| p[3]).collect(),
         radius: 0.25,
+        ..People::default()
     }
 }
 
@@ -30,6 +31,13 @@ fn random_people(r: &mut Rng, n: usize, side: f64) -> People {
         .map(|_| [between(r, 0.0, side), between(r, 0.0, side), between(r, -1.0, 1.0), between(r, -1.0, 1.0)])
         .collect();
     people(&rows)
+}
+
+/// The same people, known with errors.
+fn known_badly(r: &mut Rng, people: People) -> People {
+    let mut variances = || (0..people.len()).map(|_| between(r, 0.0, 0.5)).collect();
+    let (position_variance, velocity_variance) = (variances(), variances());
+    People { position_variance, velocity_variance, ..people }
 }
 
 fn random_params(r: &mut Rng) -> HccdmParams {
@@ -75,7 +83,9 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
         let eps = cluster.len() as f64;
         let circle = brute_force_circle(&points);
         let sigma = circle.radius + params.personal_distance;
+        let error = |of: fn(&People, usize) -> f64| cluster.iter().map(|&i| of(people, i)).sum::<f64>() / eps;
         let v0 = if params.covariance == Covariance::Literal { sigma } else { sigma.powi(2) };
+        let v0 = v0 + error(|people, i| people.variances(i).0);
         let p = if params.weighting == Weighting::People { eps } else { eps / people.len() as f64 };
         let vx = cluster.iter().map(|&i| people.vx[i]).sum::<f64>() / eps;
         let vy = cluster.iter().map(|&i| people.vy[i]).sum::<f64>() / eps;
@@ -86,7 +96,7 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
                 (mx, my) = (mx + vx * t, my + vy * t);
                 v += params.forecast.sigma_position.powi(2) + (params.forecast.sigma_velocity * t).powi(2);
                 let off = cluster.iter().map(|&i| (people.vx[i] - vx).powi(2) + (people.vy[i] - vy).powi(2));
-                v += 0.5 * off.sum::<f64>() / eps * t * t;
+                v += (0.5 * off.sum::<f64>() / eps + error(|people, i| people.variances(i).1)) * t * t;
             }
             let d2 = (x[k] - mx).powi(2) + (y[k] - my).powi(2);
             if d2 <= 16.0 * v {
@@ -104,6 +114,7 @@ fn five_thousand_random_maps_equal_the_plain_equations() {
         let mut r = rng(seed, 5);
         let (n, side) = ((uniform(&mut r) * 13.0) as usize, between(&mut r, 3.0, 25.0));
         let crowd = random_people(&mut r, n, side);
+        let crowd = if seed % 2 == 0 { known_badly(&mut r, crowd) } else { crowd };
         let params = random_params(&mut r);
         let (steps, dt) = (1 + (uniform(&mut r) * 30.0) as usize, between(&mut r, 0.05, 0.5));
         let candidates = random_candidates(&mut r, 3, steps, dt, side);
@@ -292,6 +303,19 @@ fn a_moving_person_is_met_where_they_will_be() {
     };
     assert!(cost(1.0, ComponentMotion::Moving) < 0.3 * cost(0.0, ComponentMotion::Moving));
     assert_eq!(cost(1.0, ComponentMotion::Frozen), cost(-1.0, ComponentMotion::Frozen));
+}
+
+#[test]
+fn people_known_with_errors_of_zero_cost_what_people_known_without_cost() {
+    let mut r = rng(4, 5);
+    let crowd = random_people(&mut r, 12, 12.0);
+    let candidates = random_candidates(&mut r, 20, 13, 0.3, 12.0);
+    let zeros = vec![0.0; crowd.len()];
+    let exact = People { position_variance: zeros.clone(), velocity_variance: zeros, ..crowd.clone() };
+    let costs = evaluate(HccdmParams::default(), &crowd, &candidates);
+    assert_eq!(evaluate(HccdmParams::default(), &exact, &candidates), costs);
+    let badly = known_badly(&mut r, crowd);
+    assert_ne!(evaluate(HccdmParams::default(), &badly, &candidates), costs);
 }
 
 #[test]

@@ -108,7 +108,7 @@ mod tests {
     }
 
     fn person(x: f64, y: f64) -> People {
-        People { id: vec![0], x: vec![x], y: vec![y], vx: vec![0.0], vy: vec![0.0], radius: 0.25 }
+        People::walking(0.25, &[[x, y, 0.0, 0.0]])
     }
 
     /// 10 m x 10 m, walled at x >= 8; goal at (7, 5).

@@ -2,7 +2,7 @@
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::step;
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{eigenvalues, sin_cos};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_schemas::{self as wire, F64Array, Frame};
 use nalgebra::Matrix3;
@@ -62,6 +62,8 @@ pub fn people(p: &wire::People, robot: Pose2) -> People {
         y: p.y.0.clone(),
         vx: p.vx.0.clone(),
         vy: p.vy.0.clone(),
+        position_variance: worst_variances(&p.position_covariance),
+        velocity_variance: worst_variances(&p.velocity_covariance),
         radius: p.radius,
     };
     if p.frame == Frame::Robot {
@@ -76,8 +78,21 @@ pub fn people(p: &wire::People, robot: Pose2) -> People {
     people
 }
 
+/// Of each covariance (xx, xy, yy) the variance on its worst axis, which is the same in every frame; none of none.
+fn worst_variances(covariances: &Option<F64Array>) -> Vec<f64> {
+    let of_each = covariances.iter().flat_map(|all| all.chunks_exact(3));
+    of_each.map(|c| eigenvalues(c[0], c[1], c[2]).0.max(0.0)).collect()
+}
+
+/// The covariances of variances that are the same on all axes; none of none.
+fn round_covariances(variances: &[f64]) -> Option<F64Array> {
+    let of_each = variances.iter().flat_map(|variance| [*variance, 0.0, *variance]);
+    (!variances.is_empty()).then(|| of_each.collect())
+}
+
 /// People as they are at `stamp`, when the robot believes `belief`: seen at the message's own stamp, from where the robot
-/// was then, and taken to have gone on at constant velocity (A20).
+/// was then, and taken to have gone on at constant velocity (A20). The longer ago that was, the less is known of where they
+/// are.
 pub fn people_at(p: &wire::People, belief: &Belief, stamp: f64) -> People {
     let age = stamp - p.stamp;
     people(p, step(belief.pose, belief.twist, -age)).after(age)
@@ -95,10 +110,14 @@ pub fn people_to_wire(p: &People, tick: u64, stamp: f64) -> wire::People {
         y: p.y.as_slice().into(),
         vx: p.vx.as_slice().into(),
         vy: p.vy.as_slice().into(),
+        position_covariance: round_covariances(&p.position_variance),
+        velocity_covariance: round_covariances(&p.velocity_variance),
+        age: None,
     }
 }
 
-/// The same people in the frame of a robot at this pose; velocities stay relative to the ground.
+/// The same people, who are known without error, in the frame of a robot at this pose; velocities stay relative to the
+/// ground.
 pub fn people_seen_from(robot: Pose2, mut p: wire::People) -> wire::People {
     let (s, c) = sin_cos(robot.heading);
     for i in 0..p.id.len() {
@@ -137,8 +156,8 @@ mod tests {
     fn people_seen_a_while_ago_have_gone_on_in_either_frame() {
         let twist = Twist { v: 0.8, omega: 0.5 };
         let then = Belief { pose: Pose2::new(3.0, -1.0, 0.7), covariance: Matrix3::identity(), twist };
-        let seen =
-            People { id: vec![4], x: vec![5.0], y: vec![1.0], vx: vec![-1.0], vy: vec![0.5], radius: 0.25 };
+        let (id, x, y) = (vec![4], vec![5.0], vec![1.0]);
+        let seen = People { id, x, y, vx: vec![-1.0], vy: vec![0.5], radius: 0.25, ..People::default() };
         let in_map = wire::People { stamp: 2.0, ..people_to_wire(&seen, 20, 2.0) };
         let in_robot = people_seen_from(then.pose, in_map.clone());
         // 0.6 s later the robot has driven on.
@@ -147,5 +166,33 @@ mod tests {
             let people = people_at(&message, &now, 2.6);
             assert!(people.position(0).distance(Point2::new(4.4, 1.3)) < 1e-12, "{people:?}");
         }
+    }
+
+    #[test]
+    fn people_seen_a_while_ago_are_known_less_well_and_a_scene_keeps_how_well() {
+        let belief = Belief {
+            pose: Pose2::new(3.0, -1.0, 0.7),
+            covariance: Matrix3::identity(),
+            twist: Twist::default(),
+        };
+        let one = People {
+            id: vec![4],
+            x: vec![5.0],
+            y: vec![1.0],
+            vx: vec![0.0],
+            vy: vec![0.0],
+            ..People::default()
+        };
+        let seen = wire::People {
+            frame: Frame::Robot,
+            position_covariance: Some(vec![0.05, 0.03, 0.05].into()),
+            velocity_covariance: Some(vec![0.25, 0.0, 0.09].into()),
+            ..people_to_wire(&one, 20, 2.0)
+        };
+        let now = people_at(&seen, &belief, 2.4);
+        // 0.05 + 0.03 on the worst axis, and 0.25 * 0.4^2
+        assert!((now.position_variance[0] - 0.12).abs() < 1e-12, "{now:?}");
+        assert_eq!(now.velocity_variance, [0.25]);
+        assert_eq!(people(&people_to_wire(&now, 24, 2.4), belief.pose), now);
     }
 }

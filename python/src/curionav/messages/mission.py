@@ -52,6 +52,7 @@ class MissionOrder(Record):
     goal_tolerance: Positive
     profile: Params
     localizer: Params
+    tracker: Params | None = None
     laser: LaserModel
     robot_model: RobotModel
     odometry_noise: OdometryNoise

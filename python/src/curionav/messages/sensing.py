@@ -57,11 +57,13 @@ class People(Message):
     """The people a tracker sees; every array has shape [people].
 
     ``id`` is steady over time, ``x`` and ``y`` are in m, ``vx`` and ``vy`` in m/s over ground; in the frame ``robot``
-    x points ahead and y left. ``radius`` is that of a person, m.
+    x points ahead and y left. ``radius`` is that of a person, m. ``position_covariance`` (m^2) and
+    ``velocity_covariance`` (m^2/s^2) have shape [people, 3], of (xx, xy, yy) in the same frame; they are ``None`` if
+    people are known without error. ``age`` is for how long each has not been seen, s; ``None``: all are seen now.
     """
 
     NAME: ClassVar[str] = "people"
-    MAX_BYTES: ClassVar[int] = 64 << 10
+    MAX_BYTES: ClassVar[int] = 128 << 10
 
     tick: Uint
     stamp: Number
@@ -72,6 +74,20 @@ class People(Message):
     y: Annotated[F64, Array("f64", "people")]
     vx: Annotated[F64, Array("f64", "people")]
     vy: Annotated[F64, Array("f64", "people")]
+    position_covariance: Annotated[F64, Array("f64", "people", 3)] | None = None
+    velocity_covariance: Annotated[F64, Array("f64", "people", 3)] | None = None
+    age: Annotated[F32, Array("f32", "people", low=0.0)] | None = None
+
+    def check(self) -> None:
+        """No variance is negative."""
+        for name in ("position_covariance", "velocity_covariance"):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            flat = values.reshape(-1)
+            wrong = [i for i in range(flat.size) if i % 3 != 1 and flat[i] < 0.0]
+            if wrong:
+                raise Fault("out_of_range", f"{name}[{wrong[0]}]", found=float(flat[wrong[0]]), least=0.0, most=1e12)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -146,7 +162,7 @@ class Scene(Message):
     """
 
     NAME: ClassVar[str] = "scene"
-    MAX_BYTES: ClassVar[int] = 68 << 10
+    MAX_BYTES: ClassVar[int] = 132 << 10
 
     tick: Uint
     stamp: Number

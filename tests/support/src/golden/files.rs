@@ -9,6 +9,7 @@ use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 use super::{
     belief, mission, no_replica, odometry, particles, people, readiness, refused_mission, scan, scene,
+    tracked_people,
 };
 use curionav_schemas::{Message, MissionCommand, MissionEnd, Readiness, Refusal, Reject};
 
@@ -34,6 +35,7 @@ pub fn all() -> Vec<Golden> {
         golden("scan", &scan()),
         golden("odometry", &odometry()),
         golden("people", &people()),
+        golden("people.tracked", &tracked_people()),
         golden("belief", &belief()),
         golden("particles", &particles()),
         golden("scene", &scene()),

@@ -61,6 +61,20 @@ pub fn people() -> People {
         y: vec![1.0, -0.7].into(),
         vx: vec![-0.5, 0.0].into(),
         vy: vec![0.1, 0.0].into(),
+        position_covariance: None,
+        velocity_covariance: None,
+        age: None,
+    }
+}
+
+/// The same as a tracker on the robot sees them; one is hidden.
+pub fn tracked_people() -> People {
+    People {
+        frame: Frame::Robot,
+        position_covariance: Some(vec![0.01, 0.002, 0.02, 0.09, -0.01, 0.16].into()),
+        velocity_covariance: Some(vec![0.04, 0.0, 0.05, 0.2, 0.01, 0.25].into()),
+        age: Some(vec![0.0, 0.5].into()),
+        ..people()
     }
 }
 
@@ -137,6 +151,7 @@ pub fn mission() -> Mission {
             ("terms", Value::Array(vec![parameters(&[("term", "cpc".into()), ("weight", 1.0.into())])])),
         ]),
         localizer: parameters(&[("particles_max", 5000.into())]),
+        tracker: Some(parameters(&[("confirm", 3.into())])),
         laser: laser(),
         robot_model: robot_model(polygon),
         odometry_noise: odometry_noise(),

@@ -24,6 +24,7 @@ fn findings(comparison: Comparison<'_>) -> Findings<'_> {
         missing: &[],
         programs: vec!["abc".into()],
         first_seed: 1,
+        perception: Some("tracked"),
         repeats: 10,
         workers: 2,
         clock: Duration::from_secs(90),
@@ -42,6 +43,7 @@ fn the_page_needs_nothing_else_and_marks_the_papers_slips() {
             && page.contains("<code>a</code> wins")
             && page.contains("&#60;did&#62;")
     );
+    assert!(page.contains("How people are known: tracked."));
     assert!(page.contains("Table V") && page.contains("seeds 1 to 10") && page.contains("30 runs"));
     for tag in ["table", "tr", "td", "th", "p", "h2"] {
         let opened = page.matches(&format!("<{tag}>")).count() + page.matches(&format!("<{tag} ")).count();

@@ -1,0 +1,60 @@
+//! What the static map says about the ends of beams.
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::sin_cos;
+use curionav_planning::occupancy::{Cell, StaticMap};
+use nalgebra::{Matrix3, Vector3};
+
+/// A pose that is known so well, ready to be compared with many beams.
+pub(crate) struct Posed<'a> {
+    map: &'a StaticMap,
+    pose: Pose2,
+    turn: (f64, f64),
+}
+
+/// How the end of a beam lies to the walls of the map.
+pub(crate) struct WallDistance {
+    /// Metres to the face of the nearest wall, 0 inside.
+    pub(crate) metres: f64,
+    /// What a metre or radian of error of the pose (x, y, heading) changes of it, to first order.
+    pub(crate) slope: Vector3<f64>,
+}
+
+impl<'a> Posed<'a> {
+    pub(crate) fn new(map: &'a StaticMap, pose: Pose2) -> Self {
+        Self { map, pose, turn: sin_cos(pose.heading) }
+    }
+
+    /// From the robot's frame to the map's.
+    pub(crate) fn on_map(&self, end: Point2) -> Point2 {
+        let (s, c) = self.turn;
+        Point2::new(self.pose.x + c * end.x - s * end.y, self.pose.y + s * end.x + c * end.y)
+    }
+
+    /// Whether a person can be where a beam ends, robot frame: the place is known to be free.
+    pub(crate) fn may_be_a_person(&self, end: Point2) -> bool {
+        self.map.grid.at(self.on_map(end)) == Cell::Free
+    }
+
+    /// Distance from the end of a beam, robot frame, to the nearest wall.
+    pub(crate) fn to_wall(&self, end: Point2) -> WallDistance {
+        let (grid, field) = (&self.map.grid, &self.map.to_occupied);
+        let (p, step) = (self.on_map(end), grid.resolution());
+        let at = |dx: f64, dy: f64| field.between_cells(grid, Point2::new(p.x + dx, p.y + dy));
+        // A beam ends on the face of a cell, the field counts from its centre.
+        let metres = (at(0.0, 0.0) - 0.5 * step).max(0.0);
+        let (x, y) = (
+            (at(step, 0.0) - at(-step, 0.0)) / (2.0 * step),
+            (at(0.0, step) - at(0.0, -step)) / (2.0 * step),
+        );
+        let arm = Point2::new(p.x - self.pose.x, p.y - self.pose.y);
+        WallDistance { metres, slope: Vector3::new(x, y, y * arm.x - x * arm.y) }
+    }
+}
+
+impl WallDistance {
+    /// Variance of the distance if the pose has this covariance, m2.
+    pub(crate) fn variance(&self, covariance: &Matrix3<f64>) -> f64 {
+        (self.slope.transpose() * covariance * self.slope)[(0, 0)].max(0.0)
+    }
+}

@@ -1,0 +1,23 @@
+//! Pure detection and tracking of people in the scans of a planar laser.
+//!
+//! No I/O, no clock, no randomness: stamps are arguments, so the same scans, odometry and beliefs give the same people bit
+//! for bit. Units are SI and radians.
+//!
+//! Read [`Tracker`] first; it strings together, in the order of one scan: [`Detector`] with the beams that the map does not
+//! explain (`alignment`, `background`), the pieces they make (`segments`) and what those may be (`shape`); then which
+//! detection is of which person (`assignment`), and where each person is (`track`).
+
+mod alignment;
+mod assignment;
+mod background;
+mod detector;
+mod params;
+mod segments;
+mod shape;
+mod track;
+mod tracker;
+
+pub use detector::{Detection, Detector, Kind, Seen};
+pub use params::TrackerParams;
+pub use track::Person;
+pub use tracker::{Observation, Tracker};

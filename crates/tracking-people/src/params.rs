@@ -1,0 +1,78 @@
+//! Parameters of detection and tracking.
+
+use curionav_planning::parameters::FieldError;
+
+curionav_planning::parameters! {
+    /// Everything the tracker of people can be told.
+    #[derive(Copy)]
+    pub struct TrackerParams {
+        /// Radius of the disc that stands for a person, metres: what a laser at the height of the trunk sees, and what
+        /// planners keep clear of.
+        pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
+        /// Radius of a leg, metres.
+        pub leg_radius: f64 [0.02, 0.5, "m", "thinner ones are sticks, thicker ones are trunks"] = 0.06,
+        /// Narrowest thing that may be a leg, metres.
+        pub leg_width_min: f64 [0.0, 1.0, "m", "a wider one is not a leg"] = 0.05,
+        /// Widest thing that may be a leg, metres; wider ones may be trunks, or two legs beside each other.
+        pub leg_width_max: f64 [0.01, 1.0, "m", "a wider one is not a leg"] = 0.25,
+        /// Greatest distance between the legs of one person, metres.
+        pub leg_distance: f64 [0.05, 2.0, "m", "no stride is longer"] = 0.6,
+        /// Standard deviation of a leg around the middle of its person on each axis, metres: half a stride at most.
+        pub leg_spread: f64 [0.01, 1.0, "m", "a leg farther away is of another person"] = 0.12,
+        /// Standard deviation of mapped walls around where they really are, metres.
+        pub map_sigma: f64 [0.0, 1.0, "m", "a map that is worse explains nothing"] = 0.05,
+        /// The map explains a beam that ends within so many standard deviations of a wall.
+        pub explained_sigmas: f64 [0.0, 20.0, "standard deviations", "twenty are certainty"] = 3.0,
+        /// Greatest gap between neighbouring beams' ends that belong to one thing, metres, besides what the laser's
+        /// resolution leaves between them.
+        pub jump: f64 [0.01, 1.0, "m", "farther apart are two people"] = 0.12,
+        /// Power of the random acceleration of people, m2/s3: a velocity is off by its root after a second.
+        pub acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.5,
+        /// Standard deviation of the velocity of a person who has just been seen first, m/s, on each axis.
+        pub velocity_sigma: f64 [0.01, 10.0, "m/s", "no person runs faster"] = 0.7,
+        /// Greatest squared Mahalanobis distance of a detection from where its person was expected: 9.21 holds 99 % of
+        /// them in the plane.
+        pub gate: f64 [0.1, 1000.0, "", "a detection farther away is of another person"] = 9.21,
+        /// A person counts once it has been seen in so many of the last `confirm_of` scans.
+        pub confirm: u32 [1.0, 32.0, "scans", "the history is as long"] = 3,
+        /// The scans of which `confirm` have to show a person.
+        pub confirm_of: u32 [1.0, 32.0, "scans", "the history is as long"] = 5,
+        /// Longest that a person is remembered who cannot be seen now, behind another person or outside of the view,
+        /// seconds.
+        pub coast: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 1.0,
+        /// Longest that a person is remembered who should be seen now and is not, seconds.
+        pub coast_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,
+        /// Two tracks nearer than this are of one person, metres.
+        pub merge_distance: f64 [0.0, 1.0, "m", "people do not stand in each other"] = 0.3,
+    } check Self::bounds_agree
+}
+
+impl TrackerParams {
+    fn bounds_agree(&self) -> Result<(), FieldError> {
+        if self.confirm > self.confirm_of {
+            let problem = format!("is {}, more than confirm_of", self.confirm);
+            return Err(FieldError::new("confirm", problem, format!("give at most {}", self.confirm_of)));
+        }
+        if self.coast_in_view > self.coast {
+            let problem = format!("is {}, more than coast", self.coast_in_view);
+            return Err(FieldError::new("coast_in_view", problem, format!("give at most {}", self.coast)));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::parameters::Ranged;
+
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_in_range_and_a_wrong_field_is_named() {
+        assert_eq!(TrackerParams::default().check(), Ok(()));
+        let inverted = TrackerParams { confirm: 6, ..Default::default() };
+        assert_eq!(inverted.check().unwrap_err().field, "confirm");
+        let inverted = TrackerParams { coast_in_view: 2.0, ..Default::default() };
+        assert_eq!(inverted.check().unwrap_err().field, "coast_in_view");
+    }
+}

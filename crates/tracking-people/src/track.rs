@@ -1,0 +1,176 @@
+//! One person over time: a Kalman filter with constant velocity.
+
+use curionav_planning::geometry::Point2;
+use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+
+use crate::params::TrackerParams;
+
+/// What is known of a person, in the frame that the tracker was told the odometry in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Person {
+    /// The same for as long as the person is followed.
+    pub id: u32,
+    /// Metres.
+    pub position: Point2,
+    /// m/s over ground.
+    pub velocity: Point2,
+    /// Covariance of the position, m2.
+    pub position_covariance: Matrix2<f64>,
+    /// Covariance of the velocity, m2/s2.
+    pub velocity_covariance: Matrix2<f64>,
+    /// Seconds since the person was seen last; 0 if in this scan.
+    pub age: f64,
+}
+
+/// A person who is followed, or something that may become one.
+#[derive(Debug, Clone)]
+pub(crate) struct Track {
+    pub(crate) id: u32,
+    /// (x, y, vx, vy).
+    state: Vector4<f64>,
+    covariance: Matrix4<f64>,
+    /// When it was seen last, seconds.
+    pub(crate) seen: f64,
+    /// Of the last scans the newest in the lowest bit: whether it was seen.
+    history: u32,
+    /// Scans since it began.
+    scans: u32,
+    pub(crate) confirmed: bool,
+}
+
+impl Track {
+    /// Somebody seen for the first time.
+    pub(crate) fn new(id: u32, position: Point2, sigma: f64, stamp: f64, params: &TrackerParams) -> Self {
+        let (p, v) = (sigma * sigma, params.velocity_sigma * params.velocity_sigma);
+        Self {
+            id,
+            state: Vector4::new(position.x, position.y, 0.0, 0.0),
+            covariance: Matrix4::from_diagonal(&Vector4::new(p, p, v, v)),
+            seen: stamp,
+            history: 1,
+            scans: 1,
+            confirmed: params.confirm <= 1,
+        }
+    }
+
+    pub(crate) fn position(&self) -> Point2 {
+        Point2::new(self.state[0], self.state[1])
+    }
+
+    pub(crate) fn velocity(&self) -> Point2 {
+        Point2::new(self.state[2], self.state[3])
+    }
+
+    /// Goes on for `dt` seconds at constant velocity with white acceleration.
+    pub(crate) fn predict(&mut self, dt: f64, params: &TrackerParams) {
+        let mut step = Matrix4::identity();
+        (step[(0, 2)], step[(1, 3)]) = (dt, dt);
+        let q = params.acceleration;
+        let (pp, pv, vv) = (q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt);
+        let mut noise = Matrix4::zeros();
+        for axis in 0..2 {
+            noise[(axis, axis)] = pp;
+            noise[(axis, axis + 2)] = pv;
+            noise[(axis + 2, axis)] = pv;
+            noise[(axis + 2, axis + 2)] = vv;
+        }
+        self.state = step * self.state;
+        self.covariance = step * self.covariance * step.transpose() + noise;
+    }
+
+    /// Squared Mahalanobis distance of a position with standard deviation `sigma`, metres.
+    pub(crate) fn distance(&self, position: Point2, sigma: f64) -> f64 {
+        let off = Vector2::new(position.x - self.state[0], position.y - self.state[1]);
+        self.innovation(sigma).try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
+    }
+
+    fn innovation(&self, sigma: f64) -> Matrix2<f64> {
+        self.covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * (sigma * sigma)
+    }
+
+    /// Takes in where it is seen.
+    pub(crate) fn update(&mut self, position: Point2, sigma: f64, stamp: f64, params: &TrackerParams) {
+        if let Some(inverse) = self.innovation(sigma).try_inverse() {
+            let observed = Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
+            let gain = self.covariance * observed.transpose() * inverse;
+            let off = Vector2::new(position.x - self.state[0], position.y - self.state[1]);
+            self.state += gain * off;
+            let kept = Matrix4::identity() - gain * observed;
+            // Joseph's form stays symmetric and positive.
+            self.covariance =
+                kept * self.covariance * kept.transpose() + gain * gain.transpose() * (sigma * sigma);
+        }
+        self.seen = stamp;
+        self.remember(true, params);
+    }
+
+    /// Takes note that it is not seen.
+    pub(crate) fn miss(&mut self, params: &TrackerParams) {
+        self.remember(false, params);
+    }
+
+    fn remember(&mut self, seen: bool, params: &TrackerParams) {
+        let all = 1_u32.checked_shl(params.confirm_of).map_or(u32::MAX, |bit| bit - 1);
+        self.history = (self.history << 1 | u32::from(seen)) & all;
+        self.scans = self.scans.saturating_add(1);
+        self.confirmed |= self.history.count_ones() >= params.confirm;
+    }
+
+    /// Whether something that is no person yet cannot become one with what has been seen of it.
+    pub(crate) fn is_hopeless(&self, params: &TrackerParams) -> bool {
+        let misses = self.scans.min(params.confirm_of) - self.history.count_ones().min(self.scans);
+        !self.confirmed && misses > params.confirm_of - params.confirm
+    }
+
+    pub(crate) fn person(&self, stamp: f64) -> Person {
+        Person {
+            id: self.id,
+            position: self.position(),
+            velocity: self.velocity(),
+            position_covariance: self.covariance.fixed_view::<2, 2>(0, 0).into(),
+            velocity_covariance: self.covariance.fixed_view::<2, 2>(2, 2).into(),
+            age: stamp - self.seen,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steady_walk_is_known_after_a_second_and_known_less_after_one_unseen() {
+        let params = TrackerParams::default();
+        let mut track = Track::new(1, Point2::new(0.0, 0.0), 0.05, 0.0, &params);
+        for k in 1..=10 {
+            let t = 0.1 * f64::from(k);
+            track.predict(0.1, &params);
+            track.update(Point2::new(0.8 * t, 0.2 * t), 0.05, t, &params);
+        }
+        let seen = track.person(1.0);
+        assert!(seen.velocity.distance(Point2::new(0.8, 0.2)) < 0.1, "{seen:?}");
+        track.predict(1.0, &params);
+        let hidden = track.person(2.0);
+        assert!(hidden.position.distance(Point2::new(1.6, 0.4)) < 0.15, "{hidden:?}");
+        assert_eq!(hidden.age, 1.0);
+        // At least a third of q t^3 more.
+        assert!(hidden.position_covariance[(0, 0)] > seen.position_covariance[(0, 0)] + 0.5 / 3.0);
+    }
+
+    #[test]
+    fn three_of_five_scans_make_a_person() {
+        let params = TrackerParams::default();
+        let after = |pattern: &[bool]| {
+            let mut track = Track::new(1, Point2::default(), 0.05, 0.0, &params);
+            for &seen in pattern {
+                if seen { track.update(Point2::default(), 0.05, 0.0, &params) } else { track.miss(&params) }
+            }
+            (track.confirmed, track.is_hopeless(&params))
+        };
+        assert_eq!(after(&[true, true]), (true, false));
+        assert_eq!(after(&[false, true, false, true]), (true, false));
+        assert_eq!(after(&[false, true]), (false, false));
+        assert_eq!(after(&[false, false, true]), (false, false));
+        assert_eq!(after(&[false, false, false]), (false, true));
+    }
+}

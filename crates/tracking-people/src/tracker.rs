@@ -1,0 +1,232 @@
+//! The people around a robot, scan by scan.
+
+use std::sync::Arc;
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::{atan2, hypot};
+use curionav_planning::occupancy::StaticMap;
+use curionav_planning::scene::Belief;
+use curionav_planning::sensor::LaserModel;
+
+use crate::assignment::assign;
+use crate::detector::{Detection, Detector, Kind, Seen};
+use crate::params::TrackerParams;
+use crate::track::{Person, Track};
+
+/// What the robot knows at the moment of a scan.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a> {
+    /// Robot's clock, seconds.
+    pub stamp: f64,
+    /// One a beam, metres.
+    pub ranges: &'a [f32],
+    /// The scanner.
+    pub laser: &'a LaserModel,
+    /// Where odometry says the robot is: people are followed in its frame, in which the robot moves without jumps.
+    pub odometry: Pose2,
+    /// Where the robot believes it is on the map.
+    pub belief: &'a Belief,
+}
+
+/// Most things that are followed at a time, people and what may become some: as many as a message may hold.
+const MOST_TRACKS: usize = 1024;
+/// Longest step between scans, seconds: after a longer silence all begins anew.
+const LONGEST_STEP: f64 = 2.0;
+/// What a second leg costs besides its distance, so that a leg is rather the first of one person than the second of
+/// another.
+const SECOND_LEG: f64 = 1.0;
+
+/// Follows the people around one robot on a known map.
+#[derive(Debug, Clone)]
+pub struct Tracker {
+    detector: Detector,
+    params: TrackerParams,
+    /// By ascending id.
+    tracks: Vec<Track>,
+    next_id: u32,
+    stamp: Option<f64>,
+}
+
+impl Tracker {
+    /// A tracker that knows no people yet. `params` are such as their check passes.
+    pub fn new(map: Arc<StaticMap>, params: TrackerParams) -> Self {
+        Self { detector: Detector::new(map, params), params, tracks: Vec::new(), next_id: 1, stamp: None }
+    }
+
+    /// Forgets all people, as after a restart of the base; ids go on.
+    pub fn restart(&mut self) {
+        self.tracks.clear();
+        self.stamp = None;
+    }
+
+    /// Takes in a scan; gives the people there are, by ascending id, in the frame of the odometry, and what was seen.
+    pub fn update(&mut self, now: &Observation<'_>) -> (Vec<Person>, Seen) {
+        let step = self.stamp.map_or(0.0, |last| now.stamp - last);
+        if !(0.0..=LONGEST_STEP).contains(&step) {
+            self.tracks.clear();
+        } else {
+            self.tracks.iter_mut().for_each(|track| track.predict(step, &self.params));
+        }
+        self.stamp = Some(now.stamp);
+        let seen = self.detector.see(now.ranges, now.laser, now.belief.pose, &now.belief.covariance);
+        let found: Vec<Detection> = seen
+            .detections
+            .iter()
+            .map(|one| Detection { position: now.odometry.transform(one.position), ..*one })
+            .collect();
+        let left = self.follow(&found, now.stamp);
+        self.begin(&left, now.stamp);
+        self.forget(now);
+        self.merge();
+        let people = self.tracks.iter().filter(|track| track.confirmed).map(|track| track.person(now.stamp));
+        (people.collect(), seen)
+    }
+
+    /// Gives each track the detections that are most likely its own; gives back those of none.
+    fn follow(&mut self, found: &[Detection], stamp: f64) -> Vec<Detection> {
+        let (gate, params) = (self.params.gate, self.params);
+        let mut costs = Vec::new();
+        for (t, track) in self.tracks.iter().enumerate() {
+            for (d, one) in found.iter().enumerate() {
+                let cost = track.distance(one.position, spread(one, &params));
+                if cost <= gate {
+                    costs.push((2 * t, d, cost));
+                    if one.kind == Kind::Leg && cost + SECOND_LEG <= gate {
+                        costs.push((2 * t + 1, d, cost + SECOND_LEG));
+                    }
+                }
+            }
+        }
+        let given = assign(2 * self.tracks.len(), found.len(), &costs, gate);
+        let mut taken = vec![false; found.len()];
+        for (track, pair) in self.tracks.iter_mut().zip(given.chunks_exact(2)) {
+            let own: Vec<usize> = pair.iter().flatten().copied().collect();
+            own.iter().for_each(|d| taken[*d] = true);
+            match own[..] {
+                [a, b] if found[a].kind == Kind::Leg && found[b].kind == Kind::Leg => {
+                    let (first, second) = (found[a], found[b]);
+                    if first.position.distance(second.position) <= params.leg_distance {
+                        let (position, sigma) = pair_of(&first, &second);
+                        track.update(position, sigma, stamp, &params);
+                    } else {
+                        taken[b] = false;
+                        track.update(first.position, spread(&first, &params), stamp, &params);
+                    }
+                }
+                // A leg beside a trunk is a part of the same person.
+                [a, ..] => track.update(found[a].position, spread(&found[a], &params), stamp, &params),
+                [] => track.miss(&params),
+            }
+        }
+        let free = found.iter().zip(&taken).filter(|(_, taken)| !**taken);
+        free.map(|(one, _)| *one).collect()
+    }
+
+    /// Begins tracks of what is of no track: of trunks, of legs in pairs, the nearest first, and of legs alone.
+    fn begin(&mut self, left: &[Detection], stamp: f64) {
+        let params = self.params;
+        let mut begun: Vec<(Point2, f64)> = Vec::new();
+        let legs: Vec<&Detection> = left.iter().filter(|one| one.kind == Kind::Leg).collect();
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for a in 0..legs.len() {
+            for b in a + 1..legs.len() {
+                let apart = legs[a].position.distance(legs[b].position);
+                if apart <= params.leg_distance {
+                    pairs.push((apart, a, b));
+                }
+            }
+        }
+        pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut paired = vec![false; legs.len()];
+        for (_, a, b) in pairs {
+            if !paired[a] && !paired[b] {
+                (paired[a], paired[b]) = (true, true);
+                begun.push(pair_of(legs[a], legs[b]));
+            }
+        }
+        let alone = legs.iter().zip(&paired).filter(|(_, paired)| !**paired).map(|(one, _)| **one);
+        let trunks = left.iter().filter(|one| one.kind == Kind::Trunk).copied();
+        begun.extend(trunks.chain(alone).map(|one| (one.position, spread(&one, &params))));
+        for (position, sigma) in begun {
+            // What is left inside of a person who has just been seen is a part of it.
+            let part = self.tracks.iter().any(|track| {
+                track.seen == stamp && track.position().distance(position) < params.merge_distance
+            });
+            if !part && self.tracks.len() < MOST_TRACKS {
+                self.tracks.push(Track::new(self.next_id, position, sigma, stamp, &params));
+                self.next_id = self.next_id.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Forgets who has not been seen for too long.
+    fn forget(&mut self, now: &Observation<'_>) {
+        let params = self.params;
+        self.tracks.retain(|track| {
+            let unseen = now.stamp - track.seen;
+            let most = if unseen > 0.0 && is_in_view(track.position(), now, &params) {
+                params.coast_in_view
+            } else {
+                params.coast
+            };
+            // The rounding of stamps must not cost a scan.
+            !track.is_hopeless(&params) && unseen <= most + 1e-6
+        });
+    }
+
+    /// Of two tracks in one place the older one stays, or the one that is a person.
+    fn merge(&mut self) {
+        let mut at = 0;
+        while at < self.tracks.len() {
+            let one = &self.tracks[at];
+            let twin = self.tracks[at + 1..].iter().position(|other| {
+                let (v, w) = (one.velocity(), other.velocity());
+                one.position().distance(other.position()) < self.params.merge_distance
+                    && v.distance(w) < TOGETHER
+            });
+            match twin.map(|offset| at + 1 + offset) {
+                Some(other) if self.tracks[other].confirmed && !self.tracks[at].confirmed => {
+                    self.tracks.remove(at);
+                }
+                Some(other) => {
+                    self.tracks.remove(other);
+                }
+                None => at += 1,
+            }
+        }
+    }
+}
+
+/// Two tracks whose velocities differ by more than this are of people who pass each other, m/s.
+const TOGETHER: f64 = 0.5;
+
+/// Standard deviation of a person's position by a detection, metres.
+fn spread(one: &Detection, params: &TrackerParams) -> f64 {
+    match one.kind {
+        Kind::Leg => hypot(one.sigma, params.leg_spread),
+        Kind::Trunk => one.sigma,
+    }
+}
+
+/// The middle of two legs, and its standard deviation.
+fn pair_of(a: &Detection, b: &Detection) -> (Point2, f64) {
+    (a.position.toward(b.position, 0.5), hypot(a.sigma, b.sigma))
+}
+
+/// Whether a person at a place in the odometry's frame would be seen by this scan: in the laser's view, and with nothing
+/// nearer in the way.
+fn is_in_view(position: Point2, now: &Observation<'_>, params: &TrackerParams) -> bool {
+    let laser = now.laser;
+    let p = now.odometry.compose(laser.robot_from_laser).inverse_transform(position);
+    let distance = hypot(p.x, p.y);
+    if distance - params.radius >= laser.range_max {
+        return false;
+    }
+    let gap = laser.bearing(1) - laser.bearing(0);
+    let beam = ((atan2(p.y, p.x) - laser.bearing(0)) / gap).round();
+    if beam < 0.0 || beam >= now.ranges.len() as f64 {
+        return false;
+    }
+    let range = f64::from(now.ranges[beam as usize]);
+    range >= distance - params.radius - params.jump
+}

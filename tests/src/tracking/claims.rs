@@ -1,0 +1,140 @@
+//! What the tracker promises.
+
+use curionav_planning::numerics::sin_cos;
+
+use super::scene::{Bench, hall, scenario};
+
+const CROWD: &str =
+    "[[crowds]]\ncount = 12\nspeed = [0.4, 1.2]\n[[crowds]]\ncount = 3\nbehaviour = \"stand\"\n";
+/// A localiser that is sure, and one that is not.
+const BELIEFS: [[f64; 2]; 2] = [[0.03, 0.01], [0.2, 0.05]];
+
+fn everywhere(_: f64, _: f64) -> bool {
+    false
+}
+
+fn no_pillars(x: f64, y: f64) -> bool {
+    (0.2..19.8).contains(&x) && (0.2..11.8).contains(&y)
+}
+
+#[test]
+fn a_simulated_crowd_is_followed_to_three_decimetres_whatever_the_laser_sees_of_it() {
+    for shape in ["disc", "legs"] {
+        for sigma in BELIEFS {
+            let (mut ospa, mut switches, mut seconds) = (0.0, 0, 0.0);
+            let seeds = 1..=5;
+            for seed in seeds.clone() {
+                let scenario = scenario(shape, CROWD);
+                let found = Bench::new(&scenario, hall(everywhere), hall(everywhere), sigma, seed).drive(300);
+                eprintln!(
+                    "{shape}, sigma {sigma:?}, seed {seed}: OSPA {:.3} m, {} switches",
+                    found.ospa, found.switches
+                );
+                (ospa, switches, seconds) =
+                    (ospa + found.ospa, switches + found.switches, seconds + found.seen_s);
+            }
+            let ospa = ospa / seeds.count() as f64;
+            eprintln!(
+                "{shape}, sigma {sigma:?}: OSPA {ospa:.3} m, {switches} switches in {seconds:.0} person-seconds"
+            );
+            assert!(ospa <= 0.3, "{shape}, sigma {sigma:?}: OSPA {ospa} m");
+            // One change of identity in 20 seconds of being seen.
+            assert!((switches as f64) < seconds / 20.0, "{shape}: {switches} in {seconds} s");
+        }
+    }
+}
+
+#[test]
+fn a_wall_is_no_person_whether_the_map_has_it_or_not() {
+    for sigma in BELIEFS {
+        // The map does not know a stretch of the upper wall.
+        let unknown = |x: f64, y: f64| (4.0..12.0).contains(&x) && y > 11.0;
+        let scenario = scenario("disc", "");
+        // What is seen of an unknown wall through a narrow gap may look like a person for a moment.
+        for (known, most) in [(hall(everywhere), 0), (hall(unknown), 5)] {
+            let mut bench = Bench::new(&scenario, hall(everywhere), known, sigma, 3);
+            let ticks = (0..100).filter(|_| !bench.tick().1.is_empty()).count();
+            assert!(ticks <= most, "sigma {sigma:?}: a person in {ticks} scans, at most {most}");
+        }
+    }
+}
+
+#[test]
+fn a_person_who_stands_beside_a_wall_is_found() {
+    for shape in ["disc", "legs"] {
+        // 0.45 m from the wall's face to the centre.
+        let one = "[[walkers]]\nroute = [[10.0, 11.45]]\nmode = \"stand\"\n";
+        let mut bench = Bench::new(&scenario(shape, one), hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+        let found = (0..50).map(|_| bench.tick().1).filter(|people| {
+            people.len() == 1
+                && (people[0].position.x - 10.0).abs() < 0.3
+                && (people[0].position.y - 11.45).abs() < 0.3
+        });
+        let found = found.count();
+        assert!(found >= 45, "{shape}: {found} of 50");
+    }
+}
+
+#[test]
+fn a_person_is_known_after_three_scans_and_for_a_second_behind_another() {
+    // One stands 3 m ahead; another walks from 5 m aside, behind the first, to the other side, 2 m farther away.
+    let people = "[[walkers]]\nroute = [[11.0, 6.0]]\nmode = \"stand\"\n\
+                  [[walkers]]\nroute = [[13.0, 3.0], [13.0, 9.0]]\nspeed = 1.0\nmode = \"once\"\n";
+    let mut scenario = scenario("disc", people);
+    scenario.people.motion = curionav_crowdsim::scenario::Motion::Scripted;
+    let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[0], 1);
+    let mut counts = Vec::new();
+    let mut ids = std::collections::BTreeSet::new();
+    for _ in 0..60 {
+        let (_, people) = bench.tick();
+        ids.extend(people.iter().map(|person| person.id));
+        counts.push(people.len());
+    }
+    assert_eq!(counts[..4], [0, 0, 2, 2], "{counts:?}");
+    assert!(counts[3..].iter().all(|count| *count == 2) && ids.len() == 2, "{counts:?} {ids:?}");
+}
+
+#[test]
+fn the_same_scans_give_the_same_people_and_the_order_of_people_in_the_world_does_not_matter() {
+    let crowd = |order: [usize; 4]| {
+        let places = ["[10.0, 8.0]", "[10.5, 5.0]", "[6.5, 7.5]", "[12.0, 5.5]"];
+        order.map(|i| format!("[[walkers]]\nroute = [{}]\nmode = \"stand\"\n", places[i])).concat()
+    };
+    let run = |order| {
+        let scenario = scenario("disc", &crowd(order));
+        let mut bench = Bench::new(&scenario, hall(everywhere), hall(everywhere), BELIEFS[1], 7);
+        (0..20).map(|_| bench.tick().1).collect::<Vec<_>>()
+    };
+    let people = run([0, 1, 2, 3]);
+    assert_eq!(people.last().unwrap().len(), 4);
+    assert_eq!(run([0, 1, 2, 3]), people);
+    assert_eq!(run([3, 1, 0, 2]), people);
+}
+
+#[test]
+fn a_scan_with_forty_people_in_view_takes_three_milliseconds_at_most() {
+    for shape in ["disc", "legs"] {
+        // Around the robot at 9 degrees from each other, so that none hides another.
+        let people: String = (0..40)
+            .map(|k| {
+                let (s, c) = sin_cos(std::f64::consts::TAU * f64::from(k) / 40.0);
+                let distance = 3.2 + 0.3 * f64::from(k % 3);
+                format!(
+                    "[[walkers]]\nroute = [[{}, {}]]\nmode = \"stand\"\n",
+                    8.0 + distance * c,
+                    6.0 + distance * s
+                )
+            })
+            .collect();
+        let mut scenario = scenario(shape, &people);
+        scenario.laser.beams = 1081;
+        let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[1], 1);
+        (0..10).for_each(|_| drop(bench.tick()));
+        let known = bench.tick().1.len();
+        assert!(known >= 36, "{shape}: only {known} of 40 are known");
+        // Other work on the machine only makes it slower.
+        let fastest = (0..50).map(|_| bench.scan_time()).min().unwrap();
+        println!("{shape}: {:.2} ms for a scan with {known} people", 1e3 * fastest.as_secs_f64());
+        assert!(fastest.as_secs_f64() <= 3e-3, "{shape}: {fastest:?}");
+    }
+}
