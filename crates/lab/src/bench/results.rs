@@ -33,10 +33,12 @@ fn results(rows: &[&Row]) -> String {
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let Tally { cycles, first_choices, other_free, only_slow, none_free, .. } =
+        let Tally { cycles, first_choices, other_free, only_slow, none_free, untold, .. } =
             Tally::of(std::iter::once(*row));
-        let cycles = [cycles, first_choices, other_free, only_slow, none_free, row.cycles.degraded];
-        let last = cycles.into_iter().map(|n| n.to_string()).chain([row.decisions_sha256.clone()]);
+        let told = |part: u64| if untold > 0 { String::new() } else { part.to_string() };
+        let last = [cycles, first_choices].map(|n| n.to_string()).into_iter();
+        let last = last.chain([other_free, only_slow, none_free].map(told));
+        let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
     text

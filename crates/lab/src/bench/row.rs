@@ -67,6 +67,8 @@ pub(crate) struct Tally {
     pub(crate) only_slow: u64,
     /// Cycles in which no candidate passed it: the robot followed the last trajectory or stopped.
     pub(crate) none_free: u64,
+    /// Cycles of runs that do not say why the first choice was not followed: rows of an older build.
+    pub(crate) untold: u64,
 }
 
 impl Tally {
@@ -85,6 +87,11 @@ impl Tally {
             other_free: t.other_free + row.decided("least_cost_free"),
             only_slow: t.only_slow + row.decided("only_slow_free"),
             none_free: t.none_free + row.decided("none_free"),
+            untold: t.untold
+                + row
+                    .cycles
+                    .count
+                    .saturating_sub(row.cycles.first_choice + row.cycles.other_choice.values().sum::<u64>()),
         })
     }
 
@@ -150,6 +157,8 @@ pub(crate) mod tests {
         assert_eq!((tally.runs, tally.success, tally.reached, tally.lost), (3, 1, 2, 1));
         assert_eq!((tally.collided, tally.contacts), (1, 3));
         assert_eq!((tally.cycles, tally.first_choices), (3 * 83, 3 * 70));
-        assert_eq!((tally.other_free, tally.only_slow, tally.none_free), (3 * 10, 0, 3 * 3));
+        assert_eq!((tally.other_free, tally.only_slow, tally.none_free, tally.untold), (3 * 10, 0, 3 * 3, 0));
+        rows[1].cycles.other_choice.clear();
+        assert_eq!(Tally::of(rows.iter()).untold, 13);
     }
 }

@@ -129,12 +129,15 @@ impl Page<'_> {
         if least < most { format!("{least} to {most}") } else { most.to_string() }
     }
 
-    /// How often a planner's first choice was driven, and how often not because the final check refused it, because only
-    /// slow candidates passed the check, and because none did; per cent of its cycles.
-    fn choices(&self, planner: &usize) -> [String; 4] {
-        let Tally { cycles, first_choices, other_free, only_slow, none_free, .. } = self.tally(planner);
-        [first_choices, other_free, only_slow, none_free]
-            .map(|part| format!("{:.0}", 100.0 * part as f64 / cycles.max(1) as f64))
+    /// How often a planner's first choice was driven, and, if every run tells, how often not because the final check
+    /// refused it, because only slow candidates passed the check, and because none did; per cent of its cycles.
+    fn choices(&self, planner: &usize) -> [String; 2] {
+        let Tally { cycles, first_choices, other_free, only_slow, none_free, untold, .. } =
+            self.tally(planner);
+        let share = |part: u64| format!("{:.0}", 100.0 * part as f64 / cycles.max(1) as f64);
+        let split =
+            if untold > 0 { String::new() } else { [other_free, only_slow, none_free].map(share).join(", ") };
+        [share(first_choices), split]
     }
 
     /// The planners that something must be said of.
