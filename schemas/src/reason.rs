@@ -60,7 +60,7 @@ checks! { PreviousState {
 }}
 
 /// Why the arbiter decided as it did.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, VariantNames, IntoStaticStr)]
 #[serde(tag = "code", rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the text of each code says what its parameters are")]
@@ -89,6 +89,13 @@ pub enum Reason {
     PeopleUnknown,
     /// The arbiter could not carry out the cycle; its log says why.
     CycleFailed,
+}
+
+impl Reason {
+    /// Its code as it stands on the wire.
+    pub fn code(&self) -> &'static str {
+        self.into()
+    }
 }
 
 checks! { Reason {

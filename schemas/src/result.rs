@@ -77,6 +77,9 @@ pub struct Cycles {
     /// In how many the robot was told to follow the candidate that the planner wanted most.
     #[serde(default)]
     pub first_choice: u64,
+    /// In how many it was told otherwise, by the code of the reason; one that did not occur is absent.
+    #[serde(default)]
+    pub other_choice: BTreeMap<String, u64>,
     /// How many were degraded.
     pub degraded: u64,
     /// In how many each degradation occurred, by its code; one that did not occur is absent.
@@ -91,7 +94,7 @@ pub struct Cycles {
 }
 
 checks! { cycles: Cycles {
-    degraded_by: keys(MAX_LIST);
+    other_choice, degraded_by: keys(MAX_LIST);
     p50_ms, p99_ms, max_ms: non_negative;
 }}
 

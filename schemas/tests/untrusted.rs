@@ -6,7 +6,7 @@ use ciborium::Value;
 use curionav_schemas::{
     CandidateSet, F64Array, MESSAGES, Message, MissionCommand, Refusal, RunStatus, Scan, Twist, recode,
 };
-use curionav_schemas::{Degradation, Reject, array::Element, limits::MAX_DEPTH};
+use curionav_schemas::{Degradation, Reason, Reject, array::Element, limits::MAX_DEPTH};
 use proptest::prelude::*;
 use strum::VariantNames;
 use support::{changed, fixed_form, golden, goldens, parse, write};
@@ -118,7 +118,7 @@ fn unknown_keys_are_ignored_anywhere() {
         let plain = decode(&golden.message, &message).unwrap();
         let extended = changed(&message, &|value| match value {
             // Maps whose keys are data have no unknown keys; `extra`, `evaluated`, `social`,
-            // `degraded_by` and `metrics` are left here.
+            // `other_choice`, `degraded_by` and `metrics` are left here.
             Value::Map(entries) if entries.iter().all(|(key, entry)| is_data(entry) || is_measure(key)) => {
                 Vec::new()
             }
@@ -138,10 +138,10 @@ fn unknown_keys_are_ignored_anywhere() {
     }
 }
 
-/// Those of the golden `social`, `degraded_by` and `metrics`.
+/// Those of the golden `social`, `other_choice`, `degraded_by` and `metrics`.
 fn is_measure(key: &Value) -> bool {
     let is_sample = |name: &str| name.starts_with("curionav_");
-    let is_code = |name: &str| Degradation::VARIANTS.contains(&name);
+    let is_code = |name: &str| [Degradation::VARIANTS, Reason::VARIANTS].concat().contains(&name);
     let is_social = |name: &str| ["spl", "personal_share"].contains(&name);
     key.as_text().is_some_and(|name| is_social(name) || is_code(name) || is_sample(name))
 }

@@ -17,6 +17,7 @@ pub(crate) struct CycleRecord {
     skipped: u64,
     late: u64,
     first_choice: u64,
+    other_choice: BTreeMap<String, u64>,
     degraded: u64,
     degraded_by: BTreeMap<String, u64>,
     /// How long each cycle took.
@@ -32,6 +33,7 @@ impl CycleRecord {
             skipped: 0,
             late: 0,
             first_choice: 0,
+            other_choice: BTreeMap::new(),
             degraded: 0,
             degraded_by: BTreeMap::new(),
             times: Vec::new(),
@@ -44,7 +46,11 @@ impl CycleRecord {
         self.skipped = self.skipped.saturating_add(decision.tick.saturating_sub(self.due) / self.period);
         self.due = self.due.max(next);
         self.late += u64::from(tick > next);
-        self.first_choice += u64::from(decision.reason == Reason::LeastCost);
+        if decision.reason == Reason::LeastCost {
+            self.first_choice += 1;
+        } else {
+            *self.other_choice.entry(decision.reason.code().to_owned()).or_default() += 1;
+        }
         self.degraded += u64::from(!decision.degraded.is_empty());
         for code in decision.degraded.iter().map(Degradation::code).collect::<BTreeSet<_>>() {
             *self.degraded_by.entry(code.to_owned()).or_default() += 1;
@@ -62,6 +68,7 @@ impl CycleRecord {
             skipped: self.skipped.saturating_add(tick.saturating_sub(self.due) / self.period),
             late: self.late,
             first_choice: self.first_choice,
+            other_choice: self.other_choice,
             degraded: self.degraded,
             degraded_by: self.degraded_by,
             p50_ms: percentile_ms(&mut self.times, 0.50),
@@ -74,6 +81,7 @@ impl CycleRecord {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use curionav_schemas::PreviousState;
     use curionav_testing::golden;
 
     /// Cycles of these ticks that were decided so many ticks later, in a run that ends at `end`.
@@ -106,12 +114,17 @@ mod tests {
     }
 
     #[test]
-    fn the_first_choice_is_what_the_planner_wanted_most() {
+    fn the_first_choice_is_what_the_planner_wanted_most_and_every_other_cycle_has_its_reason() {
         let mut record = CycleRecord::new(1);
-        for reason in [Reason::LeastCost, Reason::LeastCostFree, Reason::OnlySlowFree, Reason::LeastCost] {
+        let none_free = Reason::NoneFree { previous: PreviousState::Absent };
+        let others = [Reason::LeastCostFree, Reason::OnlySlowFree, Reason::LeastCostFree, none_free];
+        for reason in [Reason::LeastCost, Reason::LeastCost].into_iter().chain(others) {
             record.decided(&Decision { reason, ..golden::decision() }, 0);
         }
-        assert_eq!(record.finish(0).first_choice, 2);
+        let Cycles { count, first_choice, other_choice, .. } = record.finish(0);
+        let expected = [("least_cost_free", 2), ("none_free", 1), ("only_slow_free", 1)];
+        let expected = expected.map(|(code, cycles)| (code.to_owned(), cycles));
+        assert_eq!((count, first_choice, other_choice), (6, 2, expected.into()));
     }
 
     #[test]

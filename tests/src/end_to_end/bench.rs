@@ -99,6 +99,28 @@ fn parts_that_slurm_spreads_merge_to_what_one_machine_writes() {
 }
 
 #[test]
+fn claims_of_every_file_are_judged_and_the_exit_status_says_whether_they_hold() {
+    let _turn = turn();
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().join("bench");
+    let file = |name: &str, claim: &str| {
+        let path = out.path().join(name);
+        std::fs::write(&path, format!("[[claim]]\nplanner = \"curiosity\"\n{claim}")).unwrap();
+        path.display().to_string()
+    };
+    let holds = file("holds.toml", "kind = \"bound\"\nmeasure = \"success\"\nat_least = 1.0");
+    let fails = file("fails.toml", "kind = \"bound\"\nmeasure = \"time_s\"\nat_most = 1.0");
+    let both = format!("{holds},{fails}");
+    for (files, status, verdicts) in [(&holds, 0, [1, 0]), (&fails, 1, [0, 1]), (&both, 1, [1, 1])] {
+        let output = curionav(&[&arguments(&folder, "2")[..], &["--check", files]].concat());
+        assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let lines = |begin: &str| text.lines().filter(|line| line.starts_with(begin)).count();
+        assert_eq!([lines("holds: "), lines("DOES NOT HOLD: ")], verdicts, "{text}");
+    }
+}
+
+#[test]
 fn bad_input_is_told_before_anything_runs() {
     let _turn = turn();
     let out = tempfile::tempdir().unwrap();

@@ -133,6 +133,7 @@ pub(crate) struct CyclesJson {
     pub(crate) skipped: u64,
     pub(crate) late: u64,
     pub(crate) first_choice: u64,
+    pub(crate) other_choice: BTreeMap<String, u64>,
     pub(crate) degraded: u64,
     pub(crate) degraded_by: BTreeMap<String, u64>,
     pub(super) p50_ms: f64,

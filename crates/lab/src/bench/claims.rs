@@ -10,7 +10,6 @@ use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
 use super::row::Tally;
 use crate::plural::count;
-use crate::statistics::holm;
 
 /// A file of claims.
 #[derive(Debug, Clone, Deserialize)]
@@ -91,11 +90,9 @@ impl Claims {
     /// Every claim in turn. Each planner should have `repeats` runs in each scenario.
     pub(crate) fn judge(&self, comparison: &Comparison<'_>, repeats: u32) -> Vec<Judged> {
         let judge = Judge { comparison, runs: comparison.scenarios.len() * repeats as usize };
-        let tests: Vec<Option<Paired>> = self.claim.iter().map(|claim| judge.test(claim)).collect();
-        let known: Vec<f64> = tests.iter().flatten().map(|paired| paired.p).collect();
-        let mut corrected = holm(&known).into_iter();
-        let with_p = tests.into_iter().map(|test| test.and_then(|paired| Some((paired, corrected.next()?))));
-        self.claim.iter().zip(with_p).map(|(claim, test)| judge.claim(claim, test)).collect()
+        let mut tests: Vec<Option<Paired>> = self.claim.iter().map(|claim| judge.test(claim)).collect();
+        Paired::correct(tests.iter_mut().flatten());
+        self.claim.iter().zip(tests).map(|(claim, test)| judge.claim(claim, test)).collect()
     }
 }
 
@@ -162,7 +159,7 @@ impl Judge<'_> {
         self.comparison.paired(measure(key)?, a, b, None)
     }
 
-    fn claim(&self, claim: &Claim, test: Option<(Paired, f64)>) -> Judged {
+    fn claim(&self, claim: &Claim, test: Option<Paired>) -> Judged {
         match claim {
             Claim::Success { planner, at_least } => self.success(planner, *at_least),
             Claim::AsOften { planner, than } => self.as_often(planner, than.as_deref()),
@@ -271,9 +268,9 @@ impl Judge<'_> {
         }
     }
 
-    fn better(&self, [planner, than]: [&str; 2], key: &str, p: f64, test: Option<(Paired, f64)>) -> Judged {
+    fn better(&self, [planner, than]: [&str; 2], key: &str, p: f64, test: Option<Paired>) -> Judged {
         let claim = format!("{} of `{planner}` is better than that of `{than}`, p < {p}", label(key));
-        let (Some((paired, corrected)), Some(measure)) = (test, measure(key)) else {
+        let (Some(paired), Some(measure)) = (test, measure(key)) else {
             return Judged { claim, holds: false, found: "no pair of runs".into() };
         };
         let sign = if paired.difference > 0.0 { "+" } else { "" };
@@ -281,13 +278,18 @@ impl Judge<'_> {
         let (low, high) = (measure.show(paired.low), measure.show(paired.high));
         let missing = self.runs.saturating_sub(paired.pairs);
         let without = if missing == 0 { String::new() } else { format!(", {missing} pairs without a value") };
+        let (unit, least): (&str, f64) = (paired.unit.into(), 0.5_f64.powf(paired.units as f64 - 1.0));
+        let units = count(paired.units, unit);
+        let too_few = if least < p { String::new() } else { format!(", which can give no p below {least}") };
         Judged {
             claim,
-            holds: measure.prefers(paired.difference, 0.0) && corrected < p,
+            holds: measure.prefers(paired.difference, 0.0) && paired.p < p,
             found: format!(
-                "{sign}{difference} on average, {low} to {high}, {} by Holm, {} units{without}",
-                shown_p(corrected),
-                paired.units
+                "{sign}{difference} on average, {low} to {high}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}",
+                paired.agree,
+                count(paired.differ, "scenario"),
+                shown_p(paired.p),
+                shown_p(paired.p_of_runs),
             ),
         }
     }
@@ -328,7 +330,7 @@ mod tests {
         let scenarios = ["env1-s1", "env1-s2"];
         claims.claim.iter().for_each(|claim| claim.check(&names(&PLANNERS), 2).unwrap());
         let all: Vec<&Row> = rows.iter().collect();
-        claims.judge(&Comparison::new(names(&PLANNERS), names(&scenarios), &all), 10)
+        claims.judge(&Comparison::new(names(&PLANNERS), names(&scenarios), vec![0, 1], &all), 10)
     }
 
     /// Rows in two scenarios; TD by planner and seed.
@@ -392,19 +394,23 @@ mod tests {
     }
 
     #[test]
-    fn scenes_are_the_units_and_every_test_of_the_file_counts() {
+    fn places_are_the_units_and_every_test_of_the_file_counts() {
         let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
         let better = |p: f64| {
             let claim = "kind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"";
             format!("[[claim]]\n{claim}\np = {p}\n")
         };
-        // Two scenes can have no p below 0.5, however many runs each has.
+        // Two places can have no p below 0.5, however many runs each has.
         assert!(!holds(&better(0.01), &good) && holds(&better(0.6), &good));
         // Two tests: 2 * 0.5.
         let two = judged(&better(0.6).repeat(2), &good);
         assert!(
-            two.iter().all(|judged| !judged.holds && judged.found.contains("p = 1.0000 by Holm, 2 units"))
+            two.iter().all(|judged| !judged.holds && judged.found.contains("p = 1.0000 by Holm of 2 places")),
+            "{two:?}"
         );
+        let few = "so in 2 of 2 scenarios that differ; p = 0.5000 by Holm of 2 places, which can give no p below 0.5; p < 0.0001 of the runs in these";
+        let found = &judged(&better(0.01), &good)[0].found;
+        assert!(found.ends_with(few), "{found}");
     }
 
     #[test]

@@ -8,7 +8,9 @@ use sha2::{Digest, Sha256};
 use super::measure::Measure;
 use super::published::published;
 use super::row::Row;
-use crate::statistics::{cluster_interval, mean, mean_interval, median, signed_rank, standard_deviation};
+use crate::statistics::{
+    cluster_interval, holm, mean, mean_interval, median, signed_rank, standard_deviation,
+};
 
 /// A measure over the runs of one planner in one scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -29,15 +31,46 @@ pub(crate) struct Spread {
 pub(crate) struct Paired {
     /// Runs of both.
     pub(crate) pairs: usize,
-    /// What the test takes for independent: scenarios, or the runs of the only one.
+    /// How many units the test takes for independent.
     pub(crate) units: usize,
-    /// Mean over scenarios of the first minus the second.
+    /// What they are.
+    pub(crate) unit: Unit,
+    /// Scenarios in which the two differ on average.
+    pub(crate) differ: usize,
+    /// How many of these differ in the direction of `difference`.
+    pub(crate) agree: usize,
+    /// Mean over places of the mean over their scenarios of the first minus the second.
     pub(crate) difference: f64,
     /// Its 95 % bootstrap interval.
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Of the two-sided signed-rank test.
+    /// Of the two-sided signed-rank test of the units.
     pub(crate) p: f64,
+    /// Of the same test of the runs: it says whether other seeds in these scenarios would show the same, and nothing of
+    /// other places.
+    pub(crate) p_of_runs: f64,
+}
+
+impl Paired {
+    /// Corrects both p values of these tests for their number.
+    pub(crate) fn correct<'t>(tests: impl Iterator<Item = &'t mut Self>) {
+        let mut tests: Vec<&mut Self> = tests.collect();
+        let corrected = |p: fn(&Self) -> f64| holm(&tests.iter().map(|test| p(test)).collect::<Vec<_>>());
+        let (of_units, of_runs) = (corrected(|test| test.p), corrected(|test| test.p_of_runs));
+        for (test, (p, p_of_runs)) in tests.iter_mut().zip(of_units.into_iter().zip(of_runs)) {
+            (test.p, test.p_of_runs) = (p, p_of_runs);
+        }
+    }
+}
+
+/// What a test takes for independent: places, the scenarios of the only place, or the runs of the only scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[serde(rename_all = "lowercase")]
+#[strum(serialize_all = "lowercase")]
+pub(crate) enum Unit {
+    Place,
+    Scenario,
+    Run,
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
@@ -51,13 +84,21 @@ pub(crate) struct Order {
 pub(crate) struct Comparison<'a> {
     pub(crate) planners: Vec<String>,
     pub(crate) scenarios: Vec<String>,
+    /// [scenario] number of the place that its map shows.
+    pub(crate) places: Vec<usize>,
     /// [scenario][planner] by seed.
     rows: Vec<Vec<BTreeMap<u64, &'a Row>>>,
     spreads: BTreeMap<(Measure, usize, usize), Spread>,
 }
 
 impl<'a> Comparison<'a> {
-    pub(crate) fn new(planners: Vec<String>, scenarios: Vec<String>, all: &[&'a Row]) -> Self {
+    /// `places` are those of the scenarios, by number from 0 on.
+    pub(crate) fn new(
+        planners: Vec<String>,
+        scenarios: Vec<String>,
+        places: Vec<usize>,
+        all: &[&'a Row],
+    ) -> Self {
         let mut rows = vec![vec![BTreeMap::new(); planners.len()]; scenarios.len()];
         for row in all {
             let scenario = scenarios.iter().position(|s| *s == row.scenario);
@@ -66,7 +107,7 @@ impl<'a> Comparison<'a> {
                 rows[scenario][planner].insert(row.seed, *row);
             }
         }
-        let mut comparison = Self { planners, scenarios, rows, spreads: BTreeMap::new() };
+        let mut comparison = Self { planners, scenarios, places, rows, spreads: BTreeMap::new() };
         for measure in Measure::ALL {
             for scenario in 0..comparison.scenarios.len() {
                 for planner in 0..comparison.planners.len() {
@@ -119,8 +160,13 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Planner `a` minus planner `b`, in one scenario or over all; nothing without a pair. Over several scenarios these
-    /// are the unit: runs of one scenario have its walls, and mostly its people, in common.
+    /// How many places the scenarios are in.
+    pub(crate) fn count_places(&self) -> usize {
+        self.places.iter().max().map_or(0, |last| last + 1)
+    }
+
+    /// Planner `a` minus planner `b`, in one scenario or over all; nothing without a pair. Over several places these are
+    /// the unit: runs in one place have its walls in common, whatever scenario they are of.
     pub(crate) fn paired(
         &self,
         measure: Measure,
@@ -140,12 +186,27 @@ impl<'a> Comparison<'a> {
         }
         let place = scenario.map_or("", |s| &self.scenarios[s]);
         let seed = seed(&[measure.key(), place, &self.planners[a], &self.planners[b]]);
-        let (low, high) = cluster_interval(&differences, seed)?;
-        let means: Vec<f64> = differences.iter().filter_map(|of_scene| mean(of_scene)).collect();
         let runs = differences.concat();
-        let units = if means.len() > 1 { &means } else { &runs };
-        let p = signed_rank(units)?;
-        Some(Paired { pairs: runs.len(), units: units.len(), difference: mean(&means)?, low, high, p })
+        let scenes: Vec<f64> = differences.iter().filter_map(|of_scene| mean(of_scene)).collect();
+        let mut by_place = vec![Vec::new(); self.count_places()];
+        for (of_scene, place) in differences.into_iter().zip(&self.places) {
+            by_place[*place].push(of_scene);
+        }
+        let of_place = |scenes: &Vec<Vec<f64>>| {
+            mean(&scenes.iter().filter_map(|of_scene| mean(of_scene)).collect::<Vec<_>>())
+        };
+        let means: Vec<f64> = by_place.iter().filter_map(of_place).collect();
+        let (unit, units) = match (means.len(), scenes.len()) {
+            (2.., _) => (Unit::Place, &means),
+            (_, 2..) => (Unit::Scenario, &scenes),
+            _ => (Unit::Run, &runs),
+        };
+        let (difference, p, p_of_runs) = (mean(&means)?, signed_rank(units)?, signed_rank(&runs)?);
+        let (low, high) = cluster_interval(&by_place, seed)?;
+        let differ = scenes.iter().filter(|of_scene| **of_scene != 0.0).count();
+        let agree = scenes.iter().filter(|of_scene| **of_scene * difference > 0.0).count();
+        let (pairs, units) = (runs.len(), units.len());
+        Some(Paired { pairs, units, unit, differ, agree, difference, low, high, p, p_of_runs })
     }
 
     /// Whether no other mean is better; several may share it.
@@ -211,7 +272,7 @@ pub(crate) mod tests {
         let mut rows = rows("x", &["a", "b"], |p, seed| 0.05 * seed as f64 + 0.01 * p as f64);
         rows.retain(|r| r.planner == "a" || r.seed > 1);
         let all: Vec<&Row> = rows.iter().collect();
-        let comparison = Comparison::new(names(&["a", "b"]), names(&["x"]), &all);
+        let comparison = Comparison::new(names(&["a", "b"]), names(&["x"]), vec![0], &all);
         let paired = comparison.paired(Measure::Td, 0, 1, None).unwrap();
         assert_eq!(paired.pairs, 9);
         assert!((paired.difference + 0.01).abs() < 1e-9 && paired.p < 0.01, "{paired:?}");
@@ -221,11 +282,53 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn scenes_in_one_place_are_one_sample_of_places() {
+        // Nine scenes of one hall in which the first is better by 0.3, and one of another in which it is worse by 0.1.
+        let scenes: Vec<String> = (0..10).map(|scene| format!("s{scene}")).collect();
+        let of = |scene: &String| {
+            let difference = if scene == "s9" { -0.1 } else { 0.3 };
+            rows(scene, &["a", "b"], move |p, _| difference * p as f64 + 0.5)
+        };
+        let rows: Vec<Row> = scenes.iter().flat_map(of).collect();
+        let all: Vec<&Row> = rows.iter().collect();
+        let paired = |places: [usize; 10]| {
+            let comparison = Comparison::new(names(&["a", "b"]), scenes.clone(), places.to_vec(), &all);
+            comparison.paired(Measure::Td, 0, 1, None).unwrap()
+        };
+        let apart = paired([0, 1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        assert!((apart.units, apart.unit) == (10, Unit::Place) && apart.p < 0.01, "{apart:?}");
+        // (0.3 - 0.1) / 2 = 0.1 in two places, which agree on nothing.
+        let halls = paired([0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
+        assert!(
+            (halls.difference + 0.1).abs() < 1e-12 && halls.low < -0.29 && halls.high > 0.09,
+            "{halls:?}"
+        );
+        assert_eq!((halls.units, halls.p, halls.agree, halls.differ), (2, 1.0, 9, 10));
+        // In a single place scenes are what there is.
+        let one = paired([0; 10]);
+        assert_eq!((one.units, one.unit), (10, Unit::Scenario));
+    }
+
+    #[test]
+    fn success_is_compared_as_other_measures_are() {
+        let mut rows = rows("x", &["a", "b"], |_, _| 0.0);
+        rows.iter_mut().filter(|row| row.planner == "b" && row.seed > 4).for_each(|row| {
+            row.outcome = curionav_schemas::Outcome::Timeout;
+        });
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(names(&["a", "b"]), names(&["x"]), vec![0], &all);
+        let paired = comparison.paired(Measure::Success, 0, 1, None).unwrap();
+        // Six of ten seeds differ, all in one direction: 2 / 2^6.
+        assert_eq!((paired.difference, paired.p, paired.pairs), (0.6, 0.03125, 10));
+        assert!(Measure::Success.prefers(1.0, 0.4));
+    }
+
+    #[test]
     fn a_run_that_did_not_arrive_has_no_length_but_counts_otherwise() {
         let mut rows = rows("x", &["a"], |_, _| 0.0);
         rows[0].outcome = curionav_schemas::Outcome::Timeout;
         let all: Vec<&Row> = rows.iter().collect();
-        let comparison = Comparison::new(names(&["a"]), names(&["x"]), &all);
+        let comparison = Comparison::new(names(&["a"]), names(&["x"]), vec![0], &all);
         assert_eq!(comparison.spread(Measure::Length, 0, 0).unwrap().runs, 9);
         assert_eq!(comparison.spread(Measure::Td, 0, 0).unwrap().runs, 10);
     }
@@ -236,7 +339,7 @@ pub(crate) mod tests {
         let planners = ["curiosity", "cpc-only", "cnc-only"];
         let rows = rows("env1-s1", &planners, |p, _| [0.0, 0.3, 0.2][p]);
         let all: Vec<&Row> = rows.iter().collect();
-        let comparison = Comparison::new(names(&planners), names(&["env1-s1"]), &all);
+        let comparison = Comparison::new(names(&planners), names(&["env1-s1"]), vec![0], &all);
         assert_eq!(comparison.order(Measure::Td, 0), Order { agree: 2, pairs: 3 });
         assert!(comparison.is_best(Measure::Td, 0, 0) && !comparison.is_best(Measure::Td, 0, 2));
         assert!((0..3).all(|p| comparison.is_best(Measure::Rmse, 0, p)), "all tied");

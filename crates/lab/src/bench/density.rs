@@ -92,7 +92,7 @@ mod tests {
             })
             .collect();
         let all: Vec<&Row> = rows.iter().collect();
-        Densities::at(&Comparison::new(names(&["a"]), scenarios, &all), of_scenes)
+        Densities::at(&Comparison::new(names(&["a"]), scenarios, (0..6).collect(), &all), of_scenes)
     }
 
     const SIX: [f64; 6] = [0.1, 0.1004, 0.2, 0.1996, 0.4, 0.4];

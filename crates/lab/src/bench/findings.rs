@@ -9,6 +9,7 @@ use super::claims::{Claims, Judged};
 use super::comparison::Comparison;
 use super::density::Densities;
 use super::options::What;
+use super::places::places;
 use super::plan::{Job, Plan, Planner, Scene};
 use super::row::Row;
 use super::worker_process::Missing;
@@ -38,7 +39,7 @@ impl<'a> Findings<'a> {
     pub(super) fn new(
         plan: &'a Plan,
         what: &What,
-        claims: Option<&Claims>,
+        claims: &[Claims],
         jobs: &'a [Job],
         rows: &[&'a Row],
         missing: &'a [Missing],
@@ -46,12 +47,13 @@ impl<'a> Findings<'a> {
     ) -> Self {
         let planners = plan.planners.iter().map(|p| p.name.clone()).collect();
         let scenarios = plan.scenes.iter().map(|s| s.name().to_owned()).collect();
-        let comparison = Comparison::new(planners, scenarios, rows);
+        let places = places(plan.scenes.iter().map(|scene| &scene.map));
+        let comparison = Comparison::new(planners, scenarios, places, rows);
         let worked: f64 = rows.iter().map(|row| row.wall_s).sum();
         let clock = Duration::from_secs_f64(worked / workers as f64);
         let programs: BTreeSet<String> = rows.iter().map(|row| row.program.clone()).collect();
         Self {
-            claims: claims.map(|claims| claims.judge(&comparison, what.repeats)).unwrap_or_default(),
+            claims: claims.iter().flat_map(|file| file.judge(&comparison, what.repeats)).collect(),
             densities: Densities::of(&comparison, &plan.scenes),
             comparison,
             planners: &plan.planners,

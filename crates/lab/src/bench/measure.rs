@@ -1,9 +1,10 @@
-//! What a run is judged by: the paper's nine measures and four more.
+//! What a run is judged by: how it ended, the paper's nine measures and four more.
 
 use super::row::Row;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Measure {
+    Success,
     Rmse,
     Tcm,
     Nm,
@@ -19,10 +20,11 @@ pub(crate) enum Measure {
     Clearance,
 }
 
-use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Tce, Tcm, Td, TdSeconds, Time, Vel};
+use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Success, Tce, Tcm, Td, TdSeconds, Time, Vel};
 
 /// Keys and labels, in the order of [`Measure::ALL`].
-const NAMES: [(&str, &str); 13] = [
+const NAMES: [(&str, &str); 14] = [
+    ("success", "success (%)"),
     ("rmse_m", "RMSE (m)"),
     ("tcm", "TCM (%)"),
     ("nm", "NM"),
@@ -39,9 +41,9 @@ const NAMES: [(&str, &str); 13] = [
 ];
 
 impl Measure {
-    /// All, in the order of the run's JSON.
-    pub(crate) const ALL: [Self; 13] =
-        [Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Time, Collisions, Clearance];
+    /// All; after the first in the order of the run's JSON.
+    pub(crate) const ALL: [Self; 14] =
+        [Success, Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Time, Collisions, Clearance];
     /// Those of Tables III, IV and V, three a table.
     pub(crate) const PAPER: [Self; 9] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time];
 
@@ -62,12 +64,12 @@ impl Measure {
 
     /// Whether `a` is better than `b`.
     pub(crate) fn prefers(self, a: f64, b: f64) -> bool {
-        if matches!(self, Md | Vel | Clearance) { a > b } else { a < b }
+        if matches!(self, Success | Md | Vel | Clearance) { a > b } else { a < b }
     }
 
     /// Shown value per stored value: fractions are shown in per cent, as the paper does.
     pub(crate) fn shown_per_unit(self) -> f64 {
-        if matches!(self, Tcm | Td) { 100.0 } else { 1.0 }
+        if matches!(self, Success | Tcm | Td) { 100.0 } else { 1.0 }
     }
 
     /// A stored value as it is shown, without its unit.
@@ -84,6 +86,7 @@ impl Measure {
     pub(crate) fn of(self, row: &Row) -> Option<f64> {
         let m = &row.measures;
         match self {
+            Success => Some(f64::from(u8::from(row.is_success()))),
             Rmse => Some(m.rmse_m),
             Tcm => Some(m.tcm),
             Nm => m.nm.map(f64::from),

@@ -1,7 +1,7 @@
 //! All planners in all scenarios with all seeds, and what came out.
 //!
 //! Read in this order: `plan` (what has to be run), `execution`, `worker_process` and [`worker`] (how), `journal`
-//! (what is kept), `comparison` (what it means), `claims` (whether that is what was said before), `report`.
+//! (what is kept), `comparison` and `places` (what it means), `claims` (whether that is what was said before), `report`.
 
 mod claims;
 mod comparison;
@@ -11,6 +11,7 @@ mod findings;
 mod journal;
 pub(crate) mod measure;
 mod options;
+mod places;
 pub(crate) mod plan;
 mod progress;
 mod published;
@@ -66,7 +67,8 @@ async fn finish(
     let plan = Plan::read(&what.planners, &what.patterns(), what.perception).map_err(Exit::bad_input)?;
     let planners: Vec<String> = plan.planners.iter().map(|planner| planner.name.clone()).collect();
     let read = |file: &PathBuf| Claims::read(file, &planners, plan.scenes.len());
-    let claims = results.check.as_ref().map(read).transpose().context("--check").map_err(Exit::bad_input)?;
+    let claims: anyhow::Result<Vec<Claims>> = results.check.iter().map(read).collect();
+    let claims = claims.context("--check").map_err(Exit::bad_input)?;
     let out = &results.out;
     let traces = out.join("traces");
     files::make_folder(&traces).context("--out").map_err(Exit::bad_input)?;
@@ -87,7 +89,7 @@ async fn finish(
     }
     let missing = execution.finish(&jobs).await?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| execution.row(job)).collect();
-    let bench = Findings::new(&plan, what, claims.as_ref(), &jobs, &rows, &missing, execution.workers);
+    let bench = Findings::new(&plan, what, &claims, &jobs, &rows, &missing, execution.workers);
     for (name, content) in results::files(&bench, &rows).map_err(Exit::failed)? {
         files::write(&out.join(name), content).map_err(Exit::failed)?;
     }

@@ -94,10 +94,10 @@ pub(crate) struct Results {
     /// Directory of results.csv, timings.csv, summary.json, report.html and the journal.
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub(crate) out: PathBuf,
-    /// File of claims to be judged by the runs (.toml), such as scenarios/claims/paper.toml. It is read before the first
-    /// run, and the exit status says whether all of them hold.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) check: Option<PathBuf>,
+    /// Files of claims to be judged by the runs (.toml), such as scenarios/claims/paper.toml, separated by commas. They are
+    /// read before the first run, and the exit status says whether all claims hold.
+    #[arg(long, value_name = "FILES", value_delimiter = ',')]
+    pub(crate) check: Vec<PathBuf>,
     /// Keep finished runs of another build of this program, e.g. to render the report anew.
     #[arg(long)]
     pub(crate) any_build: bool,

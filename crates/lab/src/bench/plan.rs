@@ -209,6 +209,28 @@ mod tests {
     use super::*;
 
     #[test]
+    fn no_planner_has_margins_a_forecast_or_a_final_check_of_its_own() {
+        let tuned = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/tuned");
+        let sources = profiles(Path::new(tuned)).unwrap().into_iter().map(|file| {
+            let text = std::fs::read_to_string(&file).unwrap();
+            (file, Profile::from_toml(&text).unwrap())
+        });
+        let builtin = Profile::names().map(|name| (name.to_owned(), Profile::builtin(name).unwrap()));
+        let all: Vec<(String, Profile)> = builtin.chain(sources).collect();
+        let papers = Profile::default();
+        for (source, profile) in &all {
+            assert_eq!(profile.collision, papers.collision, "{source}");
+            assert_eq!(profile.forecast, papers.forecast, "{source}");
+            assert_eq!(
+                (profile.hold, profile.goal, profile.dt),
+                (papers.hold, papers.goal, papers.dt),
+                "{source}"
+            );
+        }
+        assert_eq!(all.len(), 24);
+    }
+
+    #[test]
     fn a_folder_of_profiles_stands_for_its_planners_the_built_in_ones_first() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["mine", "dwa", "curiosity", "a"] {

@@ -3,7 +3,7 @@
 use super::findings::Findings;
 use super::measure::Measure;
 use super::report::report;
-use super::row::Row;
+use super::row::{Row, Tally};
 use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
 
@@ -24,14 +24,21 @@ fn results(rows: &[&Row]) -> String {
     let mut text = csv_row(labels.into_iter().chain(measures).chain([
         "cycles",
         "first_choice",
+        "other_free",
+        "only_slow",
+        "none_free",
         "degraded",
         "decisions_sha256",
     ]));
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let cycles = [row.cycles.count, row.cycles.first_choice, row.cycles.degraded].map(|n| n.to_string());
-        let last = cycles.into_iter().chain([row.decisions_sha256.clone()]);
+        let Tally { cycles, first_choices, other_free, only_slow, none_free, untold, .. } =
+            Tally::of(std::iter::once(*row));
+        let told = |part: u64| if untold > 0 { String::new() } else { part.to_string() };
+        let last = [cycles, first_choices].map(|n| n.to_string()).into_iter();
+        let last = last.chain([other_free, only_slow, none_free].map(told));
+        let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
     text
@@ -76,7 +83,7 @@ mod tests {
         assert_eq!(text, results(&[&slow]));
         assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [21, 21]);
-        assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,0.12,0.05,1,")), "{text}");
+        assert_eq!(fields, [25, 25]);
+        assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,1,0.12,0.05,1,")), "{text}");
     }
 }

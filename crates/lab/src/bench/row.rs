@@ -32,13 +32,18 @@ impl Row {
         self.outcome == Outcome::Reached
     }
 
+    /// In how many cycles the reason of the decision had this code, where it was not that of the first choice.
+    pub(crate) fn decided(&self, code: &str) -> u64 {
+        self.cycles.other_choice.get(code).copied().unwrap_or_default()
+    }
+
     /// At the goal without having touched anything.
     pub(crate) fn is_success(&self) -> bool {
         self.is_reached() && self.measures.collisions == 0
     }
 }
 
-/// Counts of runs, but for `contacts`, `cycles` and `first_choices`.
+/// Counts of runs, but for `contacts` and those of cycles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Tally {
     pub(crate) runs: usize,
@@ -56,6 +61,14 @@ pub(crate) struct Tally {
     pub(crate) cycles: u64,
     /// Cycles in which the candidate that the planner wanted most was followed.
     pub(crate) first_choices: u64,
+    /// Cycles in which the final check refused that one and another that is not slow was followed.
+    pub(crate) other_free: u64,
+    /// Cycles in which only slow candidates passed the final check.
+    pub(crate) only_slow: u64,
+    /// Cycles in which no candidate passed it: the robot followed the last trajectory or stopped.
+    pub(crate) none_free: u64,
+    /// Cycles of runs that do not say why the first choice was not followed: rows of an older build.
+    pub(crate) untold: u64,
 }
 
 impl Tally {
@@ -71,6 +84,14 @@ impl Tally {
             degraded: t.degraded + usize::from(row.cycles.degraded > 0),
             cycles: t.cycles + row.cycles.count,
             first_choices: t.first_choices + row.cycles.first_choice,
+            other_free: t.other_free + row.decided("least_cost_free"),
+            only_slow: t.only_slow + row.decided("only_slow_free"),
+            none_free: t.none_free + row.decided("none_free"),
+            untold: t.untold
+                + row
+                    .cycles
+                    .count
+                    .saturating_sub(row.cycles.first_choice + row.cycles.other_choice.values().sum::<u64>()),
         })
     }
 
@@ -136,5 +157,8 @@ pub(crate) mod tests {
         assert_eq!((tally.runs, tally.success, tally.reached, tally.lost), (3, 1, 2, 1));
         assert_eq!((tally.collided, tally.contacts), (1, 3));
         assert_eq!((tally.cycles, tally.first_choices), (3 * 83, 3 * 70));
+        assert_eq!((tally.other_free, tally.only_slow, tally.none_free, tally.untold), (3 * 10, 0, 3 * 3, 0));
+        rows[1].cycles.other_choice.clear();
+        assert_eq!(Tally::of(rows.iter()).untold, 13);
     }
 }

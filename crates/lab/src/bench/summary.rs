@@ -16,6 +16,7 @@ pub(super) fn summary(bench: &Findings<'_>) -> Value {
     json!({
         "planners": comparison.planners,
         "scenarios": comparison.scenarios,
+        "places": comparison.places,
         "first_seed": bench.first_seed,
         "perception": bench.perception,
         "repeats": bench.repeats,

@@ -104,13 +104,15 @@ class Cycles(Record):
     """The planning cycles of a run: how many, how many degraded and by what code, wall times in ms.
 
     ``skipped`` counts the ticks that a cycle was due in and that had none, ``late`` the cycles decided only after the
-    next one was due, ``first_choice`` those in which the candidate that the planner wanted most was followed.
+    next one was due, ``first_choice`` those in which the candidate that the planner wanted most was followed, and
+    ``other_choice`` the others by the code of the decision's reason.
     """
 
     count: Uint
     skipped: Uint | None = None
     late: Uint | None = None
     first_choice: Uint | None = None
+    other_choice: dict[str, Uint] | None = None
     degraded: Uint
     degraded_by: dict[str, Uint] | None = None
     p50_ms: NonNegative

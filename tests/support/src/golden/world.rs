@@ -73,6 +73,7 @@ pub fn run_result() -> RunResult {
             skipped: 2,
             late: 1,
             first_choice: 70,
+            other_choice: BTreeMap::from([("least_cost_free".into(), 10), ("none_free".into(), 3)]),
             degraded: 1,
             degraded_by: BTreeMap::from([("cut_short".into(), 1), ("evaluated_locally".into(), 1)]),
             p50_ms: 8.5,

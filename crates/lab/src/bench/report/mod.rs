@@ -17,7 +17,7 @@ use super::published::{SLIPS, published};
 use super::row::Tally;
 use crate::paper::PUBLISHED;
 use crate::plural::count;
-use crate::statistics::{holm, median, share_interval};
+use crate::statistics::{median, share_interval};
 
 /// A difference counts below this p.
 const SIGNIFICANT: f64 = 0.01;
@@ -60,30 +60,31 @@ struct Page<'a> {
     bench: &'a Findings<'a>,
     title: String,
     /// Each planner but the first against the first, over all scenarios, with Holm's p over all of them.
-    tests: BTreeMap<(Measure, usize), (Paired, f64)>,
+    tests: BTreeMap<(Measure, usize), Paired>,
 }
 
 pub(super) fn report(bench: &Findings<'_>) -> anyhow::Result<String> {
     let title = format!(
-        "{} in {}: {} runs",
+        "{} in {} in {}: {} runs",
         count(bench.comparison.planners.len(), "planner"),
         count(bench.comparison.scenarios.len(), "scenario"),
+        count(bench.comparison.count_places(), "place"),
         bench.comparison.count_runs()
     );
     // The engine drops the last line break of a template.
     Ok(Page { bench, title, tests: tests(bench) }.render()? + "\n")
 }
 
-fn tests(bench: &Findings<'_>) -> BTreeMap<(Measure, usize), (Paired, f64)> {
+fn tests(bench: &Findings<'_>) -> BTreeMap<(Measure, usize), Paired> {
     let others = 1..bench.comparison.planners.len();
     let of = |measure: Measure| {
         others
             .clone()
             .filter_map(move |p| Some(((measure, p), bench.comparison.paired(measure, p, 0, None)?)))
     };
-    let (cells, paired): (Vec<_>, Vec<_>) = Measure::ALL.into_iter().flat_map(of).unzip();
-    let corrected = holm(&paired.iter().map(|paired: &Paired| paired.p).collect::<Vec<_>>());
-    cells.into_iter().zip(paired.into_iter().zip(corrected)).collect()
+    let (cells, mut paired): (Vec<_>, Vec<_>) = Measure::ALL.into_iter().flat_map(of).unzip();
+    Paired::correct(paired.iter_mut());
+    cells.into_iter().zip(paired).collect()
 }
 
 impl Page<'_> {
@@ -133,10 +134,15 @@ impl Page<'_> {
         if least < most { format!("{least} to {most}") } else { most.to_string() }
     }
 
-    /// How often a planner's first choice was driven, per cent of its cycles.
-    fn first_choices(&self, planner: &usize) -> String {
-        let Tally { cycles, first_choices, .. } = self.tally(planner);
-        format!("{:.0} %", 100.0 * first_choices as f64 / cycles.max(1) as f64)
+    /// How often a planner's first choice was driven, and, if every run tells, how often not because the final check
+    /// refused it, because only slow candidates passed the check, and because none did; per cent of its cycles.
+    fn choices(&self, planner: &usize) -> [String; 2] {
+        let Tally { cycles, first_choices, other_free, only_slow, none_free, untold, .. } =
+            self.tally(planner);
+        let share = |part: u64| format!("{:.0}", 100.0 * part as f64 / cycles.max(1) as f64);
+        let split =
+            if untold > 0 { String::new() } else { [other_free, only_slow, none_free].map(share).join(", ") };
+        [share(first_choices), split]
     }
 
     /// The planners that something must be said of.
@@ -202,6 +208,11 @@ impl Page<'_> {
         kinds.into_iter().map(|(kind, scenarios)| (kind, tallies(scenarios))).collect()
     }
 
+    /// The least p that a test of the places can have.
+    fn least_p(&self) -> f64 {
+        0.5_f64.powf(self.bench.comparison.count_places() as f64 - 1.0)
+    }
+
     fn claims_that_hold(&self) -> usize {
         self.bench.claims.iter().filter(|judged| judged.holds).count()
     }
@@ -260,16 +271,26 @@ impl Page<'_> {
         Some((mean + &sd, theirs.slip))
     }
 
-    /// A planner against the first one: class of the cell, difference, its interval, and the test.
-    fn paired(&self, measure: &Measure, planner: &usize) -> Option<(&'static str, String, String, String)> {
-        let (paired, p) = self.tests.get(&(*measure, *planner))?;
-        let verdict = match (*p < SIGNIFICANT, measure.prefers(0.0, paired.difference)) {
-            (false, _) => "",
-            (true, true) => "pass",
-            (true, false) => "miss",
+    /// A planner against the first one: class of the cell, difference, its interval, and the two lines of the test.
+    fn paired(
+        &self,
+        measure: &Measure,
+        planner: &usize,
+    ) -> Option<(&'static str, String, String, [String; 2])> {
+        let Paired { difference, low, high, p, p_of_runs, units, differ, agree, .. } =
+            *self.tests.get(&(*measure, *planner))?;
+        let verdict = match (p < SIGNIFICANT, p_of_runs < SIGNIFICANT, measure.prefers(0.0, difference)) {
+            (true, _, true) => "pass",
+            (true, _, false) => "miss",
+            (false, true, true) => "here pass",
+            (false, true, false) => "here miss",
+            (false, false, _) => "",
         };
-        let test = format!("{}, n = {}", shown_p(*p), paired.units);
-        Some((verdict, measure.show(paired.difference), interval(*measure, paired.low, paired.high), test))
+        let test = [
+            format!("{}, n = {units}; {agree} of {differ}", shown_p(p)),
+            format!("{} of the runs", shown_p(p_of_runs)),
+        ];
+        Some((verdict, measure.show(difference), interval(*measure, low, high), test))
     }
 
     /// The paper's tables: title, measures, and what to know when reading.

@@ -6,6 +6,8 @@ mod bi_risk_rrt;
 mod commanded;
 mod drive;
 #[cfg(feature = "profiles")]
+mod dwa;
+#[cfg(feature = "profiles")]
 mod risk_rrt;
 mod rrt_star;
 mod update;
