@@ -172,14 +172,9 @@ impl InformationToGoTermParams {
         task: &Task,
     ) -> InformationToGoField {
         let way = (task.goal, task.robot.radius());
-        InformationToGoField::new(
-            map,
-            information,
-            way,
-            &task.noise,
-            &self.uncertainty,
-            &self.information_to_go,
-        )
+        let UncertaintySwitch { threshold, release_ratio } = self.uncertainty;
+        let traces = (threshold * release_ratio, threshold);
+        InformationToGoField::new(map, information, way, &task.noise, traces, &self.information_to_go)
     }
 }
 

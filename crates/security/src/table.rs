@@ -188,6 +188,7 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/belief",
                     "robot/{robot}/decision",
                     "robot/{robot}/cmd",
+                    "robot/{robot}/people",
                     "world/{world}/people",
                 ],
             ),

@@ -49,7 +49,7 @@ impl Track {
             seen: stamp,
             history: 1,
             scans: 1,
-            confirmed: params.confirm <= 1,
+            confirmed: params.needed() <= 1,
         }
     }
 
@@ -113,13 +113,13 @@ impl Track {
         let all = 1_u32.checked_shl(params.confirm_of).map_or(u32::MAX, |bit| bit - 1);
         self.history = (self.history << 1 | u32::from(seen)) & all;
         self.scans = self.scans.saturating_add(1);
-        self.confirmed |= self.history.count_ones() >= params.confirm;
+        self.confirmed |= self.history.count_ones() >= params.needed();
     }
 
     /// Whether something that is no person yet cannot become one with what has been seen of it.
     pub(crate) fn is_hopeless(&self, params: &TrackerParams) -> bool {
         let misses = self.scans.min(params.confirm_of) - self.history.count_ones().min(self.scans);
-        !self.confirmed && misses > params.confirm_of - params.confirm
+        !self.confirmed && misses > params.confirm_of - params.needed()
     }
 
     pub(crate) fn person(&self, stamp: f64) -> Person {

@@ -63,7 +63,8 @@ fn over_http_and_over_zenoh_the_numbers_are_the_same_and_all_are_documented() {
         }
         let requests = number(&key, "curionav_requests_total");
         assert_eq!(Some(requests), service["status"]["requests"].as_f64(), "{name}");
-        assert!(requests > 0.0, "{name} has answered nothing");
+        // A tracker has nothing to do where the truth about people is published.
+        assert_eq!(requests > 0.0, !name.starts_with("tracker"), "{name}: {requests} answered");
         match name.split('-').next().unwrap() {
             "arbiter" => {
                 // Every cycle of the run ended in a decision.

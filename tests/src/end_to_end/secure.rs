@@ -96,8 +96,10 @@ fn pools_behind_another_router_work_over_tls_and_nothing_of_the_robot_passes() {
     let robot = start(&[&["router", "--listen", "tls/127.0.0.1:0"], &linked[..]].concat());
     let of_robot = ["driver", "localizer", "arbiter", "simulator"].map(|role| (role, "robot"));
     let of_pools = [("generator", "g"), ("cpc", "a"), ("cnc", "a")];
-    let service =
-        |at: &str, (role, instance): (&str, &str)| start(&[role, "--connect", at, "--instance", instance]);
+    let service = |at: &str, (role, instance): (&str, &str)| {
+        let base: &[&str] = if role == "driver" { &["--simulated-base"] } else { &[] };
+        start(&[&[role, "--connect", at, "--instance", instance], base].concat())
+    };
     let _robot_services = of_robot.map(|one| service(robot.endpoint(), one));
     let _pool_services = of_pools.map(|one| service(pools.endpoint(), one));
     let at = [&["--connect", robot.endpoint()], &secure[..]].concat();

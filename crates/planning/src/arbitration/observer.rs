@@ -168,6 +168,31 @@ mod tests {
     }
 
     #[test]
+    fn what_the_driver_keeps_braking_for_is_in_the_scene_until_it_has_been_passed() {
+        let (mut observer, mut profile, robot): (Observer, Profile, RobotModel) = Default::default();
+        let pose = Pose2::new(2.0, 1.0, std::f64::consts::FRAC_PI_2);
+        observer.observe_braking(&profile, &robot, (pose, 5.0), 100.0);
+        assert_eq!(observer.unseen, None, "the paper's planner knows of no such thing");
+        profile.unseen.after = 1.0;
+        observer.observe_braking(&profile, &robot, (pose, 5.0), 0.9);
+        assert_eq!(observer.unseen, None);
+        observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
+        let mut people_at = |stamp: f64| {
+            let belief = Belief { pose, ..belief(0.0) };
+            observer.form_scene(&profile, &robot, 7, stamp, belief, &people(&[(3, 1.0)])).people
+        };
+        let seen = people_at(5.0);
+        assert_eq!(seen.id, [3, People::UNSEEN]);
+        // Ahead of the robot, as near as it touches it.
+        let ahead = 1.0 + robot.radius() + 0.25;
+        assert!((seen.x[1] - 2.0).abs() < 1e-12 && (seen.y[1] - ahead).abs() < 1e-12);
+        assert_eq!(people_at(5.0 + profile.unseen.keep).id, [3, People::UNSEEN]);
+        assert_eq!(people_at(5.1 + profile.unseen.keep).id, [3]);
+        // The robot's clock has started over.
+        assert_eq!(people_at(1.0).id, [3]);
+    }
+
+    #[test]
     fn the_order_of_the_tracker_does_not_matter() {
         let a = form(&mut Observer::default(), 0.0, &[(3, 1.0), (1, 2.0), (2, 30.0)]);
         let b = form(&mut Observer::default(), 0.0, &[(2, 30.0), (1, 2.0), (3, 1.0)]);

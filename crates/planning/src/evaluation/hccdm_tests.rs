@@ -334,3 +334,19 @@ fn a_parameter_out_of_range_is_named() {
     let params = HccdmParams { social_distance: f64::NAN, ..HccdmParams::default() };
     assert!(params.check().unwrap_err().to_string().starts_with("social_distance"));
 }
+
+#[test]
+fn in_a_dense_crowd_each_further_person_counts_less_and_without_saturation_as_much() {
+    // So many people in one place, far from each other's crowds in time: one component each.
+    let apart = HccdmParams { social_distance: 0.0, ..HccdmParams::default() };
+    let cost = |count: usize, saturation: f64| {
+        let rows: Vec<[f64; 4]> = (0..count).map(|k| [5.0 + 0.01 * k as f64, 5.0, 0.0, 0.0]).collect();
+        Hccdm::build(&people(&rows), &HccdmParams { saturation, ..apart }, 1, 0.3).cost(&[5.0], &[5.0])
+    };
+    let [one, two, eight] = [1, 2, 8].map(|count| cost(count, 0.0));
+    assert!((two / one - 2.0).abs() < 0.01 && (eight / one - 8.0).abs() < 0.1, "{one}, {two}, {eight}");
+    for (count, plain) in [(1, one), (2, two), (8, eight)] {
+        assert!((cost(count, 0.2) - plain / (1.0 + plain / 0.2)).abs() < 1e-12);
+    }
+    assert!(cost(8, 0.2) - cost(7, 0.2) < 0.25 * (cost(2, 0.2) - cost(1, 0.2)));
+}

@@ -14,7 +14,7 @@ use crate::states::States;
 pub(super) const DT: f64 = 0.3;
 
 /// 30 m x 20 m at 0.1 m; occupied where `solid` says so of a cell's centre.
-pub(super) fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
+pub(in crate::evaluation) fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
     let cells = (0..300 * 200)
         .map(|i| {
             let (x, y) = (0.1 * f64::from(i % 300) + 0.05, 0.1 * f64::from(i / 300) + 0.05);
@@ -25,7 +25,7 @@ pub(super) fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap 
 }
 
 /// Walls of a corridor 4 m wide, a niche every 3 m.
-pub(super) fn corridor(x: f64, y: f64) -> bool {
+pub(in crate::evaluation) fn corridor(x: f64, y: f64) -> bool {
     let depth = if x % 3.0 < 1.0 { 2.8 } else { 2.0 };
     (y - 10.0).abs() > depth
 }
@@ -195,4 +195,24 @@ fn a_spent_budget_stops_it() {
     let set = straight(Pose2::new(5.0, 10.0, 0.0), 0.5);
     assert_eq!(evaluator.evaluate(&uncertain(), &set, &|| true), Err(Stopped));
     assert_eq!(evaluator.evaluate(&uncertain(), &CandidateSet::empty(13, DT), &|| false), Ok(vec![]));
+}
+
+#[test]
+fn a_lost_robot_loses_little_more_by_driving_on_where_the_trace_saturates() {
+    let map = map(Pose2::default(), |_, _| false);
+    let field = Arc::new(InformationField::new(&map, &LaserModel::default(), &InformationParams::default()));
+    let of = |saturation: f64| {
+        let params = CpcParams { saturation, ..CpcParams::default() };
+        CpcEvaluator::new(Arc::clone(&field), OdometryNoise::default(), params)
+    };
+    let start = Pose2::new(10.0, 10.0, 0.0);
+    // What driving costs more than standing, of a robot whose trace is `trace`.
+    let of_driving = |saturation: f64, trace: f64| {
+        let scene = scene(Matrix3::identity() * (trace / 3.0));
+        let cost = |v| of(saturation).evaluate(&scene, &straight(start, v), &|| false).unwrap()[0];
+        cost(1.0) - cost(0.0)
+    };
+    assert!(of_driving(0.2, 1.0) < 0.1 * of_driving(0.2, 0.05));
+    assert!(of_driving(0.0, 1.0) >= of_driving(0.0, 0.05));
+    assert!(of_driving(0.2, 1.0) > 0.0);
 }

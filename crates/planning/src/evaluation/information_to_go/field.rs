@@ -8,7 +8,6 @@ use crate::geometry::Point2;
 use crate::motion::OdometryNoise;
 use crate::numerics::exp;
 use crate::occupancy::{Front, OccupancyGrid, StaticMap};
-use crate::profile::UncertaintySwitch;
 
 crate::parameters! {
     /// What uncertainty on the way to the goal costs, as metres.
@@ -75,17 +74,16 @@ enum Sight {
 const NONE: u32 = u32::MAX;
 
 impl InformationToGoField {
-    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`; the position counts as
-    /// uncertain from a trace of `threshold` on.
+    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. The position counts as
+    /// certain below a trace of `certain`, and what is above one of `threshold` is in excess, m2 + rad2.
     pub fn new(
         map: &StaticMap,
         information: &InformationField,
         (goal, radius): (Point2, f64),
         noise: &OdometryNoise,
-        uncertainty: &UncertaintySwitch,
+        (certain, threshold): (f64, f64),
         params: &InformationToGoParams,
     ) -> Self {
-        let (threshold, certain) = (uncertainty.threshold, uncertainty.threshold * uncertainty.release_ratio);
         let roadmap = Roadmap::new(map, radius);
         let edges = roadmap.edges(map, radius);
         let step = 0.5 * roadmap.spacing;

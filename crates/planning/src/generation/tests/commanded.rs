@@ -154,6 +154,30 @@ fn a_robot_that_does_not_get_away_is_offered_ways_out() {
 }
 
 #[test]
+fn a_way_out_that_has_been_begun_is_gone_to_its_end() {
+    let (world, scene) = northwards(&people(&[[15.0, 10.9, 0.0, 0.0]]));
+    let mut params = part("curiosity");
+    (params.generation.recovery.patience, params.generation.recovery.insist) = (3.0, true);
+    let stuck = Scene { in_place: 4.0, belief: Belief { twist: Twist::default(), ..scene.belief }, ..scene };
+    let insisting = Generator::new("rrt-star", params);
+    let offered = insisting.generate(&world.input(&stuck, None), None, 1, &|| 0.0).candidates;
+    assert!(offered.len() > 1, "{} ways out", offered.len());
+    let here = stuck.belief.pose.position();
+    let end = |set: &CandidateSet, i: usize| set.all_states().position(set.range(i).end - 1);
+    assert!((0..offered.len()).all(|i| end(&offered, i).distance(here) > 0.29), "one leads nowhere");
+    // Whichever was chosen, it alone is offered next, with each speed.
+    for chosen in [0, offered.len() - 1] {
+        let states = offered.all_states();
+        let rest: Vec<Pose2> = offered.range(chosen).map(|at| states.pose(at)).collect();
+        let next = insisting.generate(&world.input(&stuck, Some(&rest)), None, 1, &|| 0.0).candidates;
+        assert!(!next.is_empty() && next.len() <= 3, "{} are offered", next.len());
+        let direction = |p: Point2| bearing(here, p);
+        let off = wrap_angle(direction(end(&next, 0)) - direction(end(&offered, chosen))).abs();
+        assert!(off < 0.4, "it now leads {off} rad elsewhere");
+    }
+}
+
+#[test]
 fn mppi_goes_on_with_the_sequence_it_had() {
     let (world, mut scene) = northwards(&people(&[[16.0, 16.0, 0.0, 0.0]]));
     let before = once("mppi", &world, &scene);
