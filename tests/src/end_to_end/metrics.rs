@@ -81,7 +81,7 @@ fn over_http_and_over_zenoh_the_numbers_are_the_same_and_all_are_documented() {
         );
         asked += 1;
     }
-    assert_eq!(asked, 7);
+    assert_eq!(asked, 8);
     // A counter's samples end in `_total`, the counter does not.
     let documented: BTreeSet<String> = documented_metrics()
         .into_iter()

@@ -166,7 +166,7 @@ fn decision(base: &ObedientBase, seq: u64, states: usize, dt: f64, state: impl F
 }
 
 fn hostile(base: &ObedientBase, seq: u64, random: &std::cell::RefCell<Rng>) -> Decision {
-    let u = || uniform(&mut *random.borrow_mut());
+    let u = || uniform(&mut random.borrow_mut());
     let any = || {
         let sign = if u() < 0.5 { -1.0 } else { 1.0 };
         match (u() * 8.0) as usize {

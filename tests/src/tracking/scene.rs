@@ -98,7 +98,7 @@ impl Bench {
         for person in &mut people {
             person.position = pose.transform(sensed.odometry.inverse_transform(person.position));
         }
-        let omega = if self.world.tick() / 30 % 2 == 0 { 0.3 } else { -0.3 };
+        let omega = if (self.world.tick() / 30).is_multiple_of(2) { 0.3 } else { -0.3 };
         self.world.step(Twist { v: 0.2, omega });
         (sensed, people)
     }

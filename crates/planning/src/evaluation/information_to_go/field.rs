@@ -126,9 +126,9 @@ impl InformationToGoField {
         let shortest = field.shortest(&edges, end);
         // What is left is what uncertainty costs.
         field.metres = uncertain;
-        for block in 0..field.roadmap.len() {
+        for (block, shortest) in shortest.into_iter().enumerate() {
             for at in field.states(block) {
-                let more = field.metres[at] - shortest[block];
+                let more = field.metres[at] - shortest;
                 field.metres[at] = if more.is_finite() { more.max(0.0) } else { f32::INFINITY };
             }
         }
