@@ -67,11 +67,20 @@ fn fails_and_returns(
     Ok(Figures { detected: Some(detected), recovered: Some(recovered), ..figures })
 }
 
-/// Waits until a replica that has just been started has answered questions of a cycle.
+/// Generators that a robot with one search tree keeps ready: one that it asks, and one in reserve.
+const GENERATORS_WANTED: f64 = 2.0;
+
+/// Waits until an evaluator that has just been started has answered questions of a cycle. A generator need not be asked
+/// soon, nor at all while enough others are ready: it is back once it is alive and the robot has all that it wants.
 fn await_work(site: &Site, role: &str, instance: &str, returned: Instant) -> Kept<Duration> {
-    // A generator answers the question whether it is ready with candidates; an evaluator is asked for no cost.
-    let enough = if role == "generator" { 2.0 } else { 1.0 };
-    let works = |r: &Recorder| r.is_alive(role, instance) && r.work(role, instance) >= Some(enough);
+    let may_work = |r: &Recorder| {
+        if role == "generator" {
+            r.ready(role) >= Some(GENERATORS_WANTED)
+        } else {
+            r.work(role, instance) >= Some(1.0)
+        }
+    };
+    let works = |r: &Recorder| r.is_alive(role, instance) && may_work(r);
     site.recorder().await_until("at work again", returned, BACK_LIMIT, works)
 }
 

@@ -362,6 +362,7 @@ class Memory(Message):
     """What the arbiter carried into cycle ``seq``: with mission and scene it decides the cycle.
 
     ``uncertain`` and ``members`` (ids of people) are those of the scene before, ``place`` what the robot has not left,
+    ``unseen`` what only the driver sees,
     ``previous`` the trajectory being driven, ``driven`` the driver's newest command, ``trees`` those of the generators,
     one without nodes if it is not yet grown. Published only while something listens.
     """
@@ -378,6 +379,7 @@ class Memory(Message):
     uncertain: bool
     members: Annotated[U32, Array("u32", "*", high=2**32 - 1, limit=1024)]
     place: Place | None = None
+    unseen: Place | None = None
     previous: Previous | None = None
     driven: Twist | None = None
     trees: Annotated[list[Tree], {"limit": 8}]
