@@ -40,12 +40,12 @@ const LONGEST_BLIND: f64 = 12.0;
 /// Metres by which the way to a goal counts longer, by place and by how uncertain the robot is there.
 ///
 /// The state of a robot is its place and how far it has driven without a landmark. Both follow from the edges of a
-/// roadmap: an edge to a place where a scan tells the position ends the blind way, one to a place along a single wall
-/// leaves it as it is, and any other makes it longer. Odometry alone makes the
-/// trace of the covariance grow with the blind way u as l(u) = 2 p u + h u + h u^3 / 3, with the variances p of position
-/// and h of heading per metre: an error of heading displaces everything driven after it. One search from the goal
-/// backwards (Dijkstra, 1959) gives the least cost of each state, of which the shortest way is taken off: a belief
-/// roadmap (Prentice and Roy, 2009) with one number for the covariance.
+/// roadmap: an edge to a place where a scan tells the position makes up for some of the blind way (`recovery`), one to a
+/// place along a single wall leaves it as it is, and any other makes it longer. Odometry alone makes the trace of the
+/// covariance grow with the blind way u by 2 p u + h u + h u^3 / 3, with the variances p of position and h of heading per
+/// metre: an error of heading displaces everything driven after it. One search from the goal backwards (Dijkstra, 1959)
+/// gives the least cost of each state, of which the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009)
+/// with one number for the covariance.
 #[derive(Debug, Clone)]
 pub struct InformationToGoField {
     grid: Arc<OccupancyGrid>,
@@ -288,7 +288,7 @@ impl Search<'_> {
     }
 }
 
-/// l(u): the trace after so many metres without a landmark.
+/// By how much the trace has grown after so many metres without a landmark.
 fn blind_trace(noise: &OdometryNoise, metres: f64) -> f64 {
     let (position, heading) = (noise.position_per_metre, noise.heading_per_metre);
     2.0 * position * metres + heading * metres + heading * metres * metres * metres / 3.0
