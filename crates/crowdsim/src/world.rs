@@ -1,6 +1,7 @@
 //! The world: robot, people and sensors, one tick after the other.
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
@@ -46,6 +47,17 @@ pub struct Observation {
     pub people: People,
 }
 
+/// A person whom the robot's body overlaps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Who.
+    pub id: u32,
+    /// How fast the robot comes towards the person, m/s; negative while it goes away.
+    pub robot_speed: f64,
+    /// How fast the person comes towards the robot, m/s; negative while the person goes away.
+    pub person_speed: f64,
+}
+
 /// What really is at one tick: for measures, never for a planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -65,8 +77,8 @@ pub struct Truth {
     pub wall_clearance: f64,
     /// Speed at which a wall stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
-    /// Ids of the people whose disc overlaps the robot's (D11), ascending.
-    pub touching: Vec<u32>,
+    /// The people whose disc overlaps the robot's (D11), by ascending id.
+    pub touching: Vec<Touch>,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
 }
@@ -170,7 +182,7 @@ impl World {
             person_clearance: person_distance - contact,
             wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
-            touching: touched.map(|i| self.people.id[i]).collect(),
+            touching: touched.map(|i| touch(pose, twist, &self.people, i)).collect(),
             time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
         }
     }
@@ -272,6 +284,19 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
         }
     }
     Ok(recordings)
+}
+
+/// How the robot and the i-th person go towards each other along the line between their centres.
+fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
+    let person = people.position(i);
+    let (dx, dy) = (person.x - pose.x, person.y - pose.y);
+    let distance = dx.hypot(dy).max(f64::MIN_POSITIVE);
+    let (sin, cos) = sin_cos(pose.heading);
+    Touch {
+        id: people.id[i],
+        robot_speed: twist.v * (cos * dx + sin * dy) / distance,
+        person_speed: -(people.vx[i] * dx + people.vy[i] * dy) / distance,
+    }
 }
 
 #[cfg(test)]
