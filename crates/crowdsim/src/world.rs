@@ -1,5 +1,7 @@
 //! The world: robot, people and sensors, one tick after the other.
 
+use std::collections::BTreeSet;
+
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
@@ -77,7 +79,8 @@ pub struct Truth {
     pub wall_clearance: f64,
     /// Speed at which a wall stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
-    /// The people whose disc overlaps the robot's (D11), by ascending id.
+    /// The people whose disc overlaps the robot's (D11), by ascending id. Who came into being there, as filmed people do at
+    /// the edge of a film, is left out until they have parted.
     pub touching: Vec<Touch>,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
@@ -95,6 +98,8 @@ pub struct World {
     recordings: Vec<Recording>,
     live: People,
     people: People,
+    /// Ids of the people who came into being where the robot is, and have overlapped it since.
+    overlaid: BTreeSet<u32>,
 }
 
 impl World {
@@ -116,6 +121,7 @@ impl World {
             recordings: chosen(scenario, recordings)?,
             live: People::default(),
             people: People::default(),
+            overlaid: BTreeSet::new(),
             scenario: scenario.clone(),
             map,
             seed,
@@ -172,7 +178,8 @@ impl World {
         let contact = self.contact_distance();
         let distance = |i: usize| self.people.position(i).distance(pose.position());
         let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
-        let touched = (0..self.people.len()).filter(|i| distance(*i) < contact);
+        let touched = (0..self.people.len())
+            .filter(|i| distance(*i) < contact && !self.overlaid.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
             time: self.time(),
@@ -197,7 +204,9 @@ impl World {
         let others = (self.scenario.walkers.len()..people.len()).map(|i| passer_by(people, i));
         self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
-        self.people = self.all_people();
+        let now = self.all_people();
+        let before = std::mem::replace(&mut self.people, now);
+        self.overlaid = self.overlaid_after(&before);
     }
 
     /// Puts live people into the world in place of those given before; their ids are counted from
@@ -205,6 +214,14 @@ impl World {
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
         self.people = self.all_people();
+    }
+
+    /// Who of those that overlap the robot now was not there before, or has overlapped it since coming into being.
+    fn overlaid_after(&self, before: &People) -> BTreeSet<u32> {
+        let (robot, contact) = (self.plant.pose.position(), self.contact_distance());
+        let overlaps = |i: &usize| self.people.position(*i).distance(robot) < contact;
+        let ids = (0..self.people.len()).filter(overlaps).map(|i| self.people.id[i]);
+        ids.filter(|id| self.overlaid.contains(id) || !before.id.contains(id)).collect()
     }
 
     /// Distance between centres at which the robot touches a person, metres.

@@ -241,3 +241,27 @@ fn all_people_of_the_published_scene_keep_walking_when_they_avoid() {
     assert!(shares.iter().all(|share| *share > 0.3), "{shares:?}");
     assert!(least > 0.499, "{least}");
 }
+
+#[test]
+fn who_comes_into_being_where_the_robot_is_touches_it_only_after_they_have_parted() {
+    let scenario = Scenario::from_toml(
+        "name = \"hall\"\nmap = { file = \"hall.yaml\" }\n\
+         [robot]\nstart = [2.0, 6.0, 0.0]\ngoal = [17.0, 6.0]\n\
+         [[recorded]]\nfile = \"r.txt\"\nformat = \"text\"\nfps = 25\n",
+    )
+    .unwrap();
+    // person 2 is there from 0.4 s on, on the robot; 2 m away at 0.8 s, and back at 1.2 s
+    let text = "0 1 9 9\n10 2 2 6\n20 2 4 6\n30 2 2 6\n";
+    let recording = Recording::parse(text, RecordingFormat::Text, 25.0).unwrap();
+    let mut world = World::new(&scenario, hall(Point2::default()), vec![recording], 0).unwrap();
+    let touched: Vec<bool> = (0..13)
+        .map(|_| {
+            let truth = world.truth();
+            world.step(Twist::default());
+            !truth.touching.is_empty()
+        })
+        .collect();
+    // centres nearer than 0.55 m at 5 m/s: from 1.1 s on
+    let expected: Vec<bool> = (0..13).map(|tick| tick >= 11).collect();
+    assert_eq!(touched, expected);
+}
