@@ -24,9 +24,6 @@ crate::parameters! {
         pub wall_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.05,
         /// Room kept to people whatever the uncertainty, metres.
         pub person_margin: f64 [0.0, 10.0, "m", "more room than that no passage has"] = 0.1,
-        /// Room kept to people besides, per speed of the robot, seconds: a person who turns is met more gently by a robot that
-        /// drives slowly.
-        pub speed_margin: f64 [0.0, 10.0, "s", "more room than that no passage has"] = 0.0,
         /// Whether candidates from which the robot could still be stopped short of people, if they stopped walking right
         /// now, are preferred to all others. The paper has no such rule.
         pub stop_short: bool = true,
@@ -72,8 +69,6 @@ pub struct CollisionChecker<'a> {
     /// Whether the shape differs from its circumscribed disc.
     polygon: bool,
     start: Pose2,
-    /// Room kept to people besides at the robot's greatest speed, metres.
-    speed_room: f64,
     /// Variance of the robot's position, m2.
     belief_variance: f64,
     /// Room between the shape and walls asked of every pose, metres; negative if it touches one already.
@@ -114,7 +109,6 @@ impl<'a> CollisionChecker<'a> {
             shape: FootprintShape::from(&robot.footprint),
             polygon: matches!(robot.footprint, Footprint::Polygon { .. }),
             start,
-            speed_room: params.speed_margin * robot.v_max,
             belief_variance: sigma * sigma,
             wall_room: params.wall_margin + inflation,
             touching_wall: None,
@@ -196,7 +190,7 @@ impl<'a> CollisionChecker<'a> {
         (1..=pieces as usize).all(|k| self.wall_clear(from.toward(to, k as f64 / pieces)))
     }
 
-    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres, if the robot stands and before it is
+    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres, before it is
     /// relaxed for people who are already nearer.
     pub fn person_gap(&self, i: usize, t: f64) -> f64 {
         let forecast = self.forecast.variance(t) + self.people.variance_after(i, t);
@@ -204,7 +198,7 @@ impl<'a> CollisionChecker<'a> {
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
     }
 
-    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres, if the robot stands.
+    /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres.
     pub fn gap_asked(&self, i: usize, t: f64) -> f64 {
         self.person_gap(i, t).min(self.person_cap[i])
     }
@@ -272,7 +266,7 @@ pub struct TrajectoryChecker<'a> {
     near: Vec<usize>,
     /// Where they are at the start of each step and at the end of the last, `[step, person]`.
     at: Vec<Point2>,
-    /// Gap asked of each during each step of a robot that stands, metres, `[step, person]`, before it is relaxed.
+    /// Gap asked of each during each step, metres, `[step, person]`.
     asked: Vec<f64>,
     /// Distance that each moves in one step, metres.
     stride: Vec<f64>,
@@ -290,12 +284,12 @@ impl<'a> TrajectoryChecker<'a> {
         let start = checker.start.position();
         let comes_near = |&i: &usize| {
             let least = people.position(i).distance(start) - reach - speed(i) * time(steps);
-            let widest = (checker.person_gap(i, time(steps)) + checker.speed_room).max(CollisionChecker::GUARD);
+            let widest = checker.person_gap(i, time(steps)).max(CollisionChecker::GUARD);
             least <= body + widest + Self::ROUNDING
         };
         let near: Vec<usize> = (0..people.len()).filter(comes_near).collect();
         let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| people.position_after(i, time(k))));
-        let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.person_gap(i, time(k) + dt)));
+        let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.gap_asked(i, time(k) + dt)));
         let (at, asked) = (at.collect(), asked.collect());
         Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
     }
@@ -328,15 +322,12 @@ impl<'a> TrajectoryChecker<'a> {
         let (now, next) = self.at[step * count..(step + 2) * count].split_at(count);
         let asked = &self.asked[step * count..(step + 1) * count];
         let body = self.checker.shape.circumscribed_radius() + people.radius;
-        let length = from.position().distance(to.position());
-        let body = body + length + Self::ROUNDING;
-        let faster = self.checker.params.speed_margin * length / self.dt;
+        let body = body + from.position().distance(to.position()) + Self::ROUNDING;
         let hit = (0..count).find(|&j| {
-            let asked = (asked[j] + faster).min(self.checker.person_cap[self.near[j]]);
             // Neither moves farther than its stride from where they are now.
-            let far = body + asked + self.stride[j];
+            let far = body + asked[j] + self.stride[j];
             now[j].distance_squared(from.position()) <= far * far
-                && self.checker.meets((from, to), (now[j], next[j]), asked)
+                && self.checker.meets((from, to), (now[j], next[j]), asked[j])
         })?;
         Some(people.id[self.near[hit]])
     }
