@@ -86,8 +86,8 @@ fn contact(c: &Contact) -> (String, String, String) {
     let name = format!("hit at {:.1} s", c.time_s);
     let [robot, person] = [c.robot_mps, c.person_mps].map(|speed| format!("{speed:.2} m/s"));
     match c.person {
-        None => row(&name, robot, "of the robot against a wall"),
-        Some(id) => row(&name, robot, &format!("of the robot towards person {id}, who came at {person}")),
+        None => row(&name, robot, "robot to a wall"),
+        Some(id) => row(&name, robot, &format!("robot to person {id}, who came at {person}")),
     }
 }
 
