@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
@@ -307,7 +307,7 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
 fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
     let person = people.position(i);
     let (dx, dy) = (person.x - pose.x, person.y - pose.y);
-    let distance = dx.hypot(dy).max(f64::MIN_POSITIVE);
+    let distance = hypot(dx, dy).max(f64::MIN_POSITIVE);
     let (sin, cos) = sin_cos(pose.heading);
     Touch {
         id: people.id[i],
