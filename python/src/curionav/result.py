@@ -54,7 +54,7 @@ class Result:
             seed=message.seed,
             outcome=message.outcome,
             measures=message.measures,
-            contacts=list(message.contacts or []),
+            contacts=message.contacts,
             social=dict(message.social or {}),
             cycles=message.cycles,
             real_time_factor=message.real_time_factor,
