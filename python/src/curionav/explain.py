@@ -12,7 +12,6 @@ from .array import F64
 from .messages import CycleReport, TermReport
 from .words import UNSEEN, families, say, say_all
 
-
 _IN_PLACE = 1.0
 """Seconds in one place from which on that is said."""
 

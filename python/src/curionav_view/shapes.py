@@ -20,7 +20,6 @@ from curionav.messages import (
     RobotModel,
     Scan,
 )
-
 from curionav.words import UNSEEN, say
 
 from . import colours

@@ -6,8 +6,8 @@ from collections import Counter
 
 import numpy as np
 
-from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
 from curionav.explain import unseen_away
+from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
 from curionav.words import families, say, say_all
 
 NORMAL = frozenset({"tracking", "arrived"})
