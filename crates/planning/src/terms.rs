@@ -98,8 +98,7 @@ impl DerivedFields for Arc<StaticMap> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Infallible> {
-        let information = self.information(laser, params)?;
-        Ok(Arc::new(RayField::new(&information, self, &laser, params)))
+        Ok(Arc::new(RayField::new(&self.information(laser, params)?, self, &laser, params)))
     }
 
     fn information_to_go(
@@ -255,10 +254,9 @@ impl BuiltIn for CpcOccluded {
     }
 
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let CpcOccludedTermParams { prediction, forecast } = params;
-        let rays = fields.rays(task.laser, &prediction.information).map_err(BuildError::Field)?;
-        let cpc = prediction.prediction(task, fields).map_err(BuildError::Field)?;
-        Ok(Arc::new(CpcOccludedEvaluator::new(cpc, rays, forecast)))
+        let rays = fields.rays(task.laser, &params.prediction.information).map_err(BuildError::Field)?;
+        let cpc = params.prediction.prediction(task, fields).map_err(BuildError::Field)?;
+        Ok(Arc::new(CpcOccludedEvaluator::new(cpc, rays, params.forecast)))
     }
 }
 
@@ -477,19 +475,9 @@ macro_rules! built_in {
     };
 }
 
-built_in!(
-    Cnc,
-    CollisionRisk,
-    Cpc,
-    CpcOccluded,
-    Distance,
-    Doppler,
-    HumanSpace,
-    InformationToGo,
-    Order,
-    Risk,
-    Uncertainty
-);
+built_in! {
+    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
+}
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(
