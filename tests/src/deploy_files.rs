@@ -235,6 +235,7 @@ fn every_role_has_a_unit_whose_command_line_is_understood() {
         "driver",
         "generator",
         "localizer",
+        "ros2-gateway",
         "router",
         "simulator",
         "tracker",
