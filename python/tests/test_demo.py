@@ -78,6 +78,8 @@ def test_it_ends_when_asked_to_with_its_viewer(tmp_path: Path) -> None:
         assert process.stderr is not None
         while "press Ctrl-C" not in (line := process.stderr.readline()):
             assert line, "it has ended"
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(3.0)  # the viewer stays
         process.send_signal(signal.SIGTERM)
         # Its errors are read to their end: the viewer has the same pipe, and has ended, too.
         process.communicate(timeout=TIMEOUT)

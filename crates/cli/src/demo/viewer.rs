@@ -7,7 +7,7 @@ use std::time::Duration;
 use anyhow::Context;
 use curionav_runtime::exit::Exit;
 use curionav_schemas::keys;
-use tokio::process::{Child, Command};
+use tokio::process::{Child, ChildStdin, Command};
 use tokio::time::{Instant, sleep, timeout};
 use zenoh::Session;
 
@@ -15,14 +15,18 @@ const PROGRAM: &str = "curionav-view";
 /// Its exit status if what it needs is not installed.
 pub(super) const NOT_INSTALLED: i32 = 3;
 /// Python and Rerun are loaded, perhaps for the first time on a slow disk.
-const START_TIMEOUT: Duration = Duration::from_secs(60);
+const START_TIMEOUT: Duration = Duration::from_secs(120);
 /// Between two looks whether it listens.
 const LOOK: Duration = Duration::from_millis(100);
 /// It ends within this once it is asked to; then it is killed.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The viewer, which ends when its standard input closes, so at the latest with this process.
-pub(super) struct Viewer(Child);
+pub(super) struct Viewer {
+    child: Child,
+    /// By itself, because waiting for a child closes its standard input.
+    stdin: Option<ChildStdin>,
+}
 
 /// The viewer's file: beside this program, as `pip` installs both, or else in PATH.
 pub(super) fn program() -> Option<PathBuf> {
@@ -42,7 +46,9 @@ impl Viewer {
     pub(super) fn start(program: &Path, arguments: &[&str]) -> anyhow::Result<Self> {
         let mut command = Command::new(program);
         command.args(arguments).arg("--supervised").stdin(Stdio::piped()).stdout(Stdio::null());
-        command.spawn().map(Self).with_context(|| format!("cannot start {}", program.display()))
+        let mut child = command.spawn().with_context(|| format!("cannot start {}", program.display()))?;
+        let stdin = child.stdin.take();
+        Ok(Self { child, stdin })
     }
 
     /// Waits until it listens to the robot. Gives its exit status if it has ended instead, which it has explained.
@@ -57,7 +63,7 @@ impl Viewer {
         let reports = session.declare_publisher(&key).await.map_err(failed)?;
         let deadline = Instant::now() + START_TIMEOUT;
         while !reports.matching_status().await.map_err(failed)?.matching() {
-            if let Some(status) = self.0.try_wait().map_err(Exit::failed)? {
+            if let Some(status) = self.child.try_wait().map_err(Exit::failed)? {
                 return Ok(Some(status));
             }
             if Instant::now() > deadline {
@@ -72,15 +78,15 @@ impl Viewer {
     /// Completes when it has ended.
     pub(super) async fn ended(&mut self) {
         // A process that cannot be waited for has ended.
-        let _ = self.0.wait().await;
+        let _ = self.child.wait().await;
     }
 
     /// Ends it.
     pub(super) async fn end(&mut self) {
-        drop(self.0.stdin.take());
+        drop(self.stdin.take());
         if timeout(STOP_TIMEOUT, self.ended()).await.is_err() {
             tracing::warn!("{PROGRAM} did not end in time, killed");
-            let _ = self.0.kill().await;
+            let _ = self.child.kill().await;
         }
     }
 }
