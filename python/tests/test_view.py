@@ -535,9 +535,9 @@ def test_without_rerun_the_package_to_install_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert command.main(["--save", "x.rrd"]) == 2
+    assert command.main(["--save", "x.rrd"]) == 3
     assert (
-        "not installed: rerun-sdk, mcap. At the root of the project: pip install './python[viewer]'"
+        "not installed: rerun-sdk, mcap; `pip install 'curionav[viewer]'` brings what is missing"
         in capsys.readouterr().err
     )
 

@@ -20,9 +20,9 @@ use serde::Deserialize;
 /// Start router and services as processes on this machine and supervise them.
 #[derive(Debug, Args)]
 pub(crate) struct UpOptions {
-    /// Deployment file; see deploy/local.toml.
+    /// Deployment file; see deploy/local.toml. Default: one of everything.
     #[arg(value_name = "DEPLOYMENT.toml")]
-    deployment: PathBuf,
+    deployment: Option<PathBuf>,
     /// Run everything over TLS, with the certificates and access rules of this folder: what is absent is made, and
     /// what is due is renewed.
     #[arg(long, value_name = "DIR")]
@@ -33,7 +33,8 @@ pub(crate) struct UpOptions {
 }
 
 pub(crate) async fn run(options: UpOptions, log: &str) -> Result<u8, Exit> {
-    let mut deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?;
+    let of_file = options.deployment.as_deref().map(Deployment::from_file);
+    let mut deployment = of_file.transpose().map_err(Exit::bad_input)?.unwrap_or_default();
     deployment.port = options.port.unwrap_or(deployment.port);
     if let Some(folder) = &options.secure {
         deployment.certify(folder)?;
