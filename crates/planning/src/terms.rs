@@ -98,7 +98,8 @@ impl DerivedFields for Arc<StaticMap> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Infallible> {
-        Ok(Arc::new(RayField::new(&self.information(laser, params)?, self, &laser, params)))
+        let information = self.information(laser, params)?;
+        Ok(Arc::new(RayField::new(&information, self, &laser, params)))
     }
 
     fn information_to_go(
