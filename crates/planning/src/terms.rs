@@ -56,8 +56,7 @@ pub trait DerivedFields {
     /// The map with its distance fields.
     fn map(&self) -> Result<Arc<StaticMap>, Self::Error>;
 
-    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from
-    /// walls.
+    /// Distance to go for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from walls.
     fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Self::Error>;
 
     /// What an observation of `laser` is worth, everywhere on the map.
