@@ -98,7 +98,7 @@ impl DerivedFields for Arc<StaticMap> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Infallible> {
-        Ok(Arc::new(RayField::new(&self.information(laser, params)?, self, &laser, params)))
+        self.information(laser, params).map(|of| Arc::new(RayField::new(&of, self, &laser, params)))
     }
 
     fn information_to_go(
