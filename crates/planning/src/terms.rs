@@ -56,7 +56,8 @@ pub trait DerivedFields {
     /// The map with its distance fields.
     fn map(&self) -> Result<Arc<StaticMap>, Self::Error>;
 
-    /// Distance to go for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from walls.
+    /// Distance to go to `goal` for a robot of `radius` metres that keeps [`GeodesicField::PLANNING_MARGIN`] from
+    /// walls.
     fn geodesic(&self, goal: Point2, radius: f64) -> Result<Arc<GeodesicField>, Self::Error>;
 
     /// What an observation of `laser` is worth, everywhere on the map.
@@ -97,8 +98,7 @@ impl DerivedFields for Arc<StaticMap> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Infallible> {
-        let information = self.information(laser, params)?;
-        Ok(Arc::new(RayField::new(&information, self, &laser, params)))
+        self.information(laser, params).map(|of| Arc::new(RayField::new(&of, self, &laser, params)))
     }
 
     fn information_to_go(

@@ -133,8 +133,8 @@ impl Observation for Hidden<'_> {
         let mut factors = self.field.stored(x.simd, &places);
         let people = &self.places[step * self.people..(step + 1) * self.people];
         if !people.is_empty() {
-            for lane in 0..LANES {
-                if let Some(left) = self.left(x.simd, people, places[lane], laser.x[lane], laser.y[lane]) {
+            for (lane, place) in places.into_iter().enumerate() {
+                if let Some(left) = self.left(x.simd, people, place, laser.x[lane], laser.y[lane]) {
                     factors.iter_mut().zip(left).for_each(|(factor, left)| factor[lane] = f64::from(left));
                 }
             }
