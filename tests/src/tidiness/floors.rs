@@ -74,6 +74,7 @@ fn ours() -> Vec<&'static str> {
         "curionav-pool",
         "curionav-recording",
         "curionav-ros2",
+        "curionav-ros2-gateway",
         "curionav-runtime",
         "curionav-schemas",
         "curionav-security",
