@@ -92,10 +92,13 @@ def play(page: Path, folder: Path, environment: dict[str, str]) -> str:
 def end_group(group: int) -> None:
     """Ends what a page has started in its other terminals, and waits for it."""
     for way in (signal.SIGTERM, signal.SIGKILL):
+        # Once: a second signal would interrupt those that are cleaning up.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(group, way)
         deadline = time.monotonic() + 20.0
         while time.monotonic() < deadline:
             try:
-                os.killpg(group, way)
+                os.killpg(group, 0)
             except ProcessLookupError:
                 return
             time.sleep(0.1)
