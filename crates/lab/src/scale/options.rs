@@ -124,7 +124,7 @@ pub struct Options {
     pub(super) rate: f64,
     /// With --fleet: let trees grow by one node per cycle, so that hardly anything is computed and the protocol is what
     /// is measured.
-    #[arg(long, requires = "fleet")]
+    #[arg(long)]
     pub(super) light: bool,
     /// Measure what splitting the cycle into processes costs, in bare query round trips.
     #[arg(long, conflicts_with_all = ["service", "replicas", "cpu_quota", "batch", "people"])]
@@ -162,6 +162,7 @@ impl Options {
         let is_secure = self.secure.is_some() && !self.overhead && self.fleet.is_empty();
         let faults = [
             (is_secure, "--secure: is for --overhead and --fleet"),
+            (self.light && self.fleet.is_empty(), "--light: is for --fleet"),
             (
                 !self.fleet.is_empty() && replicas.len() > 1,
                 "--replicas: with --fleet it is one number for all rows",
