@@ -6,11 +6,13 @@ use std::sync::Arc;
 use clap::Args;
 use curionav_runtime::denied;
 use curionav_runtime::exit::{Exit, SUCCESS};
+use curionav_runtime::heartbeat::beat;
 use curionav_runtime::metrics::Metrics;
 use curionav_runtime::process::Ready;
 use curionav_runtime::session::{self, RouterSettings};
 use curionav_runtime::shutdown::on_end;
 use curionav_runtime::status::serve_status;
+use curionav_schemas::keys;
 use curionav_security::name::Name;
 
 use crate::connect::refused;
@@ -18,9 +20,11 @@ use crate::connect::refused;
 /// Run a Zenoh router: what services and clients connect to.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
-    /// Endpoint to listen on; port 0 takes a free one. Default: tcp/0.0.0.0:7447, with --secure tls/0.0.0.0:7447.
+    /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/0.0.0.0:7447, with
+    /// --secure tls/0.0.0.0:7447. With --as router.ROBOT also a socket for the robot's own programs, such as
+    /// unixsock-stream//run/curionav/robot.sock.
     #[arg(long, value_name = "ENDPOINT")]
-    listen: Option<String>,
+    listen: Vec<String>,
     /// Another router to link with; may be given several times. This router does not wait
     /// for it: it serves whether the other is there or not.
     #[arg(long, value_name = "ENDPOINT")]
@@ -40,10 +44,11 @@ pub(crate) struct RouterOptions {
 }
 
 pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
-    let mut shutdown = on_end(options.supervised).map_err(Exit::network)?;
+    let (mut shutdown, questions) = on_end(options.supervised).map_err(Exit::network)?;
     let default = if options.secure.is_some() { "tls/0.0.0.0:7447" } else { "tcp/0.0.0.0:7447" };
+    let listen = if options.listen.is_empty() { vec![default.to_owned()] } else { options.listen };
     let settings = RouterSettings {
-        listen: options.listen.as_deref().unwrap_or(default),
+        listen: &listen,
         connect: &options.connect,
         file: options.config.as_deref(),
         secure: options.secure.as_deref().map(|folder| (folder, &options.certificate)),
@@ -58,7 +63,11 @@ pub(crate) async fn run(options: RouterOptions) -> Result<u8, Exit> {
     let status = serve_status(&session, metrics, Arc::default(), Vec::new).map_err(Exit::network)?;
     let endpoints = session::locators(&session).await;
     Ready { ready: "router".into(), endpoints, ..Ready::default() }.print();
-    shutdown.requested().await;
+    let own = keys::status("router", &session.zid().to_string()).map_err(Exit::failed)?;
+    tokio::select! {
+        () = shutdown.requested() => {}
+        () = beat(&session, &own, questions) => {}
+    }
     drop(status);
     session::close(&session);
     Ok(SUCCESS)

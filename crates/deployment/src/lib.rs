@@ -8,6 +8,7 @@ pub mod embedded;
 pub mod files;
 pub mod follow;
 pub mod package;
+mod pulse;
 pub mod scenario_reference;
 pub mod service_kind;
 pub mod supervised;

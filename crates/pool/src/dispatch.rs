@@ -30,7 +30,11 @@ pub async fn generate<P: Peers>(
 ) -> Option<(Generated, bool)> {
     // Each tree has its own, which has prepared for the goal; any other takes over the tree, which travels with the
     // request.
-    let preferred = pool.replicas().preferred(keys::GENERATOR);
+    let preferred = {
+        let mut replicas = pool.replicas();
+        replicas.wake(pool.peers.now());
+        replicas.preferred(keys::GENERATOR)
+    };
     let first = preferred.get(index % preferred.len().max(1))?.clone();
     let ask = |instance: String, timeout: Duration| async move {
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
@@ -81,6 +85,7 @@ pub async fn evaluate<P: Peers>(
 ) -> Vec<Shard> {
     let count = questions.count();
     let started = pool.peers.now();
+    pool.replicas().wake(started);
     let mut work = Vec::new();
     for term in terms {
         let slots = pool.replicas().choose_slots(term, robot, count);

@@ -19,8 +19,10 @@ pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
         let scores = answer(term, &instance, fields, request, slots, &|| came.elapsed())?;
         Ok((scores.cost.len(), scores))
     };
-    let warms_up = |request: &EvaluateRequest| request.candidates.count == 0;
-    Box::pin(pool_service::run(term, "Candidates scored", start, warms_up, answer))
+    let budget = |request: &EvaluateRequest| {
+        (request.candidates.count > 0).then(|| Duration::from_millis(request.budget_ms.into()))
+    };
+    Box::pin(pool_service::run(term, "Candidates scored", start, budget, answer))
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A

@@ -33,8 +33,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let reply = answer(&instance, fields, request, &|| came.elapsed())?;
         Ok((reply.candidates.count as usize, reply))
     };
-    let warms_up = |request: &GenerateRequest| request.iterations == 0;
-    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, warms_up, answer))
+    let budget = |request: &GenerateRequest| {
+        (request.iterations > 0).then(|| Duration::from_millis(request.budget_ms.into()))
+    };
+    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, answer))
 }
 
 /// The answer of `instance`, within the budget of `request`, of which some has `elapsed`. A request for no growth derives

@@ -1,4 +1,4 @@
-//! When an answer is late, and how many late questions may be asked of a second replica.
+//! When an answer is late, and how many questions that are late or refused may be asked of a second replica.
 //!
 //! A fixed limit would call every answer late where the whole pool is slow. Asking a second replica each time
 //! doubles the load, which makes the next answers later still, and the pool never recovers. So lateness is judged
@@ -61,8 +61,9 @@ impl Lateness {
         self.usual.took(took);
     }
 
-    /// Whether a late question may be asked of a second replica. Each such permission is counted.
-    pub(crate) fn may_hedge(&mut self) -> bool {
+    /// Whether a question that is late, or was refused as overloaded, may be asked of a second replica. Each such permission
+    /// is counted.
+    pub(crate) fn may_ask_twice(&mut self) -> bool {
         let may = self.left >= 1.0;
         self.left -= f64::from(u8::from(may));
         may
@@ -101,7 +102,7 @@ mod tests {
         let hedged = (0..2000)
             .filter(|_| {
                 lateness.asked(QUARTER);
-                lateness.may_hedge()
+                lateness.may_ask_twice()
             })
             .count();
         // 8 at once and 2000 / 20 one after the other.

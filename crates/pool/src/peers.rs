@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use curionav_planning::terms;
 use curionav_runtime::membership::{Members, Membership};
-use curionav_runtime::query::{AskError, Urgency, ask_encoded};
+use curionav_runtime::metrics::Tally;
+use curionav_runtime::query::{AskError, Urgency, ask_counted};
 use curionav_schemas::{Clock, EvaluateRequest, GenerateReply, GenerateRequest, Message, Scores, keys};
 use tokio::sync::{Mutex, watch};
 use zenoh::Session;
@@ -77,6 +78,12 @@ pub struct ZenohPeers {
     membership: Membership,
     changes: Mutex<watch::Receiver<Members>>,
     started: Instant,
+    /// Questions sent, by role, probes and those asked twice included.
+    pub questions: Tally,
+    /// Bytes of these, and of the answers that came, by role; without what Zenoh and the link add.
+    pub sent: Tally,
+    /// See [`sent`](Self::sent).
+    pub received: Tally,
 }
 
 impl ZenohPeers {
@@ -91,7 +98,9 @@ impl ZenohPeers {
             .collect();
         let membership = Membership::follow_roles(session, &built_in)?;
         let changes = Mutex::new(membership.changes());
-        Ok(Arc::new(Self { session: session.clone(), membership, changes, started: Instant::now() }))
+        let (session, started) = (session.clone(), Instant::now());
+        let [questions, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
+        Ok(Arc::new(Self { session, membership, changes, started, questions, sent, received }))
     }
 
     async fn ask<Q: Message, A: Message>(
@@ -102,7 +111,12 @@ impl ZenohPeers {
     ) -> Result<A, AskError> {
         let Call { instance, robot, timeout, clock } = call;
         let key = keys::question(role, instance, robot).map_err(|e| AskError::Send(e.to_string()))?;
-        ask_encoded::<Q, A>(&self.session, &key, question, timeout, Urgency::Shard { clock }).await
+        self.questions.add(&[role]);
+        self.sent.add_many(&[role], question.len() as u64);
+        let urgency = Urgency::Shard { clock };
+        let (answer, received) = ask_counted::<Q, A>(&self.session, &key, question, timeout, urgency).await;
+        self.received.add_many(&[role], received);
+        answer
     }
 }
 

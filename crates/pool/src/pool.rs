@@ -11,7 +11,7 @@ use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use curionav_runtime::query::AskError;
 use curionav_runtime::serve::refusals;
-use curionav_schemas::{Refusal, Reject, keys};
+use curionav_schemas::{Clock, Refusal, Reject, keys};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 use tokio::sync::Notify;
@@ -31,6 +31,8 @@ pub struct Pool<P> {
     pub peers: Arc<P>,
     /// Questions that were of no use, by role and reason.
     pub failures: Tally,
+    /// Questions without candidates, by role.
+    pub probes: Tally,
     /// Answers that could not be understood, with whatever else the service refuses.
     refused: Tally,
     replicas: Mutex<Replicas>,
@@ -77,6 +79,7 @@ impl<P: Peers> Pool<P> {
         Self {
             peers,
             failures: Tally::new(&["pool", "reason"]),
+            probes: Tally::new(&["pool"]),
             refused,
             replicas: Mutex::default(),
             stages: Mutex::default(),
@@ -160,16 +163,21 @@ impl<P: Peers> Pool<P> {
                     }
                     Some((instance, Err(error))) => {
                         tracing::warn!(role, instance, %error, "no usable answer");
-                        self.hold_against(role, &instance, failure(&error), budget);
+                        let failure = failure(&error);
+                        self.hold_against(role, &instance, failure, budget);
                         waited_for.retain(|other| *other != instance);
-                        next = self.replicas().spare(role, &asked);
+                        // A pool with too much to do is not to be asked everywhere. In lockstep it has the time.
+                        let is_free = failure != Failure::Overloaded || budget.clock == Clock::Lockstep;
+                        let mut replicas = self.replicas();
+                        let spare = replicas.spare(role, &asked);
+                        next = spare.filter(|_| is_free || replicas.lateness(role).may_ask_twice());
                     }
                     None => return None,
                 },
                 () = &mut late, if !hedged => {
                     hedged = true;
                     let mut replicas = self.replicas();
-                    next = replicas.spare(role, &asked).filter(|_| replicas.lateness(role).may_hedge());
+                    next = replicas.spare(role, &asked).filter(|_| replicas.lateness(role).may_ask_twice());
                 }
                 () = &mut end => {
                     waited_for.iter().for_each(|instance| self.is_late(role, instance, budget));
@@ -237,11 +245,13 @@ impl<P: Peers> Pool<P> {
             tokio::select! {
                 biased;
                 Some((probe, slots)) = probes.next(), if !probes.is_empty() => {
-                    let Probe { role, instance } = &probe;
-                    if slots.is_some() {
-                        tracing::info!(role, instance, "replica ready");
+                    let (Probe { role, instance }, now) = (&probe, self.peers.now());
+                    match slots {
+                        Err(error) if failure(&error) == Failure::Overloaded => {
+                            self.replicas().put_off(role, instance, now);
+                        }
+                        slots => self.replicas().probed(role, instance, slots.ok(), now),
                     }
-                    self.replicas().probed(role, instance, slots, self.peers.now());
                     self.probed.notify_waiters();
                 }
                 () = self.peers.membership_changed() => {}
@@ -251,11 +261,15 @@ impl<P: Peers> Pool<P> {
         }
     }
 
-    async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Option<u32>) {
+    async fn probe(&self, context: &PlanContext, probe: Probe) -> (Probe, Result<u32, AskError>) {
+        self.probes.add(&[&probe.role]);
         let slots = self.slots(context, &probe).await;
-        if let Err(error) = &slots {
-            self.note_refused(error);
-            tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
+        match &slots {
+            Ok(_) => tracing::info!(role = probe.role, instance = probe.instance, "replica ready"),
+            Err(error) => {
+                self.note_refused(error);
+                tracing::debug!(role = probe.role, instance = probe.instance, %error, "replica not ready");
+            }
         }
         match &slots {
             Err(AskError::Rejected(reject)) => {
@@ -265,7 +279,7 @@ impl<P: Peers> Pool<P> {
                 locked(&self.refusals).remove(&probe.role);
             }
         }
-        (probe, slots.ok())
+        (probe, slots)
     }
 
     async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {

@@ -2,11 +2,11 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use curionav_runtime::metrics::{Counter, Metrics};
 use curionav_runtime::process::Start;
-use curionav_runtime::serve::{refusals, serve};
+use curionav_runtime::serve::{refusals, serve_in_time};
 use curionav_runtime::status::announce_service;
 use curionav_schemas::{Message, Refusal, Reject, keys};
 
@@ -18,13 +18,14 @@ use curionav_runtime::fields::Fields;
 const WARM_UP_BYTES: usize = 256 << 10;
 
 /// Serves `role`. `answer` is told when the question came, and also gives how many candidates are in the answer: they
-/// are counted, which `help` describes. A question that `warms_up` is answered once all that such questions need is there,
+/// are counted, which `help` describes. A question without a `budget` warms the replica up: it is answered once all that such questions need is there,
 /// and refused as cold while that is derived beside the work.
 pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     role: &str,
     help: &str,
     start: Start<'_>,
-    warms_up: fn(&Q) -> bool,
+    // Nothing for a question that warms the replica up.
+    budget: fn(&Q) -> Option<Duration>,
     answer: impl Fn(&Fields, Q, Instant) -> Result<(usize, A), Reject> + Send + Sync + 'static,
 ) -> anyhow::Result<()> {
     let Start { config, session, fields, mut shutdown, on_ready } = start;
@@ -32,7 +33,7 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     let (answering, counted) = (fields.clone(), candidates.clone());
     let (answer, preparations) = (Arc::new(answer), Preparations::start()?);
     let handler = move |question: Q, came: Instant| {
-        let (count, answer) = if warms_up(&question) {
+        let (count, answer) = if budget(&question).is_none() {
             answer(&answering.kept(), question.clone(), came).map_err(|reject| {
                 if !matches!(reject.why, Refusal::Cold { .. }) {
                     return reject;
@@ -55,7 +56,8 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
         Ok(answer)
     };
     let key = keys::questions(role, &config.instance)?;
-    let server = serve(session, &key, (config.slots, config.queue), &refusals(), handler)?;
+    let slots_and_queue = (config.slots, config.queue);
+    let server = serve_in_time(session, &key, slots_and_queue, &refusals(), budget, handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);
     let fields = fields.clone();

@@ -18,8 +18,8 @@ use crate::slot_selection::{self, FreeSlot, own_order};
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
 /// The same after the first one, and twice as long after each: what is not prepared yet may be in a moment.
 const FIRST_PAUSE: Duration = Duration::from_millis(10);
-/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of
-/// real time.
+/// A replica that answers probes and fails questions, or refuses one after the other as overloaded, is asked again after
+/// 0, 1, 2 and from then on 3 such pauses of real time.
 const PAUSES_MAX: u32 = 3;
 /// Weight of the newest measurement in the moving average of speeds.
 const NEWEST: f64 = 0.3;
@@ -62,6 +62,8 @@ enum Standing {
     Probed,
     /// May be given work.
     Ready,
+    /// May be given work from this time on: it has refused too much.
+    Rests(Duration),
 }
 
 #[derive(Debug, Clone)]
@@ -217,10 +219,27 @@ impl Replicas {
         }
     }
 
-    /// Who may be given work, in order.
+    /// A probe was refused because the replica has too much to do: it is alive, so nothing is held against it.
+    pub fn put_off(&mut self, role: &str, instance: &str, now: Duration) {
+        if let Some(replica) = self.find(role, instance) {
+            replica.standing = Standing::Due(now + PROBE_PAUSE);
+        }
+    }
+
+    /// Who may be given work, in order, those included that rest from it.
     pub fn ready(&self, role: &str) -> Vec<String> {
-        let ready = self.of.get(role).into_iter().flat_map(ready);
+        let is_ready = |r: &Replica| matches!(r.standing, Standing::Ready | Standing::Rests(_));
+        let ready = self.of.get(role).into_iter().flatten().filter(|(_, replica)| is_ready(replica));
         ready.map(|(instance, _)| instance.clone()).collect()
+    }
+
+    /// Ends the rest of those whose time is over; before work is given out.
+    pub(crate) fn wake(&mut self, now: Duration) {
+        for replica in self.of.values_mut().flat_map(BTreeMap::values_mut) {
+            if matches!(replica.standing, Standing::Rests(until) if until <= now) {
+                replica.standing = Standing::Ready;
+            }
+        }
     }
 
     /// The free slots that `robot`'s next batch of `count` candidates goes to, one a shard.
@@ -289,18 +308,27 @@ impl Replicas {
         }
     }
 
-    /// No usable answer. An overloaded replica goes on, with less. A broken one is only probed until it answers: a
+    /// No usable answer. An overloaded replica goes on, with less, and in real time is left alone for a while if it refuses
+    /// one question after the other: a pool that is too small must not spend its time on refusals. A broken one is only probed until it answers: a
     /// second question would be another cycle's that comes to harm, and if all was well the answer is here before the
     /// next cycle.
     ///
-    /// In real time it is left alone the longer the more often it has failed. In lockstep the robot waits for those
+    /// In real time either is left alone the longer the more often it has failed. In lockstep the robot waits for those
     /// that work, and how fast its time passes must not matter.
     pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration, clock: Clock) {
         let Some(replica) = self.find(role, instance) else { return };
+        let pauses = if clock == Clock::Realtime { replica.failures.min(PAUSES_MAX) } else { 0 };
         match failure {
-            Failure::Overloaded => replica.speed *= 0.5,
-            Failure::Cold | Failure::Broken if replica.standing == Standing::Ready => {
-                let pauses = if clock == Clock::Realtime { replica.failures.min(PAUSES_MAX) } else { 0 };
+            Failure::Overloaded => {
+                replica.speed *= 0.5;
+                if replica.standing == Standing::Ready {
+                    replica.standing = Standing::Rests(now + PROBE_PAUSE * pauses);
+                    replica.failures = replica.failures.saturating_add(1);
+                }
+            }
+            Failure::Cold | Failure::Broken
+                if matches!(replica.standing, Standing::Ready | Standing::Rests(_)) =>
+            {
                 replica.standing = Standing::Due(now + PROBE_PAUSE * pauses);
                 replica.failures = replica.failures.saturating_add(1);
                 // What it was before says nothing of what it will be when it is back.

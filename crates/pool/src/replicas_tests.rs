@@ -124,9 +124,38 @@ fn an_overloaded_replica_is_only_given_less() {
         replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
     }
     for _ in 0..9 {
-        replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Realtime);
+        replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Lockstep);
+        replicas.wake(NOW);
     }
     assert_eq!(known_slots(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
+}
+
+#[test]
+fn a_replica_that_refuses_again_and_again_is_asked_less_often_until_it_answers() {
+    let mut replicas = ready(&[("a", 1)]);
+    let rests_for = |replicas: &mut Replicas| {
+        replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Realtime);
+        // It is still ready, and no probe is needed.
+        assert!(replicas.ready("cpc") == ["a"] && replicas.next_due().is_none());
+        (0..).step_by(100).find(|&ms| {
+            replicas.wake(NOW + Duration::from_millis(ms));
+            !known_slots(replicas).is_empty()
+        })
+    };
+    assert_eq!([0; 5].map(|_| rests_for(&mut replicas)), [0, 200, 400, 600, 600].map(Some));
+    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+    assert_eq!(rests_for(&mut replicas), Some(0));
+}
+
+#[test]
+fn a_preferred_generator_that_has_no_time_for_a_probe_keeps_its_place() {
+    let pool: Vec<String> = (0..6).map(|i| format!("generator-{i}")).collect();
+    let mut replicas = Replicas::default();
+    replicas.update(keys::GENERATOR, &pool, Wanted { robot: "r", count: 2 }, NOW);
+    let first = replicas.take_due(NOW);
+    first.iter().for_each(|probe| replicas.put_off(&probe.role, &probe.instance, NOW));
+    assert!(replicas.take_due(NOW).is_empty(), "another one is asked, and has to prepare");
+    assert_eq!(replicas.take_due(NOW + PROBE_PAUSE), first);
 }
 
 #[test]

@@ -1,46 +1,95 @@
-//! A bounded queue shared fairly: one line for each robot, served in turn.
+//! A bounded queue shared fairly: of the robots that wait, the one that was served longest ago comes next. What cannot be
+//! answered in time is refused at once, while the robot can still do something else.
+//!
+//! Whoever is refused has not been served, so it comes before the others the next time. In a pool that is too small all
+//! robots so get about the same share, also when they ask in the same order in every cycle.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+
+/// Robots that are remembered: more than ask one replica. One more takes the place of the one served longest ago.
+const ROBOTS_MAX: usize = 1024;
+/// Weight of the newest time in the moving average of what an answer takes.
+const NEWEST: f64 = 0.2;
+/// The share of a question that is still to be computed, on average, when another one comes.
+const HALF: f64 = 0.5;
+
+/// By this share a robot counts as giving less time with every answer, and as giving more with every refusal for want of
+/// it, as long as others give more: what it gave for one question, such as one that another replica has failed, must not
+/// shut it out for good.
+const LENIENCE: f64 = 0.05;
 
 /// What one robot has waiting.
 #[derive(Debug)]
 struct Line<T> {
-    items: VecDeque<(usize, T)>,
+    /// When each came, its bytes, and itself.
+    items: VecDeque<(Duration, usize, T)>,
     bytes: usize,
+    place: Place,
 }
 
-impl<T> Default for Line<T> {
-    fn default() -> Self {
-        Self { items: VecDeque::new(), bytes: 0 }
-    }
+/// Where a line stands: when its robot was served last, counted in turns, and when the line began.
+type Place = (u64, u64);
+
+/// What is known of a robot.
+#[derive(Debug, Default)]
+struct Robot {
+    /// The turn in which it was served last, or in which it came first.
+    served: u64,
+    /// The time that its questions give.
+    budget: Option<Duration>,
 }
 
 /// Items waiting, by who sent them.
 #[derive(Debug)]
 pub struct FairQueue<T> {
     lines: BTreeMap<String, Line<T>>,
-    /// The robots with a line; the first is served next.
-    turns: VecDeque<String>,
+    /// The robots with a line, the next one first.
+    order: BTreeSet<(Place, String)>,
+    robots: BTreeMap<String, Robot>,
+    /// Turns and lines counted so far.
+    turn: u64,
     waiting: usize,
     bytes: usize,
     limit: usize,
     bytes_max: usize,
+    slots: usize,
+    /// Items taken that are not done.
+    at_work: usize,
+    /// What an answer takes lately, seconds; zero until there has been one.
+    usual: f64,
+    /// The time that robots give lately, seconds.
+    usual_budget: f64,
 }
 
 impl<T> FairQueue<T> {
-    /// Nothing waits; at most `limit` items may, of `bytes_max` bytes together.
-    pub fn new(limit: usize, bytes_max: usize) -> Self {
-        let (lines, turns) = (BTreeMap::new(), VecDeque::new());
-        Self { lines, turns, waiting: 0, bytes: 0, limit: limit.max(1), bytes_max }
+    /// Nothing waits; at most `limit` items may, of `bytes_max` bytes together. `slots` of them are computed at once.
+    pub fn new(slots: usize, limit: usize, bytes_max: usize) -> Self {
+        Self {
+            lines: BTreeMap::new(),
+            order: BTreeSet::new(),
+            robots: BTreeMap::new(),
+            turn: 0,
+            waiting: 0,
+            bytes: 0,
+            limit: limit.max(1),
+            bytes_max,
+            slots: slots.max(1),
+            at_work: 0,
+            usual: 0.0,
+            usual_budget: 0.0,
+        }
     }
 
-    /// Adds an item of `robot`, of so many bytes, at the end of its line. While the queue is full items must go, and are
-    /// given back: the newest of the line that has most, if that one has more than its share, else this item.
-    pub fn push(&mut self, robot: &str, bytes: usize, item: T) -> Vec<T> {
+    /// Adds an item of `robot`, of so many bytes, that comes `now`. Gives back what must go: while the queue is full the
+    /// newest of the line that has most, if that one has more than its share, else this item; and what cannot be
+    /// answered in the time that its robot gives.
+    pub fn push(&mut self, robot: &str, bytes: usize, now: Duration, item: T) -> Vec<T> {
         let mut refused = Vec::new();
         if bytes > self.bytes_max {
             return vec![item];
         }
+        self.meet(robot);
         loop {
             let has_room = self.waiting < self.limit;
             if has_room && self.bytes.saturating_add(bytes) <= self.bytes_max {
@@ -52,50 +101,112 @@ impl<T> FairQueue<T> {
             // Of equal lines the one of the least name.
             let longest = self.lines.iter().max_by(|a, b| share(a.1).cmp(&share(b.1)).then(b.0.cmp(a.0)));
             let longest = longest.filter(|(_, line)| own < share(line)).map(|(robot, _)| robot.clone());
-            let Some(gone) = longest.and_then(|robot| self.take_newest(&robot)) else {
+            let Some(gone) = longest.and_then(|robot| self.take(&robot, VecDeque::pop_back)) else {
                 refused.push(item);
                 return refused;
             };
             refused.push(gone);
         }
-        let line = self.lines.entry(robot.to_owned()).or_default();
-        if line.items.is_empty() {
-            self.turns.push_back(robot.to_owned());
-        }
-        line.items.push_back((bytes, item));
+        self.turn += 1;
+        let place = (self.robots.get(robot).map_or(0, |known| known.served), self.turn);
+        let line = self.lines.entry(robot.to_owned()).or_insert_with(|| {
+            self.order.insert((place, robot.to_owned()));
+            Line { items: VecDeque::new(), bytes: 0, place }
+        });
+        line.items.push_back((now, bytes, item));
         line.bytes += bytes;
         self.waiting += 1;
         self.bytes += bytes;
+        refused.extend(self.shed(now));
         refused
     }
 
-    fn take_newest(&mut self, robot: &str) -> Option<T> {
+    /// Remembers a robot that asks for the first time as one that has just been served: a new name is no advantage.
+    fn meet(&mut self, robot: &str) {
+        if self.robots.contains_key(robot) {
+            return;
+        }
+        if self.robots.len() >= ROBOTS_MAX {
+            let oldest = self.robots.iter().min_by_key(|(_, known)| known.served);
+            let oldest = oldest.map(|(name, _)| name.clone());
+            oldest.and_then(|name| self.robots.remove(&name));
+        }
+        self.robots.insert(robot.to_owned(), Robot { served: self.turn, budget: None });
+    }
+
+    /// Takes out what cannot be answered in time, as far as is known. What nothing is in the way of stays: else a replica
+    /// that was slow once would never be found to be fast again.
+    fn shed(&mut self, now: Duration) -> Vec<T> {
+        let at_once = self.slots.saturating_sub(self.at_work);
+        let (mut kept, mut hopeless) = (0, Vec::new());
+        for (_, robot) in &self.order {
+            let came = self.lines.get(robot).and_then(|line| line.items.front()).map_or(now, |item| item.0);
+            let ahead = (self.at_work as f64 * HALF + kept as f64) / self.slots as f64;
+            let needs = now.saturating_sub(came).as_secs_f64() + self.usual * (ahead + 1.0);
+            let budget = self.robots.get(robot).and_then(|known| known.budget);
+            if kept >= at_once && budget.is_some_and(|budget| needs > budget.as_secs_f64()) {
+                hopeless.push(robot.clone());
+            } else {
+                kept += 1;
+            }
+        }
+        for robot in &hopeless {
+            let budget = self.robots.get_mut(robot).and_then(|known| known.budget.as_mut());
+            if let Some(budget) = budget.filter(|budget| budget.as_secs_f64() < self.usual_budget) {
+                *budget = budget.mul_f64(1.0 + LENIENCE);
+            }
+        }
+        hopeless.iter().filter_map(|robot| self.take(robot, VecDeque::pop_front)).collect()
+    }
+
+    /// Takes an item out of a robot's line, from one of its ends.
+    fn take(
+        &mut self,
+        robot: &str,
+        end: impl Fn(&mut VecDeque<(Duration, usize, T)>) -> Option<(Duration, usize, T)>,
+    ) -> Option<T> {
         let line = self.lines.get_mut(robot)?;
-        let (bytes, item) = line.items.pop_back()?;
+        let (_, bytes, item) = end(&mut line.items)?;
         line.bytes -= bytes;
         if line.items.is_empty() {
+            self.order.remove(&(line.place, robot.to_owned()));
             self.lines.remove(robot);
-            self.turns.retain(|turn| turn != robot);
         }
         self.waiting -= 1;
         self.bytes -= bytes;
         Some(item)
     }
 
-    /// The next item: the oldest of the robot whose turn it is.
+    /// The next item: the oldest of the robot that was served longest ago. It is at work until [`done`](Self::done).
     pub fn pop(&mut self) -> Option<T> {
-        let robot = self.turns.pop_front()?;
-        let line = self.lines.get_mut(&robot)?;
-        let (bytes, item) = line.items.pop_front()?;
-        line.bytes -= bytes;
-        if line.items.is_empty() {
-            self.lines.remove(&robot);
-        } else {
-            self.turns.push_back(robot);
+        let (_, robot) = self.order.first()?.clone();
+        let item = self.take(&robot, VecDeque::pop_front)?;
+        self.turn += 1;
+        self.at_work += 1;
+        let turn = self.turn;
+        self.robots.entry(robot.clone()).or_default().served = turn;
+        if let Some(line) = self.lines.get_mut(&robot) {
+            self.order.remove(&(line.place, robot.clone()));
+            line.place = (turn, turn);
+            self.order.insert((line.place, robot));
         }
-        self.waiting -= 1;
-        self.bytes -= bytes;
         Some(item)
+    }
+
+    /// An item of `robot` is done. If it was work that was to be done in a time of `budget`, what it took tells how long
+    /// others will wait; nothing is learnt from one that was refused.
+    pub fn done(&mut self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
+        self.at_work = self.at_work.saturating_sub(1);
+        let Some(budget) = budget else { return };
+        self.usual_budget += NEWEST * (budget.as_secs_f64() - self.usual_budget);
+        if let Some(known) = self.robots.get_mut(robot) {
+            let before = known.budget.unwrap_or_default().mul_f64(1.0 - LENIENCE);
+            known.budget = Some(budget.max(before));
+        }
+        if let Some(took) = took.map(|took| took.as_secs_f64()) {
+            let old = if self.usual > 0.0 { self.usual } else { took };
+            self.usual = old + NEWEST * (took - old);
+        }
     }
 
     /// How many items wait.
@@ -105,65 +216,5 @@ impl<T> FairQueue<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn robots_are_served_in_turn_each_in_its_own_order() {
-        let mut queue = FairQueue::new(16, 1000);
-        for (robot, item) in [("a", 1), ("a", 2), ("a", 3), ("b", 4), ("c", 5), ("b", 6)] {
-            assert!(queue.push(robot, 1, item).is_empty());
-        }
-        let served: Vec<i32> = std::iter::from_fn(|| queue.pop()).collect();
-        assert_eq!(served, [1, 4, 5, 2, 6, 3]);
-        assert!(queue.waiting() == 0 && queue.lines.is_empty());
-    }
-
-    #[test]
-    fn a_full_queue_refuses_the_robot_that_has_more_than_a_share() {
-        let mut queue = FairQueue::new(4, 1000);
-        for item in 0..4 {
-            assert!(queue.push("greedy", 1, item).is_empty());
-        }
-        assert_eq!(queue.push("greedy", 1, 4), [4]);
-        assert_eq!(queue.push("modest", 1, 5), [3]);
-        assert_eq!(queue.push("modest", 1, 6), [2]);
-        // Two each: the next is refused, whichever sends it.
-        assert_eq!(queue.push("modest", 1, 7), [7]);
-        assert_eq!(queue.push("greedy", 1, 8), [8]);
-        assert_eq!(queue.push("third", 1, 9), [1]);
-        assert_eq!(queue.waiting(), 4);
-    }
-
-    #[test]
-    fn the_line_of_a_robot_that_is_served_for_good_takes_no_room() {
-        let mut queue = FairQueue::new(2, 1000);
-        for robot in 0..1000 {
-            queue.push(&format!("robot-{robot}"), 1, robot);
-            queue.pop();
-        }
-        assert!(queue.lines.is_empty() && queue.turns.is_empty() && queue.pop().is_none());
-    }
-
-    #[test]
-    fn a_queue_that_is_full_of_bytes_refuses_the_robot_that_has_most_of_them() {
-        let mut queue = FairQueue::new(100, 100);
-        assert!(queue.push("large", 40, 1).is_empty());
-        assert!(queue.push("large", 40, 2).is_empty());
-        assert!(queue.push("small", 10, 3).is_empty());
-        // No room for 90 more, and nothing that would make it.
-        assert_eq!(queue.push("other", 90, 4), [4]);
-        assert_eq!(queue.push("small", 20, 5), [2]);
-        assert_eq!(queue.push("large", 1000, 6), [6]);
-        let left: Vec<i32> = std::iter::from_fn(|| queue.pop()).collect();
-        assert_eq!((left, queue.bytes), (vec![1, 3, 5], 0));
-    }
-
-    #[test]
-    fn many_items_must_go_for_a_large_one_of_a_robot_that_has_little() {
-        let mut queue = FairQueue::new(100, 100);
-        (0..10).for_each(|item| assert!(queue.push("greedy", 10, item).is_empty()));
-        assert_eq!(queue.push("modest", 25, 10), [9, 8, 7]);
-        assert_eq!(queue.waiting(), 8);
-    }
-}
+#[path = "fair_queue_tests.rs"]
+mod tests;

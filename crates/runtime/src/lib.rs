@@ -10,6 +10,7 @@ pub mod echo;
 pub mod exit;
 pub mod fair_queue;
 pub mod fields;
+pub mod heartbeat;
 pub mod latency;
 pub mod locked;
 pub mod lockstep;

@@ -7,6 +7,7 @@ use std::pin::Pin;
 
 use anyhow::Context;
 use clap::Args;
+use curionav_schemas::keys;
 use curionav_security::name::Name;
 use serde::{Deserialize, Serialize};
 use zenoh::Session;
@@ -14,6 +15,7 @@ use zenoh::Session;
 use crate::config::{ServiceConfig, read_toml};
 use crate::exit::Exit;
 use crate::fields::Fields;
+use crate::heartbeat::beat;
 use crate::metrics_endpoint;
 use crate::secure;
 use crate::session::{self, SessionError};
@@ -180,14 +182,19 @@ pub async fn run_service(role: &str, options: &ServiceOptions, service: Service)
     if let Some(address) = config.metrics {
         metrics_endpoint::listen(address).map_err(Exit::bad_input)?;
     }
-    let mut shutdown = on_end(options.supervised).context("signals").map_err(Exit::network)?;
+    let (mut shutdown, questions) = on_end(options.supervised).context("signals").map_err(Exit::network)?;
     let session = connect(&config, options.supervised, &mut shutdown).await;
     let Some(session) = session.map_err(Exit::network)? else { return Ok(()) };
     let ready = format!("{role} {}", config.instance);
     let on_ready: OnReady = Box::new(move |metrics| Ready { ready, metrics, ..Ready::default() }.print());
     let fields = Fields::new(&session);
     let start = Start { config: &config, session: &session, fields: &fields, shutdown, on_ready };
-    let served = service(start).await;
+    let status = keys::status(role, &config.instance).map_err(Exit::bad_input)?;
+    // In one task, so that a service that hangs does not say that it works.
+    let served = tokio::select! {
+        served = service(start) => served,
+        () = beat(&session, &status, questions) => Ok(()),
+    };
     session::close(&session);
     served.map_err(Exit::network)
 }

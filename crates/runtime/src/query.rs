@@ -72,9 +72,23 @@ pub async fn ask_encoded<Q: Message, A: Message>(
     timeout: Duration,
     urgency: Urgency,
 ) -> Result<A, AskError> {
+    ask_counted::<Q, A>(session, key, question, timeout, urgency).await.0
+}
+
+/// As [`ask_encoded`]; also gives the bytes of the replies that came.
+pub async fn ask_counted<Q: Message, A: Message>(
+    session: &Session,
+    key: &str,
+    question: Vec<u8>,
+    timeout: Duration,
+    urgency: Urgency,
+) -> (Result<A, AskError>, u64) {
     let question = Some((question, Q::ENCODING));
     let kept = Kept { replies: KEPT, most: A::MAX_BYTES };
-    send(session, key, question, timeout, urgency, QueryTarget::BestMatching, kept)?.first(Ok).await
+    match send(session, key, question, timeout, urgency, QueryTarget::BestMatching, kept) {
+        Ok(mut replies) => (replies.first(Ok).await, replies.received),
+        Err(error) => (Err(error), 0),
+    }
 }
 
 /// Asks `key` without a question in words: the current state, or a map.
@@ -162,7 +176,7 @@ pub(crate) fn send(
     .map_err(|e| AskError::Send(e.to_string()))?;
     // Zenoh's own timer can be late on a starved machine; ours bounds the wait in any case.
     let deadline = tokio::time::Instant::now() + timeout + Duration::from_millis(20);
-    Ok(Replies { open: Some(open), waiting, deadline })
+    Ok(Replies { open: Some(open), waiting, received: 0, deadline })
 }
 
 /// One reply as it came.
@@ -208,6 +222,8 @@ pub(crate) struct Replies {
     open: Option<mpsc::Receiver<Result<Answer, AskError>>>,
     /// Bytes that wait.
     waiting: Arc<AtomicUsize>,
+    /// Bytes of the replies that were taken.
+    received: u64,
     deadline: tokio::time::Instant,
 }
 
@@ -220,12 +236,14 @@ impl Replies {
             return Some(Err(AskError::Timeout));
         };
         let reply = reply?;
-        self.waiting.fetch_sub(reply.as_ref().map_or(0, |answer| answer.bytes.len()), Ordering::Relaxed);
+        let bytes = reply.as_ref().map_or(0, |answer| answer.bytes.len());
+        self.received += bytes as u64;
+        self.waiting.fetch_sub(bytes, Ordering::Relaxed);
         Some(reply)
     }
 
     /// The first that `accept` makes something of.
-    async fn first<A: Message, T>(mut self, accept: impl Fn(A) -> Result<T, Reject>) -> Result<T, AskError> {
+    async fn first<A: Message, T>(&mut self, accept: impl Fn(A) -> Result<T, Reject>) -> Result<T, AskError> {
         let mut failure = AskError::NoReply;
         while let Some(reply) = self.next().await {
             let usable = reply.and_then(|answer| {

@@ -30,6 +30,10 @@ mod tls {
 
     /// Sessions that a router has at once: a hundred robots with eight each, and pools. One more is refused.
     const SESSIONS_MAX: usize = 1024;
+    /// Protocols of links.
+    const LINKS: &str = r#"["tls"]"#;
+    /// The same where a socket of the host is safe as well.
+    const LINKS_ON_ONE_HOST: &str = r#"["tls", "unixsock-stream"]"#;
     /// What a message may have beyond its payload.
     const ENVELOPE: usize = 64 << 10;
 
@@ -66,10 +70,10 @@ mod tls {
         certificate(folder, names).map(drop)
     }
 
-    /// Makes a configuration that connects over TLS alone.
+    /// Makes a configuration that connects over TLS, or through a socket of this host, alone.
     pub fn client(config: &mut Config, folder: &Path, names: &[Name]) -> Result<(), SessionError> {
         let identity = certificate(folder, names)?;
-        links(config, &identity, "")
+        links(config, &identity, "", LINKS_ON_ONE_HOST)
     }
 
     /// Makes a configuration of a router that takes clients over TLS alone, and holds them to the access rules.
@@ -77,12 +81,17 @@ mod tls {
         let identity = certificate(folder, std::slice::from_ref(name))?;
         let rules =
             Folder::new(folder).rules().map_err(|error| SessionError::Certificate(error.to_string()))?;
+        // The router on a robot also takes the robot's own programs, through a socket on its host.
+        let (rules, protocols) = match name.robot() {
+            Some(robot) => (rules.with_socket(robot), LINKS_ON_ONE_HOST),
+            None => (rules, LINKS),
+        };
         let listen = format!(
             "listen_certificate: {:?}, listen_private_key: {:?},",
             identity.certificate.display().to_string(),
             identity.key.display().to_string()
         );
-        links(config, &identity, &listen)?;
+        links(config, &identity, &listen, protocols)?;
         let settings = [
             ("transport/unicast/max_sessions", SESSIONS_MAX.to_string()),
             ("transport/unicast/max_links", "1".into()),
@@ -184,7 +193,12 @@ mod tls {
         }
     }
 
-    fn links(config: &mut Config, identity: &Identity, listen: &str) -> Result<(), SessionError> {
+    fn links(
+        config: &mut Config,
+        identity: &Identity,
+        listen: &str,
+        protocols: &str,
+    ) -> Result<(), SessionError> {
         let [authority, certificate, key] = [&identity.authority, &identity.certificate, &identity.key]
             .map(|file| file.display().to_string());
         let tls = format!(
@@ -195,7 +209,7 @@ mod tls {
         let largest = MESSAGES.iter().map(|message| message.max_bytes).max().unwrap_or_default();
         let message = (largest + ENVELOPE).to_string();
         let settings = [
-            ("transport/link/protocols", r#"["tls"]"#),
+            ("transport/link/protocols", protocols),
             ("transport/link/tls", tls.as_str()),
             ("transport/link/rx/max_message_size", message.as_str()),
             ("transport/shared_memory/enabled", "false"),

@@ -124,6 +124,8 @@ impl ServeCounts {
 /// Queries that wait for a slot.
 struct Waiting {
     queue: Mutex<(FairQueue<(Query, Instant)>, bool)>,
+    /// The queue counts time from here.
+    started: Instant,
     /// Signalled for each query, and for all when the server ends.
     arrived: Condvar,
     /// Whether the key takes the questions of every robot, each with the robot's name as its last chunk.
@@ -137,7 +139,8 @@ impl Waiting {
         if queue.1 {
             return vec![query];
         }
-        let refused = queue.0.push(robot, bytes.max(QUESTION_BYTES_MIN), (query, Instant::now()));
+        let (bytes, now) = (bytes.max(QUESTION_BYTES_MIN), Instant::now());
+        let refused = queue.0.push(robot, bytes, now - self.started, (query, now));
         self.arrived.notify_one();
         refused.into_iter().map(|(query, _)| query).collect()
     }
@@ -154,6 +157,16 @@ impl Waiting {
             }
             queue = self.arrived.wait(queue).unwrap_or_else(PoisonError::into_inner);
         }
+    }
+
+    /// A query is over that [`pop`](Self::pop) has given: what its answer took, and the time that it gave.
+    fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
+        locked(&self.queue).0.done(robot, took, budget);
+    }
+
+    /// The robot that asks with this key: its last chunk, or the same for all questions of a server that has no pool.
+    fn asker<'a>(&self, key: &'a KeyExpr<'_>) -> Option<&'a str> {
+        keys::asker(key).or((!self.is_pool).then_some(""))
     }
 
     fn end(&self) {
@@ -203,8 +216,7 @@ impl ServeError {
 }
 
 /// Answers questions on `key` with `handler`, which is also told when the question came; what is refused is added to
-/// `refused`. If the key ends with `/*`, its last chunk is the name of the robot that asks, and robots are served in
-/// turn.
+/// `refused`.
 pub fn serve<Q: Message, A: Message>(
     session: &Session,
     key: &str,
@@ -212,10 +224,27 @@ pub fn serve<Q: Message, A: Message>(
     refused: &Tally,
     handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
+    serve_in_time(session, key, at_once_and_waiting, refused, |_| None, handler)
+}
+
+/// The same for questions that are of use for a time alone, which `budget` reads from them. If the key ends with `/*`, its
+/// last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be answered in
+/// the time that its robot gave for the last one is refused as overloaded when it comes.
+pub fn serve_in_time<Q: Message, A: Message>(
+    session: &Session,
+    key: &str,
+    at_once_and_waiting: (usize, usize),
+    refused: &Tally,
+    budget: impl Fn(&Q) -> Option<Duration> + Send + Sync + 'static,
+    handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
+) -> Result<Server, ServeError> {
     let admission = Admission { most: Q::MAX_BYTES, check: Q::admit };
     serve_queries(session, key, at_once_and_waiting, admission, refused, move |query, came| {
         let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
-        handler(Q::decode(&payload, None)?, came)
+        match Q::decode(&payload, None) {
+            Ok(question) => (budget(&question), handler(question, came)),
+            Err(reject) => (None, Err(reject)),
+        }
     })
 }
 
@@ -230,7 +259,7 @@ pub fn serve_state<A: Message>(
     let nothing =
         |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
     let admission = Admission { most: 0, check: nothing };
-    serve_queries(session, key, (1, 64), admission, refused, move |_, _| state())
+    serve_queries(session, key, (1, 64), admission, refused, move |_, _| (None, state()))
 }
 
 /// What a question may be, before anything of it is read.
@@ -257,18 +286,20 @@ impl Admission {
     }
 }
 
-/// The general form: `handler` sees the query itself; what it refuses is added to `refused`.
+/// The general form: `handler` sees the query itself, and also says for how long an answer is of use; what it refuses is
+/// added to `refused`.
 fn serve_queries<A: Message>(
     session: &Session,
     key: &str,
     (slots, queue): (usize, usize),
     admission: Admission,
     refused: &Tally,
-    handler: impl Fn(&Query, Instant) -> Result<A, Reject> + Send + Sync + 'static,
+    handler: impl Fn(&Query, Instant) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting = Arc::new(Waiting {
-        queue: Mutex::new((FairQueue::new(queue, QUEUE_BYTES.max(admission.most)), false)),
+        queue: Mutex::new((FairQueue::new(slots, queue, QUEUE_BYTES.max(admission.most)), false)),
+        started: Instant::now(),
         arrived: Condvar::new(),
         is_pool: key.ends_with("/*"),
     });
@@ -296,9 +327,8 @@ fn serve_queries<A: Message>(
 }
 
 fn admit(waiting: &Waiting, admission: Admission, counts: &ServeCounts, query: Query) {
-    // The last chunk of the key is the asking robot's name, or the same for all questions of this server.
     let key = query.key_expr().clone();
-    let Some(robot) = keys::asker(&key).or((!waiting.is_pool).then_some("")) else {
+    let Some(robot) = waiting.asker(&key) else {
         return refuse(&query, Refusal::WrongRobot, counts);
     };
     let bytes = match admission.bytes(&query) {
@@ -321,13 +351,17 @@ fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
 fn work<A: Message>(
     waiting: &Waiting,
     own: &KeyExpr<'static>,
-    handler: &impl Fn(&Query, Instant) -> Result<A, Reject>,
+    handler: &impl Fn(&Query, Instant) -> (Option<Duration>, Result<A, Reject>),
     counts: &ServeCounts,
 ) {
     while let Some((query, came)) = waiting.pop() {
+        let begun = Instant::now();
         // A handler that panics has answered nothing yet; the next question finds the service alive.
-        let answered = catch_unwind(AssertUnwindSafe(|| handler(&query, came)))
-            .unwrap_or_else(|_| Err(Refusal::failed("the service failed on this question").into()));
+        let failed = || Err(Refusal::failed("the service failed on this question").into());
+        let (budget, answered) =
+            catch_unwind(AssertUnwindSafe(|| handler(&query, came))).unwrap_or_else(|_| (None, failed()));
+        let took = answered.is_ok().then(|| begun.elapsed());
+        waiting.done(waiting.asker(query.key_expr()).unwrap_or_default(), took, budget);
         match answered {
             Ok(answer) => {
                 counts.answered.inc();

@@ -1,6 +1,8 @@
 //! Opening Zenoh sessions: in process, as a client of routers, or as a router.
 
+use std::fs::{Permissions, set_permissions};
 use std::net::TcpListener;
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -59,7 +61,7 @@ const LINKS: &[&str] = &[
 ];
 
 /// What every node shares (`docs/operations.md` says why): no scouting, a lease of one second, blocked sends that give
-/// up after half a second, no shared memory, short queries.
+/// up after half a second, no message longer than a map of the most cells, no shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
   queries_default_timeout: 1000,
@@ -69,7 +71,7 @@ const COMMON: &str = r#"{
     link: { tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
       block: { wait_before_close: 500000 },
       drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
-      rx: { max_message_size: 134217728 } },
+      rx: { max_message_size: 67174400 } },
     shared_memory: { enabled: false } } }"#;
 
 /// How often a lost router is looked for.
@@ -227,8 +229,8 @@ async fn distrust(service: &ServiceConfig) -> Option<String> {
 /// How a router is set up.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RouterSettings<'a> {
-    /// Where it listens: `tcp/host:port` or `tls/host:port`; port 0 takes a free one.
-    pub listen: &'a str,
+    /// Where it listens: `tcp/host:port`, `tls/host:port` or `unixsock-stream/path`; port 0 takes a free one.
+    pub listen: &'a [String],
     /// The routers it links with, whenever they are there.
     pub connect: &'a [String],
     /// A Zenoh configuration file, instead of both.
@@ -239,14 +241,15 @@ pub struct RouterSettings<'a> {
 
 /// A router.
 pub async fn router(settings: RouterSettings<'_>) -> Result<Session, SessionError> {
-    let RouterSettings { listen: endpoint, connect: others, file, secure } = settings;
+    let RouterSettings { listen, connect: others, file, secure } = settings;
+    let all = listen.join(", ");
     let mut config = common(file, None)?;
     set(&mut config, &[("mode", r#""router""#)])?;
     if let Some((folder, name)) = secure {
         secure::router(&mut config, folder, name)?;
     }
     if file.is_none() {
-        let (own, others) = (format!("[{endpoint:?}]"), list(others));
+        let (own, others) = (list(listen), list(others));
         let settings = [
             ("listen/endpoints", own.as_str()),
             ("listen/exit_on_failure", "true"),
@@ -257,13 +260,23 @@ pub async fn router(settings: RouterSettings<'_>) -> Result<Session, SessionErro
         ];
         set(&mut config, &settings)?;
         // Zenoh only warns when a port is taken; ask the system first.
-        if let Some(address) = endpoint.strip_prefix("tcp/").or_else(|| endpoint.strip_prefix("tls/")) {
+        for endpoint in listen {
+            let Some(address) = endpoint.strip_prefix("tcp/").or_else(|| endpoint.strip_prefix("tls/"))
+            else {
+                continue;
+            };
             let mend = "choose another port or end what uses it";
             TcpListener::bind(address).map_err(|e| SessionError::listen(endpoint, format!("{e}; {mend}")))?;
         }
     }
     check_protocols(&config, &["connect/endpoints", "listen/endpoints"])?;
-    zenoh::open(config).await.map_err(|e| SessionError::listen(endpoint, e))
+    let router = zenoh::open(config).await.map_err(|e| SessionError::listen(&all, e))?;
+    for socket in listen.iter().filter_map(|endpoint| endpoint.strip_prefix("unixsock-stream/")) {
+        // Who may open the socket may do what is allowed through it.
+        let owner_alone = Permissions::from_mode(0o600);
+        set_permissions(socket, owner_alone).map_err(|e| SessionError::listen(socket, e))?;
+    }
+    Ok(router)
 }
 
 /// Where a router really listens, e.g. `tcp/127.0.0.1:40123`.

@@ -1,5 +1,6 @@
 //! Clean ends: one token, fired by a signal, a supervisor or a test, that all parts of a process look at.
 
+use std::io::{ErrorKind, Read};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -35,6 +36,19 @@ impl Shutdown {
     }
 }
 
+/// A supervisor's questions whether this process still works; see [`heartbeat`](crate::heartbeat).
+#[derive(Debug)]
+pub struct Questions(watch::Receiver<u64>);
+
+impl Questions {
+    /// Completes when there has been a question since it completed last; never without a supervisor.
+    pub async fn asked(&mut self) {
+        if self.0.changed().await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    }
+}
+
 /// How long a process may take to end by itself once it has been asked to. Then it ends as it is, within the two
 /// seconds that a service manager or an impatient person waits.
 const GRACE: Duration = Duration::from_millis(1500);
@@ -45,13 +59,14 @@ const ENDED: i32 = 130;
 /// A token that fires on SIGINT or SIGTERM. From then on the process has `GRACE` to end; a second signal ends it at
 /// once.
 pub fn on_signals() -> std::io::Result<Shutdown> {
-    on_end(false)
+    on_end(false).map(|(shutdown, _)| shutdown)
 }
 
-/// As [`on_signals`]; a process that is `supervised` is also asked to end when its standard input closes. That is a
-/// pipe into which nothing is written, so it closes when the supervisor ends, for whatever reason.
-pub fn on_end(supervised: bool) -> std::io::Result<Shutdown> {
+/// As [`on_signals`]; a process that is `supervised` is also asked to end when its standard input closes. That is a pipe,
+/// so it closes when the supervisor ends, for whatever reason. Each byte in it asks whether the process still works.
+pub fn on_end(supervised: bool) -> std::io::Result<(Shutdown, Questions)> {
     let (trigger, token) = shutdown();
+    let (asking, asked) = watch::channel(0);
     let trigger = Arc::new(trigger);
     // Threads of our own: whatever computes on the threads of the process's runtime cannot hold up its end.
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
@@ -62,8 +77,15 @@ pub fn on_end(supervised: bool) -> std::io::Result<Shutdown> {
     if supervised {
         let trigger = Arc::clone(&trigger);
         std::thread::Builder::new().name("supervisor".into()).spawn(move || {
-            // Either way, end of file or an unreadable pipe, the supervisor is gone.
-            let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
+            let mut bytes = [0; 16];
+            loop {
+                match std::io::stdin().lock().read(&mut bytes) {
+                    Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                    // Either way, end of file or an unreadable pipe, the supervisor is gone.
+                    Ok(0) | Err(_) => break,
+                    Ok(_) => asking.send_modify(|count: &mut u64| *count += 1),
+                }
+            }
             trigger.fire();
             std::thread::sleep(GRACE);
             std::process::exit(ENDED);
@@ -84,5 +106,5 @@ pub fn on_end(supervised: bool) -> std::io::Result<Shutdown> {
         });
         std::process::exit(ENDED);
     })?;
-    Ok(token)
+    Ok((token, Questions(asked)))
 }

@@ -128,11 +128,20 @@ impl Folder {
 
     /// Issues the certificate of `name` if there is none, and renews it if it is due.
     pub fn keep_valid(&self, name: &Name, lifetime: Duration) -> Result<(), FolderError> {
-        let stem = name.to_string();
-        if !self.path(&stem, "pem").exists() {
+        if !self.path(&name.to_string(), "pem").exists() {
             return self.issue(name, &[], lifetime);
         }
-        if self.read(&stem)?.is_due() { self.renew(name, lifetime) } else { Ok(()) }
+        self.renew_if_due(name, lifetime).map(drop)
+    }
+
+    /// Renews the certificate of `name` if it is there and due; whether it was.
+    pub fn renew_if_due(&self, name: &Name, lifetime: Duration) -> Result<bool, FolderError> {
+        let stem = name.to_string();
+        let is_due = self.path(&stem, "pem").exists() && self.read(&stem)?.is_due();
+        if is_due {
+            self.renew(name, lifetime)?;
+        }
+        Ok(is_due)
     }
 
     fn sign(

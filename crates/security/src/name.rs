@@ -71,6 +71,12 @@ impl Name {
         Self::new(role, &names)
     }
 
+    /// The robot that it is for, if it is for one.
+    pub fn robot(&self) -> Option<&str> {
+        let named = self.row.names.iter().zip(&self.names).find(|(what, _)| **what == "robot");
+        named.map(|(_, name)| name.as_str())
+    }
+
     /// Its row of the table.
     pub fn row(&self) -> &'static Row {
         self.row

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 use crate::name::Name;
 use crate::table::{Space, Verb};
 
+/// The protocol of links through unix sockets.
+const SOCKET: &str = "unixsock-stream";
+
 /// The direction of a message, seen from the router.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -93,13 +96,17 @@ pub struct Rule {
     pub key_exprs: Vec<String>,
 }
 
-/// What rules are about: a program that holds a certificate with this name.
+/// What rules are about: a program that holds a certificate with this name, or one that comes over such a link.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Subject {
     /// The name.
     pub id: String,
     /// The name alone.
-    pub cert_common_names: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cert_common_names: Option<Vec<String>>,
+    /// The protocol alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link_protocols: Option<Vec<String>>,
 }
 
 /// Which rules are about which names.
@@ -149,12 +156,29 @@ impl Rules {
         for name in names {
             let rules = of_name(name, namespace);
             let id = name.to_string();
-            made.subjects.push(Subject { id: id.clone(), cert_common_names: vec![id.clone()] });
+            let cert_common_names = Some(vec![id.clone()]);
+            made.subjects.push(Subject { id: id.clone(), cert_common_names, link_protocols: None });
             let ids = rules.iter().map(|rule| rule.id.clone()).collect();
             made.policies.push(Policy { subjects: vec![id], rules: ids });
             made.rules.extend(rules);
         }
         made
+    }
+
+    /// Also allows to programs that come through a unix socket what those of `robot` may that have a certificate.
+    pub fn with_socket(mut self, robot: &str) -> Self {
+        let is_of_robot = |id: &String| {
+            id.parse::<Name>().is_ok_and(|name| !name.is_router() && name.robot() == Some(robot))
+        };
+        let policies = self.policies.iter().filter(|policy| policy.subjects.iter().any(is_of_robot));
+        let rules: Vec<String> = policies.flat_map(|policy| policy.rules.clone()).collect();
+        // Zenoh takes no policy without rules.
+        if !rules.is_empty() {
+            let (id, link_protocols) = (SOCKET.to_owned(), Some(vec![SOCKET.to_owned()]));
+            self.subjects.push(Subject { id: id.clone(), cert_common_names: None, link_protocols });
+            self.policies.push(Policy { subjects: vec![id], rules });
+        }
+        self
     }
 
     /// As JSON, which is JSON5 as well.

@@ -42,7 +42,7 @@ _CONFIGURATION = """{
       tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
         block: { wait_before_close: 500000 },
         drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
-      rx: { max_message_size: 134217728 },
+      rx: { max_message_size: 67174400 },
     },
     shared_memory: { enabled: false },
   },

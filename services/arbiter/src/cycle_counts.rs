@@ -69,6 +69,10 @@ impl CycleCounts {
         let help = "Planning ticks without a cycle: skipped, or not planned";
         metrics.count("unplanned_ticks", help, self.unplanned.clone());
         metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
+        metrics.tally("pool_probes", "Questions whether a replica is ready", &pool.probes);
+        metrics.tally("pool_questions", "Questions to replicas, probes included", &pool.peers.questions);
+        metrics.tally("pool_sent_bytes", "Bytes of the questions to replicas", &pool.peers.sent);
+        metrics.tally("pool_received_bytes", "Bytes of the answers of replicas", &pool.peers.received);
         let (pool, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
         let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {
             let roles = locked(&roles).clone();

@@ -2,7 +2,7 @@
 
 use super::program::{
     Deployment, RunJson, SLOW, comes_true, curionav, in_real_time, is_alive, real_time, run, signal, turn,
-    wait_until_running,
+    wait_until_running, wait_until_running_at,
 };
 
 const SCENARIO: &str = "scenarios/paper/env4-s2.toml";
@@ -23,13 +23,26 @@ fn processes_and_replicas_change_no_decision() {
 
 #[test]
 fn killing_replicas_on_the_way_changes_no_decision() {
+    killed_replicas_change_no_decision(&[]);
+}
+
+#[test]
+fn killing_replicas_on_the_way_changes_no_decision_over_tls() {
+    let place = tempfile::tempdir().unwrap();
+    killed_replicas_change_no_decision(&["--secure", place.path().join("pki").to_str().unwrap()]);
+}
+
+fn killed_replicas_change_no_decision(secure: &[&str]) {
     let _turn = turn();
     let expected = run(SCENARIO, &[]).0;
-    let deployment = Deployment::start(2);
-    let endpoint = deployment.endpoint().to_owned();
-    let running = std::thread::spawn(move || run(SCENARIO, &["--connect", &endpoint]));
+    let deployment = Deployment::start_with(2, secure);
+    assert_eq!(deployment.endpoint().starts_with("tls/"), !secure.is_empty());
+    let at = [&["--connect", deployment.endpoint()], secure].concat();
+    let owned: Vec<String> = at.iter().map(|&argument| argument.to_owned()).collect();
+    let running =
+        std::thread::spawn(move || run(SCENARIO, &owned.iter().map(String::as_str).collect::<Vec<_>>()));
     // Once ticks have begun: well before the second a run of this length takes at the least.
-    wait_until_running(deployment.endpoint());
+    wait_until_running_at(&at);
     for name in ["generator-1", "cpc-0", "cnc-1"] {
         deployment.kill(name);
     }
@@ -97,6 +110,23 @@ fn a_service_that_dies_is_started_again_and_serves() {
     let alive = || status(&deployment).contains("\"cnc-0\"");
     assert!(comes_true(|| !is_alive(deployment.pid("cnc-0"))));
     assert!(comes_true(alive), "not started again");
+    assert_eq!(run(QUICK, &["--connect", deployment.endpoint()]).1, 0);
+}
+
+#[test]
+fn processes_that_stand_still_are_killed_and_started_again_all_at_once() {
+    let _turn = turn();
+    let deployment = Deployment::start(1);
+    // The router, too: without it no service could be asked over the network.
+    let hung = ["cpc-0", "generator-0", "arbiter-0", "router"];
+    hung.iter().for_each(|name| signal("STOP", deployment.pid(name)));
+    assert!(comes_true(|| !hung.iter().any(|name| is_alive(deployment.pid(name)))), "not killed");
+    let others = ["cnc-0", "driver-0", "localizer-0", "simulator-0"];
+    assert!(
+        comes_true(|| hung[..3].iter().all(|name| status(&deployment).contains(name))),
+        "not started again"
+    );
+    assert!(others.iter().all(|name| is_alive(deployment.pid(name))), "what works was killed");
     assert_eq!(run(QUICK, &["--connect", deployment.endpoint()]).1, 0);
 }
 

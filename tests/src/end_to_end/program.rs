@@ -172,7 +172,7 @@ pub(crate) fn real_time() -> f64 {
 /// Tries a claim about a run in real time, at the speed that this machine keeps: `claim` gives the run, and whether it
 /// was as it must be. If it was not, and the run shows that the machine has not kept the speed, the claim is tried again
 /// at half of it.
-pub(super) fn in_real_time(claim: impl Fn(f64) -> (RunJson, bool)) {
+pub(crate) fn in_real_time(claim: impl Fn(f64) -> (RunJson, bool)) {
     let mut speed = real_time();
     for attempt in 1.. {
         let (json, holds) = claim(speed);
@@ -250,7 +250,7 @@ impl Deployment {
     }
 
     /// The same with more arguments.
-    pub(super) fn start_with(replicas: usize, more: &[&str]) -> Self {
+    pub(crate) fn start_with(replicas: usize, more: &[&str]) -> Self {
         let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         let text = format!(
             "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\ncnc = {replicas}\n"
@@ -331,6 +331,13 @@ impl Serving {
         &self.ready.endpoints[0]
     }
 
+    /// Where it listens over this protocol.
+    pub(super) fn endpoint_over(&self, protocol: &str) -> &str {
+        let is_over = |endpoint: &&String| endpoint.split('/').next() == Some(protocol);
+        let found = self.ready.endpoints.iter().find(is_over);
+        found.unwrap_or_else(|| panic!("not over {protocol}: {:?}", self.ready.endpoints))
+    }
+
     pub(super) fn metrics(&self) -> SocketAddr {
         self.ready.metrics.unwrap()
     }
@@ -357,8 +364,13 @@ pub(crate) fn comes_true(condition: impl Fn() -> bool) -> bool {
 
 /// Until evaluators have answered: the run has begun.
 pub(super) fn wait_until_running(endpoint: &str) {
+    wait_until_running_at(&["--connect", endpoint]);
+}
+
+/// The same, for a deployment that is reached with these arguments.
+pub(super) fn wait_until_running_at(arguments: &[&str]) {
     let begun = || {
-        let output = curionav(&["status", "--json", "--connect", endpoint]);
+        let output = curionav(&[&["status", "--json"], arguments].concat());
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         let services = json["services"].as_array().unwrap();
         services.iter().any(|s| s["role"] == "cnc" && s["status"]["requests"].as_u64() > Some(3))

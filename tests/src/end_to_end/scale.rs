@@ -123,6 +123,28 @@ fn it_says_when_asking_pays_how_many_robots_are_served_and_what_processes_cost()
 }
 
 #[test]
+fn a_fleet_plans_over_two_routers_and_comes_back_when_one_is_killed() {
+    let _turn = turn();
+    let place = tempfile::tempdir().unwrap();
+    let pki = place.path().join("pki");
+    for secure in [&[][..], &["--secure", pki.to_str().unwrap()]] {
+        let fleet = ["--fleet", "3", "--replicas", "2", "--rate", "2", "--seconds", "2"];
+        let json = measured(&[&fleet[..], secure].concat());
+        assert_eq!((&json["routers"], &json["replicas"]), (&Value::from(2), &Value::from(2)));
+        let [row] = &rows(&json)[..] else { panic!("{json}") };
+        // An arbiter per robot, and two replicas of three roles.
+        assert_eq!((&row["robots"], &row["tokens"]), (&Value::from(3), &Value::from(9)));
+        positive(row, &["answered", "fairness", "questions", "sent_kb", "received_kb", "p50_ms", "ready_s"]);
+        positive(row, &["routers_mib", "replicas_mib"]);
+        // A robot of the first router has cycles without an answer, or none while it connects again.
+        assert!(row["healed_s"].as_f64().is_some_and(f64::is_finite), "{row}");
+        let shares = ["planned", "late", "answered", "trees_of_pool", "scores_of_pool", "fairness"];
+        let is_share = |key: &&str| row[*key].as_f64().is_some_and(|share| (0.0..=1.1).contains(&share));
+        assert!(shares.iter().all(is_share), "{row}");
+    }
+}
+
+#[test]
 fn a_drive_with_several_trees_has_a_row() {
     let _turn = turn();
     let json = measured(&["--service", "generator", "--trees", "2"]);
@@ -181,6 +203,11 @@ fn what_makes_no_sense_is_refused_in_one_line() {
         (&["--service", "generator", "--drives", "2"], "--drives"),
         (&["--service", "generator", "--people", "3"], "--people"),
         (&["--service", "cpc", "--overhead"], "--overhead"),
+        (&["--service", "cpc", "--fleet", "2"], "--fleet"),
+        (&["--fleet", "2", "--replicas", "1,2"], "--replicas"),
+        (&["--fleet", "2", "--rate", "11"], "--rate"),
+        (&["--service", "cpc", "--light"], "--fleet"),
+        (&["--service", "cpc", "--secure", "pki"], "--secure"),
         (&["--service", "cpc", "--planner", "unknown"], "unknown"),
     ] {
         let (code, error) = scale(arguments).expect_err("refused");

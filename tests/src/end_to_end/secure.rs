@@ -11,7 +11,7 @@ use curionav_security::name::Name;
 use serde_json::Value;
 use zenoh::Wait;
 
-use super::program::{Deployment, Serving, comes_true, command, curionav, run, turn};
+use super::program::{Deployment, Serving, comes_true, command, curionav, is_alive, run, turn};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -113,6 +113,70 @@ fn pools_behind_another_router_work_over_tls_and_nothing_of_the_robot_passes() {
     assert_eq!(curionav(&there).status.code(), Some(3));
 }
 
+#[test]
+fn through_a_socket_on_its_host_the_robots_own_programs_do_what_they_may_and_nothing_else() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let _turn = turn();
+    let of_robot =
+        ["router.robot", "driver.robot", "localizer.robot", "arbiter.robot", "simulator.world.robot"];
+    let others = ["generator.g", "cpc.a", "cnc.a", "operator", "experimenter"];
+    let pki = folder(&[&of_robot[..], &others].concat());
+    let secure = ["--secure", pki.path().to_str().unwrap()];
+    let socket = pki.path().join("robot.sock");
+    let through = format!("unixsock-stream/{}", socket.display());
+    let start = |arguments: &[&str]| Serving::start(&[arguments, &secure].concat());
+    let listens = ["--listen", "tls/127.0.0.1:0", "--listen", &through, "--as", "router.robot"];
+    let router = start(&[&["router"], &listens[..]].concat());
+    assert_eq!(std::fs::metadata(&socket).unwrap().permissions().mode() & 0o777, 0o600);
+    let service = |role: &str, instance: &str, at: &str| {
+        let base: &[&str] = if role == "driver" { &["--simulated-base"] } else { &[] };
+        start(&[&[role, "--connect", at, "--instance", instance], base].concat())
+    };
+    let _robot = ["driver", "localizer", "arbiter", "simulator"].map(|role| service(role, "robot", &through));
+    let tls = router.endpoint_over("tls");
+    let _pool = [("generator", "g"), ("cpc", "a"), ("cnc", "a")].map(|(role, name)| service(role, name, tls));
+    let at = [&["--connect", tls], &secure[..]].concat();
+    let well = || curionav(&[&["doctor", "--listen", "0.1"], &at[..]].concat()).status.success();
+    assert!(comes_true(well), "the pool is not proven");
+    let (result, status) = run(QUICK, &at);
+    assert_eq!((status, result.cycles.degraded), (0, 0), "{result:?}");
+    assert_eq!(result.decisions_sha256, run(QUICK, &[]).0.decisions_sha256);
+
+    // A program behind the socket cannot command another robot.
+    let config = |endpoint: &str| ServiceConfig {
+        connect: vec![endpoint.to_owned()],
+        secure: Some(pki.path().to_owned()),
+        certificates: vec!["operator".parse().unwrap()],
+        ..ServiceConfig::default()
+    };
+    let runtime = tokio::runtime::Runtime::new().unwrap();
+    let behind = runtime.block_on(session::client(&config(&through))).unwrap();
+    let looking = runtime.block_on(session::client(&config(tls))).unwrap();
+    let heard = looking.declare_subscriber(format!("{}/robot/*/cmd", keys::ROOT)).wait().unwrap();
+    let own = keys::robot("robot", "cmd").unwrap();
+    let came = std::cell::RefCell::new(Vec::new());
+    let has_come = || {
+        behind.put(keys::robot("other", "cmd").unwrap(), "drive").wait().unwrap();
+        behind.put(&own, "not a command").wait().unwrap();
+        let next = heard.recv_timeout(Duration::from_millis(200)).unwrap();
+        came.borrow_mut().extend(next.map(|sample| sample.key_expr().to_string()));
+        came.borrow().contains(&own)
+    };
+    assert!(comes_true(has_come), "{came:?}");
+    assert!(!came.borrow().iter().any(|key| key.contains("other")), "{came:?}");
+    session::close(&behind);
+    session::close(&looking);
+    // The router of the pools has none.
+    let pools = folder(&["router"]);
+    let path = pools.path().to_str().unwrap();
+    fails(
+        &["router", "--listen", &through, "--secure", path],
+        3,
+        "this configuration allows links over tls alone",
+    );
+}
+
 /// Runs a command that must fail at once with one line.
 fn fails(arguments: &[&str], status: i32, says: &str) {
     let began = Instant::now();
@@ -159,7 +223,7 @@ fn expired_foreign_and_missing_certificates_are_one_clear_line_each() {
     fails(&cpc, 2, "cpc.a.pem: is missing");
     let plain =
         ["doctor", "--connect", &at.replace("tls/", "tcp/"), "--secure", &path(&pki)].map(str::to_owned);
-    fails(&plain, 3, "this configuration allows links over tls alone");
+    fails(&plain, 3, "this configuration allows links over unixsock-stream, tls alone");
     let listen = ["router", "--listen", "tcp/127.0.0.1:0", "--secure", &path(&pki)].map(str::to_owned);
     fails(&listen, 3, "this configuration allows links over tls alone");
     let named = curionav(&["status", "--connect", at, "--secure", &path(&pki), "--as", "opertor"]);
@@ -212,6 +276,40 @@ fn a_link_ends_with_its_certificate_and_a_renewed_one_is_taken_without_a_restart
         SystemTime::now() > ends && left.contains("cpc") && !left.contains("cnc")
     };
     assert!(comes_true(one), "{}", alive());
+}
+
+#[test]
+fn certificates_are_renewed_while_it_runs_and_no_service_is_restarted_for_them() {
+    let _turn = turn();
+    let place = tempfile::tempdir().unwrap();
+    let pki = place.path().join("pki");
+    let secure = ["--secure", pki.to_str().unwrap()];
+    // Makes them all; from here on they are short.
+    assert_eq!(Deployment::start_with(1, &secure).stop(), 0);
+    let (here, short) = (Folder::new(&pki), Duration::from_secs(60));
+    let names: Vec<Name> = here.certificates().unwrap().into_iter().map(|(name, _)| name).collect();
+    names.iter().for_each(|name| here.renew(name, short).unwrap());
+    // One whose key was lost: deleted while the deployment runs, it is not made again.
+    let ends = SystemTime::now() + short;
+    let deployment = Deployment::start_with(1, &secure);
+    std::fs::remove_file(pki.join("crowd.world.pem")).unwrap();
+    let tomorrow =
+        SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap().as_secs() as i64 + 86_400;
+    let are_renewed = || here.certificates().unwrap().iter().all(|(_, of)| of.not_after > tomorrow);
+    assert!(comes_true(are_renewed), "{:?}", here.certificates());
+    assert!(
+        comes_true(|| !is_alive(deployment.pid("router"))),
+        "the router goes on with its old certificate"
+    );
+    assert!(comes_true(|| SystemTime::now() > ends));
+    let at = [&["--connect", deployment.endpoint()], &secure[..]].concat();
+    let services = || json(&[&["status", "--json"], &at[..]].concat())["services"].to_string();
+    let all = ["arbiter-0", "cnc-0", "cpc-0", "driver-0", "generator-0", "localizer-0", "simulator-0"];
+    assert!(comes_true(|| all.iter().all(|name| services().contains(name))), "{}", services());
+    assert!(all.iter().all(|name| is_alive(deployment.pid(name))), "a service was restarted");
+    assert_eq!(run(QUICK, &at).1, 0);
+    assert!(!pki.join("crowd.world.pem").exists(), "a certificate that was deleted was made again");
+    assert_eq!(deployment.stop(), 0);
 }
 
 #[test]

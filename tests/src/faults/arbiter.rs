@@ -32,7 +32,7 @@ async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>, number: u64) {
     let mission = world.mission.clone();
     let context = PlanContext::new(mission, &world.fields, world.in_process).unwrap();
     let computing = AtomicU64::new(0);
-    let peers = SimulatedPeers { world: Arc::clone(&world), seat: Arc::clone(&seat), computing };
+    let peers = SimulatedPeers { world: Arc::clone(&world), seat: Arc::clone(&seat), computing, ahead: None };
     let pool = Pool::new(Arc::new(peers));
     tokio::select! {
         biased;

@@ -46,7 +46,8 @@ fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) ->
 /// What an arbiter in that seat plans with.
 fn ready(world: &Arc<World>, seat: Arc<ArbiterSeat>) -> (PlanContext, Pool<SimulatedPeers>) {
     let context = PlanContext::new(world.mission.clone(), &world.fields, true).unwrap();
-    let peers = SimulatedPeers { world: Arc::clone(world), seat, computing: AtomicU64::new(0) };
+    let computing = AtomicU64::new(0);
+    let peers = SimulatedPeers { world: Arc::clone(world), seat, computing, ahead: None };
     (context, Pool::new(Arc::new(peers)))
 }
 

@@ -18,4 +18,5 @@ mod readiness;
 mod replica;
 pub(crate) mod robot;
 mod ten_thousand_cycles;
+mod too_many;
 mod world;

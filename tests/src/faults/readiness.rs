@@ -50,7 +50,8 @@ impl PoolAtStart {
         let context = PlanContext::new(mission, &fields, self.in_process).unwrap();
         let seat = Arc::new(ArbiterSeat::default());
         world.state().arbiters.push(Arc::clone(&seat));
-        let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing: AtomicU64::new(0) };
+        let computing = AtomicU64::new(0);
+        let peers = SimulatedPeers { world: Arc::clone(&world), seat, computing, ahead: None };
         let pool = Pool::new(Arc::new(peers));
         let outcome = Arc::new(Mutex::new(None));
         let (told, clock) = (Arc::clone(&outcome), world.executor.clone());

@@ -31,6 +31,14 @@ pub(super) enum Question {
 }
 
 impl Question {
+    /// Whether it is no probe.
+    pub(super) fn is_work(&self) -> bool {
+        match self {
+            Self::Generate(request) => request.iterations > 0,
+            Self::Evaluate(request) => request.candidates.count > 0,
+        }
+    }
+
     /// The same for two questions only if any replica answers both alike.
     pub(super) fn name(&self) -> String {
         match self {
@@ -48,17 +56,32 @@ pub(super) enum Answer {
 
 pub(super) struct Job {
     pub(super) question: Question,
+    /// Who asks.
+    robot: String,
     arrived: Duration,
     reply: oneshot::Sender<Result<Answer, AskError>>,
 }
 
 impl Job {
     pub(super) fn new(
+        robot: &str,
         question: Question,
         arrived: Duration,
     ) -> (Self, oneshot::Receiver<Result<Answer, AskError>>) {
         let (reply, answer) = oneshot::channel();
-        (Self { question, arrived, reply }, answer)
+        (Self { question, robot: robot.to_owned(), arrived, reply }, answer)
+    }
+
+    pub(super) fn again(&self, arrived: Duration) -> Self {
+        Self::new(&self.robot, self.question.clone(), arrived).0
+    }
+
+    /// The time that the answer is of use, if the question is no probe.
+    fn budget(&self) -> Option<Duration> {
+        self.question.is_work().then(|| match &self.question {
+            Question::Generate(request) => Duration::from_millis(request.budget_ms.into()),
+            Question::Evaluate(request) => Duration::from_millis(request.budget_ms.into()),
+        })
     }
 }
 
@@ -82,7 +105,7 @@ impl Replica {
     pub(super) fn new(task: TaskId, slots: u32, now: Duration) -> Self {
         Self {
             task: Some(task),
-            queue: FairQueue::new(QUEUE, usize::MAX),
+            queue: FairQueue::new(1, QUEUE, usize::MAX),
             arrived: Arc::default(),
             prepared: false,
             slots,
@@ -106,7 +129,7 @@ impl Replica {
     pub(super) fn set_down(&mut self, down: bool, now: Duration) -> Option<Option<TaskId>> {
         match (self.task, down) {
             (Some(task), true) => {
-                (self.task, self.queue, self.prepared) = (None, FairQueue::new(QUEUE, usize::MAX), false);
+                (self.task, self.queue, self.prepared) = (None, FairQueue::new(1, QUEUE, usize::MAX), false);
                 (self.audible, self.since) = (false, now);
                 Some(Some(task))
             }
@@ -134,19 +157,20 @@ impl Replica {
     /// As a replica's server does: at once into the queue, or refused.
     pub(super) fn admit(&mut self, job: Job) {
         self.question = Some(job.question.clone());
-        self.admit_from("robot", job);
+        self.enqueue(job);
     }
 
     /// Five other robots ask what was asked last, each eight times.
     pub(super) fn flood(&mut self, now: Duration) {
         let Some(question) = self.question.clone().filter(|_| self.is_up()) else { return };
         for other in (0..40).map(|i| format!("other-{}", i % 5)) {
-            self.admit_from(&other, Job::new(question.clone(), now).0);
+            self.enqueue(Job::new(&other, question.clone(), now).0);
         }
     }
 
-    fn admit_from(&mut self, robot: &str, job: Job) {
-        for refused in self.queue.push(robot, 1, job) {
+    fn enqueue(&mut self, job: Job) {
+        let (robot, now) = (job.robot.clone(), job.arrived);
+        for refused in self.queue.push(&robot, 1, now, job) {
             let _ = refused.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
         }
         self.arrived.notify_one();
@@ -168,6 +192,7 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
         while world.has(|f| *f == Fault::Hang(index)) {
             arrived.notified().await;
         }
+        let begun = world.executor.now();
         let (warms_up, count) = match &job.question {
             Question::Generate(request) => (request.iterations == 0, 10),
             Question::Evaluate(request) => (request.candidates.count == 0, request.candidates.count),
@@ -187,6 +212,10 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
             arrived.notified().await;
         }
         let answer = answer(&world, &name, &job, warms_up || prepared);
+        if let Some(replica) = world.state().replicas.get_mut(&name) {
+            let took = answer.is_ok().then(|| world.executor.now() - begun);
+            replica.queue.done(&job.robot, took, job.budget());
+        }
         let answer = spoil(&world, &name, index, answer);
         if warms_up && let Some(replica) = world.state().replicas.get_mut(&name) {
             replica.prepared = true;

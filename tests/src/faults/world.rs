@@ -57,6 +57,10 @@ pub(super) struct State {
     pub(super) decided: Vec<(Decision, Option<CycleReport>)>,
     /// When an arbiter asked a replica which question.
     pub(super) asked: Vec<(Duration, String)>,
+    /// How often replicas of a role were asked for work.
+    pub(super) work_asked: BTreeMap<String, usize>,
+    /// How often a robot, whose name comes first, was answered in time by replicas of a role.
+    pub(super) work_answered: BTreeMap<(String, String), usize>,
     pub(super) robot: Robot,
     pub(super) checker: Checker,
     pub(super) arbiters_started: u64,
@@ -87,6 +91,8 @@ impl World {
             arbiters: Vec::new(),
             decided: Vec::new(),
             asked: Vec::new(),
+            work_asked: BTreeMap::new(),
+            work_answered: BTreeMap::new(),
             robot: Robot::new(&mission),
             checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
             arbiters_started: 0,
@@ -242,14 +248,19 @@ impl World {
     async fn exchange(
         self: &Arc<Self>,
         name: Name,
+        (robot, timeout): (&str, Duration),
         question: Question,
-        timeout: Duration,
     ) -> Result<Answer, AskError> {
-        self.state().asked.push((self.executor.now(), format!("{}: {}", name.0, question.name())));
+        let (is_work, whose) = (question.is_work(), (robot.to_owned(), name.0.clone()));
+        {
+            let mut state = self.state();
+            state.asked.push((self.executor.now(), format!("{}: {}", name.0, question.name())));
+            *state.work_asked.entry(name.0.clone()).or_default() += usize::from(is_work);
+        }
         let asking = async {
             self.way_to_pool().await;
-            let (job, answer) = Job::new(question, self.executor.now());
-            let twice = self.travel().1.then(|| Job::new(job.question.clone(), self.executor.now()).0);
+            let (job, answer) = Job::new(robot, question, self.executor.now());
+            let twice = self.travel().1.then(|| job.again(self.executor.now()));
             {
                 let mut state = self.state();
                 let Some(replica) = state.replicas.get_mut(&name).filter(|r| r.is_up()) else {
@@ -263,11 +274,15 @@ impl World {
             self.way_to_pool().await;
             answer
         };
-        tokio::select! {
+        let answer = tokio::select! {
             biased;
             answer = asking => answer,
             () = self.executor.sleep(timeout) => Err(AskError::Timeout),
+        };
+        if is_work && answer.is_ok() {
+            *self.state().work_answered.entry(whose).or_default() += 1;
         }
+        answer
     }
 
     /// Completes when a message between arbiter and pool has arrived; never if it is lost.
@@ -311,14 +326,35 @@ pub(super) struct SimulatedPeers {
     pub(super) seat: Arc<ArbiterSeat>,
     /// Set while it computes: then every look at the clock costs what scoring a candidate does.
     pub(super) computing: AtomicU64,
+    /// By how many nanoseconds its computer is ahead of the world, if it is one of many: what one computes takes none of
+    /// the others' time.
+    pub(super) ahead: Option<AtomicU64>,
+}
+
+impl SimulatedPeers {
+    /// Waits until the world has caught up.
+    pub(super) async fn catch_up(&self) {
+        let ahead = self.ahead.as_ref().map_or(0, |ahead| ahead.swap(0, Ordering::Relaxed));
+        self.world.executor.sleep(Duration::from_nanos(ahead)).await;
+    }
 }
 
 impl Peers for SimulatedPeers {
     fn now(&self) -> Duration {
-        if self.computing.load(Ordering::Relaxed) > 0 {
-            self.world.executor.pass(self.world.local_cost);
+        let cost = match self.computing.load(Ordering::Relaxed) {
+            0 => Duration::ZERO,
+            _ => self.world.local_cost,
+        };
+        match &self.ahead {
+            None => {
+                self.world.executor.pass(cost);
+                self.world.executor.now()
+            }
+            Some(ahead) => {
+                let before = ahead.fetch_add(cost.as_nanos() as u64, Ordering::Relaxed);
+                self.world.executor.now() + Duration::from_nanos(before) + cost
+            }
         }
-        self.world.executor.now()
     }
 
     async fn sleep(&self, time: Duration) {
@@ -347,7 +383,7 @@ impl Peers for SimulatedPeers {
     async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
         let request = GenerateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
-        match self.world.exchange(name, Question::Generate(request), call.timeout).await? {
+        match self.world.exchange(name, (call.robot, call.timeout), Question::Generate(request)).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
@@ -361,7 +397,7 @@ impl Peers for SimulatedPeers {
     ) -> Result<Scores, AskError> {
         let name = (term.to_owned(), call.instance.to_owned());
         let request = EvaluateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
-        match self.world.exchange(name, Question::Evaluate(request), call.timeout).await? {
+        match self.world.exchange(name, (call.robot, call.timeout), Question::Evaluate(request)).await? {
             Answer::Scored(scores) => Ok(scores),
             Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
         }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use curionav_runtime::config::ServiceConfig;
@@ -44,6 +45,56 @@ fn ceilings() -> BTreeMap<String, f64> {
 /// What a process has in memory, MiB.
 fn resident(pid: u32) -> f64 {
     usage(pid).map_or(0.0, |usage| usage.resident)
+}
+
+/// Role and id of every process of a deployment of one of each.
+fn processes(deployment: &Deployment) -> Vec<(&'static str, u32)> {
+    let all = SERVICES.iter().copied().chain([("router", "router")]);
+    all.map(|(role, name)| (role, deployment.pid(name))).collect()
+}
+
+/// The memory of a deployment's processes, looked at until [`judge`](Self::judge).
+pub(super) struct Memory {
+    processes: Vec<(&'static str, u32)>,
+    before: BTreeMap<&'static str, f64>,
+    looking: Arc<AtomicBool>,
+    thread: JoinHandle<BTreeMap<&'static str, f64>>,
+}
+
+impl Memory {
+    pub(super) fn watch(deployment: &Deployment) -> Self {
+        let processes = processes(deployment);
+        let before = processes.iter().map(|(role, pid)| (*role, resident(*pid))).collect();
+        let looking = Arc::new(AtomicBool::new(true));
+        let (on, of) = (Arc::clone(&looking), processes.clone());
+        let thread = std::thread::spawn(move || {
+            let mut most: BTreeMap<&str, f64> = BTreeMap::new();
+            while on.load(Ordering::Relaxed) {
+                for (role, pid) in &of {
+                    let entry = most.entry(role).or_default();
+                    *entry = entry.max(resident(*pid));
+                }
+                std::thread::sleep(LOOK);
+            }
+            most
+        });
+        Self { processes, before, looking, thread }
+    }
+
+    /// Fails if a process has died, or one was above the ceiling of its role.
+    pub(super) fn judge(self) {
+        let Self { processes, before, looking, thread } = self;
+        looking.store(false, Ordering::Relaxed);
+        let (most, ceilings) = (thread.join().unwrap(), ceilings());
+        println!("role        before   most  ceiling, MiB");
+        for (role, most) in &most {
+            println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[*role]);
+        }
+        assert!(processes.iter().all(|(_, pid)| is_alive(*pid)), "a process has died");
+        for (role, most) in &most {
+            assert!(*most <= ceilings[*role], "{role}: {most:.0} MiB");
+        }
+    }
 }
 
 /// One item of CBOR of so many bytes that is no message: it has to be read to find out.
@@ -111,7 +162,6 @@ fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
     let longer =
         std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
     let lasts = Duration::from_secs(longer.unwrap_or(10).min(60));
-    let ceilings = ceilings();
     let deployment = Deployment::start(1);
     let at = ["--connect", deployment.endpoint()];
     assert_eq!(run(QUICK, &at).1, 0);
@@ -122,25 +172,7 @@ fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
     let mission: Mission =
         runtime.block_on(fetch(&session, &keys::robot("robot", "mission").unwrap(), LIMIT)).unwrap();
 
-    let processes: Vec<(&str, u32)> = (SERVICES.iter().copied().chain([("router", "router")]))
-        .map(|(role, name)| (role, deployment.pid(name)))
-        .collect();
-    let before: BTreeMap<&str, f64> = processes.iter().map(|(role, pid)| (*role, resident(*pid))).collect();
-    let flooding = Arc::new(AtomicBool::new(true));
-    let looking = {
-        let (flooding, processes) = (Arc::clone(&flooding), processes.clone());
-        std::thread::spawn(move || {
-            let mut most: BTreeMap<&str, f64> = BTreeMap::new();
-            while flooding.load(Ordering::Relaxed) {
-                for (role, pid) in &processes {
-                    let entry = most.entry(role).or_default();
-                    *entry = entry.max(resident(*pid));
-                }
-                std::thread::sleep(LOOK);
-            }
-            most
-        })
-    };
+    let memory = Memory::watch(&deployment);
     let end = Instant::now() + lasts;
     let sent: u64 = std::thread::scope(|scope| {
         let targets = all(&mission.order.map);
@@ -152,16 +184,8 @@ fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
             .collect();
         flooding.into_iter().map(|thread| thread.join().unwrap()).sum()
     });
-    flooding.store(false, Ordering::Relaxed);
-    let most = looking.join().unwrap();
-    println!("{} s, {} MB sent\nrole        before   most  ceiling, MiB", lasts.as_secs(), sent / 1_000_000);
-    for (role, most) in &most {
-        println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[*role]);
-    }
-    assert!(processes.iter().all(|(_, pid)| is_alive(*pid)), "a process has died");
-    for (role, most) in &most {
-        assert!(*most <= ceilings[*role], "{role}: {most:.0} MiB");
-    }
+    println!("{} s, {} MB sent", lasts.as_secs(), sent / 1_000_000);
+    memory.judge();
     session::close(&session);
     runtime.shutdown_timeout(Duration::from_secs(2));
     assert_eq!(run(QUICK, &at).1, 0, "the robot does not arrive afterwards");

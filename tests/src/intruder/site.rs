@@ -66,7 +66,8 @@ impl Site {
         std::fs::write(self.folder().join("rules.json"), file.to_string()).unwrap();
         let router: Name = "router".parse().unwrap();
         let secure = Some((self.folder(), &router));
-        let settings = RouterSettings { listen: "tls/127.0.0.1:0", secure, ..RouterSettings::default() };
+        let listen = ["tls/127.0.0.1:0".to_owned()];
+        let settings = RouterSettings { listen: &listen, secure, ..RouterSettings::default() };
         self.runtime.block_on(async {
             let session = session::router(settings).await.unwrap();
             let endpoint = session::locators(&session).await.remove(0);

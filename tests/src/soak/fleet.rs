@@ -3,6 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard};
 
+use curionav_runtime::config::ServiceConfig;
+use curionav_security::folder::{Folder, days};
+use curionav_security::name::Name;
+use tempfile::TempDir;
+
 use super::process::{Process, port_for_a_restart};
 
 /// Roles of the pool.
@@ -16,6 +21,8 @@ const AT_ONCE: usize = 10;
 /// The processes there are; one that is killed is not.
 pub(super) struct Fleet {
     endpoint: String,
+    /// Certificates, if links are over TLS.
+    pki: Option<TempDir>,
     running: Mutex<BTreeMap<String, Process>>,
 }
 
@@ -24,14 +31,44 @@ pub(super) fn robot(index: usize) -> String {
     format!("r{index:02}")
 }
 
+fn secure(folder: Option<&TempDir>) -> Vec<String> {
+    folder.map_or_else(Vec::new, |folder| vec!["--secure".into(), folder.path().display().to_string()])
+}
+
+/// Those of every process that there will ever be, and of what this test does as a robot's base and localiser and as
+/// an operator.
+fn certificates(robots: usize) -> TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    let folder = Folder::new(directory.path());
+    folder.init(None).unwrap();
+    // One more of each role joins late.
+    let of_pool =
+        POOL.into_iter().flat_map(|role| (0..=REPLICAS).map(move |i| (role, format!("{role}-{i}"))));
+    let of_robot = |robot: String| {
+        let services = ["driver", "arbiter"].map(|role| (role, format!("{role}-{robot}")));
+        let names =
+            services.map(|(role, instance)| Name::of_service(role, &robot, "world", &instance).unwrap());
+        let own = ["base", "localizer"].map(|role| Name::new(role, &[&robot]).unwrap());
+        names.into_iter().chain(own)
+    };
+    let names = of_pool.map(|(role, instance)| Name::new(role, &[&instance]).unwrap());
+    let names = names.chain((0..robots).map(robot).flat_map(of_robot));
+    let others = ["router", "operator"].map(|name| Name::new(name, &[]).unwrap());
+    names.chain(others).for_each(|name| folder.issue(&name, &[], days(1)).unwrap());
+    directory
+}
+
 impl Fleet {
     /// Everything for so many robots.
-    pub(super) fn start(robots: usize) -> Self {
-        let listen = format!("tcp/127.0.0.1:{}", port_for_a_restart());
-        let router = Process::start(&["router".into(), "--listen".into(), listen]);
+    pub(super) fn start(robots: usize, is_secure: bool) -> Self {
+        let pki = is_secure.then(|| certificates(robots));
+        let protocol = if is_secure { "tls" } else { "tcp" };
+        let listen = format!("{protocol}/127.0.0.1:{}", port_for_a_restart());
+        let router = ["router".into(), "--listen".into(), listen];
+        let router = Process::start(&[&router, &secure(pki.as_ref())[..]].concat());
         let ready: serde_json::Value = serde_json::from_str(&router.line).unwrap();
         let endpoint = ready["endpoints"][0].as_str().unwrap().to_owned();
-        let fleet = Self { endpoint, running: Mutex::new(BTreeMap::from([("router".into(), router)])) };
+        let fleet = Self { endpoint, pki, running: Mutex::new(BTreeMap::from([("router".into(), router)])) };
         let replicas = POOL.into_iter().flat_map(|role| (0..REPLICAS).map(move |i| format!("{role}-{i}")));
         let of_robots = (0..robots).flat_map(|i| ["driver", "arbiter"].map(|r| format!("{r}-{}", robot(i))));
         let names: Vec<String> = replicas.chain(of_robots).collect();
@@ -39,9 +76,20 @@ impl Fleet {
         fleet
     }
 
-    /// Where the router listens.
-    pub(super) fn endpoint(&self) -> &str {
-        &self.endpoint
+    /// How a program connects that shows this certificate where links are over TLS.
+    pub(super) fn config(&self, certificate: &str) -> ServiceConfig {
+        ServiceConfig {
+            connect: vec![self.endpoint.clone()],
+            secure: self.pki.as_ref().map(|folder| folder.path().to_owned()),
+            certificates: vec![certificate.parse().unwrap()],
+            connect_timeout_s: 60.0,
+            ..ServiceConfig::default()
+        }
+    }
+
+    /// Whether links are over TLS.
+    pub(super) fn is_secure(&self) -> bool {
+        self.pki.is_some()
     }
 
     fn running(&self) -> MutexGuard<'_, BTreeMap<String, Process>> {
@@ -50,8 +98,9 @@ impl Fleet {
 
     fn arguments(&self, name: &str) -> Vec<String> {
         let endpoint = self.endpoint.clone();
+        let secure = secure(self.pki.as_ref());
         let Some((role, of)) = name.split_once('-') else {
-            return vec!["router".into(), "--listen".into(), endpoint];
+            return ["router".into(), "--listen".into(), endpoint].into_iter().chain(secure).collect();
         };
         let mut arguments = vec![role.into(), "--connect".into(), endpoint, "--instance".into(), name.into()];
         if matches!(role, "arbiter" | "driver") {
@@ -60,6 +109,7 @@ impl Fleet {
         if role == "driver" {
             arguments.push("--simulated-base".into());
         }
+        arguments.extend(secure);
         arguments
     }
 

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
 use curionav_runtime::query::{Urgency, ask, fetch};
@@ -17,7 +17,7 @@ use zenoh::Session;
 
 use super::watch::Watch;
 use crate::faults::base::{Base, TICK};
-use crate::faults::corridor_map::{self, GOAL, START};
+use crate::faults::corridor_map::{self, START};
 use crate::invariants::HEALED;
 use crate::pace::Pace;
 
@@ -34,11 +34,24 @@ pub(super) struct Drive {
     pub(super) is_long: bool,
 }
 
+/// A robot's links to the router.
+#[derive(Debug, Clone)]
+pub(super) struct Links {
+    /// As its base.
+    pub(super) base: Session,
+    /// As its localiser.
+    pub(super) localizer: Session,
+    /// As the one who sends it about and looks on.
+    pub(super) operator: Session,
+}
+
 pub(super) struct Robot {
-    session: Session,
+    links: Links,
     mission_key: String,
     command_key: String,
     mission: Mission,
+    /// Where it goes, one after the other.
+    goals: Vec<Point2>,
     watch: Mutex<Watch>,
     pace: Pace,
     /// Longest that a tick came late, and the sum, seconds.
@@ -46,27 +59,36 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// Robot `name`, driving to and fro in a corridor of its own.
-    pub(super) fn new(name: &str, seed: u64, session: &Session, Drive { pace, is_long }: Drive) -> Self {
+    /// Robot `name`, driving to and fro in a corridor of its own to the goals of its own.
+    pub(super) fn new(
+        name: &str,
+        seed: u64,
+        links: Links,
+        goals: Vec<Point2>,
+        Drive { pace, is_long }: Drive,
+    ) -> Self {
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
         (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, pace.speed(), 1);
         mission.order.require = vec!["arbiter".into()];
-        // A goal of its own: every pool holds the fields of many.
-        let aside = (seed % 7) as f64 * 0.5 - 1.5;
-        let start = Pose2::new(START.x, START.y + aside, 0.0);
+        let start = Pose2::new(START.x, goals[0].y, 0.0);
         mission.order.initial_pose = convert::pose_to_wire(start);
-        (mission.order.goal_x, mission.order.goal_y) = (GOAL.x, GOAL.y + aside);
-        let mut back = mission.clone();
-        (back.order.goal_x, back.order.goal_y) = (start.x, start.y);
-        let contexts = [mission.clone(), back].map(|m| Arc::new(PlanContext::new(m, &fields, true).unwrap()));
-        let watch = Mutex::new(Watch::new(name, contexts.to_vec(), is_long));
+        let missions = goals.iter().map(|goal| {
+            let mut mission = mission.clone();
+            (mission.order.goal_x, mission.order.goal_y) = (goal.x, goal.y);
+            mission
+        });
+        let missions: Vec<Mission> = missions.collect();
+        let mission = missions[0].clone();
+        let prepare = |mission| Arc::new(PlanContext::new(mission, &fields, true).unwrap());
+        let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), is_long));
         Self {
-            session: session.clone(),
+            links,
             mission_key: keys::robot(name, "mission").unwrap(),
             command_key: keys::mission_command(name).unwrap(),
             mission,
+            goals,
             watch,
             pace,
             lateness: Mutex::default(),
@@ -81,18 +103,19 @@ impl Robot {
         self.watch.lock().unwrap()
     }
 
-    /// Closes its link.
+    /// Closes its links.
     pub(super) fn leave(&self) {
-        curionav_runtime::session::close(&self.session);
+        let Links { base, localizer, operator } = &self.links;
+        [base, localizer, operator].into_iter().for_each(curionav_runtime::session::close);
     }
 
-    fn topic<M: wire::Message>(&self, stream: &str) -> Topic<M> {
+    fn topic<M: wire::Message>(&self, link: &Session, stream: &str) -> Topic<M> {
         let key = keys::robot(&self.mission.order.robot, stream).unwrap();
-        Topic::new(&self.session, &key, Flow::Sensor).unwrap()
+        Topic::new(link, &key, Flow::Sensor).unwrap()
     }
 
     fn inbox<M: wire::Message>(&self, stream: &str) -> Inbox<M> {
-        Inbox::new(&self.session, &keys::robot(&self.mission.order.robot, stream).unwrap()).unwrap()
+        Inbox::new(&self.links.operator, &keys::robot(&self.mission.order.robot, stream).unwrap()).unwrap()
     }
 
     fn violation(&self, invariant: &str, what: String) {
@@ -104,8 +127,8 @@ impl Robot {
         let timeout = Duration::from_secs(2);
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
-            let asked =
-                ask::<_, Mission>(&self.session, &self.command_key, request, timeout, Urgency::Normal);
+            let link = &self.links.operator;
+            let asked = ask::<_, Mission>(link, &self.command_key, request, timeout, Urgency::Normal);
             if asked.await.is_ok() {
                 return;
             }
@@ -120,7 +143,7 @@ impl Robot {
         let begun = Instant::now();
         while begun.elapsed() < PATIENCE {
             let mission: Option<Mission> =
-                fetch(&self.session, &self.mission_key, Duration::from_secs(1)).await.ok();
+                fetch(&self.links.operator, &self.mission_key, Duration::from_secs(1)).await.ok();
             if mission.is_some_and(|m| m.state == MissionState::Running) {
                 return;
             }
@@ -129,17 +152,15 @@ impl Robot {
         self.violation("the mission begins", format!("not within {PATIENCE:?}"));
     }
 
-    /// Sends it to the other end of the corridor.
+    /// Sends it to its next goal.
     fn turn_round(self: &Arc<Self>) {
-        let to_start = {
+        let arrived = {
             let mut watch = self.watch();
             watch.preparing_since = Some(Instant::now());
             watch.counts.goals += 1;
-            watch.counts.goals % 2 == 1
+            watch.counts.goals as usize
         };
-        let there = (self.mission.order.goal_x, self.mission.order.goal_y);
-        let here = (self.mission.order.initial_pose.x, self.mission.order.initial_pose.y);
-        let (x, y) = if to_start { here } else { there };
+        let Point2 { x, y } = self.goals[arrived % self.goals.len()];
         let robot = Arc::clone(self);
         tokio::spawn(async move { robot.request(&MissionCommand::Goal { x, y, heading: None }).await });
     }
@@ -151,10 +172,10 @@ impl Robot {
         let decisions = self.inbox::<Decision>("decision");
         let commands = self.inbox::<wire::Twist>("cmd");
         let reports = self.inbox::<CycleReport>("report");
-        let odometry = self.topic::<Odometry>("odom");
-        let scans = self.topic::<Scan>("scan");
-        let beliefs = self.topic::<Belief>("belief");
-        let people = self.topic::<People>("people");
+        let odometry = self.topic::<Odometry>(&self.links.base, "odom");
+        let scans = self.topic::<Scan>(&self.links.base, "scan");
+        let beliefs = self.topic::<Belief>(&self.links.localizer, "belief");
+        let people = self.topic::<People>(&self.links.base, "people");
         let (mut command, mut complained) = (None, false);
         let first = tokio::time::Instant::now() + phase;
         let mut pace = tokio::time::interval_at(first, self.pace.tick());

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use curionav_planning::geometry::Point2;
 use curionav_planning::random::rng;
-use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::map_store::host;
 use curionav_runtime::query::fetch;
 use curionav_runtime::serve::refusals;
@@ -18,16 +18,19 @@ use zenoh::Session;
 use super::fault::Outage;
 use super::fleet::{Fleet, POOL, REPLICAS, robot};
 use super::memory::Memory;
-use super::robot::{Drive, Robot};
+use super::robot::{Drive, Links, Robot};
 use super::watch::Counts;
 use crate::end_to_end::program::turn;
 use crate::faults::base::TICK;
-use crate::faults::corridor_map;
+use crate::faults::corridor_map::{self, GOAL, START};
 use crate::invariants::{BOUNDED, HEALED, Violations};
 use crate::pace::Pace;
 
 /// Robots of a long run, and of a short one, which shares its machine with other tests.
 const ROBOTS: [usize; 2] = [20, 8];
+/// Goals at either end of the corridor, of all robots together, at least: more than a pool of three generators for five
+/// robots each.
+const GOALS_PER_END: usize = 20;
 /// A run that takes this long is a long one.
 pub(super) const LONG: Duration = Duration::from_secs(900);
 const SEED: u64 = 1000;
@@ -86,25 +89,58 @@ pub(super) struct Soak {
 
 #[test]
 fn robots_keep_driving_while_something_fails_every_five_seconds() {
+    keep_driving(false);
+}
+
+#[test]
+fn robots_keep_driving_over_tls_while_something_fails_every_five_seconds() {
+    keep_driving(true);
+}
+
+fn keep_driving(is_secure: bool) {
     let _turn = turn();
     let seconds =
         std::env::var("CURIONAV_SOAK_S").map_or(60, |s| s.parse().expect("CURIONAV_SOAK_S: seconds"));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
-    runtime.block_on(soak(Duration::from_secs(seconds)));
+    runtime.block_on(soak(Duration::from_secs(seconds), is_secure));
     runtime.shutdown_timeout(Duration::from_secs(2));
 }
 
-async fn soak(lasts: Duration) {
+/// Where a robot goes: to and fro, each time to another place if there are fewer robots than goals.
+fn goals(robot: usize, robots: usize) -> Vec<Point2> {
+    let per_end = GOALS_PER_END.div_ceil(robots);
+    (0..per_end)
+        .flat_map(|i| {
+            let place = robot * per_end + i;
+            let (aside, along) = (0.7 * (place % 5) as f64 - 1.4, 0.4 * (place / 5) as f64);
+            let end = |x: f64| Point2::new(x, START.y + aside);
+            [end(GOAL.x - along), end(START.x + along)]
+        })
+        .collect()
+}
+
+#[test]
+fn robots_have_forty_goals_or_more_between_them() {
+    for robots in ROBOTS {
+        let all: Vec<Point2> = (0..robots).flat_map(|robot| goals(robot, robots)).collect();
+        let apart = |a: &Point2, b: &Point2| a.distance_squared(*b).sqrt() > 0.3;
+        assert!(all.len() >= 40, "{}", all.len());
+        let is_new = |(i, goal): (usize, &Point2)| all[..i].iter().all(|other| apart(goal, other));
+        assert!(all.iter().enumerate().all(is_new), "{all:?}");
+    }
+}
+
+async fn soak(lasts: Duration, is_secure: bool) {
     let count = ROBOTS[usize::from(lasts < LONG)];
-    let fleet = Arc::new(Fleet::start(count));
-    let connect = vec![fleet.endpoint().to_owned()];
-    let config = ServiceConfig { connect, connect_timeout_s: 60.0, ..ServiceConfig::default() };
-    let session = session::client(&config).await.unwrap();
+    let fleet = Arc::new(Fleet::start(count, is_secure));
+    let session = session::client(&fleet.config("operator")).await.unwrap();
+    let host_session = session::client(&fleet.config(&format!("base.{}", robot(0)))).await.unwrap();
     let known = corridor_map::fields();
     let map = known.0.map(known.1).unwrap();
-    let hosted = host(&session, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
-    let (pace, driving) = at_a_pace_that_is_kept(&config, lasts, count).await;
-    println!("seed {SEED}, {} s, {count} robots, pace {}", lasts.as_secs(), pace.speed());
+    let hosted = host(&host_session, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
+    let (pace, driving) = at_a_pace_that_is_kept(&fleet, lasts, count).await;
+    let over = if is_secure { ", over TLS" } else { "" };
+    println!("seed {SEED}, {} s, {count} robots, pace {}{over}", lasts.as_secs(), pace.speed());
 
     let wall = pace.scaled(lasts);
     let (window, mark) = if lasts >= LONG { (30, 300) } else { (5, wall.as_secs() / 3) };
@@ -116,6 +152,7 @@ async fn soak(lasts: Duration) {
 
     driving.end().await;
     drop(hosted);
+    session::close(&host_session);
     session::close(&session);
     soak.tell(&memory);
     soak.judge(&memory);
@@ -129,12 +166,11 @@ struct Driving {
 }
 
 impl Driving {
-    async fn start(config: &ServiceConfig, count: usize, drive: Drive) -> Self {
+    async fn start(fleet: &Fleet, count: usize, drive: Drive) -> Self {
         let mut robots = Vec::with_capacity(count);
         for i in 0..count {
-            // Its own link to the router, as on a machine of its own.
-            let own = session::client(config).await.unwrap();
-            robots.push(Arc::new(Robot::new(&robot(i), SEED + i as u64, &own, drive)));
+            let (name, links) = (robot(i), links(fleet, &robot(i)).await);
+            robots.push(Arc::new(Robot::new(&name, SEED + i as u64, links, goals(i, count), drive)));
         }
         let begun: Vec<_> =
             robots.iter().cloned().map(|r| tokio::spawn(async move { r.begin().await })).collect();
@@ -159,12 +195,23 @@ impl Driving {
     }
 }
 
+/// A robot's own links to the router, as on a machine of its own. Over TLS each shows the certificate of its part.
+async fn links(fleet: &Fleet, robot: &str) -> Links {
+    let operator = session::client(&fleet.config("operator")).await.unwrap();
+    if !fleet.is_secure() {
+        return Links { base: operator.clone(), localizer: operator.clone(), operator };
+    }
+    let as_part =
+        async |part: &str| session::client(&fleet.config(&format!("{part}.{robot}"))).await.unwrap();
+    Links { base: as_part("base").await, localizer: as_part("localizer").await, operator }
+}
+
 /// The fastest pace that this machine keeps while nothing fails, tried out, and robots that drive at it. A long run is
 /// always at 10 Hz.
-async fn at_a_pace_that_is_kept(config: &ServiceConfig, lasts: Duration, count: usize) -> (Pace, Driving) {
+async fn at_a_pace_that_is_kept(fleet: &Fleet, lasts: Duration, count: usize) -> (Pace, Driving) {
     for halvings in 0.. {
         let drive = Drive { pace: Pace::halved(halvings), is_long: lasts >= LONG };
-        let driving = Driving::start(config, count, drive).await;
+        let driving = Driving::start(fleet, count, drive).await;
         if drive.is_long || drive.pace.is_slowest() {
             return (drive.pace, driving);
         }

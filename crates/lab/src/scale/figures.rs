@@ -38,6 +38,22 @@ pub(super) fn json(row: &Row) -> Value {
     Value::Object(keyed.map(|figure| (figure.key.to_owned(), figure.value.clone())).collect::<Map<_, _>>())
 }
 
+/// Rows of many figures: one line per figure, one column per row.
+pub(super) fn upright(rows: &[Row]) -> String {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::UTF8_BORDERS_ONLY);
+    let figures = rows.iter().map(Vec::len).max().unwrap_or_default();
+    for index in 0..figures {
+        let of_figure = || rows.iter().filter_map(|row| row.get(index));
+        let name = of_figure().next().map(|figure| figure.column.to_owned());
+        table.add_row(name.into_iter().chain(of_figure().map(|figure| figure.shown.clone())));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table.trim_fmt()
+}
+
 pub(super) fn table(rows: &[Row]) -> String {
     let mut table = Table::new();
     let header = rows.first().into_iter().flatten().map(|figure| figure.column);

@@ -1,122 +1,233 @@
-//! Many robots that plan in real time over one pool.
+//! A whole fleet: robots with a goal each, that plan as arbiters do, over a pool of all services behind one or two
+//! routers; and then one of the routers is killed and started again.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use curionav_pool::budget::{Budget, StageTimes};
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::exit::Exit;
 use curionav_runtime::latency::percentile_ms;
-use curionav_schemas::Clock;
+use curionav_runtime::serve::refusals;
+use curionav_runtime::{map_store, session};
+use serde_json::json;
 use tokio::task::JoinSet;
-use tokio::time::MissedTickBehavior;
+use zenoh::Session;
 
-use super::figures::{Row, count, number, share};
-use super::processes::Processes;
-use super::robots::{Answer, Robot, Work, on_a_thread};
-use super::setup::{Measured, Setup};
+use super::figures::{self, Row, count, number, share};
+use super::fleet_robot::{Cycle, FleetRobot, goals};
+use super::many_robots::jain;
+use super::options::{Options, Service};
+use super::processes::{HOSTS, Processes};
+use super::robots::on_a_thread;
+use super::setup::Measured;
+use super::workload::Workload;
 
-/// Candidates that a robot of the paper scores in a cycle.
-const BATCH: u32 = 100;
-/// Between two cycles of a robot: ten a second.
-const PERIOD: Duration = Duration::from_millis(100);
-/// Cycles at the start that are not counted.
-const SETTLING: u32 = 5;
+/// Replicas of each role unless the options say otherwise.
+const REPLICAS: u16 = 4;
+const POOL: [Service; 3] = [Service::Generator, Service::Cpc, Service::Cnc];
+/// From the start of the robots to the first cycle that counts.
+const SETTLING: Duration = Duration::from_secs(2);
+/// How long it is watched at most what becomes of a router's restart.
+const RESTART: Duration = Duration::from_secs(60);
+/// For how long every replica must have been ready to count as ready again: a lost link takes a second to be noticed.
+const STEADY: Duration = Duration::from_secs(3);
+/// Between two looks whether every replica is ready again.
+const LOOK: Duration = Duration::from_millis(20);
 
-/// Lets each number of robots plan over each number of replicas.
-pub(super) async fn measure(setup: &Setup<'_>, processes: &mut Processes) -> anyhow::Result<Measured> {
-    let work = setup.work(BATCH)?;
-    let mut rows = Vec::new();
-    for replicas in setup.options.replicas_or(&[2]) {
-        for &robots in &setup.options.robots {
-            eprintln!("{robots} robots over {replicas} replicas");
-            rows.push(row(setup, processes, &work, (replicas, usize::from(robots))).await?);
-        }
+/// Lets each number of robots plan.
+pub(super) async fn measure(
+    options: &Options,
+    processes: &mut Processes,
+    workload: &Workload,
+) -> anyhow::Result<Measured> {
+    for _ in 1..options.routers {
+        processes.add_router().await?;
     }
-    Ok(setup.measured(&work, &rows))
+    let replicas = options.replicas_or(&[REPLICAS]).first().copied().unwrap_or_default();
+    let mut rows = Vec::new();
+    for &robots in &options.fleet {
+        eprintln!("{robots} robots, {replicas} replicas of each role, {} routers", options.routers);
+        rows.push(row(options, processes, workload, (replicas, usize::from(robots))).await?);
+    }
+    let json = json!({
+        "rows": rows.iter().map(figures::json).collect::<Vec<_>>(),
+        "scenario": options.scenario.display().to_string(),
+        "replicas": replicas,
+        "routers": options.routers,
+        "rate": options.rate,
+        "light": options.light,
+    });
+    Ok(Measured { json, text: figures::upright(&rows) })
 }
 
 async fn row(
-    setup: &Setup<'_>,
+    options: &Options,
     processes: &mut Processes,
-    work: &Arc<Work>,
+    workload: &Workload,
     (replicas, robot_count): (usize, usize),
 ) -> anyhow::Result<Row> {
-    let robots = setup.robots(processes, (replicas, robot_count), Clock::Realtime).await?;
-    let (begin, before) = (Instant::now(), processes.used());
-    let seconds = setup.options.seconds.unwrap_or(10.0);
-    let cycles = SETTLING + (seconds / PERIOD.as_secs_f64()).ceil() as u32;
+    for service in POOL {
+        processes.add(service.name(), replicas).await?;
+    }
+    let map_host = connect(processes, HOSTS, 0).await?;
+    let hosted = map_store::host(&map_host, workload.map.clone(), &refusals()).map_err(Exit::network)?;
+    let period = Duration::from_secs_f64(1.0 / options.rate);
+    let mut robots = Vec::with_capacity(robot_count);
+    for (index, context) in goals(workload, robot_count, period, options.light)?.into_iter().enumerate() {
+        let link = connect(processes, &format!("arbiter.robot-{index}"), index).await?;
+        robots.push(Arc::new(FleetRobot::new(link, context)?));
+    }
+    for robot in &robots {
+        robot.ready(replicas).await?;
+    }
+    let scenes = workload.observations();
+    let (begin, end) = (Instant::now(), Arc::new(AtomicBool::new(false)));
     let mut planning = JoinSet::new();
-    for (index, robot) in robots.all.iter().enumerate() {
+    for (index, robot) in robots.iter().enumerate() {
         // Evenly over the period, as robots that do not know each other are on average.
-        let start = begin + PERIOD.mul_f64(index as f64 / robot_count as f64);
-        on_a_thread(&mut planning, plan(index as u64, Arc::clone(robot), Arc::clone(work), start, cycles));
+        let start = begin + period.mul_f64(index as f64 / robot_count as f64);
+        let (robot, end, scenes) = (Arc::clone(robot), Arc::clone(&end), Arc::clone(&scenes));
+        on_a_thread(&mut planning, async move {
+            (index, robot.plan(&scenes, index, (start, period), &end).await)
+        });
     }
-    let mut times = Vec::new();
-    let (mut planned, mut shards, mut unanswered) = (0, 0, 0);
-    // Candidates answered per robot.
-    let mut shares = Vec::new();
-    while let Some(answers) = planning.join_next().await {
-        let answers = answers??;
-        planned += answers.len();
-        shards += answers.iter().map(|answer| answer.shards).sum::<usize>();
-        unanswered += answers.iter().map(|answer| answer.unanswered).sum::<usize>();
-        shares.push(answers.iter().map(|answer| answer.candidates as f64).sum());
-        times.extend(answers.iter().map(|answer| answer.took));
+    tokio::time::sleep(SETTLING).await;
+    let from = Instant::now();
+    let (used, traffic) = (processes.used(), total(&robots));
+    tokio::time::sleep(Duration::from_secs_f64(options.seconds.unwrap_or(20.0))).await;
+    let until = Instant::now();
+    let seconds = (until - from).as_secs_f64();
+    let (cores, traffic) = (processes.used(), total(&robots).since(&traffic));
+    let cores = cores.all_since(&used, seconds);
+    let (routers_mib, replicas_mib) = processes.resident();
+    let restarted = Instant::now();
+    let ready_after = restart(processes, &robots, replicas).await?;
+    end.store(true, Ordering::Relaxed);
+    let mut of_robots = vec![Vec::new(); robot_count];
+    while let Some(planned) = planning.join_next().await {
+        let (index, cycles) = planned?;
+        of_robots[index] = cycles?;
     }
-    let (cores, asking_cores) = processes.used().cores_since(&before, begin.elapsed().as_secs_f64());
-    let budget = robots
-        .all
-        .first()
-        .map(|r| Budget::of_generation(Duration::ZERO, &r.context.mission, &StageTimes::default()));
-    // The pool's time in a cycle: after it the arbiter computes itself what is missing.
-    let budget = budget.map(|stage| stage.until(0.5, Duration::ZERO)).unwrap_or_default();
-    robots.leave();
+    drop(hosted);
+    robots.iter().for_each(|robot| robot.leave());
+    session::close(&map_host);
     processes.dismiss().await;
-    let due = robot_count * (cycles - SETTLING) as usize;
+
+    let counted = |cycle: &&Cycle| (from..until).contains(&cycle.begun);
+    let due = seconds / period.as_secs_f64();
+    let answered: Vec<f64> = of_robots
+        .iter()
+        .map(|cycles| cycles.iter().filter(counted).filter(|cycle| cycle.is_answered()).count() as f64 / due)
+        .collect();
+    let all: Vec<&Cycle> = of_robots.iter().flatten().filter(counted).collect();
+    let part = |is_one: fn(&Cycle) -> bool| {
+        all.iter().filter(|cycle| is_one(cycle)).count() as f64 / all.len().max(1) as f64
+    };
+    let mut times: Vec<Duration> = all.iter().map(|cycle| cycle.took).collect();
+    let late = times.iter().filter(|took| **took > period).count() as f64 / times.len().max(1) as f64;
+    let healed = of_robots.iter().map(|cycles| healed_after(cycles, restarted)).fold(0.0, f64::max);
+    let per_robot = 1.0 / (robot_count as f64 * seconds);
     Ok(vec![
-        count("replicas", replicas),
         count("robots", robot_count),
-        count("cycles", planned),
-        number("p50_ms", "p50 ms", percentile_ms(&mut times, 0.50), 2),
-        number("p99_ms", "p99 ms", percentile_ms(&mut times, 0.99), 2),
-        number("budget_ms", "budget ms", 1e3 * budget.as_secs_f64(), 0),
-        share("unanswered", unanswered as f64 / shards.max(1) as f64),
-        share("skipped", 1.0 - planned as f64 / due.max(1) as f64),
-        number("fairness", "fairness", jain(&shares), 4),
-        number("cores", "cores", cores, 2),
-        number("asking_cores", "asking", asking_cores, 2),
+        share("planned", all.len() as f64 / (due * robot_count as f64)),
+        share("late", late),
+        share("answered", answered.iter().sum::<f64>() / robot_count as f64),
+        share("trees_of_pool", part(|cycle| cycle.is_grown)),
+        share("scores_of_pool", part(|cycle| cycle.is_scored)),
+        number("fairness", "fairness", jain(&answered), 4),
+        number("p50_ms", "cycle p50 ms", percentile_ms(&mut times, 0.50), 2),
+        number("p99_ms", "cycle p99 ms", percentile_ms(&mut times, 0.99), 2),
+        number("questions", "questions / robot / s", traffic.questions * per_robot, 1),
+        number("sent_kb", "sent kB / robot / s", traffic.sent * per_robot / 1e3, 1),
+        number("received_kb", "received kB / robot / s", traffic.received * per_robot / 1e3, 1),
+        number("probes", "probes / robot / s", traffic.probes * per_robot, 3),
+        count("tokens", robot_count + POOL.len() * replicas),
+        number("routers_mib", "MiB of a router", most(&routers_mib), 0),
+        number("replicas_mib", "MiB of a replica", most(&replicas_mib), 0),
+        number("router_cores", "cores: routers", cores.routers, 2),
+        number("replica_cores", "cores: replicas", cores.replicas, 2),
+        number("robot_cores", "cores: robots", cores.own, 2),
+        number("healed_s", "answered again after s", healed, 2),
+        number("ready_s", "all ready again after s", ready_after, 2),
     ])
 }
 
-/// Asks on every beat of the robot's own clock, as an arbiter does whose beliefs come ten times a second.
-async fn plan(
-    first: u64,
-    robot: Arc<Robot>,
-    work: Arc<Work>,
-    start: Instant,
-    cycles: u32,
-) -> anyhow::Result<Vec<Answer>> {
-    let mut beat = tokio::time::interval_at(start.into(), PERIOD);
-    beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let (settled, end) = (start + PERIOD * SETTLING, start + PERIOD * cycles);
-    let mut answers = Vec::new();
-    let (mut seq, mut trees) = (first, Vec::new());
-    loop {
-        let at = beat.tick().await.into_std();
-        if at >= end {
-            return Ok(answers);
+fn most(sizes: &[f64]) -> f64 {
+    sizes.iter().copied().fold(0.0, f64::max)
+}
+
+/// A link of its own to the routers; robot by robot another router comes first.
+async fn connect(processes: &Processes, certificate: &str, index: usize) -> anyhow::Result<Session> {
+    let config = ServiceConfig {
+        connect: processes.endpoints_from(index),
+        secure: processes.secure.clone(),
+        certificates: vec![certificate.parse()?],
+        ..ServiceConfig::default()
+    };
+    Ok(session::client(&config).await.map_err(Exit::network)?)
+}
+
+/// Kills the first router and starts it again; gives the seconds until every replica was ready for every robot, of those
+/// that it keeps ready; infinite if that was not seen.
+async fn restart(
+    processes: &mut Processes,
+    robots: &[Arc<FleetRobot>],
+    replicas: usize,
+) -> anyhow::Result<f64> {
+    let begun = Instant::now();
+    processes.restart_router().await?;
+    let mut ready_since = None;
+    while begun.elapsed() < RESTART {
+        let are_ready = robots.iter().all(|robot| robot.is_ready(replicas));
+        ready_since = are_ready.then(|| ready_since.unwrap_or_else(|| begun.elapsed()));
+        if ready_since.is_some_and(|since| begun.elapsed() > since + STEADY) {
+            break;
         }
-        let answer = robot.ask(&work, seq, &mut trees).await?;
-        seq += 1;
-        if at >= settled {
-            answers.push(answer);
+        tokio::time::sleep(LOOK).await;
+    }
+    Ok(ready_since.map_or(f64::INFINITY, |since| since.as_secs_f64()))
+}
+
+/// Seconds from `fault` to the first cycle that the pool answered after one that it did not; zero if there was none.
+fn healed_after(cycles: &[Cycle], fault: Instant) -> f64 {
+    let mut after = cycles.iter().filter(|cycle| cycle.begun >= fault);
+    if after.find(|cycle| !cycle.is_answered()).is_none() {
+        return 0.0;
+    }
+    after.find(|cycle| cycle.is_answered()).map_or(f64::INFINITY, |cycle| (cycle.begun - fault).as_secs_f64())
+}
+
+/// What robots have sent and received in all.
+#[derive(Debug, Clone, Copy, Default)]
+struct Traffic {
+    questions: f64,
+    sent: f64,
+    received: f64,
+    probes: f64,
+}
+
+impl Traffic {
+    fn since(self, before: &Self) -> Self {
+        Self {
+            questions: self.questions - before.questions,
+            sent: self.sent - before.sent,
+            received: self.received - before.received,
+            probes: self.probes - before.probes,
         }
     }
 }
 
-/// Jain's index of fairness, (sum x)^2 / (n sum x^2) (Jain, Chiu, Hawe 1984).
-fn jain(shares: &[f64]) -> f64 {
-    let (sum, squares): (f64, f64) = (shares.iter().sum(), shares.iter().map(|x| x * x).sum());
-    if squares > 0.0 { sum * sum / (shares.len() as f64 * squares) } else { 1.0 }
+fn total(robots: &[Arc<FleetRobot>]) -> Traffic {
+    robots.iter().fold(Traffic::default(), |sum, robot| {
+        let (pool, peers) = (&robot.pool, &robot.pool.peers);
+        Traffic {
+            questions: sum.questions + peers.questions.total() as f64,
+            sent: sum.sent + peers.sent.total() as f64,
+            received: sum.received + peers.received.total() as f64,
+            probes: sum.probes + pool.probes.total() as f64,
+        }
+    })
 }
 
 #[cfg(test)]
@@ -124,10 +235,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn equal_shares_are_fair_and_one_who_has_everything_is_not() {
-        assert_eq!(jain(&[3.0, 3.0, 3.0]), 1.0);
-        assert_eq!(jain(&[0.0, 8.0, 0.0, 0.0]), 0.25);
-        // (1 + 3)^2 / (2 (1 + 9)) = 16 / 20
-        assert_eq!(jain(&[1.0, 3.0]), 0.8);
+    fn a_fleet_has_healed_with_the_first_answer_after_the_last_question_without() {
+        let begin = Instant::now();
+        let cycle = |ms: u64, is_grown: bool| Cycle {
+            begun: begin + Duration::from_millis(ms),
+            took: Duration::ZERO,
+            is_grown,
+            is_scored: true,
+        };
+        let cycles =
+            [cycle(0, false), cycle(100, true), cycle(200, false), cycle(300, false), cycle(400, true)];
+        let fault = begin + Duration::from_millis(50);
+        assert!((healed_after(&cycles, fault) - 0.35).abs() < 1e-9);
+        assert_eq!(healed_after(&cycles[..2], fault), 0.0);
+        assert_eq!(healed_after(&cycles[..4], fault), f64::INFINITY);
     }
 }

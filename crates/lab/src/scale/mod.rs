@@ -8,6 +8,8 @@ mod break_even;
 mod cgroup;
 mod figures;
 mod fleet;
+mod fleet_robot;
+mod many_robots;
 mod options;
 mod overhead;
 mod processes;
@@ -35,7 +37,8 @@ pub use options::Options;
 pub async fn scale(options: Options, log: &str) -> Result<u8, Exit> {
     options.check()?;
     let mut signals = on_signals().map_err(Exit::network)?;
-    let mut processes = Processes::start(log, options.cpu_quota, options.secure.as_deref()).await?;
+    let mut processes =
+        Processes::start(log, options.cpu_quota, options.secure.as_deref(), options.counts()).await?;
     let measured = tokio::select! {
         measured = measure(&options, &mut processes) => measured,
         () = signals.requested() => Err(anyhow!("interrupted")),
@@ -55,9 +58,10 @@ async fn measure(options: &Options, processes: &mut Processes) -> anyhow::Result
     let workload = Workload::of(&options.scenario, options.planner.as_deref()).await?;
     let measured = match options.service.map(|service| Setup { options, workload: &workload, service }) {
         Some(setup) if options.break_even => break_even::measure(&setup, processes).await,
-        Some(setup) if !options.robots.is_empty() => fleet::measure(&setup, processes).await,
+        Some(setup) if !options.robots.is_empty() => many_robots::measure(&setup, processes).await,
         Some(setup) => throughput::measure(&setup, processes).await,
-        // The arguments name a service, or else `--overhead`.
+        None if !options.fleet.is_empty() => fleet::measure(options, processes, &workload).await,
+        // The arguments name a service, or else `--fleet` or `--overhead`.
         None => overhead::measure(options, processes, &workload).await,
     };
     workload.services.stop().await;

@@ -44,6 +44,7 @@ impl Service {
 ///   curionav scale --service cnc --break-even               when asking beats computing in the arbiter
 ///   curionav scale --service generator --trees 1,2,4,8      what several search trees per cycle bring
 ///   curionav scale --service cpc --robots 1,10,50           many robots over one pool, ten times a second
+///   curionav scale --fleet 10,100                           whole cycles of a fleet, each robot with its own goal
 ///   curionav scale --overhead                               what splitting the cycle into processes costs
 ///
 /// Throughput is measured with so many batches in flight that no replica waits for work; p50 and p99 are the
@@ -62,7 +63,7 @@ impl Service {
 #[command(verbatim_doc_comment)]
 pub struct Options {
     /// Which service to measure.
-    #[arg(long, value_enum, required_unless_present = "overhead")]
+    #[arg(long, value_enum, required_unless_present_any = ["overhead", "fleet"])]
     pub(super) service: Option<Service>,
     /// Numbers of replicas, separated by commas; the first is what the others are compared with. Default:
     /// 1,2,4,8; with --break-even 1,2, of generators 1,2,4; with --robots 2; with --trees as many as trees.
@@ -83,7 +84,7 @@ pub struct Options {
     #[arg(long, value_name = "N,N", value_delimiter = ',',
         value_parser = clap::value_parser!(u32).range(0..=MAX_PEOPLE as i64))]
     pub(super) people: Vec<u32>,
-    /// How long to measure each row. Default: 10; with --break-even 1; with --overhead 20.
+    /// How long to measure each row. Default: 10; with --break-even 1; with --overhead and --fleet 20.
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     pub(super) seconds: Option<f64>,
     /// Batches in flight for each replica while throughput is measured, each a robot's.
@@ -112,11 +113,27 @@ pub struct Options {
     #[arg(long, value_name = "N,N", value_delimiter = ',', conflicts_with = "overhead",
         value_parser = clap::value_parser!(u16).range(1..=ROBOTS_MAX))]
     pub(super) robots: Vec<u16>,
+    /// Let fleets of so many robots, e.g. 10,100, each with a goal of its own, plan whole cycles over one pool of all
+    /// services; then kill a router and start it again.
+    #[arg(long, value_name = "N,N", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=ROBOTS_MAX),
+        conflicts_with_all = ["service", "cpu_quota", "batch", "people", "break_even", "trees", "robots", "overhead"])]
+    pub(super) fleet: Vec<u16>,
+    /// With --fleet: routers that are linked with each other; robots and replicas are spread over them.
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=4))]
+    pub(super) routers: u16,
+    /// With --fleet: cycles per robot and second.
+    #[arg(long, value_name = "R", default_value_t = 10.0, value_parser = parse_rate)]
+    pub(super) rate: f64,
+    /// With --fleet: let trees grow by one node per cycle, so that hardly anything is computed and the protocol is what
+    /// is measured.
+    #[arg(long)]
+    pub(super) light: bool,
     /// Measure what splitting the cycle into processes costs, in bare query round trips.
     #[arg(long, conflicts_with_all = ["service", "replicas", "cpu_quota", "batch", "people"])]
     pub(super) overhead: bool,
-    /// With --overhead: measure over TLS, with the certificates of this folder, which are made if they are absent.
-    #[arg(long, value_name = "DIR", requires = "overhead")]
+    /// With --overhead or --fleet: measure over TLS, with the certificates of this folder, which are made if they are
+    /// absent.
+    #[arg(long, value_name = "DIR")]
     pub(super) secure: Option<PathBuf>,
     /// Print exactly one JSON object on standard output.
     #[arg(long)]
@@ -126,6 +143,11 @@ pub struct Options {
 fn parse_quota(text: &str) -> Result<f64, String> {
     let within = text.parse::<f64>().ok().filter(|cores| (0.01..=64.0).contains(cores));
     within.ok_or_else(|| "must be processors, from 0.01 to 64".into())
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    let within = text.parse::<f64>().ok().filter(|rate| (0.1..=10.0).contains(rate));
+    within.ok_or_else(|| "must be cycles per second, from 0.1 to 10".into())
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
@@ -139,7 +161,14 @@ impl Options {
         let Self { service, batch, people, break_even, trees, replicas, drives, seconds, .. } = self;
         let is_generator = *service == Some(Service::Generator);
         let drives_through = self.drives_through();
+        let is_secure = self.secure.is_some() && !self.overhead && self.fleet.is_empty();
         let faults = [
+            (is_secure, "--secure: is for --overhead and --fleet"),
+            (self.light && self.fleet.is_empty(), "--light: is for --fleet"),
+            (
+                !self.fleet.is_empty() && replicas.len() > 1,
+                "--replicas: with --fleet it is one number for all rows",
+            ),
             (!break_even && batch.len() > 1, "--batch: several batches are only compared with --break-even"),
             (!break_even && people.len() > 1, "--people: several crowds are only compared with --break-even"),
             (
@@ -161,6 +190,12 @@ impl Options {
     /// Whether several search trees are measured in drives.
     pub(super) fn drives_through(&self) -> bool {
         !self.trees.is_empty() && !self.break_even
+    }
+
+    /// Replicas of all roles together, and robots of a fleet, as many as there are at once at most.
+    pub(super) fn counts(&self) -> (usize, usize) {
+        let robots = self.fleet.iter().max().copied().unwrap_or_default();
+        (4 * self.replicas_or(&[4]).into_iter().max().unwrap_or(1), robots.into())
     }
 
     /// The numbers of replicas, or `default`.

@@ -6,41 +6,74 @@ use std::time::Duration;
 use anyhow::Context;
 
 use super::cgroup::Quotas;
-use curionav_deployment::supervised::{Supervised, client_arguments};
+use curionav_deployment::supervised::{Supervised, client_arguments, processor_time};
 use curionav_runtime::exit::Exit;
-
-/// Clock ticks of `/proc/PID/stat` in a second, on every Linux.
-const TICKS: f64 = 100.0;
 
 /// The processes of one measurement. Call [`Processes::stop`] when done; dropped without it, they are killed.
 pub(super) struct Processes {
     program: PathBuf,
     log: String,
-    pub(super) endpoint: String,
+    /// Where each router listens.
+    endpoints: Vec<String>,
     /// Folder of certificates, if links are over TLS.
     pub(super) secure: Option<PathBuf>,
-    router: Supervised,
+    routers: Vec<Supervised>,
     replicas: Vec<Supervised>,
     quotas: Option<Quotas>,
 }
 
 impl Processes {
-    /// Starts the router. With `quota`, each replica will get only so much of a processor.
-    pub(super) async fn start(log: &str, quota: Option<f64>, secure: Option<&Path>) -> Result<Self, Exit> {
-        secure.map_or(Ok(()), certify)?;
+    /// Starts a router. With `quota`, each replica will get only so much of a processor. With `secure`, there are
+    /// certificates for so many replicas, of whichever role, and for the arbiters of so many robots.
+    pub(super) async fn start(
+        log: &str,
+        quota: Option<f64>,
+        secure: Option<&Path>,
+        replicas_and_robots: (usize, usize),
+    ) -> Result<Self, Exit> {
+        secure.map_or(Ok(()), |folder| certify(folder, replicas_and_robots))?;
         let quotas = quota.map(Quotas::new).transpose().map_err(Exit::bad_input)?;
         let program =
             std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
-        let (router, endpoint) = Supervised::router(&program, 0, secure, log).await.map_err(Exit::network)?;
-        let secure = secure.map(Path::to_owned);
-        Ok(Self { program, log: log.to_owned(), endpoint, secure, router, replicas: Vec::new(), quotas })
+        let (secure, log) = (secure.map(Path::to_owned), log.to_owned());
+        let (endpoints, routers, replicas) = (Vec::new(), Vec::new(), Vec::new());
+        let mut processes = Self { program, log, endpoints, secure, routers, replicas, quotas };
+        processes.add_router().await?;
+        Ok(processes)
+    }
+
+    /// Starts a router that links with those there are.
+    pub(super) async fn add_router(&mut self) -> Result<(), Exit> {
+        let Self { program, endpoints, secure, log, .. } = &*self;
+        let started = Supervised::router(program, 0, endpoints, secure.as_deref(), log).await;
+        let (router, endpoint) = started.map_err(Exit::network)?;
+        self.routers.push(router);
+        self.endpoints.push(endpoint);
+        Ok(())
+    }
+
+    /// Kills the first router and starts it again.
+    pub(super) async fn restart_router(&mut self) -> anyhow::Result<()> {
+        self.routers.first_mut().context("no router")?.kill_and_start(&self.program).await;
+        Ok(())
+    }
+
+    /// Where to connect to, in the order of process or robot number `index`: each router comes first for some.
+    pub(super) fn endpoints_from(&self, index: usize) -> Vec<String> {
+        let mut endpoints = self.endpoints.clone();
+        let first = index % endpoints.len().max(1);
+        endpoints.rotate_left(first);
+        endpoints
     }
 
     /// Starts `count` more replicas of the service that the subcommand `kind` runs.
     pub(super) async fn add(&mut self, kind: &str, count: usize) -> Result<(), Exit> {
         for _ in 0..count {
             let name = format!("{kind}-{}", self.replicas.len());
-            let arguments = client_arguments(kind, &self.endpoint, &name, self.secure.as_deref(), &self.log);
+            let routers = self.endpoints_from(self.replicas.len());
+            let [first, others @ ..] = &routers[..] else { break };
+            let mut arguments = client_arguments(kind, first, &name, self.secure.as_deref(), &self.log);
+            arguments.extend(others.iter().flat_map(|other| ["--connect".to_owned(), other.clone()]));
             let started = Supervised::start(&self.program, &name, arguments).await;
             self.replicas.push(started.map_err(Exit::network)?.0);
         }
@@ -66,20 +99,26 @@ impl Processes {
     /// Ends everything and removes every control group.
     pub(super) async fn stop(mut self) {
         self.dismiss().await;
-        Supervised::stop_all(vec![self.router]).await;
+        Supervised::stop_all(self.routers).await;
     }
 
     /// Processor time used until now: by the replicas together, and by router and this process, which is what
     /// asking costs.
     pub(super) fn used(&self) -> Used {
-        let replicas = self.replicas.iter().map(|replica| used(&replica.pid().to_string())).sum();
-        Used { replicas, asking: used(&self.router.pid().to_string()) + used("self") }
+        let of = |some: &[Supervised]| some.iter().map(|one| processor_time(&one.pid().to_string())).sum();
+        Used { replicas: of(&self.replicas), routers: of(&self.routers), own: processor_time("self") }
+    }
+
+    /// What each router and each replica has in memory, MiB.
+    pub(super) fn resident(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |some: &[Supervised]| some.iter().map(|one| resident(one.pid())).collect();
+        (of(&self.routers), of(&self.replicas))
     }
 }
 
 /// Makes the certificates of a router, of one replica of each service, and of what asks them.
 #[cfg(feature = "tls")]
-fn certify(directory: &Path) -> Result<(), Exit> {
+fn certify(directory: &Path, (replicas, robots): (usize, usize)) -> Result<(), Exit> {
     use curionav_security::folder::{Folder, LIFETIME_DAYS, days};
 
     let folder = Folder::new(directory);
@@ -87,8 +126,9 @@ fn certify(directory: &Path) -> Result<(), Exit> {
         folder.init(None).map_err(Exit::bad_input)?;
     }
     let roles = ["generator", "cpc", "cnc", "echo"];
-    let replicas = (0..roles.len()).flat_map(|n| roles.map(|role| format!("{role}.{role}-{n}")));
-    for name in [HOSTS, ASKS, "router"].map(str::to_owned).into_iter().chain(replicas) {
+    let arbiters = (0..robots).map(|n| format!("arbiter.robot-{n}"));
+    let replicas = (0..replicas).flat_map(|n| roles.map(|role| format!("{role}.{role}-{n}")));
+    for name in [HOSTS, ASKS, "router"].map(str::to_owned).into_iter().chain(replicas).chain(arbiters) {
         let name = name.parse().map_err(Exit::bad_input)?;
         folder.keep_valid(&name, days(LIFETIME_DAYS)).map_err(Exit::bad_input)?;
     }
@@ -96,7 +136,7 @@ fn certify(directory: &Path) -> Result<(), Exit> {
 }
 
 #[cfg(not(feature = "tls"))]
-fn certify(_: &Path) -> Result<(), Exit> {
+fn certify(_: &Path, _: (usize, usize)) -> Result<(), Exit> {
     Err(Exit::bad_input(anyhow::anyhow!("--secure: this program was built without the feature `tls`")))
 }
 
@@ -105,24 +145,43 @@ pub(super) const HOSTS: &str = "base.robot-0";
 /// See [`HOSTS`].
 pub(super) const ASKS: &str = "operator";
 
+/// Processor time.
 pub(super) struct Used {
     replicas: Duration,
-    asking: Duration,
+    routers: Duration,
+    own: Duration,
+}
+
+/// Processors used on average.
+pub(super) struct Cores {
+    pub(super) replicas: f64,
+    pub(super) routers: f64,
+    /// By this process.
+    pub(super) own: f64,
 }
 
 impl Used {
     /// Processors used on average over the `seconds` since `before`: by replicas, and for asking.
     pub(super) fn cores_since(&self, before: &Self, seconds: f64) -> (f64, f64) {
-        let cores = |now: Duration, then: Duration| (now - then).as_secs_f64() / seconds;
-        (cores(self.replicas, before.replicas), cores(self.asking, before.asking))
+        let Cores { replicas, routers, own } = self.all_since(before, seconds);
+        (replicas, routers + own)
+    }
+
+    /// The same one by one.
+    pub(super) fn all_since(&self, before: &Self, seconds: f64) -> Cores {
+        let cores = |now: Duration, then: Duration| now.saturating_sub(then).as_secs_f64() / seconds;
+        Cores {
+            replicas: cores(self.replicas, before.replicas),
+            routers: cores(self.routers, before.routers),
+            own: cores(self.own, before.own),
+        }
     }
 }
 
-/// Processor time of one process; nothing where there is no `/proc`.
-fn used(pid: &str) -> Duration {
-    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // After the name, which may contain anything: utime and stime are fields 14 and 15, the name is field 2.
-    let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
-    let ticks: u64 = fields.filter_map(|field| field.parse::<u64>().ok()).sum();
-    Duration::from_secs_f64(ticks as f64 / TICKS)
+/// What a process has in memory, MiB; nothing where there is no `/proc`.
+fn resident(pid: u32) -> f64 {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
+    kib.unwrap_or_default() / 1024.0
 }

@@ -170,7 +170,7 @@ impl Robots {
     ) -> anyhow::Result<Self> {
         let connect = async |certificate: &str| -> anyhow::Result<Session> {
             let config = ServiceConfig {
-                connect: vec![processes.endpoint.clone()],
+                connect: processes.endpoints_from(0),
                 secure: processes.secure.clone(),
                 certificates: vec![certificate.parse()?],
                 ..ServiceConfig::default()

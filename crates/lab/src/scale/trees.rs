@@ -27,7 +27,7 @@ pub(super) async fn measure(options: &Options, processes: &mut Processes) -> any
         let trees = usize::from(trees);
         let generators = options.replicas_or(&[trees as u16])[0];
         processes.add(Service::Generator.name(), generators).await?;
-        let config = ServiceConfig { connect: vec![processes.endpoint.clone()], ..ServiceConfig::default() };
+        let config = ServiceConfig { connect: processes.endpoints_from(0), ..ServiceConfig::default() };
         let session = session::client(&config).await.map_err(Exit::network)?;
         let here: Vec<Kind> = Kind::simulated().into_iter().filter(|kind| *kind != Kind::Generator).collect();
         let robot = Embedded::of(&here, session, &config).await.map_err(Exit::network)?;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::Context;
+use curionav_arbiter::cycle::Observation;
 use curionav_planning::occupancy::StaticMap;
 use curionav_pool::context::PlanContext;
 use curionav_runtime::config::ServiceConfig;
@@ -56,6 +57,15 @@ impl Workload {
         let grid = convert::occupancy_grid(map.clone()).context("map")?;
         let fields = Fields::of_maps([StaticMap::new(grid)]);
         Ok(Self { mission, map, cycles, fields, services })
+    }
+
+    /// What each cycle of the drive began with.
+    pub(super) fn observations(&self) -> Arc<[Observation]> {
+        let observed = self.cycles.iter().map(|cycle| Observation {
+            belief: cycle.scene.belief.clone(),
+            people: cycle.scene.people.clone(),
+        });
+        observed.collect()
     }
 
     /// Everything an arbiter derives from the mission, for a robot of that name.

@@ -1,0 +1,92 @@
+//! The certificates of a deployment: made and renewed before it starts, and renewed while it runs.
+
+use std::path::Path;
+use std::time::Duration;
+
+use curionav_runtime::exit::Exit;
+use curionav_security::folder::{Folder, FolderError, LIFETIME_DAYS, days};
+use curionav_security::name::Name;
+use tokio::sync::Notify;
+
+use super::deployment::Deployment;
+
+/// Between two looks whether a certificate is due.
+const LOOK: Duration = Duration::from_secs(10);
+const ROUTER: &str = "router";
+
+/// What a deployment shows.
+pub(super) struct Certificates {
+    folder: Folder,
+    names: Vec<Name>,
+}
+
+impl Certificates {
+    /// Makes what `deployment` needs and what is absent: for the router, for every process, and for the people who use
+    /// it. Renews those of which less than a third of the time is left.
+    pub(super) fn of(deployment: &Deployment, directory: &Path) -> Result<Self, Exit> {
+        let folder = Folder::new(directory);
+        if !folder.is_initialised() {
+            folder.init(deployment.namespace.as_deref()).map_err(Exit::bad_input)?;
+        }
+        let namespace = folder.namespace().map_err(Exit::bad_input)?;
+        if namespace != deployment.namespace {
+            let shown = |namespace: &Option<String>| namespace.clone().unwrap_or_else(|| "none".into());
+            return Err(Exit::bad_input(anyhow::anyhow!(
+                "{}: its rules are for the namespace `{}`, and this deployment's is `{}`; choose another folder",
+                directory.display(),
+                shown(&namespace),
+                shown(&deployment.namespace)
+            )));
+        }
+        let Deployment { robot, world, replicas, .. } = deployment;
+        let processes = deployment.processes();
+        let names = processes.map(|(kind, instance)| Name::of_service(kind, robot, world, &instance));
+        let mut names: Vec<Name> = names.collect::<Result<_, _>>().map_err(Exit::bad_input)?;
+        let mut more = vec![Name::new(ROUTER, &[]), Name::new("viewer", &[]), Name::new("operator", &[])];
+        if replicas.simulator > 0 {
+            more.extend([Name::new("experimenter", &[]), Name::new("crowd", &[world])]);
+        }
+        names.extend(more.into_iter().collect::<Result<Vec<_>, _>>().map_err(Exit::bad_input)?);
+        let lifetime = days(LIFETIME_DAYS);
+        names.iter().try_for_each(|name| folder.keep_valid(name, lifetime)).map_err(Exit::bad_input)?;
+        Ok(Self { folder, names })
+    }
+
+    /// Renews what is due, again and again. Programs read their certificates when they connect, and the router when it
+    /// starts: when its own is renewed, `restart` tells so, and all connect again with what they have by then. What was
+    /// deleted meanwhile, so that a lost key is of no use, is not made again. It does not complete.
+    pub(super) async fn keep_valid(&self, restart: &Notify) {
+        let mut said = None;
+        loop {
+            tokio::time::sleep(LOOK).await;
+            let (folder, names) = (self.folder.clone(), self.names.clone());
+            match tokio::task::spawn_blocking(move || renew(&folder, &names)).await {
+                Ok(Ok(renewed)) => {
+                    said = None;
+                    if renewed.iter().any(Name::is_router) {
+                        restart.notify_one();
+                    }
+                }
+                Ok(Err(error)) => {
+                    let told = error.to_string();
+                    if said.as_ref() != Some(&told) {
+                        tracing::error!(%error, "a certificate is due and was not renewed; it is tried again");
+                    }
+                    said = Some(told);
+                }
+                Err(error) => tracing::error!(%error, "the renewal of certificates failed"),
+            }
+        }
+    }
+}
+
+fn renew(folder: &Folder, names: &[Name]) -> Result<Vec<Name>, FolderError> {
+    let mut renewed = Vec::new();
+    for name in names {
+        if folder.renew_if_due(name, days(LIFETIME_DAYS))? {
+            tracing::info!(%name, "certificate renewed");
+            renewed.push(name.clone());
+        }
+    }
+    Ok(renewed)
+}
