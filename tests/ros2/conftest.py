@@ -1,0 +1,28 @@
+"""What the tests with real ROS 2 have in common. `environment.py` sets up the Python that runs them."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+# What starts and ends processes is shared with the tests of the Python package.
+sys.path.append(str(ROOT / "python" / "tests"))
+
+
+def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:
+    """Adds a line to the list of skipped tests that `tests/run` prints."""
+    file = os.environ.get("CURIONAV_SKIPPED")
+    if file and report.skipped and isinstance(report.longrepr, tuple) and not hasattr(report, "wasxfail"):
+        reason = report.longrepr[2].removeprefix("Skipped: ").replace("\n", " ")
+        with Path(file).open("a") as lines:
+            lines.write(f"{report.nodeid}: {reason}\n")
+
+
+pytest_runtest_logreport = _note_skipped
+pytest_collectreport = _note_skipped

@@ -1,0 +1,201 @@
+"""The gateway's CDR codec against two others: rclpy on Fast CDR, and rosbags, which is pure Python."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import random
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import HERE, TARGET
+from random_messages import random_message, type_named
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+CODEC = TARGET / "release" / "examples" / "ros2_cdr"
+SEED = int(os.environ.get("CURIONAV_SEED", "20260801"))
+VALUES = 60
+"""Random values of each type and kind of test."""
+
+
+def codec(*arguments: str, lines: str = "") -> list[str]:
+    done = subprocess.run([CODEC, *arguments], input=lines, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, f"{done.stderr}\n(built by `cargo test` or `cargo build --examples`)"
+    return done.stdout.splitlines()
+
+
+def types() -> dict[str, str]:
+    """The name of each type in ROS, and its hash in kilted.
+
+    `NAME:DISTRIBUTION` is what a type was or will be elsewhere; of those the wheels of kilted know nothing.
+    """
+    known = (line.split() for line in codec("--types"))
+    return {name: hashed for name, _, hashed in known if ":" not in name}
+
+
+if not CODEC.is_file():
+    pytest.skip(f"no {CODEC}: `cargo test` builds it", allow_module_level=True)
+
+TYPES = types()
+
+
+def store() -> Any:
+    """The types of rosbags, with those that it does not know from the files that rclpy's were generated from.
+
+    Parts of an action are messages to it.
+    """
+    known, added = get_typestore(Stores.ROS2_KILTED), {}
+
+    def add(name: str, text: str) -> None:
+        added.update(get_types_from_msg(text, name))
+
+    people = HERE / "messages" / "people_msgs" / "msg"
+    for message in ("Person", "People"):
+        add(f"people_msgs/msg/{message}", (people / f"{message}.msg").read_text())
+    action = HERE / "messages" / "nav2_msgs" / "action" / "NavigateToPose.action"
+    for part, text in zip(("Goal", "Result", "Feedback"), action.read_text().split("---\n"), strict=True):
+        add(f"nav2_msgs/msg/NavigateToPose_{part}", text)
+    goal_id = "unique_identifier_msgs/UUID goal_id\n"
+    for part, text in {
+        "SendGoal_Request": f"{goal_id}nav2_msgs/NavigateToPose_Goal goal",
+        "SendGoal_Response": "bool accepted\nbuiltin_interfaces/Time stamp",
+        "GetResult_Request": goal_id,
+        "GetResult_Response": "int8 status\nnav2_msgs/NavigateToPose_Result result",
+        "FeedbackMessage": f"{goal_id}nav2_msgs/NavigateToPose_Feedback feedback",
+    }.items():
+        add(f"nav2_msgs/msg/NavigateToPose_{part}", text)
+    add("action_msgs/msg/CancelGoal_Request", "action_msgs/GoalInfo goal_info")
+    add("action_msgs/msg/CancelGoal_Response", "int8 return_code\naction_msgs/GoalInfo[] goals_canceling")
+    known.register(added)
+    return known
+
+
+STORE = store()
+
+
+def in_rosbags(name: str) -> str:
+    package, _, message = name.split("/")
+    return f"{package}/msg/{message}"
+
+
+def random_payloads(name: str, longest: int, count: int) -> list[tuple[Any, bytes]]:
+    """Random messages of a type, and what rclpy makes of them."""
+    rng = random.Random(f"{SEED} {name} {longest}")
+    messages = [random_message(type_named(name), rng, longest) for _ in range(count)]
+    return [(message, serialize_message(message)) for message in messages]
+
+
+def recoded(name: str, payloads: list[bytes]) -> list[dict[str, Any]]:
+    said = codec(lines="".join(f"{name} {payload.hex()}\n" for payload in payloads))
+    assert len(said) == len(payloads)
+    return [json.loads(line) for line in said]
+
+
+def leaves(value: Any, path: str = "", position: int = 0) -> list[tuple[str, int, Any]]:
+    """Path, place in a sequence, and value of all that is no structure, of a message of rclpy or as the codec shows it.
+
+    Of a path the last two names count: the codec shows the parts of an action without the message around them.
+    """
+    if hasattr(value, "get_fields_and_field_types"):
+        value = {field: getattr(value, field) for field in value.get_fields_and_field_types()}
+    if isinstance(value, dict):
+        # The codec shows a UUID as its bytes.
+        paths = {field: path if field == "uuid" else f"{path}.{field}" for field in sorted(value)}
+        return [leaf for field, inner in paths.items() for leaf in leaves(value[field], inner, position)]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if not isinstance(value, str) and hasattr(value, "__iter__"):
+        return [leaf for place, entry in enumerate(value) for leaf in leaves(entry, path, place)]
+    if isinstance(value, float) and not math.isfinite(value):
+        value = None
+    last = [name for name in path.split(".") if name != "feedback"][-2:]
+    return [(".".join(last), position, value)]
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether both have the same leaves."""
+    return sorted(leaves(one), key=str) == sorted(leaves(other), key=str)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_what_rclpy_writes_is_read_and_written_again(name: str) -> None:
+    for longest, count in ((5, VALUES), (4000, 3)):
+        values = random_payloads(name, longest, count)
+        for (message, payload), said in zip(values, recoded(name, [payload for _, payload in values]), strict=True):
+            assert "error" not in said, f"seed {SEED}: {message}: {said['error']}"
+            # The same bytes again would be no proof that each field is taken for what it is.
+            assert same(said["value"], message), f"seed {SEED}: {message}"
+            # Fast CDR leaves in the bytes between fields what was in memory before. All else is the same.
+            assert said["hex"] == padded_with_zeros(payload, name).hex(), f"seed {SEED}: {message}"
+            again = deserialize_message(bytes.fromhex(said["hex"]), type_named(name))
+            assert str(again) == str(message), f"seed {SEED}"
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_what_rosbags_writes_is_read_in_both_byte_orders(name: str) -> None:
+    values = [STORE.deserialize_cdr(payload, in_rosbags(name)) for _, payload in random_payloads(name, 5, VALUES)]
+    little, big = (
+        [bytes(STORE.serialize_cdr(value, in_rosbags(name), little_endian=order)) for value in values]
+        for order in (True, False)
+    )
+    for written in (little, big):
+        for payload, said in zip(little, recoded(name, written), strict=True):
+            assert said.get("hex") == payload.hex(), f"seed {SEED}: {said.get('error')}"
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_what_the_codec_writes_is_read_by_both(name: str) -> None:
+    for seed in range(SEED, SEED + VALUES):
+        said = json.loads(codec("--random", name, str(seed))[0])
+        payload = bytes.fromhex(said["hex"])
+        message = deserialize_message(payload, type_named(name))
+        assert same(message, said["value"]), f"seed {seed}"
+        assert padded_with_zeros(serialize_message(message), name) == payload, f"seed {seed}"
+        assert padded_with_zeros(payload, name) == payload, f"seed {seed}"
+
+
+def padded_with_zeros(payload: bytes, name: str) -> bytes:
+    """The same message with bytes of zero between the fields."""
+    canonical = bytes(STORE.serialize_cdr(STORE.deserialize_cdr(payload, in_rosbags(name)), in_rosbags(name)))
+    assert len(canonical) == len(payload), name
+    assert all(one in (0, other) for one, other in zip(canonical, payload, strict=True)), name
+    return canonical
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_broken_bytes_are_refused_and_never_end_the_codec(name: str) -> None:
+    rng = random.Random(f"{SEED} broken {name}")
+    for _, payload in random_payloads(name, 5, 10):
+        short = [payload[:length] for length in sorted({rng.randrange(len(payload)) for _ in range(20)})]
+        # Nothing that follows the last field may be missing; bytes of padding at the end are none.
+        for cut, said in zip(short, recoded(name, short), strict=True):
+            assert "error" in said or len(payload) - len(cut) < 8, f"seed {SEED}: {cut.hex()} of {payload.hex()}"
+        flipped = []
+        for _ in range(20):
+            bytes_ = bytearray(payload)
+            bytes_[rng.randrange(len(bytes_))] ^= 1 << rng.randrange(8)
+            flipped.append(bytes(bytes_))
+        recoded(name, flipped)
+
+
+def wheels() -> dict[str, str]:
+    """The hash of each type that the wheels and the generated packages name."""
+    hashes = {}
+    for prefix in os.environ["AMENT_PREFIX_PATH"].split(":"):
+        for file in Path(prefix, "share").glob("*/*/*.json"):
+            for entry in json.loads(file.read_text()).get("type_hashes", []):
+                hashes[entry["type_name"]] = entry["hash_string"]
+    return hashes
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_the_hash_is_that_of_ros_and_of_rosbags(name: str) -> None:
+    service = name.removesuffix("_Request").removesuffix("_Response")
+    assert wheels()[service] == TYPES[name]
+    if "/msg/" in name:
+        assert STORE.hash_rihs01(name) == TYPES[name]
