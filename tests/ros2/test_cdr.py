@@ -96,8 +96,8 @@ def recoded(name: str, payloads: list[bytes]) -> list[dict[str, Any]]:
     return [json.loads(line) for line in said]
 
 
-def leaves(value: Any, path: str = "", position: int = 0) -> list[tuple[str, int, Any]]:
-    """Path, place in a sequence, and value of all that is no structure, of a message of rclpy or as the codec shows it.
+def leaves(value: Any, path: str = "") -> list[tuple[str, Any]]:
+    """Path and value of all that is no structure, of a message of rclpy or as the codec shows it.
 
     Of a path the last two names count: the codec shows the parts of an action without the message around them.
     """
@@ -106,15 +106,15 @@ def leaves(value: Any, path: str = "", position: int = 0) -> list[tuple[str, int
     if isinstance(value, dict):
         # The codec shows a UUID as its bytes.
         paths = {field: path if field == "uuid" else f"{path}.{field}" for field in sorted(value)}
-        return [leaf for field, inner in paths.items() for leaf in leaves(value[field], inner, position)]
+        return [leaf for field, inner in paths.items() for leaf in leaves(value[field], inner)]
     if isinstance(value, np.generic):
         value = value.item()
     if not isinstance(value, str) and hasattr(value, "__iter__"):
-        return [leaf for place, entry in enumerate(value) for leaf in leaves(entry, path, place)]
+        return [leaf for entry in value for leaf in leaves(entry, path)]
     if isinstance(value, float) and not math.isfinite(value):
         value = None
     last = [name for name in path.split(".") if name != "feedback"][-2:]
-    return [(".".join(last), position, value)]
+    return [(".".join(last), value)]
 
 
 def same(one: Any, other: Any) -> bool:
