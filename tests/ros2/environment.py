@@ -73,6 +73,8 @@ def variables(folder: Path) -> dict[str, str]:
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        # Killed processes would leave their shared memory behind.
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
     }
 
 

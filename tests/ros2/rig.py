@@ -1,0 +1,202 @@
+"""Processes and a ROS node for tests of the gateway: bridge, planner, gateway and simulated robot, started and ended.
+
+Every wait is for a condition. `PATIENCE` is how long one may take on a slow machine; nothing is slept for.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Self
+
+import rclpy
+from conftest import HERE, ROOT, TARGET
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+PATIENCE = 120.0
+STOP_PATIENCE = 20.0
+QUICKSTART = ROOT / "scenarios" / "quickstart.toml"
+CYCLONE = (
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>"
+    "</Domain></CycloneDDS>"
+)
+PROGRAM = Path(os.environ.get("CURIONAV_BIN", TARGET / "release" / "curionav"))
+BRIDGE = TARGET / "ros2" / "bridge" / "release" / "curionav-ros2-bridge"
+
+
+def free_domain() -> int:
+    """A DDS domain whose first port nothing on this machine has; nodes find each other by fixed ports."""
+    first = os.getpid() % 90
+    for domain in [*range(first, 100), *range(1, first)]:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("127.0.0.1", 7410 + 250 * domain))
+            except OSError:
+                continue
+            return domain
+    raise AssertionError("no free DDS domain")
+
+
+def wait_for(what: str, condition: Callable[[], Any], patience: float = PATIENCE) -> Any:
+    """The first value of `condition` that is true."""
+    end = time.monotonic() + patience
+    while time.monotonic() < end:
+        if value := condition():
+            return value
+        time.sleep(0.01)
+    raise AssertionError(f"in {patience:.0f} s this did not come true: {what}")
+
+
+class Program:
+    """A process that says on standard output, in lines of JSON, that it is ready and what became of it."""
+
+    def __init__(self, name: str, *command: object, **variables: str) -> None:
+        self.name = name
+        self.process = subprocess.Popen(
+            [str(part) for part in command], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            env={**os.environ, **variables}, start_new_session=True,
+        )  # fmt: skip
+        self.lines: queue.SimpleQueue[str] = queue.SimpleQueue()
+        threading.Thread(target=self._read, daemon=True).start()
+        self.ready = self.line(PATIENCE)
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.put(line)
+        self.lines.put("")
+
+    def line(self, patience: float = STOP_PATIENCE) -> dict[str, Any]:
+        """What it says next."""
+        try:
+            said = self.lines.get(timeout=patience)
+        except queue.Empty:
+            said = ""
+        if not said:
+            self.kill()
+        assert said, f"{self.name} said nothing, or ended"
+        value: dict[str, Any] = json.loads(said)
+        return value
+
+    def send(self, number: int) -> None:
+        self.process.send_signal(number)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self) -> int:
+        """Ends it as Ctrl-C does; gives its exit status."""
+        if self.process.poll() is None:
+            self.send(signal.SIGCONT)
+            self.send(signal.SIGINT)
+            try:
+                self.process.wait(STOP_PATIENCE)
+            except subprocess.TimeoutExpired:
+                self.kill()
+                raise AssertionError(f"{self.name} did not end") from None
+        return self.process.returncode
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.process.poll() is None:
+            self.send(signal.SIGCONT)
+            self.send(signal.SIGINT)
+            try:
+                self.process.wait(STOP_PATIENCE)
+            except subprocess.TimeoutExpired:
+                self.kill()
+
+
+def bridge(directory: Path, domain: int) -> Program:
+    """The router with Zenoh's plugin for DDS; it ends with its standard input, hence with the tests."""
+    file = directory / "bridge.json5"
+    file.write_text(
+        json.dumps(
+            {
+                "mode": "router",
+                "listen": {"endpoints": ["tcp/127.0.0.1:0"]},
+                "scouting": {"multicast": {"enabled": False}},
+                "plugins": {"ros2dds": {"domain": domain, "ros_automatic_discovery_range": "LOCALHOST"}},
+            }
+        )
+    )
+    return Program("the bridge", BRIDGE, file, CYCLONEDDS_URI=CYCLONE, ROS_DISTRO="kilted")
+
+
+def simulated_robot(namespace: str, *options: str, scenario: Path = QUICKSTART) -> Program:
+    arguments = (HERE / "simulated_robot.py", scenario, "--namespace", namespace, *options)
+    return Program(f"the robot {namespace}", sys.executable, *arguments)
+
+
+def planner(directory: Path, robot: str, *, tracker: bool = False, port: int = 0) -> Program:
+    """`curionav up` for a robot that is not simulated by it."""
+    (directory / f"{robot}-driver.toml").write_text(
+        "[limits]\nv_max = 1.0\nomega_max = 1.0\na_max = 0.5\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n"
+    )
+    file = directory / f"{robot}-deployment.toml"
+    file.write_text(
+        f'robot = "{robot}"\nport = {port}\ndriver_config = "{robot}-driver.toml"\n'
+        f"[replicas]\nsimulator = 0\ntracker = {int(tracker)}\n"
+    )
+    return Program(f"the planner of {robot}", PROGRAM, "up", file)
+
+
+class Listener(Node):
+    """A ROS node of the test, spun on a thread of its own, that keeps what it hears."""
+
+    def __init__(self, name: str = "listener") -> None:
+        super().__init__(name)
+        self.heard: dict[str, list[tuple[float, Any]]] = {}
+
+    def listen(self, topic: str, of: Any, profile: Any = 10) -> None:
+        """Keeps every message of a topic with the time at which it was heard, s of a steady clock."""
+        self.heard[topic] = []
+        heard = self.heard[topic]
+        self.create_subscription(of, topic, lambda message: heard.append((time.monotonic(), message)), profile)
+
+    def newest(self, topic: str) -> Any:
+        """The newest message of a topic, or nothing."""
+        heard = self.heard[topic]
+        return heard[-1][1] if heard else None
+
+    def since(self, topic: str, begin: float) -> list[tuple[float, Any]]:
+        return [entry for entry in self.heard[topic] if entry[0] >= begin]
+
+
+@contextmanager
+def listening(domain: int, name: str = "listener") -> Iterator[Listener]:
+    """The test's node, in a context of its own."""
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    rclpy.init(domain_id=domain)
+    node, executor = Listener(name), SingleThreadedExecutor()
+    executor.add_node(node)
+
+    def spin() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+
+    thread = threading.Thread(target=spin, daemon=True)
+    thread.start()
+    try:
+        yield node
+    finally:
+        executor.shutdown()
+        thread.join(STOP_PATIENCE)
+        node.destroy_node()
+        rclpy.try_shutdown()
