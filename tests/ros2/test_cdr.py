@@ -7,7 +7,6 @@ import math
 import os
 import random
 import subprocess
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import pytest
 from conftest import HERE, TARGET
 from random_messages import random_message, type_named
 from rclpy.serialization import deserialize_message, serialize_message
+from rmw_zenoh import hashes
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 CODEC = TARGET / "release" / "examples" / "ros2_cdr"
@@ -183,19 +183,9 @@ def test_broken_bytes_are_refused_and_never_end_the_codec(name: str) -> None:
         recoded(name, flipped)
 
 
-def wheels() -> dict[str, str]:
-    """The hash of each type that the wheels and the generated packages name."""
-    hashes = {}
-    for prefix in os.environ["AMENT_PREFIX_PATH"].split(":"):
-        for file in Path(prefix, "share").glob("*/*/*.json"):
-            for entry in json.loads(file.read_text()).get("type_hashes", []):
-                hashes[entry["type_name"]] = entry["hash_string"]
-    return hashes
-
-
 @pytest.mark.parametrize("name", TYPES)
 def test_the_hash_is_that_of_ros_and_of_rosbags(name: str) -> None:
     service = name.removesuffix("_Request").removesuffix("_Response")
-    assert wheels()[service] == TYPES[name]
+    assert hashes()[service] == TYPES[name]
     if "/msg/" in name:
         assert STORE.hash_rihs01(name) == TYPES[name]
