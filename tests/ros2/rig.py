@@ -6,6 +6,7 @@ Every wait is for a condition. `PATIENCE` is how long one may take on a slow mac
 from __future__ import annotations
 
 import json
+import math
 import os
 import queue
 import signal
@@ -15,30 +16,43 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 import rclpy
-from conftest import HERE, ROOT, TARGET
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from nav_msgs.msg import Odometry
+from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+from conftest import HERE, ROOT, TARGET
+from robot_messages import quaternion
+
 PATIENCE = 120.0
 STOP_PATIENCE = 20.0
+MISSION_PATIENCE = 400.0
+"""The quickstart takes half a minute where the machine keeps up."""
+GOAL = (11.0, 5.2)
+TOLERANCE = 0.5
 QUICKSTART = ROOT / "scenarios" / "quickstart.toml"
 CYCLONE = (
     "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>"
     "</Domain></CycloneDDS>"
 )
+LIMITS = "[limits]\nv_max = 1.0\nomega_max = 1.0\na_max = 0.5\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n"
 PROGRAM = Path(os.environ.get("CURIONAV_BIN", TARGET / "release" / "curionav"))
 BRIDGE = TARGET / "ros2" / "bridge" / "release" / "curionav-ros2-bridge"
 
 
-def free_domain() -> int:
+def free_domain(*but: int) -> int:
     """A DDS domain whose first port nothing on this machine has; nodes find each other by fixed ports."""
     first = os.getpid() % 90
     for domain in [*range(first, 100), *range(1, first)]:
+        if domain in but:
+            continue
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             try:
                 probe.bind(("127.0.0.1", 7410 + 250 * domain))
@@ -121,14 +135,14 @@ class Program:
                 self.kill()
 
 
-def bridge(directory: Path, domain: int) -> Program:
+def bridge(directory: Path, domain: int, endpoint: str = "tcp/127.0.0.1:0") -> Program:
     """The router with Zenoh's plugin for DDS; it ends with its standard input, hence with the tests."""
     file = directory / "bridge.json5"
     file.write_text(
         json.dumps(
             {
                 "mode": "router",
-                "listen": {"endpoints": ["tcp/127.0.0.1:0"]},
+                "listen": {"endpoints": [endpoint]},
                 "scouting": {"multicast": {"enabled": False}},
                 "plugins": {"ros2dds": {"domain": domain, "ros_automatic_discovery_range": "LOCALHOST"}},
             }
@@ -137,16 +151,14 @@ def bridge(directory: Path, domain: int) -> Program:
     return Program("the bridge", BRIDGE, file, CYCLONEDDS_URI=CYCLONE, ROS_DISTRO="kilted")
 
 
-def simulated_robot(namespace: str, *options: str, scenario: Path = QUICKSTART) -> Program:
+def simulated_robot(domain: int, namespace: str, *options: str, scenario: Path = QUICKSTART) -> Program:
     arguments = (HERE / "simulated_robot.py", scenario, "--namespace", namespace, *options)
-    return Program(f"the robot {namespace}", sys.executable, *arguments)
+    return Program(f"the robot {namespace}", sys.executable, *arguments, ROS_DOMAIN_ID=str(domain))
 
 
 def planner(directory: Path, robot: str, *, tracker: bool = False, port: int = 0) -> Program:
     """`curionav up` for a robot that is not simulated by it."""
-    (directory / f"{robot}-driver.toml").write_text(
-        "[limits]\nv_max = 1.0\nomega_max = 1.0\na_max = 0.5\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n"
-    )
+    (directory / f"{robot}-driver.toml").write_text(LIMITS)
     file = directory / f"{robot}-deployment.toml"
     file.write_text(
         f'robot = "{robot}"\nport = {port}\ndriver_config = "{robot}-driver.toml"\n'
@@ -155,11 +167,29 @@ def planner(directory: Path, robot: str, *, tracker: bool = False, port: int = 0
     return Program(f"the planner of {robot}", PROGRAM, "up", file)
 
 
+def gateway(
+    directory: Path, robot: str, planner: Program, router: str, *, namespace: str, **settings: object
+) -> Program:
+    """`curionav ros2-gateway` between a planner and a router of ROS; `settings` are fields of `[ros2]`.
+
+    A setting that is a dict is a table of its own.
+    """
+    tables = {"": {"endpoint": router, "namespace": namespace, "people": "topic", **settings}}
+    for name in [name for name, value in tables[""].items() if isinstance(value, dict)]:
+        tables[f".{name}"] = tables[""].pop(name)  # type: ignore[assignment]
+    text = f'robot = "{robot}"\nconnect = {json.dumps(planner.ready["endpoints"])}\n{LIMITS}'
+    for name, table in tables.items():
+        text += f"[ros2{name}]\n" + "".join(f"{field} = {json.dumps(value)}\n" for field, value in table.items())
+    file = directory / f"{robot}-gateway.toml"
+    file.write_text(text)
+    return Program(f"the gateway of {robot}", PROGRAM, "ros2-gateway", "--config", file)
+
+
 class Listener(Node):
     """A ROS node of the test, spun on a thread of its own, that keeps what it hears."""
 
-    def __init__(self, name: str = "listener") -> None:
-        super().__init__(name)
+    def __init__(self, name: str, context: Context) -> None:
+        super().__init__(name, context=context)
         self.heard: dict[str, list[tuple[float, Any]]] = {}
 
     def listen(self, topic: str, of: Any, profile: Any = 10) -> None:
@@ -179,17 +209,15 @@ class Listener(Node):
 
 @contextmanager
 def listening(domain: int, name: str = "listener") -> Iterator[Listener]:
-    """The test's node, in a context of its own."""
-    os.environ["ROS_DOMAIN_ID"] = str(domain)
-    rclpy.init(domain_id=domain)
-    node, executor = Listener(name), SingleThreadedExecutor()
+    """A node of the test in a domain."""
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    node, executor = Listener(name, context), SingleThreadedExecutor(context=context)
     executor.add_node(node)
 
     def spin() -> None:
-        try:
+        with suppress(ExternalShutdownException):
             executor.spin()
-        except ExternalShutdownException:
-            pass
 
     thread = threading.Thread(target=spin, daemon=True)
     thread.start()
@@ -199,4 +227,67 @@ def listening(domain: int, name: str = "listener") -> Iterator[Listener]:
         executor.shutdown()
         thread.join(STOP_PATIENCE)
         node.destroy_node()
-        rclpy.try_shutdown()
+        rclpy.try_shutdown(context=context)
+
+
+@dataclass
+class Rig:
+    """A robot `/r1` of ROS 2 on Fast DDS, the bridge, a planner and the gateway between, in the quickstart's world."""
+
+    stack: ExitStack
+    directory: Path
+    domain: int
+    node: Listener
+    planner: Program
+    bridge: Program
+    gateway: Program
+    robot: Program
+    goals: Any = None
+
+    @classmethod
+    def start(cls, stack: ExitStack, directory: Path, *options: str) -> Self:
+        """Starts everything; `options` are those of the robot."""
+        domain = free_domain()
+        node = stack.enter_context(listening(domain))
+        node.listen("/r1/cmd_vel", TwistStamped)
+        node.listen("/r1/truth", Odometry)
+        node.listen("/r1/amcl_pose", PoseWithCovarianceStamped)
+        planning = stack.enter_context(planner(directory, "r1"))
+        router = stack.enter_context(bridge(directory, domain))
+        gate = stack.enter_context(gateway_of(directory, "r1", planning, router))
+        robot = stack.enter_context(simulated_robot(domain, "/r1", "--stamped", *options))
+        wait_for("the robot", lambda: node.newest("/r1/truth"))
+        rig = cls(stack, directory, domain, node, planning, router, gate, robot)
+        rig.goals = node.create_publisher(PoseStamped, "/r1/goal_pose", 10)
+        wait_for("the gateway to take goals", lambda: rig.goals.get_subscription_count() > 0)
+        return rig
+
+    def position(self, robot: str = "/r1") -> tuple[float, float]:
+        at = self.node.newest(f"{robot}/truth").pose.pose.position
+        return at.x, at.y
+
+    def way_to(self, goal: tuple[float, float], robot: str = "/r1") -> float:
+        return math.dist(self.position(robot), goal)
+
+    def speed(self, robot: str = "/r1") -> float:
+        return float(self.node.newest(f"{robot}/truth").twist.twist.linear.x)
+
+    def go(self, goal: tuple[float, float] = GOAL) -> None:
+        """Sends a goal when the robot is known to be somewhere, and waits until it drives."""
+        wait_for("a pose", lambda: self.node.newest("/r1/amcl_pose"))
+        self.goals.publish(goal_pose(*goal))
+        wait_for("motion", lambda: self.speed() > 0.2)
+
+
+def gateway_of(directory: Path, robot: str, planning: Program, router: Program) -> Program:
+    """The gateway of a robot that starts where the quickstart's does."""
+    mission = {"initial_pose": [1.0, 4.0, 0.0], "goal_tolerance": TOLERANCE}
+    endpoint = router.ready["listening"][0]
+    return gateway(directory, robot, planning, endpoint, namespace=f"/{robot}", dialect="ros2dds", mission=mission)
+
+
+def goal_pose(x: float, y: float, frame: str = "map") -> PoseStamped:
+    goal = PoseStamped()
+    goal.header.frame_id = frame
+    goal.pose.position.x, goal.pose.position.y, goal.pose.orientation = x, y, quaternion(0.0)
+    return goal

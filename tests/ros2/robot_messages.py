@@ -13,6 +13,7 @@ from people_msgs.msg import People, Person
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
+
 from world import Array, World
 
 BASE_TIMEOUT = 0.5

@@ -11,6 +11,7 @@ it; SIGUSR1 sets its clock back by ten seconds, as a wrong clock or a restarted 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import json
 import signal
@@ -24,9 +25,10 @@ from people_msgs.msg import People
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from robot_messages import Robot
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
+
+from robot_messages import Robot
 from world import World
 
 TICK = 0.1
@@ -89,10 +91,8 @@ def main() -> None:
     world = robot.robot.world
     signal.signal(signal.SIGUSR1, lambda *_: robot.set_back())
     say(ready="simulated_robot", start=world.start.tolist(), goal=world.goal.tolist())
-    try:
+    with contextlib.suppress(ExternalShutdownException):
         rclpy.spin(robot)
-    except ExternalShutdownException:
-        pass
     say(**dataclasses.asdict(world.measures), pose=world.pose.tolist())
 
 

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
 from conftest import HERE, TARGET
 from random_messages import random_message, type_named
-from rclpy.serialization import deserialize_message, serialize_message
 from rmw_zenoh import hashes
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 CODEC = TARGET / "release" / "examples" / "ros2_cdr"
 SEED = int(os.environ.get("CURIONAV_SEED", "20260801"))

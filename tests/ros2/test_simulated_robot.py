@@ -1,4 +1,4 @@
-"""The simulated robot behaves as a base does: it moves as it is told, sees walls, and stops when nothing commands it."""
+"""The simulated robot behaves as a base does: it moves as it is told, sees walls, and stops without commands."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.qos import qos_profile_sensor_data
-from rig import QUICKSTART, free_domain, listening, simulated_robot, wait_for
 from sensor_msgs.msg import LaserScan
+
+from rig import QUICKSTART, free_domain, listening, simulated_robot, wait_for
 from simulated_robot import LATCHED
 from world import World
 
 
 def test_it_obeys_and_brakes_when_nothing_commands_it() -> None:
     domain = free_domain()
-    with listening(domain) as node, simulated_robot("/r1", "--seed", "3") as robot:
+    with listening(domain) as node, simulated_robot(domain, "/r1", "--seed", "3") as robot:
         node.listen("/r1/truth", Odometry)
         node.listen("/r1/odom", Odometry)
         node.listen("/r1/scan", LaserScan, qos_profile_sensor_data)
