@@ -1,6 +1,6 @@
-"""Sets up real ROS 2 for the tests beside this file, and starts a command in it:
+"""Sets up real ROS 2 for the tests beside this file, and starts a command in it.
 
-    python3.11 tests/ros2/environment.py python -m pytest tests/ros2
+`python3.11 tests/ros2/environment.py python -m pytest tests/ros2` sets up what is missing and runs the tests.
 
 It needs no ROS installation. Into `target/ros2`, or what `--folder` names, go
 

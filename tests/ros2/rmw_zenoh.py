@@ -1,4 +1,4 @@
-"""A node as `rmw_zenoh_cpp` has it, made of a plain Zenoh session: its own implementation of keys, tokens, attachments."""
+"""A node as `rmw_zenoh_cpp` has it, on a plain Zenoh session: its own keys, tokens and attachments."""
 
 from __future__ import annotations
 
