@@ -24,5 +24,14 @@ def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:
             lines.write(f"{report.nodeid}: {reason}\n")
 
 
+def need(*files: Path) -> None:
+    """Leaves out the tests of a module where a file is missing; with CURIONAV_REQUIRE_ROS2=1 they fail."""
+    for file in files:
+        if not file.is_file():
+            if os.environ.get("CURIONAV_REQUIRE_ROS2") == "1":
+                pytest.fail(f"CURIONAV_REQUIRE_ROS2=1, but there is no {file}")
+            pytest.skip(f"no {file}: see CONTRIBUTING.md", allow_module_level=True)
+
+
 pytest_runtest_logreport = _note_skipped
 pytest_collectreport = _note_skipped

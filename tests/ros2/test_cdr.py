@@ -14,7 +14,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from conftest import HERE, TARGET
+from conftest import HERE, TARGET, need
 from random_messages import random_message, type_named
 from rmw_zenoh import hashes
 
@@ -39,8 +39,7 @@ def types() -> dict[str, str]:
     return {name: hashed for name, _, hashed in known if ":" not in name}
 
 
-if not CODEC.is_file():
-    pytest.skip(f"no {CODEC}: `cargo test` builds it", allow_module_level=True)
+need(CODEC)
 
 TYPES = types()
 

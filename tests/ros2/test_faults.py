@@ -13,11 +13,10 @@ from pathlib import Path
 import pytest
 from geometry_msgs.msg import TwistStamped
 
+from conftest import need
 from rig import BRIDGE, PROGRAM, Rig, bridge, gateway_of, wait_for
 
-for needed in (BRIDGE, PROGRAM):
-    if not needed.is_file():
-        pytest.skip(f"no {needed}", allow_module_level=True)
+need(BRIDGE, PROGRAM)
 
 STOP_WITHIN = 0.5
 """s, from the fault to the first zero."""

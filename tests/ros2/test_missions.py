@@ -16,6 +16,7 @@ from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as RosPath
 from rclpy.action import ActionClient
 
+from conftest import need
 from cyclone_actions import Passage
 from rig import (
     BRIDGE,
@@ -35,9 +36,7 @@ from robot_messages import Robot
 from simulated_robot import LATCHED
 from world import World
 
-for needed in (BRIDGE, PROGRAM):
-    if not needed.is_file():
-        pytest.skip(f"no {needed}", allow_module_level=True)
+need(BRIDGE, PROGRAM)
 
 
 @pytest.fixture
