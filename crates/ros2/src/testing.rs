@@ -1,0 +1,159 @@
+//! What tests need: every type by its name, values that are random, and values as JSON.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use serde::Serialize;
+
+use crate::cdr::CdrError;
+use crate::interface::Interface;
+use crate::message::Message;
+use crate::messages::{
+    CancelGoalRequest, CancelGoalResponse, Clock, DiagnosticArray, GetResultRequest, GetResultResponse,
+    GetResultResponseHumble, GoalStatusArray, LaserScan, MarkerArray, NavigationFeedback,
+    NavigationFeedbackLyrical, OccupancyGrid, Odometry, Path, People, PoseStamped, PoseWithCovarianceStamped,
+    SendGoalRequest, SendGoalResponse, TfMessage, Twist, TwistStamped,
+};
+
+/// Where random values come from: the same numbers on every machine.
+pub struct Rng(Pcg64);
+
+impl Rng {
+    /// With this seed.
+    pub fn new(seed: u64) -> Self {
+        Self(Pcg64::seed_from_u64(seed))
+    }
+
+    /// A number below `n`.
+    pub fn below(&mut self, n: usize) -> usize {
+        self.0.random_range(0..n.max(1))
+    }
+}
+
+/// What can be invented.
+pub trait Random {
+    /// Any value, of which sequences are short.
+    fn random(rng: &mut Rng) -> Self;
+}
+
+macro_rules! integers {
+    ($($ty:ty),*) => {$(
+        impl Random for $ty {
+            fn random(rng: &mut Rng) -> Self {
+                rng.0.random()
+            }
+        }
+    )*};
+}
+integers!(bool, i8, u8, i16, u16, i32, u32);
+
+macro_rules! floats {
+    ($($ty:ty),*) => {$(
+        impl Random for $ty {
+            fn random(rng: &mut Rng) -> Self {
+                match rng.below(20) {
+                    0 => <$ty>::INFINITY,
+                    1 => <$ty>::NAN,
+                    2 => -0.0,
+                    _ => rng.0.random_range(-1e6..1e6),
+                }
+            }
+        }
+    )*};
+}
+floats!(f32, f64);
+
+impl Random for String {
+    fn random(rng: &mut Rng) -> Self {
+        let letters: Vec<char> = "abcXYZ019_/ äß→".chars().collect();
+        (0..rng.below(20)).map(|_| letters[rng.below(letters.len())]).collect()
+    }
+}
+
+impl<T: Random> Random for Vec<T> {
+    fn random(rng: &mut Rng) -> Self {
+        (0..rng.below(6)).map(|_| T::random(rng)).collect()
+    }
+}
+
+impl<T: Random, const N: usize> Random for [T; N] {
+    fn random(rng: &mut Rng) -> Self {
+        std::array::from_fn(|_| T::random(rng))
+    }
+}
+
+/// Why a payload cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum ShowError {
+    /// It is no such message.
+    #[error(transparent)]
+    Cdr(#[from] CdrError),
+    /// JSON cannot say it.
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+}
+
+/// What is decoded and encoded again, and the value as JSON, in which a number that is not finite is null.
+pub type Shown = (Vec<u8>, serde_json::Value);
+
+/// A type by its name.
+#[derive(Debug, Clone, Copy)]
+pub struct Type {
+    /// In ROS; from a version on of distribution that differs, with that distribution after a colon.
+    pub name: &'static str,
+    /// What stands in keys.
+    pub interface: Interface,
+    /// Bytes of a payload at most.
+    pub max_bytes: usize,
+    /// Decodes a payload and encodes it again.
+    pub recode: fn(&[u8]) -> Result<Vec<u8>, CdrError>,
+    /// As `recode`, and the value as JSON.
+    pub show: fn(&[u8]) -> Result<Shown, ShowError>,
+    /// A random value, encoded.
+    pub random: fn(&mut Rng) -> Result<Vec<u8>, CdrError>,
+}
+
+const fn entry<M: Message + Random + Serialize>(name: &'static str) -> Type {
+    Type {
+        name,
+        interface: M::INTERFACE,
+        max_bytes: M::MAX_BYTES,
+        recode: |payload| M::decode(payload)?.encode(),
+        show: |payload| {
+            let value = M::decode(payload)?;
+            Ok((value.encode()?, serde_json::to_value(&value)?))
+        },
+        random: |rng| M::random(rng).encode(),
+    }
+}
+
+/// Every type that is sent by itself.
+pub const TYPES: &[Type] = &[
+    entry::<LaserScan>(LaserScan::NAME),
+    entry::<Odometry>(Odometry::NAME),
+    entry::<OccupancyGrid>(OccupancyGrid::NAME),
+    entry::<Path>(Path::NAME),
+    entry::<Twist>(Twist::NAME),
+    entry::<TwistStamped>(TwistStamped::NAME),
+    entry::<PoseStamped>(PoseStamped::NAME),
+    entry::<PoseWithCovarianceStamped>(PoseWithCovarianceStamped::NAME),
+    entry::<TfMessage>(TfMessage::NAME),
+    entry::<MarkerArray>(MarkerArray::NAME),
+    entry::<Clock>(Clock::NAME),
+    entry::<People>(People::NAME),
+    entry::<DiagnosticArray>(DiagnosticArray::NAME),
+    entry::<GoalStatusArray>(GoalStatusArray::NAME),
+    entry::<CancelGoalRequest>(CancelGoalRequest::NAME),
+    entry::<CancelGoalResponse>(CancelGoalResponse::NAME),
+    entry::<SendGoalRequest>(SendGoalRequest::NAME),
+    entry::<SendGoalResponse>(SendGoalResponse::NAME),
+    entry::<GetResultRequest>(GetResultRequest::NAME),
+    entry::<GetResultResponse>(GetResultResponse::NAME),
+    entry::<GetResultResponseHumble>("nav2_msgs/action/NavigateToPose_GetResult_Response:humble"),
+    entry::<NavigationFeedback>(NavigationFeedback::NAME),
+    entry::<NavigationFeedbackLyrical>("nav2_msgs/action/NavigateToPose_FeedbackMessage:lyrical"),
+];
+
+/// The type of this name.
+pub fn type_of(name: &str) -> Option<&'static Type> {
+    TYPES.iter().find(|of| of.name == name)
+}
