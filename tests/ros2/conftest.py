@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
@@ -11,8 +10,6 @@ import pytest
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-# What starts and ends processes is shared with the tests of the Python package.
-sys.path.append(str(ROOT / "python" / "tests"))
 
 
 def _note_skipped(report: pytest.TestReport | pytest.CollectReport) -> None:

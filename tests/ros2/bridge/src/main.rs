@@ -16,10 +16,10 @@ async fn main() -> Result<(), zenoh::Error> {
     let file = std::env::args().nth(1).ok_or("usage: curionav-ros2-bridge CONFIG")?;
     let mut plugins = PluginsManager::static_plugins_only();
     plugins.declare_static_plugin::<ROS2Plugin, _>("ros2dds", true);
-    let mut runtime =
-        RuntimeBuilder::new(Config::from_file(file)?).plugins_manager(plugins).build().await?;
+    let mut runtime = RuntimeBuilder::new(Config::from_file(file)?).plugins_manager(plugins).build().await?;
     runtime.start().await?;
-    let listening: Vec<String> = runtime.get_locators().iter().map(|locator| format!("{:?}", locator.as_str())).collect();
+    let listening: Vec<String> =
+        runtime.get_locators().iter().map(|locator| format!("{:?}", locator.as_str())).collect();
     println!("{{\"listening\":[{}]}}", listening.join(","));
     // The tests hold the other end: the bridge ends with them, however they end.
     tokio::task::spawn_blocking(|| std::io::stdin().read_to_end(&mut Vec::new())).await??;
