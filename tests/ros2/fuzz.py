@@ -8,11 +8,9 @@ malformed, and to take a legal goal at the end as it did at the beginning.
 from __future__ import annotations
 
 import argparse
-import math
 import random
 import struct
 import tempfile
-import threading
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -21,105 +19,31 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from action_msgs.msg import GoalStatusArray
 from action_msgs.srv import CancelGoal
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav2_msgs.action import NavigateToPose
-from nav_msgs.msg import OccupancyGrid, Odometry
-from nav_msgs.msg import Path as RosPath
-from people_msgs.msg import People
-from rclpy.serialization import deserialize_message, serialize_message
-from sensor_msgs.msg import LaserScan
-from tf2_msgs.msg import TFMessage
-from visualization_msgs.msg import MarkerArray
+from rclpy.serialization import serialize_message
 
 from random_messages import random_message, type_named
-from rig import PROGRAM, QUICKSTART, Program, gateway, goal_pose, planner, wait_for
+from rig import gateway, goal_pose, planner, router, wait_for
 from rmw_zenoh import RmwNode, name_of, open_session
+from rmw_zenoh_robot import ACTION, IN, ListenerOfAll, driving
 from robot_messages import Robot
-from world import World
 
-ACTION = "/r1/navigate_to_pose"
-GOAL_ID = bytes(range(16))
-IN: dict[str, type] = {
-    "/r1/scan": LaserScan,
-    "/r1/odom": Odometry,
-    "/r1/tf": TFMessage,
-    "/r1/tf_static": TFMessage,
-    "/r1/map": OccupancyGrid,
-    "/r1/people": People,
-    "/r1/goal_pose": PoseStamped,
-    "/r1/initialpose": PoseWithCovarianceStamped,
-}
 CALLS: dict[str, type] = {
     f"{ACTION}/_action/send_goal": NavigateToPose.Impl.SendGoalService.Request,
     f"{ACTION}/_action/get_result": NavigateToPose.Impl.GetResultService.Request,
     f"{ACTION}/_action/cancel_goal": CancelGoal.Request,
 }
-OUT: dict[str, tuple[type, bool]] = {
-    "/r1/cmd_vel": (TwistStamped, False),
-    "/r1/amcl_pose": (PoseWithCovarianceStamped, False),
-    "/r1/plan": (RosPath, True),
-    "/r1/tf": (TFMessage, False),
-    "/r1/curionav/candidates": (MarkerArray, False),
-    "/r1/curionav/crowd": (MarkerArray, False),
-    "/diagnostics": (DiagnosticArray, False),
-    f"{ACTION}/_action/feedback": (NavigateToPose.Impl.FeedbackMessage, False),
-    f"{ACTION}/_action/status": (GoalStatusArray, True),
-}
 MUTATIONS = ("whole", "cut", "flip", "huge", "noise", "empty", "attachment", "foreign")
-
-
-class ListenerOfAll:
-    """Reads all that the gateway says as a real node would, which a malformed message would end."""
-
-    def __init__(self, node: RmwNode, reader: Callable[[str, bytes], None]) -> None:
-        self.heard: Counter[str] = Counter()
-        self.malformed: list[str] = []
-        self.newest: dict[str, Any] = {}
-        self.numbers: dict[str, int] = {}
-        self.zid = ""
-        for topic, (of, latched) in OUT.items():
-            name = name_of(of)
-            node.subscribe_raw(topic, name, self._reads(topic, of, name, reader), latched)
-
-    def _reads(self, topic: str, of: type, name: str, reader: Callable[[str, bytes], None]) -> Callable[[Any], None]:
-        def read(sample: zenoh.Sample) -> None:
-            try:
-                attached = bytes(sample.attachment) if sample.attachment is not None else b""
-                if attached[17:] in HOSTILE:
-                    return
-                assert len(attached) == 33, f"an attachment of {len(attached)} bytes"
-                number, _, size = struct.unpack_from("<qqB", attached)
-                assert size == 16 and number > 0, attached.hex()
-                assert number > self.numbers.get(topic, 0), "a number that does not rise"
-                self.numbers[topic] = number
-                payload = bytes(sample.payload)
-                # rosbags raises where rclpy may end the process.
-                reader(name, payload)
-                message = deserialize_message(payload, of)
-                if isinstance(message, TwistStamped):
-                    v, omega = message.twist.linear.x, message.twist.angular.z
-                    assert math.isfinite(v) and math.isfinite(omega), f"{v} {omega}"
-                    assert 0.0 <= v <= 1.0 + 1e-9 and abs(omega) <= 1.0 + 1e-9, f"{v} {omega}"
-                self.newest[topic] = message
-                self.heard[topic] += 1
-            except Exception as error:
-                self.malformed.append(f"{topic}: {error!r}: {bytes(sample.payload)[:60].hex()}")
-
-        return read
-
-
-HOSTILE: set[bytes] = set()
-"""The gids with which the attacker publishes where the gateway does: what it says there is not the gateway's."""
 
 
 class Attacker:
     """Random payloads, attachments, keys and tokens."""
 
-    def __init__(self, endpoint: str, key: Callable[[str, str], str], seed: int) -> None:
+    def __init__(self, endpoint: str, key: Callable[[str, str], str], seed: int, gids: set[bytes]) -> None:
         self.session, self.key, self.random = open_session(endpoint), key, random.Random(seed)
+        self.gids = gids
         self.done: Counter[str] = Counter()
         self.tokens: list[Any] = []
 
@@ -195,19 +119,8 @@ class Attacker:
         topic, of = rng.choice(list(IN.items()))
         attached = self.attachment(how)
         if attached is not None:
-            HOSTILE.add(attached[17:])
+            self.gids.add(attached[17:])
         self.session.put(self.key(topic, name_of(of)), self.mutated(of, how), attachment=attached)
-
-
-def reader() -> Callable[[str, bytes], None]:
-    """Raises at what is no message of a type, and at bytes behind it."""
-    from test_cdr import STORE, in_rosbags  # noqa: PLC0415 - needs the codec, which only tests have
-
-    def read(name: str, payload: bytes) -> None:
-        again = bytes(STORE.serialize_cdr(STORE.deserialize_cdr(payload, in_rosbags(name)), in_rosbags(name)))
-        assert len(again) == len(payload), f"{len(payload) - len(again)} bytes too many"
-
-    return read
 
 
 def refused(endpoint: str) -> int:
@@ -222,19 +135,17 @@ def fuzz(directory: Path, seconds: float, seed: int) -> Counter[str]:
     """Attacks for a while; says what was done and heard."""
     with ExitStack() as stack:
         planning = stack.enter_context(planner(directory, "r1"))
-        # Any Zenoh router will do for a robot's `rmw_zenohd`.
-        router = stack.enter_context(Program("the router", PROGRAM, "router", "--listen", "tcp/127.0.0.1:0"))
-        endpoint = router.ready["endpoints"][0]
+        endpoint = stack.enter_context(router()).ready["endpoints"][0]
         gate = stack.enter_context(
             gateway(directory, "r1", planning, endpoint, namespace="/r1", dialect="rmw_zenoh",
                     mission={"initial_pose": [1.0, 4.0, 0.0]})
         )  # fmt: skip
         node = stack.enter_context(RmwNode(endpoint, "legal", "/r1"))
-        listener = ListenerOfAll(node, reader())
+        listener = ListenerOfAll(node)
         goals = node.publisher("/r1/goal_pose", PoseStamped)
-        drive(stack, node)
+        robot = stack.enter_context(driving(node))
         legal_goal(listener, goals, "before")
-        attacker = Attacker(endpoint, node.key, seed)
+        attacker = Attacker(endpoint, node.key, seed, listener.hostile)
         stack.callback(attacker.session.close)
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -243,6 +154,9 @@ def fuzz(directory: Path, seconds: float, seed: int) -> Counter[str]:
             assert gate.process.poll() is None, f"seed {seed}: the gateway has ended with {gate.process.returncode}"
             assert not listener.malformed, f"seed {seed}: {listener.malformed[:3]}"
             time.sleep(0.02)
+        # What legal messages of the attacker have changed is put right, as a person would.
+        robot.repeat()
+        node.publisher("/r1/initialpose", PoseWithCovarianceStamped)(here(robot.robot))
         legal_goal(listener, goals, "after")
         counted = refused(planning.ready["endpoints"][0])
         assert counted > 0
@@ -251,30 +165,12 @@ def fuzz(directory: Path, seconds: float, seed: int) -> Counter[str]:
         return attacker.done + listener.heard + Counter({"refused by the gateway": counted})
 
 
-def drive(stack: ExitStack, node: RmwNode) -> Robot:
-    """A legal robot on a thread of its own."""
-    robot, over = Robot(World(QUICKSTART, 1)), threading.Event()
-    says = {
-        topic: (node.publisher(topic, IN[topic]), of)
-        for topic, of in {
-            "/r1/tf": robot.tf, "/r1/odom": robot.odometry, "/r1/scan": robot.scan, "/r1/people": robot.people,
-        }.items()
-    }  # fmt: skip
-    for topic, of in {"/r1/tf_static": robot.tf_static, "/r1/map": robot.map}.items():
-        node.publisher(topic, IN[topic], latched=True)(of())
-    node.subscribe("/r1/cmd_vel", TwistStamped, lambda m: robot.obey(m.twist.linear.x, m.twist.angular.z))
-
-    def play() -> None:
-        while not over.wait(0.1):
-            robot.play()
-            for publish, of in says.values():
-                publish(of())
-
-    thread = threading.Thread(target=play, daemon=True)
-    thread.start()
-    stack.callback(thread.join)
-    stack.callback(over.set)
-    return robot
+def here(robot: Robot) -> PoseWithCovarianceStamped:
+    """Where the robot is, as a person says it."""
+    message = PoseWithCovarianceStamped(header=robot.header("map"))
+    message.pose.pose = robot.truth().pose.pose
+    message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.05
+    return message
 
 
 def legal_goal(listener: ListenerOfAll, goals: Callable[[Any], None], when: str) -> None:

@@ -151,6 +151,11 @@ def bridge(directory: Path, domain: int, endpoint: str = "tcp/127.0.0.1:0") -> P
     return Program("the bridge", BRIDGE, file, CYCLONEDDS_URI=CYCLONE, ROS_DISTRO="kilted")
 
 
+def router() -> Program:
+    """A plain router of Zenoh, which will do for a robot's `rmw_zenohd`."""
+    return Program("the router", PROGRAM, "router", "--listen", "tcp/127.0.0.1:0")
+
+
 def simulated_robot(domain: int, namespace: str, *options: str, scenario: Path = QUICKSTART) -> Program:
     arguments = (HERE / "simulated_robot.py", scenario, "--namespace", namespace, *options)
     return Program(f"the robot {namespace}", sys.executable, *arguments, ROS_DOMAIN_ID=str(domain))
