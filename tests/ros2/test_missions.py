@@ -17,7 +17,7 @@ from nav_msgs.msg import Path as RosPath
 from rclpy.action import ActionClient
 
 from conftest import need
-from cyclone_actions import Passage
+from fast_actions import Passage
 from rig import (
     BRIDGE,
     GOAL,
@@ -100,7 +100,7 @@ class Client:
 @pytest.fixture
 def client(rig: Rig) -> Iterator[Client]:
     outside = free_domain(rig.domain)
-    rig.stack.enter_context(Passage("/r1/navigate_to_pose", rig.domain, outside))
+    rig.stack.enter_context(Passage("/r1/navigate_to_pose", rig.bridge.ready["listening"][0], outside))
     with listening(outside, "client") as node:
         yield Client(rig, node)
 
