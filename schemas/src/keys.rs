@@ -42,6 +42,9 @@ pub const GENERATOR: &str = "generator";
 /// The role of what tracks people. A mission that requires it takes people from it alone.
 pub const TRACKER: &str = "tracker";
 
+/// The role of what joins a robot of ROS 2.
+pub const ROS2_GATEWAY: &str = "ros2-gateway";
+
 /// Everything before the instance in the key of a question to `role`.
 fn pool_of(role: &str) -> Result<String, KeyError> {
     check_id(role)?;

@@ -227,7 +227,18 @@ fn every_role_has_a_unit_whose_command_line_is_understood() {
         );
         roles.insert(command[1].clone());
     }
-    let all = ["arbiter", "cnc", "cpc", "driver", "generator", "localizer", "router", "simulator", "tracker"];
+    let all = [
+        "arbiter",
+        "cnc",
+        "cpc",
+        "driver",
+        "generator",
+        "localizer",
+        "ros2-gateway",
+        "router",
+        "simulator",
+        "tracker",
+    ];
     assert!(roles.iter().eq(&all), "{roles:?}");
 }
 

@@ -23,6 +23,8 @@ mod pace;
 #[cfg(test)]
 mod robot_services;
 #[cfg(test)]
+mod ros2;
+#[cfg(test)]
 mod soak;
 #[cfg(test)]
 mod tidiness;

@@ -1,4 +1,5 @@
-//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `tracker`, `driver` and `simulator`.
+//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `tracker`, `driver`, `simulator` and
+//! `ros2-gateway`.
 
 use clap::Subcommand;
 use curionav_deployment::service_kind::Kind;
@@ -23,6 +24,8 @@ pub(crate) enum ServiceCommand {
     Driver(ServiceOptions),
     /// Run the simulator: world, people, laser and base.
     Simulator(ServiceOptions),
+    /// Run the gateway to a robot of ROS 2: it plays the robot's base, and serves NavigateToPose there (docs/ros2.md).
+    Ros2Gateway(ServiceOptions),
 }
 
 pub(crate) async fn run(command: ServiceCommand) -> Result<u8, Exit> {
@@ -35,7 +38,13 @@ pub(crate) async fn run(command: ServiceCommand) -> Result<u8, Exit> {
         ServiceCommand::Tracker(options) => (Kind::Tracker, options),
         ServiceCommand::Driver(options) => (Kind::Driver, options),
         ServiceCommand::Simulator(options) => (Kind::Simulator, options),
+        ServiceCommand::Ros2Gateway(options) => (Kind::Ros2Gateway, options),
     };
+    if kind == Kind::Ros2Gateway {
+        // What is wrong with its file is said before any router is looked for.
+        let config = options.configuration(kind.name()).map_err(Exit::bad_input)?;
+        curionav_ros2_gateway::check(&config).map_err(Exit::bad_input)?;
+    }
     run_service(kind.name(), &options, kind.service()).await.map(|()| SUCCESS)
 }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use comfy_table::Table;
+use curionav_ros2_gateway::problem::Problem;
 use curionav_runtime::membership::members;
 use curionav_runtime::print::print;
 use curionav_runtime::query::fetch;
@@ -70,6 +71,10 @@ pub(crate) async fn run(options: StatusOptions) -> Result<u8, Exit> {
     }
     for status in lines.iter().filter_map(|line| line.status.as_ref()) {
         shares(status).map_or(Ok(()), print)?;
+        let problems = status.metrics.keys().filter_map(|sample| Problem::of_sample(sample));
+        for problem in problems {
+            print(format_args!("{} {}: {}", status.role, status.instance, problem.sentence()))?;
+        }
     }
     for one in &denied {
         print(format_args!("denied: {}", one.words()))?;

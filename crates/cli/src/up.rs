@@ -60,6 +60,9 @@ struct Deployment {
     /// The driver's configuration file, with the robot's own limits; beside the deployment file if it is relative. A
     /// deployment with a simulator needs none.
     driver_config: Option<PathBuf>,
+    /// Configuration file of the gateway to a robot of ROS 2, which is then started; beside the deployment file if it is
+    /// relative. The driver has the same file unless `driver_config` names another.
+    ros2_config: Option<PathBuf>,
     /// How many processes of each kind.
     replicas: Replicas,
     /// Restarts of one process within a minute before the deployment is given up.
@@ -91,8 +94,8 @@ impl Replicas {
             Kind::Cnc => self.cnc,
             Kind::Tracker => self.tracker,
             Kind::Simulator => self.simulator,
-            // They belong to the one robot.
-            Kind::Driver | Kind::Localizer | Kind::Arbiter => 1,
+            // They belong to the one robot; whether there is a gateway, its file says.
+            Kind::Driver | Kind::Localizer | Kind::Arbiter | Kind::Ros2Gateway => 1,
         }
     }
 }
@@ -106,6 +109,7 @@ impl Default for Deployment {
             port: 7447,
             metrics_port: None,
             driver_config: None,
+            ros2_config: None,
             replicas: Replicas::default(),
             max_restarts_per_minute: 5,
         }
@@ -117,6 +121,7 @@ impl Deployment {
         let mut deployment: Self = read_toml(path)?;
         let beside = path.parent().unwrap_or(Path::new(""));
         deployment.driver_config = deployment.driver_config.map(|file| beside.join(file));
+        deployment.ros2_config = deployment.ros2_config.map(|file| beside.join(file));
         deployment.check().with_context(|| path.display().to_string())?;
         Ok(deployment)
     }
@@ -132,19 +137,26 @@ impl Deployment {
             ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");
         }
         ensure!(
-            self.driver_config.is_some() || self.replicas.simulator == 1,
+            self.driver_config.is_some() || self.ros2_config.is_some() || self.replicas.simulator == 1,
             "driver_config: is missing; without a simulator the base is a real one: name the driver's configuration \
              file, which says the robot's own limits (or `simulated_base = true` for a simulator elsewhere)"
+        );
+        ensure!(
+            self.ros2_config.is_none() || self.replicas.simulator == 0,
+            "replicas.simulator: is 1, and ros2_config names another base; give 0"
         );
         Ok(())
     }
 
-    /// What tells the driver which base it commands.
-    fn base_arguments(&self) -> Vec<String> {
-        match &self.driver_config {
-            Some(file) => vec!["--config".into(), file.display().to_string()],
-            None => vec!["--simulated-base".into()],
+    /// What tells the driver which base it commands, and the gateway which robot it joins.
+    fn file_arguments(&self, kind: &str) -> Vec<String> {
+        let of_file = |file: &PathBuf| vec!["--config".into(), file.display().to_string()];
+        if kind == Kind::Driver.name() {
+            let file = self.driver_config.as_ref().or(self.ros2_config.as_ref());
+            return file.map_or_else(|| vec!["--simulated-base".into()], of_file);
         }
+        let gateway = self.ros2_config.as_ref().filter(|_| kind == Kind::Ros2Gateway.name());
+        gateway.map(of_file).unwrap_or_default()
     }
 
     /// Makes the certificates that it needs and that are absent: of the router, of every process, and of the people
@@ -188,7 +200,9 @@ impl Deployment {
     /// (subcommand, instance) of every service process.
     fn processes(&self) -> impl Iterator<Item = (&'static str, String)> {
         let of_kind = |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind.name(), i));
-        Kind::ALL.iter().copied().flat_map(of_kind).map(|(kind, i)| (kind, format!("{kind}-{i}")))
+        let has_gateway = self.ros2_config.is_some();
+        let kinds = Kind::ALL.iter().copied().filter(move |kind| has_gateway || *kind != Kind::Ros2Gateway);
+        kinds.flat_map(of_kind).map(|(kind, i)| (kind, format!("{kind}-{i}")))
     }
 }
 
@@ -226,9 +240,7 @@ async fn start_and_watch(
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);
         }
-        if kind == Kind::Driver.name() {
-            arguments.extend(deployment.base_arguments());
-        }
+        arguments.extend(deployment.file_arguments(kind));
         if let Some(port) = metrics_port {
             arguments.extend(["--metrics".into(), format!("127.0.0.1:{port}")]);
             // The next port; of free ones the next free one.
@@ -263,6 +275,10 @@ mod tests {
             (
                 "replicas.simulator = 0",
                 "driver_config: is missing; without a simulator the base is a real one: name the driver's configuration file, which says the robot's own limits (or `simulated_base = true` for a simulator elsewhere)",
+            ),
+            (
+                "ros2_config = \"r1.toml\"",
+                "replicas.simulator: is 1, and ros2_config names another base; give 0",
             ),
             ("robot = \"A B\"", "robot: name `A B` must be 1 to 64 of the characters a-z, 0-9, `_` and `-`"),
         ] {

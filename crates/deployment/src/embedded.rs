@@ -21,7 +21,7 @@ pub struct Embedded {
 impl Embedded {
     /// Starts them all on a session without a network and waits until each serves.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
-        Self::of(Kind::ALL, session::embedded().await?, config).await
+        Self::of(&Kind::simulated(), session::embedded().await?, config).await
     }
 
     /// Starts one of each of these kinds on `session` and waits until each serves. Others may be elsewhere.

@@ -3,7 +3,7 @@
 use curionav_runtime::process::Service;
 use strum::{IntoStaticStr, VariantArray};
 
-/// The services, in the order in which they are started: what one robot in one simulated world needs.
+/// The services, in the order in which they are started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Kind {
@@ -23,11 +23,19 @@ pub enum Kind {
     Arbiter,
     /// Plays the scenario.
     Simulator,
+    /// Joins a robot of ROS 2.
+    #[strum(serialize = "ros2-gateway")]
+    Ros2Gateway,
 }
 
 impl Kind {
     /// Every kind, in the order in which they are started.
     pub const ALL: &[Self] = Self::VARIANTS;
+
+    /// What one robot in one simulated world needs: all but the gateway to a real one.
+    pub fn simulated() -> Vec<Self> {
+        Self::ALL.iter().copied().filter(|kind| *kind != Self::Ros2Gateway).collect()
+    }
 
     /// The command that runs it; of a service with replicas also what they announce themselves as.
     pub fn name(self) -> &'static str {
@@ -45,6 +53,7 @@ impl Kind {
             Self::Cnc => curionav_cnc_evaluator::run,
             Self::Arbiter => curionav_arbiter::run,
             Self::Simulator => curionav_simulator::run,
+            Self::Ros2Gateway => curionav_ros2_gateway::run,
         }
     }
 }

@@ -16,7 +16,7 @@ struct Waiting<T> {
 
 /// Where a reader takes items from.
 #[derive(Debug)]
-pub(crate) struct ByteRing<T> {
+pub struct ByteRing<T> {
     waiting: Mutex<Waiting<T>>,
     arrived: Notify,
     items_max: usize,
@@ -25,18 +25,18 @@ pub(crate) struct ByteRing<T> {
 
 /// Where a callback puts items; the reader is told when it is dropped.
 #[derive(Debug)]
-pub(crate) struct Feeder<T>(Arc<ByteRing<T>>);
+pub struct Feeder<T>(Arc<ByteRing<T>>);
 
 impl<T> ByteRing<T> {
     /// Nothing waits; at most so many items may, of so many bytes together. A single item may have more bytes.
-    pub(crate) fn new(items_max: usize, bytes_max: usize) -> (Feeder<T>, Arc<Self>) {
+    pub fn new(items_max: usize, bytes_max: usize) -> (Feeder<T>, Arc<Self>) {
         let waiting = Mutex::new(Waiting { items: VecDeque::new(), bytes: 0, is_closed: false });
         let ring = Arc::new(Self { waiting, arrived: Notify::new(), items_max, bytes_max });
         (Feeder(Arc::clone(&ring)), ring)
     }
 
     /// The oldest item that waits.
-    pub(crate) fn pop(&self) -> Option<T> {
+    pub fn pop(&self) -> Option<T> {
         let mut waiting = locked(&self.waiting);
         let (bytes, item) = waiting.items.pop_front()?;
         waiting.bytes -= bytes;
@@ -44,7 +44,7 @@ impl<T> ByteRing<T> {
     }
 
     /// The oldest item, waited for; nothing once nothing more can come. Cancel-safe.
-    pub(crate) async fn next(&self) -> Option<T> {
+    pub async fn next(&self) -> Option<T> {
         loop {
             if let Some(item) = self.pop() {
                 return Some(item);
@@ -59,7 +59,7 @@ impl<T> ByteRing<T> {
 
 impl<T> Feeder<T> {
     /// Adds an item of so many bytes; gives back how many older ones had to go for it.
-    pub(crate) fn push(&self, bytes: usize, item: T) -> u64 {
+    pub fn push(&self, bytes: usize, item: T) -> u64 {
         let mut gone = 0;
         let mut waiting = locked(&self.0.waiting);
         let is_full =

@@ -55,6 +55,11 @@ pub struct ServiceConfig {
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
     /// (driver).
     pub simulated_base: bool,
+    /// How a robot of ROS 2 is met: the gateway reads it (ros2-gateway).
+    pub ros2: Option<toml::Table>,
+    /// The directory of the file that this was read from; files that it names lie beside it. Not part of the file.
+    #[serde(skip)]
+    pub directory: Option<PathBuf>,
     /// Address for metrics over HTTP, in Prometheus's format; without one there are none.
     pub metrics: Option<SocketAddr>,
     /// How long to keep trying to reach a router before giving up, seconds.
@@ -77,6 +82,8 @@ impl Default for ServiceConfig {
             in_process: true,
             limits: None,
             simulated_base: false,
+            ros2: None,
+            directory: None,
             metrics: None,
             connect_timeout_s: 10.0,
         }

@@ -1,7 +1,7 @@
 //! What turns pure code into services: configuration, sessions, typed topics and queries, maps by content and what is
 //! derived from them, telemetry, and the conversion between wire and domain types.
 
-mod byte_ring;
+pub mod byte_ring;
 pub mod config;
 pub mod convert;
 pub mod cores;

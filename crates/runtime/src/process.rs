@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
 
 use anyhow::Context;
@@ -89,6 +89,7 @@ impl ServiceOptions {
         config.namespace = self.namespace.clone().or(config.namespace);
         config.metrics = self.metrics.or(config.metrics);
         config.simulated_base |= self.simulated_base;
+        config.directory = self.config.as_deref().and_then(Path::parent).map(Path::to_owned);
         let file = self.config.as_ref().map_or("the command line".into(), |path| path.display().to_string());
         config.check().context(file)?;
         if let Some(folder) = &config.secure {

@@ -52,7 +52,10 @@ mod tests {
         };
         assert_eq!(who(Verb::Put, &cmd), ["driver.r1.x"]);
         assert_eq!(who(Verb::Serve, &command), ["driver.r1.x"]);
-        assert_eq!(who(Verb::Ask, &command), ["simulator.w.r1.x", "operator", "experimenter"]);
+        assert_eq!(
+            who(Verb::Ask, &command),
+            ["ros2-gateway.r1.x", "simulator.w.r1.x", "operator", "experimenter"]
+        );
         assert_eq!(who(Verb::Put, &keys::robot("r1", "decision").unwrap()), ["arbiter.r1.x"]);
         assert_eq!(
             who(Verb::Ask, &keys::mission_ready("r1").unwrap()),

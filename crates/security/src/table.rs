@@ -155,6 +155,26 @@ pub const TABLE: &[Row] = &[
         ],
     ),
     service(
+        "ros2-gateway",
+        &["robot", "instance"],
+        "the gateway to a robot of ROS 2, which plays its base and sends it about",
+        &[
+            may(Verb::Put, &["robot/{robot}/scan", "robot/{robot}/odom", "robot/{robot}/people"]),
+            may(
+                Verb::Subscribe,
+                &[
+                    "robot/{robot}/mission",
+                    "robot/{robot}/belief",
+                    "robot/{robot}/decision",
+                    "robot/{robot}/cmd",
+                    "robot/{robot}/report",
+                ],
+            ),
+            may(Verb::Ask, &["robot/{robot}/mission", "robot/{robot}/mission/command"]),
+            may(Verb::Serve, &["map/*"]),
+        ],
+    ),
+    service(
         "generator",
         &["instance"],
         "a replica that generates trajectories",

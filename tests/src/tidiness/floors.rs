@@ -35,7 +35,9 @@ fn allowed(directory: &str) -> Option<Vec<&'static str>> {
         "services/simulator" => {
             vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TRUTH, TESTING]
         }
-        "services/ros2-gateway" => vec![PLANNING, SCHEMAS, RUNTIME, ROS2, TESTING],
+        "services/ros2-gateway" => {
+            vec![PLANNING, SCHEMAS, RUNTIME, LOCALIZATION, TRACKING, ROS2, TESTING]
+        }
         _ if directory.starts_with("services/") => {
             vec![PLANNING, SCHEMAS, RUNTIME, POOL, LOCALIZATION, TRACKING, TESTING]
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use curionav_pool::context::PlanContext;
+use curionav_ros2_gateway::problem::{Problem, ProblemKind};
 use curionav_runtime::latency::Latency;
 use curionav_runtime::probe::{RawReply, ask_all};
 use curionav_schemas::{
@@ -76,8 +77,7 @@ impl Instance {
     ) -> anyhow::Result<Vec<Finding>> {
         let link = format!("{} {}", self.role, self.name);
         let is_pool = !ROBOT_ROLES.contains(&self.role.as_str())
-            && self.role != keys::TRACKER
-            && self.role != "simulator";
+            && ![keys::TRACKER, keys::ROS2_GATEWAY, "simulator"].contains(&self.role.as_str());
         let work = if is_pool { Some(self.work(session, asker, context).await?) } else { None };
         let Some(status) = &self.status else {
             return Ok(vec![match work {
@@ -106,9 +106,11 @@ impl Instance {
             ..finding
         }];
         findings.extend(self.oddities(&link, status, at));
-        if matches!(self.role.as_str(), "arbiter" | "driver") {
+        if ["arbiter", "driver", keys::ROS2_GATEWAY].contains(&self.role.as_str()) {
             findings.push(control_session(&link, status));
         }
+        let problems = status.metrics.keys().filter_map(|sample| Problem::of_sample(sample));
+        findings.extend(problems.map(|problem| on_the_robot(&link, &problem)));
         Ok(findings)
     }
 
@@ -202,6 +204,19 @@ impl Instance {
             }
         })
     }
+}
+
+/// What a gateway has found wrong among the nodes of its robot.
+fn on_the_robot(link: &str, problem: &Problem) -> Finding {
+    let fix = match problem.kind {
+        ProblemKind::SecondPublisher => "end that node, or give one of both another topic: docs/ros2.md",
+        ProblemKind::OtherType => "give `stamped` and `distribution` in [ros2] as the robot has them",
+        ProblemKind::NotUsed => "mend what publishes it, or the names of topics and frames in [ros2]",
+        ProblemKind::Silent => "look at the node that publishes it, or at the driver",
+        ProblemKind::Rate => "give limits.tick_s the time that lies between two messages of odometry",
+        ProblemKind::Refused => "look at the driver's log and at [limits]",
+    };
+    Finding::missing(format!("{link}: {}", problem.topic), problem.sentence(), fix)
 }
 
 fn control_session(link: &str, status: &ServiceStatus) -> Finding {

@@ -29,7 +29,7 @@ pub(super) async fn measure(options: &Options, processes: &mut Processes) -> any
         processes.add(Service::Generator.name(), generators).await?;
         let config = ServiceConfig { connect: vec![processes.endpoint.clone()], ..ServiceConfig::default() };
         let session = session::client(&config).await.map_err(Exit::network)?;
-        let here: Vec<Kind> = Kind::ALL.iter().copied().filter(|kind| *kind != Kind::Generator).collect();
+        let here: Vec<Kind> = Kind::simulated().into_iter().filter(|kind| *kind != Kind::Generator).collect();
         let robot = Embedded::of(&here, session, &config).await.map_err(Exit::network)?;
         let driven = drive_all(options, processes, &robot, &config, trees).await;
         robot.stop().await;

@@ -1,6 +1,6 @@
 //! Actions in general, and `nav2_msgs/action/NavigateToPose`.
 
-use super::{Duration, PoseStamped, Time};
+use super::geometry::{Duration, PoseStamped, Time};
 use crate::interface::Interface;
 use crate::limits::GOALS;
 

@@ -1,6 +1,6 @@
 //! What programs say of themselves on `/diagnostics`.
 
-use super::Header;
+use super::geometry::Header;
 use crate::interface::Interface;
 use crate::limits::{STATUSES, VALUES};
 

@@ -1,6 +1,6 @@
 //! Drawings for rviz and Foxglove.
 
-use super::{Duration, Header, Point, Pose, Vector3};
+use super::geometry::{Duration, Header, Point, Pose, Vector3};
 use crate::interface::Interface;
 use crate::limits::{MARKER_BYTES, MARKERS, POINTS};
 

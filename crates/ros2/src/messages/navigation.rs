@@ -1,6 +1,6 @@
 //! Odometry, maps, paths and the simulated clock.
 
-use super::{Header, Pose, PoseStamped, PoseWithCovariance, Time, TwistWithCovariance};
+use super::geometry::{Header, Pose, PoseStamped, PoseWithCovariance, Time, TwistWithCovariance};
 use crate::interface::Interface;
 use crate::limits::{CELLS, POSES};
 

@@ -1,6 +1,6 @@
 //! People, as trackers publish them (`people_msgs`).
 
-use super::{Header, Point};
+use super::geometry::{Header, Point};
 use crate::interface::Interface;
 use crate::limits::{PEOPLE, TAGS};
 

@@ -1,6 +1,6 @@
 //! What a laser says.
 
-use super::Header;
+use super::geometry::Header;
 use crate::interface::Interface;
 use crate::limits::BEAMS;
 

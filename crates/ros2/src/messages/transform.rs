@@ -1,6 +1,6 @@
 //! Transforms between frames.
 
-use super::{Header, Quaternion, Vector3};
+use super::geometry::{Header, Quaternion, Vector3};
 use crate::interface::Interface;
 use crate::limits::TRANSFORMS;
 

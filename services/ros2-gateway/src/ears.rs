@@ -1,0 +1,206 @@
+//! Everything that the gateway hears, one event after the other.
+
+use std::time::Duration;
+
+use curionav_planning::occupancy::OccupancyGrid;
+use curionav_ros2::message::Message;
+use curionav_ros2::messages as ros;
+use curionav_ros2::qos::Qos;
+use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::topic::Inbox;
+use curionav_schemas::{Belief, CycleReport, Decision, Mission, Twist};
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use tokio::time::{Interval, MissedTickBehavior, interval};
+
+use crate::config::{Frames, PeopleSource, Ros2Config};
+use crate::fault::Fault;
+use crate::node::{Intake, Node, Request, Serving};
+use crate::pilot::Answer;
+use crate::sensing;
+
+/// Between two looks at what changes slowly.
+const BEAT: Duration = Duration::from_millis(200);
+
+/// Something that has happened.
+pub(crate) enum Event {
+    /// Of the robot.
+    Scan(ros::LaserScan),
+    /// Of the robot.
+    Odom(Box<ros::Odometry>),
+    /// Of the robot; moving frames and those that stay.
+    Transforms(ros::TfMessage),
+    /// Of the robot.
+    Map(Result<OccupancyGrid, Fault>),
+    /// Of the robot.
+    People(ros::People),
+    /// A goal from a topic.
+    GoalPose(ros::PoseStamped),
+    /// Where the robot is.
+    InitialPose(Box<ros::PoseWithCovarianceStamped>),
+    /// The time of a simulation.
+    Clock(ros::Clock),
+    /// A goal of the action.
+    SendGoal(Box<ros::SendGoalRequest>, Request),
+    /// A goal is to be given up.
+    CancelGoal(ros::CancelGoalRequest, Request),
+    /// What has become of a goal?
+    GetResult(ros::GetResultRequest, Request),
+    /// Of the driver.
+    Mission(Box<Mission>),
+    /// Of the localizer.
+    Belief(Belief),
+    /// Of the arbiter.
+    Decision(Decision),
+    /// Of the driver.
+    Command(Twist),
+    /// Of the arbiter, while something wants to see it.
+    Report(Box<CycleReport>),
+    /// The driver's answer to a command.
+    Answer(Answer),
+    /// Some time has passed.
+    Beat,
+    /// A session is closed.
+    Closed,
+}
+
+/// What the gateway listens to.
+pub(crate) struct Ears {
+    scan: Intake<ros::LaserScan>,
+    odom: Intake<ros::Odometry>,
+    tf: Intake<ros::TfMessage>,
+    tf_static: Intake<ros::TfMessage>,
+    map: Intake<ros::OccupancyGrid>,
+    people: Option<Intake<ros::People>>,
+    goal_pose: Intake<ros::PoseStamped>,
+    initialpose: Intake<ros::PoseWithCovarianceStamped>,
+    clock: Option<Intake<ros::Clock>>,
+    send_goal: Serving<ros::SendGoalRequest>,
+    cancel_goal: Serving<ros::CancelGoalRequest>,
+    get_result: Serving<ros::GetResultRequest>,
+    missions: Inbox<Mission>,
+    beliefs: Inbox<Belief>,
+    decisions: Inbox<Decision>,
+    commands: Inbox<Twist>,
+    reports: Option<Inbox<CycleReport>>,
+    answers: mpsc::Receiver<Answer>,
+    /// A map that is being read.
+    reading: Option<JoinHandle<Result<OccupancyGrid, Fault>>>,
+    frames: Frames,
+    beat: Interval,
+}
+
+impl Ears {
+    /// Listens to the robot through `node`, and to curionav through `service`.
+    ///
+    /// # Errors
+    /// If something cannot be declared.
+    pub(crate) fn new(
+        node: &Node,
+        service: &RobotService,
+        config: &Ros2Config,
+        answers: mpsc::Receiver<Answer>,
+    ) -> anyhow::Result<Self> {
+        let topics = &config.topics;
+        let action = |service: &str| format!("{}/_action/{service}", topics.navigate_to_pose);
+        let mut beat = interval(BEAT);
+        beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let follows_people = config.people == PeopleSource::Topic;
+        Ok(Self {
+            scan: node.intake(&topics.scan, Qos::SENSOR)?,
+            odom: node.intake(&topics.odom, Qos::SENSOR)?,
+            tf: node.intake(&topics.tf, Qos { depth: 100, ..Qos::DEFAULT })?,
+            tf_static: node.intake(&topics.tf_static, Qos { depth: 100, ..Qos::LATCHED })?,
+            map: node.intake(&topics.map, Qos::LATCHED)?,
+            people: follows_people.then(|| node.intake(&topics.people, Qos::DEFAULT)).transpose()?,
+            goal_pose: node.intake(&topics.goal_pose, Qos::DEFAULT)?,
+            initialpose: node.intake(&topics.initialpose, Qos::DEFAULT)?,
+            clock: config.use_sim_time.then(|| node.intake(&topics.clock, Qos::SENSOR)).transpose()?,
+            send_goal: node.service(&action("send_goal"))?,
+            cancel_goal: node.service(&action("cancel_goal"))?,
+            get_result: node.service(&action("get_result"))?,
+            missions: service.inbox("mission")?,
+            beliefs: service.inbox("belief")?,
+            decisions: service.inbox("decision")?,
+            commands: service.inbox("cmd")?,
+            reports: None,
+            answers,
+            reading: None,
+            frames: config.frames.clone(),
+            beat,
+        })
+    }
+
+    /// Listens to the arbiter's reports, which are made only while something does, or no longer.
+    ///
+    /// # Errors
+    /// If that cannot be declared.
+    pub(crate) fn follow_reports(&mut self, wanted: bool, service: &RobotService) -> anyhow::Result<()> {
+        if wanted != self.reports.is_some() {
+            self.reports = wanted.then(|| service.inbox("report")).transpose()?;
+        }
+        Ok(())
+    }
+
+    /// What happens next. Cancel-safe.
+    pub(crate) async fn next(&mut self) -> Event {
+        fn heard<T>(said: Option<T>, event: impl FnOnce(T) -> Event) -> Event {
+            said.map_or(Event::Closed, event)
+        }
+        async fn optional<M: Message>(intake: Option<&Intake<M>>) -> Option<M> {
+            match intake {
+                Some(intake) => intake.next().await,
+                None => std::future::pending().await,
+            }
+        }
+        loop {
+            let is_reading = self.reading.is_some();
+            let reading = async {
+                match &mut self.reading {
+                    Some(reading) => reading.await,
+                    None => std::future::pending().await,
+                }
+            };
+            let report = async {
+                match &self.reports {
+                    Some(reports) => reports.next().await,
+                    None => std::future::pending().await,
+                }
+            };
+            return tokio::select! {
+                said = self.commands.next() => heard(said, Event::Command),
+                said = self.scan.next() => heard(said, Event::Scan),
+                said = self.odom.next() => heard(said, |odom| Event::Odom(Box::new(odom))),
+                said = self.beliefs.next() => heard(said, Event::Belief),
+                said = self.decisions.next() => heard(said, Event::Decision),
+                said = self.missions.next() => heard(said, |mission| Event::Mission(Box::new(mission))),
+                said = self.answers.recv() => heard(said, Event::Answer),
+                said = self.tf.next() => heard(said, Event::Transforms),
+                said = self.tf_static.next() => heard(said, Event::Transforms),
+                said = optional(self.people.as_ref()) => heard(said, Event::People),
+                said = optional(self.clock.as_ref()) => heard(said, Event::Clock),
+                said = self.goal_pose.next() => heard(said, Event::GoalPose),
+                said = self.initialpose.next() => heard(said, |pose| Event::InitialPose(Box::new(pose))),
+                said = self.send_goal.next() => heard(said, |(goal, asked)| Event::SendGoal(Box::new(goal), asked)),
+                said = self.cancel_goal.next() => heard(said, |(goal, asked)| Event::CancelGoal(goal, asked)),
+                said = self.get_result.next() => heard(said, |(goal, asked)| Event::GetResult(goal, asked)),
+                said = report => heard(said, |report| Event::Report(Box::new(report))),
+                // One map after the other, on a thread that may take its time.
+                payload = self.map.next_payload(), if !is_reading => {
+                    let Some(payload) = payload else { return Event::Closed };
+                    let names = self.frames.clone();
+                    self.reading = Some(tokio::task::spawn_blocking(move || {
+                        let map = ros::OccupancyGrid::decode(&payload).map_err(|e| Fault::malformed(e.to_string()))?;
+                        sensing::map(map, &names)
+                    }));
+                    continue;
+                }
+                read = reading => {
+                    self.reading = None;
+                    Event::Map(read.unwrap_or_else(|error| Err(Fault::unusable(error.to_string()))))
+                }
+                _ = self.beat.tick() => Event::Beat,
+            };
+        }
+    }
+}

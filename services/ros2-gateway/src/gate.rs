@@ -1,0 +1,304 @@
+//! The gate to the base: the one place from which velocities are sent.
+//!
+//! A thread of its own looks at a clock that nothing sets, so that a base is stopped also when everything else hangs.
+
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use curionav_planning::geometry::Twist;
+use curionav_ros2::messages as ros;
+use curionav_ros2::qos::Qos;
+use curionav_runtime::locked::locked;
+use curionav_runtime::metrics::Counter;
+use curionav_runtime::robot_limits::RobotLimits;
+
+use crate::config::{Ros2Config, Silence};
+use crate::drawing::header;
+use crate::node::{Node, Outlet};
+
+/// Between two looks, and between two zeros.
+const PERIOD: Duration = Duration::from_millis(50);
+/// For how long zeros are sent once no mission is under way. After that the gateway is silent, and others may drive the base.
+const AFTERWARDS: Duration = Duration::from_secs(1);
+
+/// What has to be heard of for the robot to move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// A command of the driver.
+    Command,
+    /// Odometry.
+    Odom,
+    /// A scan.
+    Scan,
+}
+
+/// Decides what the base is told: pure, with the time as an argument.
+#[derive(Debug, Clone)]
+pub(crate) struct Watch {
+    silence: [Duration; 3],
+    heard: [Option<Instant>; 3],
+    /// Whether a mission is under way.
+    engaged: bool,
+    /// Until when zeros are sent afterwards.
+    zeros_until: Option<Instant>,
+}
+
+impl Watch {
+    /// Nothing has been heard, and no mission is under way.
+    pub(crate) fn new(silence: &Silence) -> Self {
+        let silence = [silence.command, silence.odom, silence.scan].map(Duration::from_secs_f64);
+        Self { silence, heard: [None; 3], engaged: false, zeros_until: None }
+    }
+
+    /// Something has been heard.
+    pub(crate) fn heard(&mut self, source: Source, now: Instant) {
+        self.heard[source as usize] = Some(now);
+    }
+
+    /// A mission has begun or ended.
+    pub(crate) fn engage(&mut self, engaged: bool, now: Instant) {
+        if self.engaged && !engaged {
+            self.zeros_until = Some(now + AFTERWARDS);
+        }
+        self.engaged = engaged;
+    }
+
+    /// What is silent.
+    pub(crate) fn silent(&self, now: Instant) -> Option<Source> {
+        let is_silent = |source: &Source| {
+            let at = *source as usize;
+            self.heard[at].is_none_or(|heard| now.saturating_duration_since(heard) > self.silence[at])
+        };
+        [Source::Command, Source::Odom, Source::Scan].into_iter().find(is_silent)
+    }
+
+    /// Whether a command is passed on.
+    pub(crate) fn passes(&self, now: Instant) -> bool {
+        self.engaged && self.silent(now).is_none()
+    }
+
+    /// Whether a zero is due by itself.
+    pub(crate) fn stops(&self, now: Instant) -> bool {
+        let afterwards = !self.engaged && self.zeros_until.is_some_and(|until| now < until);
+        afterwards || (self.engaged && self.silent(now).is_some())
+    }
+}
+
+enum Velocity {
+    Plain(Outlet<ros::Twist>),
+    Stamped(Outlet<ros::TwistStamped>),
+}
+
+struct State {
+    watch: Watch,
+    ended: bool,
+    velocity: Velocity,
+    /// The newest stamp of the robot's clock and when it was heard: time goes on from there.
+    clock: Option<(ros::Time, Instant)>,
+}
+
+/// The gate. Dropping it sends zeros and ends its thread.
+pub(crate) struct Gate {
+    state: Arc<Mutex<State>>,
+    limits: RobotLimits,
+    base: String,
+    thread: Option<JoinHandle<()>>,
+    /// Zeros that were sent because something was silent, or a mission had ended.
+    pub(crate) zeros: Counter,
+}
+
+/// How the frame of velocities is named, and where they go.
+struct Sink<'a> {
+    state: &'a State,
+    base: &'a str,
+}
+
+impl Sink<'_> {
+    fn send(&self, twist: Twist, now: Instant) {
+        let said = ros::Twist {
+            linear: ros::Vector3 { x: twist.v, ..ros::Vector3::default() },
+            angular: ros::Vector3 { z: twist.omega, ..ros::Vector3::default() },
+        };
+        match &self.state.velocity {
+            Velocity::Plain(outlet) => outlet.put(&said),
+            Velocity::Stamped(outlet) => {
+                let at =
+                    self.state.clock.map_or(ros::Time::default(), |(stamp, heard)| later(stamp, now - heard));
+                outlet.put(&ros::TwistStamped { header: header(at, self.base), twist: said });
+            }
+        }
+    }
+}
+
+/// The stamp `after` so long.
+pub(crate) fn later(stamp: ros::Time, after: Duration) -> ros::Time {
+    let nanoseconds = i64::try_from(after.as_nanos()).unwrap_or(i64::MAX);
+    ros::Time::from_nanoseconds(stamp.nanoseconds().saturating_add(nanoseconds))
+}
+
+impl Gate {
+    /// Closed, with its thread running.
+    ///
+    /// # Errors
+    /// If publisher or thread cannot be had.
+    pub(crate) fn new(node: &Node, config: &Ros2Config, limits: &RobotLimits) -> anyhow::Result<Self> {
+        let topic = &config.topics.cmd_vel;
+        let velocity = if config.is_stamped() {
+            Velocity::Stamped(node.outlet(topic, Qos::DEFAULT)?)
+        } else {
+            Velocity::Plain(node.outlet(topic, Qos::DEFAULT)?)
+        };
+        let watch = Watch::new(&config.silence);
+        let state = Arc::new(Mutex::new(State { watch, ended: false, velocity, clock: None }));
+        let (base, zeros) = (config.frames.base.clone(), Counter::default());
+        let (watched, counted, frame) = (Arc::clone(&state), zeros.clone(), base.clone());
+        let watching = move || {
+            loop {
+                std::thread::sleep(PERIOD);
+                let (now, state) = (Instant::now(), locked(&watched));
+                if state.ended {
+                    return;
+                }
+                if state.watch.stops(now) {
+                    Sink { state: &state, base: &frame }.send(Twist::default(), now);
+                    counted.inc();
+                }
+            }
+        };
+        let thread =
+            std::thread::Builder::new().name("gate".into()).spawn(watching).context("the gate's thread")?;
+        Ok(Self { state, limits: limits.clone(), base, thread: Some(thread), zeros })
+    }
+
+    /// Something has been heard of the robot.
+    pub(crate) fn heard(&self, source: Source) {
+        locked(&self.state).watch.heard(source, Instant::now());
+    }
+
+    /// The robot's clock shows `stamp` now.
+    pub(crate) fn clock(&self, stamp: ros::Time) {
+        locked(&self.state).clock = Some((stamp, Instant::now()));
+    }
+
+    /// What the robot's clock shows.
+    pub(crate) fn robot_time(&self) -> ros::Time {
+        let clock = locked(&self.state).clock;
+        clock.map_or(ros::Time::default(), |(stamp, heard)| later(stamp, heard.elapsed()))
+    }
+
+    /// A mission is under way, or not.
+    pub(crate) fn engage(&self, engaged: bool) {
+        locked(&self.state).watch.engage(engaged, Instant::now());
+    }
+
+    /// What the robot stands for, if a mission is under way and something is silent.
+    pub(crate) fn silent(&self) -> Option<Source> {
+        let state = locked(&self.state);
+        state.watch.engaged.then(|| state.watch.silent(Instant::now())).flatten()
+    }
+
+    /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the thread
+    /// sends zeros instead.
+    pub(crate) fn command(&self, twist: Twist) {
+        let now = Instant::now();
+        let mut state = locked(&self.state);
+        state.watch.heard(Source::Command, now);
+        if state.watch.passes(now) {
+            Sink { state: &state, base: &self.base }.send(clamped(twist, &self.limits), now);
+        }
+    }
+
+    /// Sends a zero now, whatever is under way, and lets no further command pass.
+    pub(crate) fn stop(&self) {
+        let now = Instant::now();
+        let mut state = locked(&self.state);
+        let was_engaged = state.watch.engaged || state.watch.zeros_until.is_some_and(|until| now < until);
+        state.watch.engage(false, now);
+        if was_engaged {
+            Sink { state: &state, base: &self.base }.send(Twist::default(), now);
+            self.zeros.inc();
+        }
+    }
+}
+
+/// A velocity within the limits; a stand if it is none.
+fn clamped(twist: Twist, limits: &RobotLimits) -> Twist {
+    if !(twist.v.is_finite() && twist.omega.is_finite()) {
+        return Twist::default();
+    }
+    Twist {
+        v: twist.v.clamp(0.0, limits.v_max),
+        omega: twist.omega.clamp(-limits.omega_max, limits.omega_max),
+    }
+}
+
+impl Drop for Gate {
+    fn drop(&mut self) {
+        self.stop();
+        locked(&self.state).ended = true;
+        if let Some(thread) = self.thread.take() {
+            // It only ends; a panic of it has been logged.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(milliseconds: u64) -> Duration {
+        Duration::from_millis(milliseconds)
+    }
+
+    #[test]
+    fn a_robot_is_stopped_within_half_a_second_whatever_is_silent() {
+        for silent in [Source::Command, Source::Odom, Source::Scan] {
+            let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+            watch.engage(true, start);
+            assert!(watch.stops(start), "before anything is heard");
+            for source in [Source::Command, Source::Odom, Source::Scan] {
+                watch.heard(source, start);
+            }
+            assert!(watch.passes(start) && !watch.stops(start));
+            let later = start + Duration::from_millis(450);
+            for source in [Source::Command, Source::Odom, Source::Scan].into_iter().filter(|s| *s != silent) {
+                watch.heard(source, later);
+            }
+            assert_eq!(watch.silent(later), Some(silent));
+            assert!(watch.stops(later) && !watch.passes(later));
+        }
+    }
+
+    #[test]
+    fn after_a_mission_there_are_zeros_for_a_second_and_then_others_may_drive() {
+        let (mut watch, start) = (Watch::new(&Silence::default()), Instant::now());
+        assert!(!watch.stops(start) && !watch.passes(start));
+        watch.engage(true, start);
+        watch.engage(false, start);
+        assert!(watch.stops(start + ms(900)) && !watch.stops(start + ms(1100)));
+        for source in [Source::Command, Source::Odom, Source::Scan] {
+            watch.heard(source, start);
+        }
+        assert!(!watch.passes(start));
+    }
+
+    #[test]
+    fn no_velocity_is_beyond_the_limits() {
+        let limits: RobotLimits = toml::from_str(
+            "v_max = 0.8\na_max = 0.5\nomega_max = 1.0\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1",
+        )
+        .unwrap();
+        for (v, omega, expected) in [
+            (f64::NAN, 0.0, (0.0, 0.0)),
+            (0.5, f64::INFINITY, (0.0, 0.0)),
+            (9.0, -9.0, (0.8, -1.0)),
+            (-1.0, 0.2, (0.0, 0.2)),
+        ] {
+            let sent = clamped(Twist { v, omega }, &limits);
+            assert_eq!((sent.v, sent.omega), expected);
+        }
+    }
+}

@@ -1,0 +1,448 @@
+//! The gateway on its robot: what becomes of what it hears.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::occupancy::OccupancyGrid;
+use curionav_ros2::messages as ros;
+use curionav_runtime::convert;
+use curionav_runtime::locked::locked;
+use curionav_runtime::map_store::host;
+use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::serve::Server;
+use curionav_schemas::{self as wire, Action, Belief, Decision, MapId, MissionCommand};
+
+use crate::config::Ros2Config;
+use crate::diagnosis;
+use crate::fault::{Fault, FaultKind};
+use crate::frames::planar;
+use crate::gate::{Gate, Source};
+use crate::goals::Status;
+use crate::graph::{Graph, Used};
+use crate::journey::{Deed, Journey};
+use crate::node::Request;
+use crate::order::{Orders, Start};
+use crate::pilot::{Answer, Pilot};
+use crate::problem::{Problem, ProblemKind};
+use crate::senses::Senses;
+use crate::voice::Voice;
+
+/// The localiser answers every tick; if its last answer is older than this, it has nothing to go on from.
+const BELIEF_AGE: Duration = Duration::from_secs(2);
+/// The driver repeats its mission every second.
+const DRIVER_SILENCE: Duration = Duration::from_secs(5);
+/// Between two attempts to be localised.
+const RETRY: Duration = Duration::from_secs(5);
+/// Requests for results that wait for the end of their goals.
+const RESULTS_MAX: usize = 64;
+/// Looks between two diagnoses.
+const BEATS_PER_DIAGNOSIS: u32 = 5;
+
+/// Where to go: a place, and a heading to arrive with.
+type Destination = (Point2, Option<f64>);
+
+/// What the gateway is made of.
+pub(crate) struct Parts {
+    /// What it was told.
+    pub(crate) config: Ros2Config,
+    /// The missions that it may order.
+    pub(crate) orders: Orders,
+    /// Its place in curionav.
+    pub(crate) service: RobotService,
+    /// The other nodes of ROS.
+    pub(crate) graph: Graph,
+    /// What it uses there.
+    pub(crate) used: Vec<Used>,
+    /// The way to the base.
+    pub(crate) gate: Arc<Gate>,
+    /// What it says to ROS.
+    pub(crate) voice: Voice,
+    /// The way to the driver.
+    pub(crate) pilot: Pilot,
+    /// What is known of the robot.
+    pub(crate) senses: Senses,
+}
+
+/// The gateway.
+pub(crate) struct Gateway {
+    parts: Parts,
+    tick_s: f64,
+    /// The newest map, and those that are served.
+    map: Option<MapId>,
+    hosted: Vec<(MapId, Server)>,
+    /// The newest belief, odometry of its tick, and when it came.
+    belief: Option<(Belief, Pose2, Instant)>,
+    /// Where the robot is said to be, until the driver has taken a run that begins there, and the number of that order.
+    start: Option<Start>,
+    start_ordered: Option<u64>,
+    /// Whether the clock was set back since a run has begun: what the localiser says then is of no use.
+    is_lost: bool,
+    destination: Option<Destination>,
+    journey: Journey,
+    results: Vec<(ros::Uuid, Request)>,
+    driver_heard: Instant,
+    localize_after: Instant,
+    beats: u32,
+}
+
+impl Gateway {
+    /// Nothing is known yet; a tick takes `tick_s` seconds.
+    pub(crate) fn new(parts: Parts, tick_s: f64) -> Self {
+        let now = Instant::now();
+        let start = parts.config.mission.initial_pose.as_deref().map(|pose| {
+            let at = |i: usize| pose.get(i).copied().unwrap_or_default();
+            Start::within(Pose2::new(at(0), at(1), at(2)), parts.config.mission.initial_sigma)
+        });
+        Self {
+            parts,
+            tick_s,
+            map: None,
+            hosted: Vec::new(),
+            belief: None,
+            start,
+            start_ordered: None,
+            is_lost: false,
+            destination: None,
+            journey: Journey::default(),
+            results: Vec::new(),
+            driver_heard: now,
+            localize_after: now,
+            beats: 0,
+        }
+    }
+
+    /// Its place in curionav.
+    pub(crate) fn service(&self) -> &RobotService {
+        &self.parts.service
+    }
+
+    /// What is known of the robot.
+    pub(crate) fn senses(&mut self) -> &mut Senses {
+        &mut self.parts.senses
+    }
+
+    /// Whether something wants to see the arbiter's reports.
+    pub(crate) fn wants_reports(&self) -> bool {
+        self.parts.voice.wants_reports()
+    }
+
+    /// Odometry; if the clock has been set back, nothing of before is of any use.
+    pub(crate) fn odom(&mut self, said: &ros::Odometry) {
+        if self.parts.senses.odom(said) {
+            tracing::warn!("the robot's clock was set back: its run is over");
+            (self.belief, self.start, self.start_ordered, self.is_lost) = (None, None, None, true);
+            let deeds = self.journey.fail("the robot's clock was set back");
+            self.act(deeds);
+        }
+    }
+
+    /// A map is served from now on, and new runs take place on it.
+    pub(crate) fn map(&mut self, map: Result<OccupancyGrid, Fault>) {
+        let Some(grid) = self.parts.senses.used(&self.parts.config.topics.map, map) else { return };
+        let map = convert::occupancy_grid_to_wire(&grid);
+        let id = map.map;
+        if self.map == Some(id) {
+            return;
+        }
+        match host(&self.parts.service.session, map, &self.parts.service.counts.refused) {
+            Ok(server) => {
+                // The run that is under way may still need the one before.
+                let of_run = self.journey.mission().map(|mission| mission.order.map);
+                self.hosted.retain(|(hosted, _)| Some(*hosted) == of_run && *hosted != id);
+                self.hosted.push((id, server));
+                self.map = Some(id);
+                self.localize_after = Instant::now();
+                tracing::info!(map = %id, "a map has come");
+            }
+            Err(error) => tracing::error!(%error, "the map cannot be served"),
+        }
+    }
+
+    /// Where the robot is: a new run begins there, and goes on to the goal that is under way.
+    pub(crate) fn initial_pose(&mut self, said: &ros::PoseWithCovarianceStamped) {
+        let start = self.in_map(&said.header).and_then(|()| {
+            const PLACES: [usize; 3] = [0, 1, 5];
+            let entries = PLACES.iter().flat_map(|i| PLACES.iter().map(|j| said.pose.covariance[*i][*j]));
+            let covariance: Vec<f64> = entries.collect();
+            let is_one =
+                covariance.iter().all(|c| c.is_finite()) && [0, 4, 8].iter().all(|i| covariance[*i] >= 0.0);
+            if !is_one {
+                return Err(Fault::malformed("its covariance is none"));
+            }
+            Ok(Start { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
+        });
+        let topic = self.parts.config.topics.initialpose.clone();
+        let Some(start) = self.parts.senses.used(&topic, start) else { return };
+        (self.start, self.start_ordered) = (Some(start), None);
+        self.localize_after = Instant::now();
+        if let Some(destination) = self.journey.goal() {
+            let outcome = self.order_anew(destination);
+            self.parts.senses.used(&topic, outcome);
+        }
+    }
+
+    fn in_map(&self, header: &ros::Header) -> Result<(), Fault> {
+        let map = &self.parts.config.frames.map;
+        if header.frame_id == *map { Ok(()) } else { Err(Fault::unknown_frame(&header.frame_id, map)) }
+    }
+
+    fn destination_of(&self, said: &ros::PoseStamped) -> Result<Destination, Fault> {
+        self.in_map(&said.header)?;
+        let pose = planar(&said.pose)?;
+        Ok((pose.position(), Some(pose.heading)))
+    }
+
+    /// Whether the services know where the robot is, and on which map.
+    fn can_go_on(&self) -> bool {
+        let knows = self.belief.as_ref().is_some_and(|(_, _, heard)| heard.elapsed() < BELIEF_AGE);
+        let on_map = self.journey.mission().is_some_and(|mission| Some(mission.order.map) == self.map);
+        knows && on_map && self.start.is_none()
+    }
+
+    /// Sends the robot to a place: in the run that knows where it is, or in a new one.
+    fn go(&mut self, destination: Destination) -> Result<(), Fault> {
+        if !self.can_go_on() {
+            return self.order_anew(destination);
+        }
+        let (Point2 { x, y }, heading) = destination;
+        let number = self.parts.pilot.send(MissionCommand::Goal { x, y, heading });
+        self.destination = Some(destination);
+        self.journey.asked_to_go(number, true);
+        Ok(())
+    }
+
+    /// Where a new run begins: where the robot is said to be, or believed to be.
+    fn starting(&self) -> Result<Start, Fault> {
+        if let Some(start) = &self.start {
+            return Ok(start.clone());
+        }
+        let (Some((belief, then, _)), Some(now)) = (&self.belief, self.parts.senses.clock.newest()) else {
+            return Err(Fault::new(
+                FaultKind::NotYet,
+                "it is not known where the robot is: give an initial pose",
+            ));
+        };
+        let believed = Pose2::new(belief.x, belief.y, belief.heading);
+        let pose = believed.compose(then.relative(now.pose));
+        Ok(Start { pose, covariance: belief.covariance.clone() })
+    }
+
+    /// Orders a new run; gives the number of the order.
+    fn order(&mut self, start: &Start, destination: Destination) -> Result<u64, Fault> {
+        let not_yet = |what: &str| Fault::new(FaultKind::NotYet, format!("no {what} has come"));
+        let map = self.map.ok_or_else(|| not_yet("map"))?;
+        let laser = self.parts.senses.laser.as_ref().ok_or_else(|| not_yet("scan that can be used"))?;
+        let order = self.parts.orders.order(map, laser, start, destination);
+        let order = Box::new(order.map_err(|reject| Fault::unusable(reject.to_string()))?);
+        let number = self.parts.pilot.send(MissionCommand::Set { order });
+        self.start_ordered = Some(number);
+        Ok(number)
+    }
+
+    fn order_anew(&mut self, destination: Destination) -> Result<(), Fault> {
+        let number = self.starting().and_then(|start| self.order(&start, destination))?;
+        self.destination = Some(destination);
+        self.journey.asked_to_go(number, false);
+        Ok(())
+    }
+
+    /// Begins a run in which the robot stands, if it is known where it is and no run on this map knows it.
+    fn localize(&mut self) {
+        let is_lost = !self.can_go_on() && !self.journey.is_engaged() && !self.journey.is_asking();
+        if !is_lost || Instant::now() < self.localize_after {
+            return;
+        }
+        let Ok(start) = self.starting() else { return };
+        if let Ok(number) = self.order(&start, (start.pose.position(), None)) {
+            self.localize_after = Instant::now() + RETRY;
+            self.journey.asked_to_localize(number);
+        }
+    }
+
+    /// A goal of the topic.
+    pub(crate) fn goal_pose(&mut self, said: &ros::PoseStamped) {
+        let outcome = self.destination_of(said).and_then(|destination| self.go(destination));
+        if self.parts.senses.used(&self.parts.config.topics.goal_pose, outcome).is_some() {
+            let deeds = self.journey.replaced();
+            self.act(deeds);
+        }
+    }
+
+    /// A goal of the action.
+    pub(crate) fn send_goal(&mut self, said: &ros::SendGoalRequest, asked: &Request) {
+        let now = self.parts.gate.robot_time();
+        let outcome = self.destination_of(&said.goal.pose).and_then(|destination| {
+            if self.journey.goals.get(&said.goal_id).is_some() {
+                return Err(Fault::unusable("a goal of this name is known already"));
+            }
+            self.go(destination)
+        });
+        let goes = self.parts.senses.used(&self.parts.config.topics.navigate_to_pose, outcome).is_some();
+        let accepted = goes && self.journey.accept(said.goal_id, now);
+        asked.reply(&ros::SendGoalResponse { accepted, stamp: now });
+        if accepted {
+            self.act(vec![Deed::Goals]);
+        }
+    }
+
+    /// Goals are to be given up.
+    pub(crate) fn cancel_goal(&mut self, said: &ros::CancelGoalRequest, asked: &Request) {
+        let answer = self.journey.goals.cancel(said);
+        asked.reply(&answer);
+        if !answer.goals_canceling.is_empty() {
+            let deeds = self.journey.canceling();
+            self.act(deeds);
+        }
+    }
+
+    /// A client wants to know what has become of a goal: it is told when the goal has ended.
+    pub(crate) fn get_result(&mut self, said: &ros::GetResultRequest, asked: Request) {
+        match self.journey.goals.get(&said.goal_id) {
+            Some(goal) if !goal.status.is_end() => {
+                if self.results.len() < RESULTS_MAX {
+                    self.results.push((said.goal_id, asked));
+                }
+            }
+            goal => self.parts.voice.result(goal, &asked),
+        }
+    }
+
+    fn act(&mut self, deeds: Vec<Deed>) {
+        for deed in deeds {
+            match deed {
+                Deed::Tell(command) => drop(self.parts.pilot.send(command)),
+                Deed::Goals => self.goals_changed(),
+                Deed::NoPlan => self.parts.voice.no_plan(self.parts.gate.robot_time()),
+                Deed::OrderAnew => {
+                    let outcome = self.destination.map_or(Ok(()), |destination| self.order_anew(destination));
+                    if let Err(fault) = outcome {
+                        let deeds = self.journey.fail(&fault.to_string());
+                        self.act(deeds);
+                    }
+                }
+                Deed::Refused(reject) => {
+                    let problem = Problem::new(ProblemKind::Refused, "mission", reject.to_string());
+                    tracing::warn!("{}", problem.sentence());
+                    locked(&self.parts.senses.problems).set(problem);
+                }
+            }
+        }
+        self.parts.gate.engage(self.journey.is_engaged());
+    }
+
+    fn goals_changed(&mut self) {
+        let (goals, voice) = (&self.journey.goals, &self.parts.voice);
+        voice.status(goals);
+        let ended = |id: &ros::Uuid| goals.get(id).is_none_or(|goal| goal.status.is_end());
+        for (id, asked) in self.results.extract_if(.., |(id, _)| ended(id)) {
+            voice.result(goals.get(&id), &asked);
+        }
+    }
+
+    fn tick(&self) -> u64 {
+        self.parts.senses.clock.newest().map_or(0, |sample| sample.tick)
+    }
+
+    /// The driver has answered a command.
+    pub(crate) fn answer(&mut self, answer: Answer) {
+        self.driver_heard = Instant::now();
+        if answer.outcome.is_ok() {
+            locked(&self.parts.senses.problems).clear(ProblemKind::Refused, "mission");
+            if self.start_ordered == Some(answer.number) {
+                // What the localiser has said until now belongs to the run before.
+                (self.start, self.start_ordered, self.belief, self.is_lost) = (None, None, None, false);
+            }
+        }
+        let deeds = self.journey.answered(answer.number, answer.outcome, self.tick());
+        self.act(deeds);
+    }
+
+    /// The driver has said how the mission stands.
+    pub(crate) fn mission(&mut self, mission: wire::Mission) {
+        self.driver_heard = Instant::now();
+        let deeds = self.journey.said(mission, self.tick());
+        self.act(deeds);
+    }
+
+    /// The localiser has said where the robot is.
+    pub(crate) fn believed(&mut self, belief: Belief) {
+        let clock = &self.parts.senses.clock;
+        let Some(sample) = clock.of_tick(belief.tick).filter(|_| !self.is_lost) else { return };
+        self.parts.voice.belief(&belief, sample.pose, clock.stamp(sample.stamp));
+        self.belief = Some((belief, sample.pose, Instant::now()));
+    }
+
+    /// The arbiter has decided.
+    pub(crate) fn decided(&mut self, decision: &Decision) {
+        if self.journey.is_engaged() && decision.action != Action::Stop {
+            self.parts.voice.plan(decision, self.parts.senses.clock.stamp(decision.stamp));
+        }
+        let deeds = self.journey.decided(decision);
+        self.act(deeds);
+    }
+
+    /// The driver has said what to do.
+    pub(crate) fn commanded(&self, command: &wire::Twist) {
+        self.parts.gate.command(Twist { v: command.v, omega: command.omega });
+    }
+
+    /// The arbiter has said what it has weighed.
+    pub(crate) fn reported(&self, report: &wire::CycleReport) {
+        self.parts.voice.report(report, self.parts.senses.clock.stamp(report.scene.stamp));
+    }
+
+    /// Some time has passed.
+    pub(crate) fn beat(&mut self) {
+        if self.journey.is_engaged() && self.driver_heard.elapsed() > DRIVER_SILENCE {
+            tracing::warn!("the driver says nothing any more: its mission is lost");
+            let deeds = self.journey.forget_mission();
+            self.act(deeds);
+        }
+        self.localize();
+        self.feedback();
+        self.beats = self.beats.wrapping_add(1);
+        if self.beats.is_multiple_of(BEATS_PER_DIAGNOSIS) {
+            self.diagnose();
+        }
+    }
+
+    fn feedback(&self) {
+        let (goal, place) = (self.journey.goals.active(), self.journey.goal());
+        let (Some(goal), Some((place, _)), Some((belief, ..))) = (goal, place, &self.belief) else { return };
+        if goal.status == Status::Executing {
+            let at = Pose2::new(belief.x, belief.y, belief.heading);
+            let distance = at.position().distance(place);
+            let remaining = distance / belief.v.max(0.1);
+            self.parts.voice.feedback(goal, at, (distance, remaining), self.parts.gate.robot_time());
+        }
+    }
+
+    fn diagnose(&self) {
+        let Parts { config, graph, used, gate, voice, senses, .. } = &self.parts;
+        let mut problems = locked(&senses.problems);
+        problems.replace(&[ProblemKind::SecondPublisher, ProblemKind::OtherType], graph.problems(used));
+        let silent = gate.silent().map(|source| match source {
+            Source::Command => ("cmd".to_owned(), "no command of the driver comes"),
+            Source::Odom => (config.resolve(&config.topics.odom), "no odometry that can be used comes"),
+            Source::Scan => (config.resolve(&config.topics.scan), "no scan that can be used comes"),
+        });
+        let silent = silent.map(|(topic, why)| Problem::new(ProblemKind::Silent, topic, why));
+        problems.replace(&[ProblemKind::Silent], silent.into_iter().collect());
+        let slow = senses.rate.fault(self.tick_s);
+        let slow = slow.map(|why| Problem::new(ProblemKind::Rate, config.resolve(&config.topics.odom), why));
+        problems.replace(&[ProblemKind::Rate], slow.into_iter().collect());
+        let status = diagnosis::status(&problems.all(), self.journey.mission(), self.belief.is_some());
+        drop(problems);
+        voice.diagnostics(status, gate.robot_time());
+    }
+
+    /// The robot stands, and what was under way has failed; whether the driver has to be told.
+    pub(crate) fn end(&mut self) -> bool {
+        self.parts.gate.stop();
+        let deeds = self.journey.fail("the gateway ends");
+        let tells = deeds.iter().any(|deed| matches!(deed, Deed::Tell(_)));
+        self.act(deeds);
+        tells
+    }
+}

@@ -1,0 +1,397 @@
+//! From goals of ROS to missions: which mission is under way, and what becomes of the goal that asked for it.
+//!
+//! Pure: what is to be sent is given back, so that every course of events can be tested without a network.
+
+use curionav_planning::geometry::Point2;
+use curionav_ros2::messages::{Time, Uuid};
+use curionav_runtime::robot_service::is_over;
+use curionav_schemas::{Decision, Mission, MissionCommand, MissionEnd, MissionState, Reject, words};
+
+use crate::goals::{Goals, Status};
+
+/// Why a mission was ordered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// To go somewhere.
+    Goal,
+    /// To know where the robot is: it stands meanwhile, and the mission is given up once all services are at work.
+    Localize,
+}
+
+/// What the driver has been asked and has not answered.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    number: u64,
+    purpose: Purpose,
+    /// Whether it changes the goal of the run that is under way.
+    is_change: bool,
+}
+
+/// What has to be done because of what has happened.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Deed {
+    /// The driver has to be told.
+    Tell(MissionCommand),
+    /// How goals fare has changed.
+    Goals,
+    /// No trajectory is driven any more.
+    NoPlan,
+    /// The driver would not change the goal of its run: a new run has to be ordered.
+    OrderAnew,
+    /// The driver has refused a mission.
+    Refused(Reject),
+}
+
+/// The robot's way through its missions.
+#[derive(Debug, Default)]
+pub(crate) struct Journey {
+    /// The goals of the action.
+    pub(crate) goals: Goals,
+    mission: Option<Mission>,
+    asked: Option<Asked>,
+    /// The revision by which the goal of ROS is under way.
+    revision: Option<u64>,
+    /// The revision that only localises.
+    localizing: Option<u64>,
+    /// The revision that runs, and the tick since which it does.
+    running: Option<(u64, u64)>,
+    /// The revision that has been told to end.
+    ending: Option<u64>,
+    /// The revision that must not move the robot any more, whatever the driver still says of it.
+    failed: Option<u64>,
+}
+
+impl Journey {
+    /// The newest mission.
+    pub(crate) fn mission(&self) -> Option<&Mission> {
+        self.mission.as_ref()
+    }
+
+    /// Whether a mission is under way that moves the robot.
+    pub(crate) fn is_engaged(&self) -> bool {
+        let moves = |mission: &Mission| {
+            let stands = [self.localizing, self.failed].contains(&Some(mission.revision));
+            !is_over(mission) && !stands
+        };
+        self.mission.as_ref().is_some_and(moves)
+    }
+
+    /// Whether the driver has been asked for a mission and has not answered.
+    pub(crate) fn is_asking(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Where the mission that is under way leads.
+    pub(crate) fn goal(&self) -> Option<(Point2, Option<f64>)> {
+        let order = &self.mission.as_ref().filter(|_| self.is_engaged())?.order;
+        Some((Point2::new(order.goal_x, order.goal_y), order.goal_heading))
+    }
+
+    /// A goal of the action is taken; the one before, if one is under way, has failed.
+    pub(crate) fn accept(&mut self, id: Uuid, now: Time) -> bool {
+        if self.goals.get(&id).is_some() {
+            return false;
+        }
+        self.goals.set(Status::Aborted, "another goal has taken its place");
+        self.goals.accept(id, now)
+    }
+
+    /// A goal of the topic has taken the place of that of the action, if one is under way.
+    pub(crate) fn replaced(&mut self) -> Vec<Deed> {
+        self.abort("another goal has taken its place")
+    }
+
+    /// The driver has been asked to go to a goal.
+    pub(crate) fn asked_to_go(&mut self, number: u64, is_change: bool) {
+        self.asked = Some(Asked { number, purpose: Purpose::Goal, is_change });
+        self.localizing = None;
+    }
+
+    /// The driver has been asked for a mission that only localises.
+    pub(crate) fn asked_to_localize(&mut self, number: u64) {
+        self.asked = Some(Asked { number, purpose: Purpose::Localize, is_change: false });
+    }
+
+    fn abort(&mut self, why: &str) -> Vec<Deed> {
+        self.goals.set(Status::Aborted, why).map(|_| Deed::Goals).into_iter().collect()
+    }
+
+    /// The robot can go on with nothing: whatever is under way has failed.
+    pub(crate) fn fail(&mut self, why: &str) -> Vec<Deed> {
+        let mut deeds = self.abort(why);
+        if self.asked.take().is_some() || self.is_engaged() {
+            deeds.extend([Deed::Tell(MissionCommand::Cancel), Deed::NoPlan]);
+        }
+        (self.revision, self.running) = (None, None);
+        self.failed = self.mission.as_ref().map(|mission| mission.revision);
+        deeds
+    }
+
+    /// The driver says nothing any more: the mission that it had is lost with it.
+    pub(crate) fn forget_mission(&mut self) -> Vec<Deed> {
+        let mut deeds = self.abort("the driver is gone");
+        let goals = std::mem::take(&mut self.goals);
+        *self = Self { goals, ..Self::default() };
+        deeds.push(Deed::NoPlan);
+        deeds
+    }
+
+    /// Goals are being given up: the driver is told, unless it has yet to say which mission is theirs.
+    pub(crate) fn canceling(&self) -> Vec<Deed> {
+        if self.asked.is_some() {
+            return vec![Deed::Goals];
+        }
+        vec![Deed::Goals, Deed::Tell(MissionCommand::Cancel)]
+    }
+
+    /// The driver has answered.
+    pub(crate) fn answered(&mut self, number: u64, outcome: Result<Mission, Reject>, tick: u64) -> Vec<Deed> {
+        let Some(asked) = self.asked.filter(|asked| asked.number == number) else {
+            // Of an end, or of an order that another has taken the place of.
+            return outcome.map_or_else(|_| Vec::new(), |mission| self.said(mission, tick));
+        };
+        self.asked = None;
+        let mission = match outcome {
+            Ok(mission) => mission,
+            Err(_) if asked.is_change => return vec![Deed::OrderAnew],
+            Err(reject) => {
+                let mut deeds = self.abort(&words::say("refusal", &reject.why));
+                deeds.push(Deed::Refused(reject));
+                return deeds;
+            }
+        };
+        let mut deeds = Vec::new();
+        match asked.purpose {
+            Purpose::Localize => self.localizing = Some(mission.revision),
+            Purpose::Goal => {
+                (self.revision, self.localizing) = (Some(mission.revision), None);
+                match self.goals.active().map(|goal| goal.status) {
+                    Some(Status::Canceling) => deeds.push(Deed::Tell(MissionCommand::Cancel)),
+                    Some(_) => {
+                        self.goals.set(Status::Executing, "");
+                        deeds.push(Deed::Goals);
+                    }
+                    None => {}
+                }
+            }
+        }
+        deeds.extend(self.said(mission, tick));
+        deeds
+    }
+
+    /// The driver has said how the mission stands, at `tick` of the robot.
+    pub(crate) fn said(&mut self, mission: Mission, tick: u64) -> Vec<Deed> {
+        let mut deeds = Vec::new();
+        let order = |mission: &Mission| (mission.run, mission.revision);
+        if self.mission.as_ref().is_some_and(|known| order(&mission) < order(known)) {
+            return deeds;
+        }
+        let (revision, state) = (mission.revision, mission.state);
+        if state == MissionState::Running && self.running.is_none_or(|(of, _)| of != revision) {
+            self.running = Some((revision, tick));
+            if self.localizing == Some(revision) {
+                deeds.push(Deed::Tell(MissionCommand::Cancel));
+            }
+        }
+        let was_engaged = self.is_engaged();
+        match self.revision {
+            Some(ours) if ours == revision && is_over(&mission) => {
+                self.revision = None;
+                let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
+                deeds.extend(self.goals.set(status, &why).map(|_| Deed::Goals));
+            }
+            Some(ours) if ours < revision && self.asked.is_none() => {
+                self.revision = None;
+                deeds.extend(self.abort("another mission has been ordered"));
+            }
+            _ => {}
+        }
+        self.mission = Some(mission);
+        if was_engaged && !self.is_engaged() {
+            deeds.push(Deed::NoPlan);
+        }
+        deeds
+    }
+
+    /// The arbiter has decided: if the robot is at the goal of the mission that runs, the run is over.
+    pub(crate) fn decided(&mut self, decision: &Decision) -> Vec<Deed> {
+        let Some(mission) = self.mission.as_ref().filter(|m| m.state == MissionState::Running) else {
+            return Vec::new();
+        };
+        let revision = mission.revision;
+        // A decision of before is about the goal of before.
+        let is_of_it = self.running.is_some_and(|(of, since)| of == revision && decision.tick >= since);
+        let is_end = decision.arrived && is_of_it && self.is_engaged() && self.ending != Some(revision);
+        if !is_end {
+            return Vec::new();
+        }
+        self.ending = Some(revision);
+        vec![Deed::Tell(MissionCommand::Finish { revision, end: MissionEnd::Reached })]
+    }
+}
+
+/// What the end of a mission is to its goal, which fares so until now.
+fn end(mission: &Mission, until_now: Option<Status>) -> (Status, String) {
+    match &mission.end {
+        Some(MissionEnd::Reached) => (Status::Succeeded, String::new()),
+        Some(MissionEnd::Cancelled) if until_now == Some(Status::Canceling) => {
+            (Status::Canceled, String::new())
+        }
+        Some(end) => (Status::Aborted, words::say("end", end)),
+        None => (Status::Aborted, mission.state.name().to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_testing::golden;
+
+    use super::*;
+
+    fn mission(revision: u64, state: MissionState, end: Option<MissionEnd>) -> Mission {
+        Mission { run: 1, revision, state, end, ..golden::mission() }
+    }
+
+    const NOW: Time = Time { sec: 1, nanosec: 0 };
+    const GOAL: Uuid = [7; 16];
+
+    /// A goal of the action that runs as revision 3, since tick 10.
+    fn under_way() -> Journey {
+        let mut journey = Journey::default();
+        assert!(journey.accept(GOAL, NOW));
+        journey.asked_to_go(1, false);
+        let deeds = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
+        assert_eq!(deeds, [Deed::Goals]);
+        assert_eq!(journey.said(mission(3, MissionState::Running, None), 10), []);
+        assert!(journey.is_engaged());
+        journey
+    }
+
+    fn status(journey: &Journey) -> (Status, String) {
+        let goal = journey.goals.get(&GOAL).unwrap();
+        (goal.status, goal.why.clone())
+    }
+
+    fn arrived(tick: u64) -> Decision {
+        Decision { tick, arrived: true, ..golden::stop() }
+    }
+
+    #[test]
+    fn a_robot_that_arrives_has_reached_its_goal() {
+        let mut journey = under_way();
+        assert_eq!(journey.decided(&arrived(9)), [], "it was decided for the goal before");
+        let finish = MissionCommand::Finish { revision: 3, end: MissionEnd::Reached };
+        assert_eq!(journey.decided(&arrived(12)), [Deed::Tell(finish)]);
+        assert_eq!(journey.decided(&arrived(13)), [], "once is enough");
+        let deeds = journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 14);
+        assert_eq!(deeds, [Deed::Goals, Deed::NoPlan]);
+        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Succeeded, false));
+    }
+
+    #[test]
+    fn a_goal_that_is_given_up_is_canceled_and_one_that_another_gives_up_has_failed() {
+        let cancelled = || mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled));
+        let mut journey = under_way();
+        journey.goals.cancel(&Default::default());
+        assert_eq!(journey.canceling(), [Deed::Goals, Deed::Tell(MissionCommand::Cancel)]);
+        journey.said(cancelled(), 20);
+        assert_eq!(status(&journey).0, Status::Canceled);
+        let mut journey = under_way();
+        journey.said(cancelled(), 20);
+        assert_eq!(status(&journey).0, Status::Aborted);
+    }
+
+    #[test]
+    fn a_goal_that_is_given_up_before_the_driver_has_answered_never_runs() {
+        let mut journey = Journey::default();
+        journey.accept(GOAL, NOW);
+        journey.asked_to_go(1, false);
+        journey.goals.cancel(&Default::default());
+        assert_eq!(journey.canceling(), [Deed::Goals]);
+        let deeds = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
+        assert_eq!(deeds, [Deed::Tell(MissionCommand::Cancel)]);
+        journey.said(mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled)), 9);
+        assert_eq!(status(&journey).0, Status::Canceled);
+    }
+
+    #[test]
+    fn a_new_goal_takes_the_place_of_the_one_before() {
+        let mut journey = under_way();
+        assert!(!journey.accept(GOAL, NOW), "a name counts once");
+        assert!(journey.accept([8; 16], NOW));
+        assert_eq!(status(&journey).0, Status::Aborted);
+        journey.asked_to_go(2, true);
+        // What the driver says of the old revision meanwhile concerns no goal any more.
+        assert_eq!(journey.said(mission(3, MissionState::Running, None), 20), []);
+        journey.answered(2, Ok(mission(4, MissionState::Preparing, None)), 21);
+        assert_eq!(
+            journey.goals.active().map(|goal| (goal.id, goal.status)),
+            Some(([8; 16], Status::Executing))
+        );
+        assert_eq!(journey.said(mission(3, MissionState::Running, None), 22), [], "it is older");
+        journey.said(mission(4, MissionState::Running, None), 23);
+        assert_eq!(journey.decided(&arrived(22)), []);
+        assert_eq!(journey.decided(&arrived(23)).len(), 1);
+    }
+
+    #[test]
+    fn a_mission_that_another_orders_takes_the_place_of_the_goal_and_the_base_obeys_it() {
+        let mut journey = under_way();
+        assert_eq!(journey.said(mission(4, MissionState::Preparing, None), 20), [Deed::Goals]);
+        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Aborted, true));
+        journey.said(mission(4, MissionState::Running, None), 22);
+        assert_eq!(journey.decided(&arrived(25)).len(), 1, "the base ends that run too");
+    }
+
+    #[test]
+    fn a_robot_that_only_localises_stands() {
+        let mut journey = Journey::default();
+        journey.asked_to_localize(1);
+        journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 0);
+        assert!(!journey.is_engaged());
+        let deeds = journey.said(mission(1, MissionState::Running, None), 5);
+        assert_eq!((deeds, journey.is_engaged()), (vec![Deed::Tell(MissionCommand::Cancel)], false));
+        assert_eq!(journey.decided(&arrived(6)), []);
+    }
+
+    #[test]
+    fn a_refusal_fails_the_goal_but_a_refused_change_is_ordered_anew() {
+        let reject = || Reject::from(curionav_schemas::Refusal::NoMission);
+        let mut journey = Journey::default();
+        journey.accept(GOAL, NOW);
+        journey.asked_to_go(1, true);
+        assert_eq!(journey.answered(1, Err(reject()), 0), [Deed::OrderAnew]);
+        assert_eq!(status(&journey).0, Status::Accepted);
+        journey.asked_to_go(2, false);
+        assert_eq!(journey.answered(2, Err(reject()), 0), [Deed::Goals, Deed::Refused(reject())]);
+        assert_eq!(status(&journey).0, Status::Aborted);
+        assert!(!status(&journey).1.is_empty());
+    }
+
+    #[test]
+    fn a_role_that_cannot_prepare_fails_the_goal_and_says_why() {
+        let (role, instance) = ("localizer".to_owned(), "a".to_owned());
+        let reject = curionav_schemas::Refusal::PoseLost.at("localizer");
+        let mut journey = under_way();
+        let end = MissionEnd::Unprepared { role, instance, reject };
+        journey.said(mission(3, MissionState::Finished, Some(end)), 20);
+        assert!(status(&journey).0 == Status::Aborted && status(&journey).1.contains("localizer"));
+    }
+
+    #[test]
+    fn when_the_clock_is_set_back_or_the_driver_goes_the_goal_has_failed() {
+        let mut journey = under_way();
+        let deeds = journey.fail("the robot's clock was set back");
+        assert_eq!(deeds, [Deed::Goals, Deed::Tell(MissionCommand::Cancel), Deed::NoPlan]);
+        assert!(!journey.is_engaged());
+        journey.said(mission(3, MissionState::Running, None), 21);
+        assert!(!journey.is_engaged(), "the driver has not heard of it yet");
+        let mut journey = under_way();
+        assert_eq!(journey.forget_mission(), [Deed::Goals, Deed::NoPlan]);
+        assert!(!journey.is_engaged() && status(&journey).0 == Status::Aborted);
+        // A driver that was started anew counts its revisions from 1 on, in a later run.
+        let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };
+        journey.said(fresh, 0);
+        assert!(journey.is_engaged());
+    }
+}

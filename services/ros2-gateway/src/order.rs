@@ -1,0 +1,103 @@
+//! The missions that the gateway orders.
+
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::{Footprint, RobotModel};
+use curionav_planning::sensor::LaserModel;
+use curionav_runtime::convert;
+use curionav_runtime::robot_limits::RobotLimits;
+use curionav_schemas::{Clock, F64Array, MapId, MissionOrder, Reject, Value, keys};
+
+use crate::config::{PeopleSource, Ros2Config};
+
+/// Roles that every mission needs.
+const REQUIRED: [&str; 3] = ["arbiter", "driver", "localizer"];
+/// In real time the arbiter plans about so often, seconds, if ticks come that often.
+const PLANNING_PERIOD: f64 = 0.1;
+
+/// Where the robot is said to be when a run begins.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Start {
+    /// In the map.
+    pub(crate) pose: Pose2,
+    /// Covariance of (x, y, heading), row by row.
+    pub(crate) covariance: F64Array,
+}
+
+impl Start {
+    /// A pose that is known to within these standard deviations.
+    pub(crate) fn within(pose: Pose2, sigma: [f64; 3]) -> Self {
+        let mut covariance = vec![0.0; 9];
+        sigma.iter().enumerate().for_each(|(i, sigma)| covariance[4 * i] = sigma * sigma);
+        Self { pose, covariance: covariance.into() }
+    }
+}
+
+/// What all missions of the robot have in common.
+#[derive(Debug, Clone)]
+pub(crate) struct Orders {
+    robot: String,
+    config: Ros2Config,
+    limits: RobotLimits,
+    profile: Value,
+    localizer: Value,
+    tracker: Option<Value>,
+}
+
+impl Orders {
+    /// Of a robot with these limits.
+    ///
+    /// # Errors
+    /// If the profile is missing or a parameter is wrong.
+    pub(crate) fn new(robot: &str, config: &Ros2Config, limits: &RobotLimits) -> anyhow::Result<Self> {
+        config.check_against(limits)?;
+        let tracked = config.people == PeopleSource::Tracker;
+        Ok(Self {
+            robot: robot.to_owned(),
+            profile: convert::to_value(&config.profile()?)?,
+            localizer: convert::to_value(&config.mission.localizer)?,
+            tracker: tracked.then(|| convert::to_value(&config.tracker())).transpose()?,
+            config: config.clone(),
+            limits: limits.clone(),
+        })
+    }
+
+    /// A mission to `goal`, and to `heading` if that matters, on `map`.
+    ///
+    /// # Errors
+    /// If no service could work with it.
+    pub(crate) fn order(
+        &self,
+        map: MapId,
+        laser: &LaserModel,
+        start: &Start,
+        (goal, heading): (Point2, Option<f64>),
+    ) -> Result<MissionOrder, Reject> {
+        let RobotLimits { v_max, a_max, omega_max, alpha_max, radius, tick_s, .. } = self.limits;
+        let robot = RobotModel { footprint: Footprint::Disc { radius }, v_max, a_max, omega_max, alpha_max };
+        let tracker = self.tracker.is_some().then_some(keys::TRACKER);
+        let order = MissionOrder {
+            robot: self.robot.clone(),
+            map,
+            initial_pose: convert::pose_to_wire(start.pose),
+            initial_covariance: start.covariance.clone(),
+            goal_x: goal.x,
+            goal_y: goal.y,
+            goal_heading: heading,
+            goal_tolerance: self.config.mission.goal_tolerance,
+            profile: self.profile.clone(),
+            localizer: self.localizer.clone(),
+            tracker: self.tracker.clone(),
+            laser: convert::laser_to_wire(laser),
+            robot_model: convert::robot_model_to_wire(&robot),
+            odometry_noise: convert::noise_to_wire(&self.config.mission.odometry_noise),
+            seed: 1,
+            clock: Clock::Realtime,
+            time_scale: 1.0,
+            tick_s,
+            plan_every: (PLANNING_PERIOD / tick_s).ceil().max(1.0) as u32,
+            require: REQUIRED.into_iter().chain(tracker).map(String::from).collect(),
+        };
+        convert::check_order(&order)?;
+        Ok(order)
+    }
+}

@@ -1,0 +1,164 @@
+//! What is wrong on the robot's side, for operators.
+
+use std::collections::BTreeMap;
+
+/// A kind of problem.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ProblemKind {
+    /// Another node publishes what the gateway alone should.
+    SecondPublisher,
+    /// Another node has another type under the same name, so that they do not hear each other.
+    OtherType,
+    /// What was said last on a topic was not used.
+    NotUsed,
+    /// The robot stands because nothing is heard on it.
+    Silent,
+    /// Odometry does not come as often as the limits say.
+    Rate,
+    /// The driver has refused a mission.
+    Refused,
+}
+
+impl ProblemKind {
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::SecondPublisher, Self::OtherType, Self::NotUsed, Self::Silent, Self::Rate, Self::Refused];
+
+    /// As a label of a metric has it.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::SecondPublisher => "second_publisher",
+            Self::OtherType => "other_type",
+            Self::NotUsed => "not_used",
+            Self::Silent => "silent",
+            Self::Rate => "rate",
+            Self::Refused => "refused",
+        }
+    }
+
+    /// The problem in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::SecondPublisher => "is also published by",
+            Self::OtherType => "has another type elsewhere:",
+            Self::NotUsed => "is not used:",
+            Self::Silent => "is silent, so the robot stands:",
+            Self::Rate => "does not come as often as limits.tick_s says:",
+            Self::Refused => "is refused:",
+        }
+    }
+}
+
+/// A problem of one topic.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// What kind.
+    pub kind: ProblemKind,
+    /// Of which topic.
+    pub topic: String,
+    /// What exactly.
+    pub detail: String,
+}
+
+/// Bytes of a detail: together with its labels it is the name of a sample in a status.
+const DETAIL_MAX: usize = 80;
+
+impl Problem {
+    /// A problem; the detail is cut to what a metric's label may have.
+    pub fn new(kind: ProblemKind, topic: impl Into<String>, detail: impl Into<String>) -> Self {
+        // What a metric's label would have to escape is left out.
+        let mut detail: String = detail.into().replace(['"', '\\'], "'").replace('\n', " ");
+        let end = (0..=DETAIL_MAX.min(detail.len())).rev().find(|at| detail.is_char_boundary(*at));
+        detail.truncate(end.unwrap_or(0));
+        Self { kind, topic: topic.into(), detail }
+    }
+
+    /// The problem of which a sample of the metric `curionav_ros2_problem` tells, by its name with labels; nothing for the
+    /// sample of another metric.
+    pub fn of_sample(sample: &str) -> Option<Self> {
+        let labels = sample.strip_prefix("curionav_ros2_problem{")?;
+        let label = |name: &str| {
+            let (_, after) = labels.split_once(&format!(",{name}=\""))?;
+            Some(after.split_once('"')?.0.to_owned())
+        };
+        let code = label("kind")?;
+        let kind = ProblemKind::ALL.into_iter().find(|kind| kind.code() == code)?;
+        Some(Self { kind, topic: label("topic")?, detail: label("detail")? })
+    }
+
+    /// The problem as a sentence.
+    pub fn sentence(&self) -> String {
+        format!("{} {} {}", self.topic, self.kind.words(), self.detail)
+    }
+}
+
+/// The problems that there are now: at most one of a kind and topic.
+#[derive(Debug, Clone, Default)]
+pub struct Problems(BTreeMap<(ProblemKind, String), String>);
+
+impl Problems {
+    /// There is such a problem now; whether it is new.
+    pub fn set(&mut self, problem: Problem) -> bool {
+        let Problem { kind, topic, detail } = problem;
+        self.0.insert((kind, topic), detail.clone()).as_ref() != Some(&detail)
+    }
+
+    /// There is no such problem any more.
+    pub fn clear(&mut self, kind: ProblemKind, topic: &str) {
+        self.0.remove(&(kind, topic.to_owned()));
+    }
+
+    /// There are no problems of these kinds but those given.
+    pub fn replace(&mut self, kinds: &[ProblemKind], problems: Vec<Problem>) {
+        self.0.retain(|(kind, _), _| !kinds.contains(kind));
+        for problem in problems {
+            self.set(problem);
+        }
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<Problem> {
+        let problem = |((kind, topic), detail): (&(ProblemKind, String), &String)| Problem {
+            kind: *kind,
+            topic: topic.clone(),
+            detail: detail.clone(),
+        };
+        self.0.iter().map(problem).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_problem_is_read_back_from_its_sample() {
+        let problem =
+            Problem::new(ProblemKind::OtherType, "/r1/cmd_vel", "/r1/base has \"Twist_\" and\\more");
+        let sample = format!(
+            "curionav_ros2_problem{{role=\"ros2-gateway\",name=\"a\",robot=\"r1\",kind=\"{}\",topic=\"{}\",detail=\"{}\"}}",
+            problem.kind.code(),
+            problem.topic,
+            problem.detail
+        );
+        assert_eq!(Problem::of_sample(&sample), Some(problem.clone()));
+        assert_eq!(
+            problem.sentence(),
+            "/r1/cmd_vel has another type elsewhere: /r1/base has 'Twist_' and'more"
+        );
+        assert_eq!(Problem::of_sample("curionav_uptime_seconds{role=\"cpc\"}"), None);
+        assert!(Problem::new(ProblemKind::Rate, "t", "\u{e4}".repeat(200)).detail.len() <= DETAIL_MAX);
+    }
+
+    #[test]
+    fn a_problem_is_new_once_and_can_be_over() {
+        let mut problems = Problems::default();
+        let problem = |detail: &str| Problem::new(ProblemKind::NotUsed, "/scan", detail);
+        assert!(problems.set(problem("a")) && !problems.set(problem("a")) && problems.set(problem("b")));
+        assert_eq!(problems.all(), [problem("b")]);
+        problems.replace(&[ProblemKind::Silent], Vec::new());
+        assert_eq!(problems.all().len(), 1);
+        problems.clear(ProblemKind::NotUsed, "/scan");
+        assert!(problems.all().is_empty());
+    }
+}

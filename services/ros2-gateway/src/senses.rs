@@ -1,0 +1,202 @@
+//! The robot's senses: what it says becomes the streams of a base, with one tick per sample of odometry.
+
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
+
+use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::sensor::LaserModel;
+use curionav_ros2::messages as ros;
+use curionav_runtime::convert;
+use curionav_runtime::locked::locked;
+use curionav_runtime::metrics::{Counter, Tally};
+use curionav_runtime::robot_service::RobotService;
+use curionav_runtime::topic::{Flow, Topic};
+use curionav_schemas::{Clock, Odometry, People, Scan};
+
+use crate::config::Ros2Config;
+use crate::diagnosis::Rate;
+use crate::fault::{Fault, FaultKind};
+use crate::frames::FrameTree;
+use crate::gate::{Gate, Source};
+use crate::people::people;
+use crate::problem::{Problem, ProblemKind, Problems};
+use crate::robot_clock::{Moment, RobotClock, Sample};
+use crate::sensing::{self, Beams};
+
+/// A scan or people whose stamp lies farther from the robot's clock are of no use, seconds.
+const STALE: f64 = 0.5;
+
+/// What is known of the robot.
+pub(crate) struct Senses {
+    config: Ros2Config,
+    /// The way to the base, which is closed while the senses are silent.
+    pub(crate) gate: Arc<Gate>,
+    scans: Topic<Scan>,
+    odometry: Topic<Odometry>,
+    people: Topic<People>,
+    frames: FrameTree,
+    /// The clock of its odometry.
+    pub(crate) clock: RobotClock,
+    /// The newest scan, until odometry gives it a tick.
+    waiting: Option<(f64, Beams)>,
+    /// Its scanner.
+    pub(crate) laser: Option<LaserModel>,
+    /// How often odometry comes.
+    pub(crate) rate: Rate,
+    refused: Tally,
+    /// Ticks that were published.
+    pub(crate) ticks: Counter,
+    /// What is wrong.
+    pub(crate) problems: Arc<Mutex<Problems>>,
+}
+
+impl Senses {
+    /// Nothing has been heard; what is refused is added to `refused`.
+    ///
+    /// # Errors
+    /// If a stream cannot be declared.
+    pub(crate) fn new(
+        config: &Ros2Config,
+        tick_s: f64,
+        service: &RobotService,
+        gate: Arc<Gate>,
+        refused: &Tally,
+    ) -> anyhow::Result<Self> {
+        Ok(Self {
+            config: config.clone(),
+            gate,
+            scans: service.topic("scan", Flow::Sensor)?,
+            odometry: service.topic("odom", Flow::Sensor)?,
+            people: service.topic("people", Flow::Sensor)?,
+            frames: FrameTree::default(),
+            clock: RobotClock::new(tick_s),
+            waiting: None,
+            laser: None,
+            rate: Rate::default(),
+            refused: refused.clone(),
+            ticks: Counter::default(),
+            problems: Arc::default(),
+        })
+    }
+
+    /// Takes note that what was said last on a topic is used, or why it is not.
+    pub(crate) fn used<T>(&self, topic: &str, outcome: Result<T, Fault>) -> Option<T> {
+        let topic = self.config.resolve(topic);
+        match outcome {
+            Ok(value) => {
+                locked(&self.problems).clear(ProblemKind::NotUsed, &topic);
+                Some(value)
+            }
+            Err(fault) => {
+                self.refused.add(&[&topic, fault.kind.code()]);
+                let problem = Problem::new(ProblemKind::NotUsed, topic, fault.to_string());
+                // Said once, however often it is so.
+                if locked(&self.problems).set(problem.clone()) {
+                    tracing::warn!("{}", problem.sentence());
+                }
+                None
+            }
+        }
+    }
+
+    /// Takes note of transforms.
+    pub(crate) fn transforms(&mut self, message: &ros::TfMessage) {
+        let outcome = self.frames.take_in(message, &self.config.frames.odom);
+        self.used(&self.config.topics.tf, outcome);
+    }
+
+    /// The stamp of something that is of now, in seconds of the robot's clock, and the newest sample of odometry.
+    fn fresh(&self, stamp: ros::Time) -> Result<(f64, Sample), Fault> {
+        let (Some(stamp), Some(now)) = (self.clock.seconds(stamp), self.clock.newest()) else {
+            return Err(Fault::new(FaultKind::NotYet, "no odometry that can be used has come"));
+        };
+        let behind = now.stamp - stamp;
+        if behind.abs() > STALE {
+            let detail = format!("its stamp is {behind:.1} s behind that of odometry");
+            return Err(Fault::new(FaultKind::Stale, detail));
+        }
+        Ok((stamp, *now))
+    }
+
+    /// A scan waits for the next odometry, which says where the robot was when it was taken.
+    pub(crate) fn scan(&mut self, scan: &ros::LaserScan) {
+        let read = sensing::beams(scan, &self.frames, &self.config.frames.base).and_then(|beams| {
+            let wire = scan_of(&beams, beams.mount, (0, 0.0));
+            let seen = convert::scan(&wire, self.config.mission.range_sigma);
+            let (_, laser) = seen.map_err(|reject| Fault::unusable(reject.to_string()))?;
+            let (stamp, _) = self.fresh(scan.header.stamp)?;
+            Ok((stamp, beams, laser))
+        });
+        if let Some((stamp, beams, laser)) = self.used(&self.config.topics.scan, read) {
+            self.gate.heard(Source::Scan);
+            self.laser = Some(laser);
+            self.waiting = Some((stamp, beams));
+        }
+    }
+
+    /// Odometry makes the ticks; whether it says that the clock has been set back, which ends the run.
+    pub(crate) fn odom(&mut self, said: &ros::Odometry) -> bool {
+        let read = sensing::odometry(said, &self.frames, &self.config.frames);
+        let Some((pose, twist)) = self.used(&self.config.topics.odom, read) else { return false };
+        let stamp = said.header.stamp;
+        let moment = self.clock.measured(stamp, pose, twist);
+        if moment == Moment::SetBack {
+            self.gate.stop();
+            self.waiting = None;
+            return true;
+        }
+        self.gate.heard(Source::Odom);
+        if !self.config.use_sim_time {
+            self.gate.clock(stamp);
+        }
+        if let Moment::Tick(sample) = moment {
+            self.rate.heard(Instant::now());
+            self.publish(&sample);
+        }
+        false
+    }
+
+    /// The scan that waits, as it is seen from where the robot is at this tick, and odometry.
+    fn publish(&mut self, sample: &Sample) {
+        let Sample { tick, stamp, pose, twist } = *sample;
+        if let Some((taken, beams)) = self.waiting.take()
+            && let Some(then) = self.clock.pose_at(taken)
+        {
+            let mount = pose.relative(then).compose(beams.mount);
+            self.scans.publish(&scan_of(&beams, mount, (tick, taken)), Clock::Realtime);
+        }
+        let Pose2 { x, y, heading } = pose;
+        let Twist { v, omega } = twist;
+        self.odometry.publish(&Odometry { tick, stamp, x, y, heading, v, omega }, Clock::Realtime);
+        self.ticks.inc();
+    }
+
+    /// The time of a simulation.
+    pub(crate) fn sim_time(&self, clock: &ros::Clock) {
+        self.gate.clock(clock.clock);
+    }
+
+    /// People of the robot's own tracker.
+    pub(crate) fn people(&self, said: &ros::People) {
+        let radius = self.config.mission.person_radius;
+        let found = self.fresh(said.header.stamp).and_then(|(stamp, now)| {
+            people(said, (now.tick, stamp), (&self.frames, &self.config.frames, &self.clock), radius)
+        });
+        if let Some(people) = self.used(&self.config.topics.people, found) {
+            self.people.publish(&people, Clock::Realtime);
+        }
+    }
+}
+
+/// A scan of this tick whose scanner is at `mount`.
+fn scan_of(beams: &Beams, mount: Pose2, (tick, stamp): (u64, f64)) -> Scan {
+    Scan {
+        tick,
+        stamp,
+        angle_min: beams.angle_min,
+        angle_increment: beams.angle_increment,
+        range_max: beams.range_max,
+        laser: convert::pose_to_wire(mount),
+        ranges: beams.ranges.clone().into(),
+    }
+}

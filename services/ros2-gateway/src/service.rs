@@ -1,0 +1,197 @@
+//! The gateway as a service.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use anyhow::Context;
+use curionav_ros2::message::Message;
+use curionav_ros2::messages as ros;
+use curionav_runtime::config::ServiceConfig;
+use curionav_runtime::locked::locked;
+use curionav_runtime::process::{Running, Start};
+use curionav_runtime::robot_limits::RobotLimits;
+use curionav_runtime::robot_service::{RobotService, is_over};
+use curionav_runtime::session::{self, SessionError};
+use curionav_runtime::shutdown::Shutdown;
+use curionav_schemas::{MissionCommand, keys};
+use zenoh::Session;
+
+use crate::config::{DialectName, Ros2Config};
+use crate::ears::{Ears, Event};
+use crate::gate::Gate;
+use crate::gateway::{Gateway, Parts};
+use crate::graph::{Graph, Used};
+use crate::node::Node;
+use crate::order::Orders;
+use crate::pilot::Pilot;
+use crate::problem::Problem;
+use crate::senses::Senses;
+use crate::voice::Voice;
+
+/// For how long the gateway waits, when it ends, until the driver has heard of it.
+const FAREWELL: Duration = Duration::from_millis(500);
+
+/// What the configuration says, read and found sensible.
+struct Told {
+    ros2: Ros2Config,
+    limits: RobotLimits,
+    orders: Orders,
+}
+
+impl Told {
+    fn read(config: &ServiceConfig) -> anyhow::Result<Self> {
+        let ros2 =
+            Ros2Config::read(config.ros2.as_ref(), config.directory.as_deref().unwrap_or(Path::new("")))?;
+        let limits = config.limits.clone().context(
+            "limits: are missing; give the robot's own limits in a table [limits], as deploy/ros2.toml shows",
+        )?;
+        let orders = Orders::new(&config.robot, &ros2, &limits)?;
+        Ok(Self { ros2, limits, orders })
+    }
+}
+
+/// Whether a gateway can be run with this configuration.
+///
+/// # Errors
+/// Names what is missing or wrong.
+pub fn check(config: &ServiceConfig) -> anyhow::Result<()> {
+    Told::read(config).map(drop)
+}
+
+/// Makes one robot of ROS 2 one of curionav's until `shutdown`; `on_ready` is called once it is known on both sides.
+pub fn run(start: Start<'_>) -> Running<'_> {
+    Box::pin(async move {
+        let Start { config, session, mut shutdown, on_ready, .. } = start;
+        let Told { ros2, limits, orders } = Told::read(config)?;
+        let service = tokio::select! {
+            () = shutdown.requested() => return Ok(()),
+            service = RobotService::with_control(keys::ROS2_GATEWAY, config, session) => service?,
+        };
+        let Some(robots) = robots_session(&ros2, &mut shutdown).await? else { return Ok(()) };
+        let node = Node::new(&robots, &ros2)?;
+        let gate = Arc::new(Gate::new(&node, &ros2, &limits)?);
+        let (mut pilot, answers) = Pilot::start(session, keys::mission_command(&config.robot)?);
+        // What a gateway before this one has begun, nothing watches any more.
+        if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
+            pilot.send(MissionCommand::Cancel);
+        }
+        let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
+        let senses = Senses::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), &node.refused)?;
+        let mut metrics = service.metrics();
+        metrics.tally("ros2_refused", "Messages of ROS that are not used, by topic and fault", &node.refused);
+        metrics.count(
+            "ros2_zeros",
+            "Zero velocities because something was silent or a mission had ended",
+            gate.zeros.clone(),
+        );
+        metrics.count("ros2_ticks", "Samples of odometry that became ticks", senses.ticks.clone());
+        let problems = Arc::clone(&senses.problems);
+        metrics.gauges_by(
+            "ros2_problem",
+            "Always 1; the labels say what is wrong with a topic of ROS",
+            &["kind", "topic", "detail"],
+            move || {
+                let labels =
+                    |problem: Problem| vec![problem.kind.code().to_owned(), problem.topic, problem.detail];
+                locked(&problems).all().into_iter().map(|problem| (labels(problem), 1.0)).collect()
+            },
+        );
+        let mut ears = Ears::new(&node, &service, &ros2, answers)?;
+        let voice = Voice::new(&node, &ros2)?;
+        let graph = Graph::follow(&robots, domain, &node.refused)?;
+        let used = used(&ros2);
+        let announced = service.announce(metrics)?;
+        on_ready(announced.metrics_address());
+        let config = ros2;
+        let parts = Parts { config, orders, service, graph, used, gate, voice, pilot, senses };
+        let mut gateway = Gateway::new(parts, limits.tick_s);
+        let outcome = serve(&mut gateway, &mut ears, shutdown).await;
+        // The base first. The driver is told on a task of its own, which ends with this program.
+        if gateway.end() {
+            let told = async { while !matches!(ears.next().await, Event::Answer(_) | Event::Closed) {} };
+            let _ = tokio::time::timeout(FAREWELL, told).await;
+        }
+        drop(gateway);
+        session::close(&robots);
+        outcome
+    })
+}
+
+/// A session with the robot's own router, waited for as long as it takes; nothing if the end is asked for before.
+async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> anyhow::Result<Option<Session>> {
+    let config = ServiceConfig {
+        connect: vec![ros2.endpoint.clone()],
+        zenoh_config: ros2.zenoh_config.clone(),
+        ..ServiceConfig::default()
+    };
+    loop {
+        let opened = tokio::select! {
+            () = shutdown.requested() => return Ok(None),
+            opened = session::client(&config) => opened,
+        };
+        match opened {
+            Err(error @ SessionError::NoRouter { .. }) => {
+                tracing::warn!(endpoint = ros2.endpoint, %error, "the robot's router (rmw_zenohd) is awaited");
+            }
+            opened => return Ok(Some(opened?)),
+        }
+    }
+}
+
+/// What the gateway says and hears, for comparison with what other nodes do under the same names.
+fn used(ros2: &Ros2Config) -> Vec<Used> {
+    fn of<M: Message>(ros2: &Ros2Config, topic: &str, is_exclusive: bool) -> Used {
+        let hash = M::INTERFACE.hash(ros2.distribution()).to_owned();
+        Used { topic: ros2.resolve(topic), type_name: M::INTERFACE.dds(), hash, is_exclusive }
+    }
+    let topics = &ros2.topics;
+    let velocity = if ros2.is_stamped() { of::<ros::TwistStamped> } else { of::<ros::Twist> };
+    vec![
+        of::<ros::LaserScan>(ros2, &topics.scan, false),
+        of::<ros::Odometry>(ros2, &topics.odom, false),
+        of::<ros::TfMessage>(ros2, &topics.tf, false),
+        of::<ros::TfMessage>(ros2, &topics.tf_static, false),
+        of::<ros::OccupancyGrid>(ros2, &topics.map, false),
+        of::<ros::People>(ros2, &topics.people, false),
+        of::<ros::PoseStamped>(ros2, &topics.goal_pose, false),
+        of::<ros::PoseWithCovarianceStamped>(ros2, &topics.initialpose, false),
+        of::<ros::PoseWithCovarianceStamped>(ros2, &topics.amcl_pose, true),
+        of::<ros::Path>(ros2, &topics.plan, true),
+        velocity(ros2, &topics.cmd_vel, true),
+    ]
+}
+
+async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -> anyhow::Result<()> {
+    loop {
+        let event = tokio::select! {
+            biased;
+            () = shutdown.requested() => return Ok(()),
+            event = ears.next() => event,
+        };
+        match event {
+            Event::Command(command) => gateway.commanded(&command),
+            Event::Scan(scan) => gateway.senses().scan(&scan),
+            Event::Odom(odometry) => gateway.odom(&odometry),
+            Event::Belief(belief) => gateway.believed(belief),
+            Event::Decision(decision) => gateway.decided(&decision),
+            Event::Mission(mission) => gateway.mission(*mission),
+            Event::Answer(answer) => gateway.answer(answer),
+            Event::Transforms(transforms) => gateway.senses().transforms(&transforms),
+            Event::Map(map) => gateway.map(map),
+            Event::People(people) => gateway.senses().people(&people),
+            Event::Clock(clock) => gateway.senses().sim_time(&clock),
+            Event::GoalPose(pose) => gateway.goal_pose(&pose),
+            Event::InitialPose(pose) => gateway.initial_pose(&pose),
+            Event::SendGoal(goal, asked) => gateway.send_goal(&goal, &asked),
+            Event::CancelGoal(goal, asked) => gateway.cancel_goal(&goal, &asked),
+            Event::GetResult(goal, asked) => gateway.get_result(&goal, asked),
+            Event::Report(report) => gateway.reported(&report),
+            Event::Beat => {
+                gateway.beat();
+                ears.follow_reports(gateway.wants_reports(), gateway.service())?;
+            }
+            Event::Closed => return Ok(()),
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Everything that the gateway says to ROS, but velocities.
+
+use curionav_planning::geometry::Pose2;
+use curionav_ros2::interface::Distribution;
+use curionav_ros2::messages as ros;
+use curionav_ros2::qos::Qos;
+use curionav_schemas::{Belief, CycleReport, Decision};
+
+use crate::config::{Frames, Ros2Config};
+use crate::drawing::{self, header};
+use crate::goals::{Goal, Goals};
+use crate::node::{Node, Outlet, Request};
+
+enum Feedback {
+    Earlier(Outlet<ros::NavigationFeedback>),
+    Lyrical(Outlet<ros::NavigationFeedbackLyrical>),
+}
+
+/// The gateway's publishers.
+pub(crate) struct Voice {
+    distribution: Distribution,
+    frames: Frames,
+    amcl_pose: Outlet<ros::PoseWithCovarianceStamped>,
+    tf: Option<Outlet<ros::TfMessage>>,
+    plan: Outlet<ros::Path>,
+    candidates: Outlet<ros::MarkerArray>,
+    crowd: Outlet<ros::MarkerArray>,
+    diagnostics: Outlet<ros::DiagnosticArray>,
+    feedback: Feedback,
+    status: Outlet<ros::GoalStatusArray>,
+}
+
+impl Voice {
+    /// Declares them all.
+    ///
+    /// # Errors
+    /// If one cannot be declared.
+    pub(crate) fn new(node: &Node, config: &Ros2Config) -> anyhow::Result<Self> {
+        let topics = &config.topics;
+        let action = |topic: &str| format!("{}/_action/{topic}", topics.navigate_to_pose);
+        let feedback = match config.distribution() {
+            Distribution::Lyrical => Feedback::Lyrical(node.outlet(&action("feedback"), Qos::DEFAULT)?),
+            _ => Feedback::Earlier(node.outlet(&action("feedback"), Qos::DEFAULT)?),
+        };
+        Ok(Self {
+            distribution: config.distribution(),
+            frames: config.frames.clone(),
+            amcl_pose: node.outlet(&topics.amcl_pose, Qos::DEFAULT)?,
+            tf: config.publish_tf.then(|| node.outlet(&topics.tf, Qos::DEFAULT)).transpose()?,
+            plan: node.outlet(&topics.plan, Qos::LATCHED)?,
+            candidates: node.outlet(&topics.candidates, Qos::DEFAULT)?,
+            crowd: node.outlet(&topics.crowd, Qos::DEFAULT)?,
+            diagnostics: node.outlet(&topics.diagnostics, Qos::DEFAULT)?,
+            feedback,
+            status: node.outlet(&action("status"), Qos::LATCHED)?,
+        })
+    }
+
+    /// Where the robot believes it is at `stamp`, when odometry says `odometry`.
+    pub(crate) fn belief(&self, belief: &Belief, odometry: Pose2, stamp: ros::Time) {
+        self.amcl_pose.put(&drawing::believed(belief, header(stamp, &self.frames.map)));
+        if let Some(tf) = &self.tf {
+            let at = drawing::map_from_odom(belief, odometry);
+            tf.put(&drawing::transform(header(stamp, &self.frames.map), &self.frames.odom, at));
+        }
+    }
+
+    /// What the robot will drive.
+    pub(crate) fn plan(&self, decision: &Decision, stamp: ros::Time) {
+        self.plan.put(&drawing::path(decision, header(stamp, &self.frames.map)));
+    }
+
+    /// That the robot will drive nowhere.
+    pub(crate) fn no_plan(&self, stamp: ros::Time) {
+        self.plan.put(&ros::Path { header: header(stamp, &self.frames.map), poses: Vec::new() });
+    }
+
+    /// Whether something wants to see what a cycle's report shows.
+    pub(crate) fn wants_reports(&self) -> bool {
+        self.candidates.is_heard() || self.crowd.is_heard()
+    }
+
+    /// What a cycle has weighed.
+    pub(crate) fn report(&self, report: &CycleReport, stamp: ros::Time) {
+        let header = header(stamp, &self.frames.map);
+        if self.candidates.is_heard() {
+            self.candidates.put(&drawing::candidates(report, &header));
+        }
+        if self.crowd.is_heard() {
+            self.crowd.put(&drawing::crowd(report, &header));
+        }
+    }
+
+    /// How the robot is.
+    pub(crate) fn diagnostics(&self, status: Vec<ros::DiagnosticStatus>, stamp: ros::Time) {
+        self.diagnostics.put(&ros::DiagnosticArray { header: header(stamp, ""), status });
+    }
+
+    /// How the goals fare.
+    pub(crate) fn status(&self, goals: &Goals) {
+        self.status.put(&goals.statuses());
+    }
+
+    /// How far the goal under way is: `distance` metres and `remaining` seconds, at the robot's time `now`.
+    pub(crate) fn feedback(&self, goal: &Goal, at: Pose2, (distance, remaining): (f64, f64), now: ros::Time) {
+        let span = |nanoseconds: i64| {
+            let ros::Time { sec, nanosec } = ros::Time::from_nanoseconds(nanoseconds.max(0));
+            ros::Duration { sec, nanosec }
+        };
+        let feedback = ros::NavigationFeedback {
+            goal_id: goal.id,
+            current_pose: ros::PoseStamped { header: header(now, &self.frames.map), pose: drawing::pose(at) },
+            navigation_time: span(now.nanoseconds().saturating_sub(goal.stamp.nanoseconds())),
+            estimated_time_remaining: span((remaining * 1e9) as i64),
+            number_of_recoveries: 0,
+            distance_remaining: distance as f32,
+        };
+        match &self.feedback {
+            Feedback::Earlier(outlet) => outlet.put(&feedback),
+            Feedback::Lyrical(outlet) => {
+                outlet
+                    .put(&ros::NavigationFeedbackLyrical { earlier: feedback, tracking: Default::default() });
+            }
+        }
+    }
+
+    /// Answers what has become of a goal; of one that is not known, that it is not.
+    pub(crate) fn result(&self, goal: Option<&Goal>, asked: &Request) {
+        let status = goal.map_or(0, |goal| goal.status.code());
+        if self.distribution == Distribution::Humble {
+            return asked.reply(&ros::GetResultResponseHumble { status, ..Default::default() });
+        }
+        let why = goal.map_or("", |goal| goal.why.as_str());
+        // 9000 is what Nav2 has for failures that are none of its own kinds.
+        let error_code = if why.is_empty() { 0 } else { 9000 };
+        let mut error_msg = why.to_owned();
+        while error_msg.len() > curionav_ros2::limits::TEXT {
+            error_msg.pop();
+        }
+        asked.reply(&ros::GetResultResponse { status, result: ros::Navigated { error_code, error_msg } });
+    }
+}

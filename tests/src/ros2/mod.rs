@@ -1,0 +1,9 @@
+//! The gateway against a simulated robot that speaks as nodes of `rmw_zenoh` do, on a router of its own.
+
+mod actions;
+mod hostile;
+mod missions;
+mod peer;
+mod robot;
+mod safety;
+mod site;
