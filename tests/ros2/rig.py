@@ -40,7 +40,8 @@ TOLERANCE = 0.5
 QUICKSTART = ROOT / "scenarios" / "quickstart.toml"
 CYCLONE = (
     "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>"
-    "</Domain></CycloneDDS>"
+    # It would say of every type of Fast DDS that it cannot read its description, which nothing here needs.
+    "<Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
 )
 LIMITS = "[limits]\nv_max = 1.0\nomega_max = 1.0\na_max = 0.5\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n"
 PROGRAM = Path(os.environ.get("CURIONAV_BIN", TARGET / "release" / "curionav"))
