@@ -2,8 +2,8 @@
 
 Zenoh's plugin for DDS takes the other end of every service for a node of `rmw_cyclonedds_cpp`, which begins each
 request and reply with 16 bytes that say whose it is. `rmw_fastrtps_cpp` says so outside of the message, so its services
-never pass the plugin. `Passage` stands in for the plugin: a node that offers the action in a domain of its own, to which
-the plugin does not listen, and puts what it hears on Zenoh as the plugin does (`route_service_cli.rs` of its source).
+never pass the plugin. `Passage` stands in for the plugin: a node that offers the action in a domain of its own, which
+the plugin does not know, and puts what it hears on Zenoh as the plugin does (`route_service_cli.rs` of its source).
 """
 
 from __future__ import annotations

@@ -11,18 +11,17 @@ it; SIGUSR1 sets its clock back by ten seconds, as a wrong clock or a restarted 
 from __future__ import annotations
 
 import argparse
-import contextlib
 import dataclasses
 import json
 import signal
 import sys
+import threading
 from pathlib import Path
 
 import rclpy
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from people_msgs.msg import People
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
@@ -84,15 +83,16 @@ def main() -> None:
     arguments.add_argument("--mount", type=float, nargs=3, default=[0.0, 0.0, 0.0], metavar=("X", "Y", "HEADING"),
                            help="where the laser is on the robot")  # fmt: skip
     options = arguments.parse_args()
+    over = threading.Event()
     rclpy.init(signal_handler_options=rclpy.SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: rclpy.try_shutdown())
+        signal.signal(number, lambda *_: over.set())
     robot = SimulatedRobot(options)
     world = robot.robot.world
     signal.signal(signal.SIGUSR1, lambda *_: robot.set_back())
     say(ready="simulated_robot", start=world.start.tolist(), goal=world.goal.tolist())
-    with contextlib.suppress(ExternalShutdownException):
-        rclpy.spin(robot)
+    while not over.is_set():
+        rclpy.spin_once(robot, timeout_sec=TICK)
     say(**dataclasses.asdict(world.measures), pose=world.pose.tolist())
 
 
