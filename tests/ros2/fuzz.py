@@ -41,9 +41,8 @@ MUTATIONS = ("whole", "cut", "flip", "huge", "noise", "empty", "attachment", "fo
 class Attacker:
     """Random payloads, attachments, keys and tokens."""
 
-    def __init__(self, endpoint: str, key: Callable[[str, str], str], seed: int, gids: set[bytes]) -> None:
+    def __init__(self, endpoint: str, key: Callable[[str, str], str], seed: int) -> None:
         self.session, self.key, self.random = open_session(endpoint), key, random.Random(seed)
-        self.gids = gids
         self.done: Counter[str] = Counter()
         self.tokens: list[Any] = []
 
@@ -117,10 +116,7 @@ class Attacker:
                              attachment=self.attachment(how), timeout=2.0)  # fmt: skip
             return
         topic, of = rng.choice(list(IN.items()))
-        attached = self.attachment(how)
-        if attached is not None:
-            self.gids.add(attached[17:])
-        self.session.put(self.key(topic, name_of(of)), self.mutated(of, how), attachment=attached)
+        self.session.put(self.key(topic, name_of(of)), self.mutated(of, how), attachment=self.attachment(how))
 
 
 def refused(endpoint: str) -> int:
@@ -145,7 +141,7 @@ def fuzz(directory: Path, seconds: float, seed: int) -> Counter[str]:
         goals = node.publisher("/r1/goal_pose", PoseStamped)
         robot = stack.enter_context(driving(node))
         legal_goal(listener, goals, "before")
-        attacker = Attacker(endpoint, node.key, seed, listener.hostile)
+        attacker = Attacker(endpoint, node.key, seed)
         stack.callback(attacker.session.close)
         end = time.monotonic() + seconds
         while time.monotonic() < end:

@@ -249,6 +249,7 @@ class Rig:
     gateway: Program
     robot: Program
     goals: Any = None
+    poses: Any = None
 
     @classmethod
     def start(cls, stack: ExitStack, directory: Path, *options: str) -> Self:
@@ -265,6 +266,8 @@ class Rig:
         wait_for("the robot", lambda: node.newest("/r1/truth"))
         rig = cls(stack, directory, domain, node, planning, router, gate, robot)
         rig.goals = node.create_publisher(PoseStamped, "/r1/goal_pose", 10)
+        rig.poses = node.create_publisher(PoseWithCovarianceStamped, "/r1/initialpose", 10)
+        wait_for("the gateway to take poses", lambda: rig.poses.get_subscription_count() > 0)
         wait_for("the gateway to take goals", lambda: rig.goals.get_subscription_count() > 0)
         return rig
 
@@ -278,11 +281,28 @@ class Rig:
     def speed(self, robot: str = "/r1") -> float:
         return float(self.node.newest(f"{robot}/truth").twist.twist.linear.x)
 
+    def say_pose(self) -> None:
+        """Says where the robot is, as a person does in rviz."""
+        truth = self.node.newest("/r1/truth")
+        said = PoseWithCovarianceStamped(header=truth.header)
+        said.pose.pose = truth.pose.pose
+        said.pose.covariance[0] = said.pose.covariance[7] = said.pose.covariance[35] = 0.05
+        self.poses.publish(said)
+
     def go(self, goal: tuple[float, float] = GOAL) -> None:
-        """Sends a goal when the robot is known to be somewhere, and waits until it drives."""
-        wait_for("a pose", lambda: self.node.newest("/r1/amcl_pose"))
-        self.goals.publish(goal_pose(*goal))
-        wait_for("motion", lambda: self.speed() > 0.2)
+        """Waits until the robot drives to a goal, which is said each second: until its place is known it is refused."""
+        said = -math.inf
+
+        def drives() -> bool:
+            nonlocal said
+            if self.speed() > 0.2:
+                return True
+            if time.monotonic() - said > 1.0:
+                said = time.monotonic()
+                self.goals.publish(goal_pose(*goal))
+            return False
+
+        wait_for("motion", drives)
 
 
 def gateway_of(directory: Path, robot: str, planning: Program, router: Program) -> Program:

@@ -89,8 +89,11 @@ def test_a_gateway_that_is_ended_says_zero_first(rig: Rig) -> None:
     assert rig.gateway.stop() == 0
     wait_for("a zero", lambda: any(is_zero(command) for _, command in rig.node.since("/r1/cmd_vel", begin)))
     assert is_zero(rig.node.newest("/r1/cmd_vel"))
-    # Another one takes over.
+    wait_for("a stand", lambda: rig.speed() == 0.0)
+    # Another one takes over, but knows no better than its file where the robot is.
     rig.gateway = rig.stack.enter_context(gateway_of(rig.directory, "r1", rig.planner, rig.bridge))
+    wait_for("the new gateway to take poses", lambda: rig.poses.get_subscription_count() > 0)
+    rig.say_pose()
     rig.go()
 
 
@@ -114,4 +117,5 @@ def test_a_clock_that_is_set_back(rig: Rig) -> None:
     # The run that the old clock belongs to has ended.
     wait_for("zeros", lambda: [1 for _, command in rig.node.since("/r1/cmd_vel", begin) if is_zero(command)][4:])
     wait_for("a stand", lambda: rig.speed() == 0.0)
+    rig.say_pose()
     rig.go()
