@@ -18,6 +18,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import curionav
 import zenoh
 from action_msgs.srv import CancelGoal
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
@@ -120,11 +121,12 @@ class Attacker:
 
 
 def refused(endpoint: str) -> int:
-    """How much the gateway has refused so far, as the status of the services tells."""
-    import curionav  # noqa: PLC0415
-
+    """How many messages of ROS the gateway has refused so far, as its metrics say."""
     with curionav.connect(endpoint) as deployment:
-        return sum(service.rejected for service in deployment.status() if service.role == "ros2-gateway")
+        gateways = [service for service in deployment.status() if service.role == "ros2-gateway"]
+    assert len(gateways) == 1
+    metrics = gateways[0].metrics or {}
+    return int(sum(count for name, count in metrics.items() if name.startswith("curionav_ros2_refused_total")))
 
 
 def fuzz(directory: Path, seconds: float, seed: int) -> Counter[str]:
