@@ -1,5 +1,7 @@
 //! What real nodes have sent is read, and written with the same bytes.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on stops")]
+
 use curionav_ros2::attachment::Attachment;
 use curionav_ros2::dialect::{Dialect, RmwZenoh, Ros2Dds, outgoing};
 use curionav_ros2::interface::Distribution;

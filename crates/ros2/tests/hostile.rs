@@ -1,6 +1,6 @@
-//! No bytes make the reader panic, or allocate much more than there are bytes.
+//! What is wrong is refused by name, and what is right survives its way.
 
-use std::panic::catch_unwind;
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
 
 use curionav_ros2::attachment::Attachment;
 use curionav_ros2::cdr::CdrFault;
@@ -8,10 +8,6 @@ use curionav_ros2::message::Message;
 use curionav_ros2::messages::{DiagnosticStatus, GetResultResponse, LaserScan, Navigated, People, Person};
 use curionav_ros2::testing::{Rng, TYPES, type_of};
 use curionav_ros2::token::Token;
-use peak_alloc::PeakAlloc;
-
-#[global_allocator]
-static MEMORY: PeakAlloc = PeakAlloc;
 
 const SEED: u64 = 16;
 
@@ -39,45 +35,6 @@ fn both_byte_orders_say_the_same() {
     let twist = type_of("geometry_msgs/msg/Twist").unwrap();
     let sent = (twist.random)(&mut Rng::new(SEED)).unwrap();
     assert_eq!((twist.recode)(&big_endian(&sent, 8)).unwrap(), sent);
-}
-
-/// `payload` with something wrong in it.
-fn spoilt(rng: &mut Rng, payload: &[u8]) -> Vec<u8> {
-    let at = rng.below(payload.len());
-    match rng.below(5) {
-        0 => payload[..at].to_vec(),
-        1 => {
-            let mut flipped = payload.to_vec();
-            (0..1 + rng.below(8)).for_each(|_| {
-                let at = rng.below(flipped.len());
-                flipped[at] ^= 1 << rng.below(8);
-            });
-            flipped
-        }
-        // A length of four thousand million, or of more than is there.
-        2 => [&payload[..at], &[0xff; 4], &payload[at..]].concat(),
-        3 => [&payload[..at], &[rng.below(256) as u8, rng.below(256) as u8, 0, 0], &payload[at..]].concat(),
-        _ => (0..rng.below(300)).map(|_| rng.below(256) as u8).collect(),
-    }
-}
-
-#[test]
-fn no_bytes_make_it_panic_or_allocate_more_than_a_few_times_their_number() {
-    println!("seed {SEED}");
-    let mut rng = Rng::new(SEED);
-    for of in TYPES {
-        for _ in 0..2000 {
-            let sent = (of.random)(&mut rng).unwrap();
-            let payload = spoilt(&mut rng, &sent);
-            MEMORY.reset_peak_usage();
-            let before = MEMORY.current_usage();
-            let read = catch_unwind(|| (of.recode)(&payload).map(|again| again.len()));
-            let took = MEMORY.peak_usage().saturating_sub(before);
-            assert!(read.is_ok(), "{}: {payload:02x?}", of.name);
-            // Other tests of this file allocate meanwhile; what a length of 2^24 and more would take is far above.
-            assert!(took < 16 * payload.len() + (1 << 20), "{}: {took} bytes for {}", of.name, payload.len());
-        }
-    }
 }
 
 #[test]

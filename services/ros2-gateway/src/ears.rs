@@ -57,7 +57,7 @@ pub(crate) enum Event {
     /// Of the arbiter, while something wants to see it.
     Report(Box<CycleReport>),
     /// The driver's answer to a command.
-    Answer(Answer),
+    Answer(Box<Answer>),
     /// Some time has passed.
     Beat,
     /// A session is closed.
@@ -174,7 +174,7 @@ impl Ears {
                 said = self.beliefs.next() => heard(said, Event::Belief),
                 said = self.decisions.next() => heard(said, Event::Decision),
                 said = self.missions.next() => heard(said, |mission| Event::Mission(Box::new(mission))),
-                said = self.answers.recv() => heard(said, Event::Answer),
+                said = self.answers.recv() => heard(said, |answer| Event::Answer(Box::new(answer))),
                 said = self.tf.next() => heard(said, Event::Transforms),
                 said = self.tf_static.next() => heard(said, Event::Transforms),
                 said = optional(self.people.as_ref()) => heard(said, Event::People),

@@ -176,7 +176,7 @@ async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -
             Event::Belief(belief) => gateway.believed(belief),
             Event::Decision(decision) => gateway.decided(&decision),
             Event::Mission(mission) => gateway.mission(*mission),
-            Event::Answer(answer) => gateway.answer(answer),
+            Event::Answer(answer) => gateway.answer(*answer),
             Event::Transforms(transforms) => gateway.senses().transforms(&transforms),
             Event::Map(map) => gateway.map(map),
             Event::People(people) => gateway.senses().people(&people),
