@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from contract import golden
 
 from curionav.explain import Explanation
 from curionav.messages import CycleReport, Twist
+from curionav.words import UNSEEN
 
 
 def report(name: str) -> CycleReport:
@@ -60,6 +62,51 @@ def test_what_the_driver_does_is_said_with_how_long_it_has_done_it() -> None:
     line = "For 1.0 s the driver has done this: braking: something is too close."
     assert line in str(Explanation(replace(explained, driven=twist))).splitlines()
     assert "the driver" not in str(Explanation(replace(explained, driven=None)))
+
+
+def test_what_is_special_about_this_projects_planner_is_said_in_words() -> None:
+    explained = report("cycle_report.explained")
+    scene, chosen = explained.scene, explained.chosen
+    assert chosen is not None
+    people = replace(
+        scene.people,
+        id=np.append(scene.people.id, np.uint32(UNSEEN)),
+        x=np.append(scene.people.x, scene.belief.x + 0.3),
+        y=np.append(scene.people.y, scene.belief.y + 0.4),
+        vx=np.append(scene.people.vx, 0.0),
+        vy=np.append(scene.people.vy, 0.0),
+    )
+    risk, beyond = explained.terms[0].raw.copy(), explained.terms[1].raw.copy()
+    risk[chosen], beyond[chosen] = 0.032, 3.0
+    terms = [
+        replace(explained.terms[0], term="collision-risk", raw=risk),
+        replace(explained.terms[1], term="information-to-go", raw=beyond),
+        *explained.terms[2:],
+    ]
+    hits: dict[str, Any] = {"code": "hits_person", "person": UNSEEN, "after_s": 1.26}
+    text = str(
+        Explanation(
+            replace(
+                explained,
+                decision=replace(explained.decision, reason={"code": "last_to_collide"}),
+                scene=replace(scene, people=people, in_place_s=4.04),
+                terms=terms,
+                rejected=[hits if why else None for why in explained.rejected],
+            )
+        )
+    )
+    mean = 3.0 / explained.candidates.steps
+    for line in (
+        f"; {len(scene.people.id)} people are near.",
+        "It also keeps clear of something unseen that the driver braked for, 0.5 m away.",
+        "It has not left its place for 4.0 s;",
+        "The others collide after 1.3 s at most.",
+        "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %.",
+        f"  Of the chosen candidate it says that the way beyond it counts {mean:.2f} m longer,",
+        "runs into something unseen that the driver braked for after 1.3 s",
+    ):
+        assert line in text, text
+    assert str(UNSEEN) not in text
 
 
 def test_a_report_without_what_ifs_is_no_reason_to_guess() -> None:

@@ -45,7 +45,7 @@ def test_the_built_in_profiles_are_those_of_the_services() -> None:
 
 
 def test_a_scenario_has_the_profile_it_names_and_the_default_otherwise(tmp_path: Path) -> None:
-    assert scenario(tmp_path).profile() == BUILT_IN["curiosity"]
+    assert scenario(tmp_path).profile() == BUILT_IN["curionav"]
     named = scenario(tmp_path, planner={"profile": "risk-rrt"})
     assert named.profile() == BUILT_IN["risk-rrt"]
     assert named.profile("cpc-only") == BUILT_IN["cpc-only"]
@@ -55,7 +55,7 @@ def test_a_scenario_changes_single_fields_and_leaves_its_tables_as_they_were(tmp
     changes = {"generation": {"tree": {"iterations": 5, "eta": 2}}, "terms": {"cnc": {"weight": 3}}}
     changed = scenario(tmp_path, profile=changes)
     profile = changed.profile()
-    assert {path: v for path, v in paths(profile).items() if paths(BUILT_IN["curiosity"])[path] != v} == {
+    assert {path: v for path, v in paths(profile).items() if paths(BUILT_IN["curionav"])[path] != v} == {
         "generation.tree.iterations": 5,
         "generation.tree.eta": 2.0,
         "terms.cnc.weight": 3.0,
@@ -66,12 +66,12 @@ def test_a_scenario_changes_single_fields_and_leaves_its_tables_as_they_were(tmp
     assert type(profile["terms"]["cnc"]["weight"]) is float
     assert changed.data["profile"] == changes
     assert "profile" not in changed.packed()[0]
-    assert BUILT_IN["curiosity"]["terms"]["cnc"]["weight"] == 2.2
+    assert BUILT_IN["curionav"]["terms"]["cnc"]["weight"] == 2.2
 
 
 def test_a_further_term_joins_those_of_the_profile(tmp_path: Path) -> None:
     profile = scenario(tmp_path, profile={"terms": {"comfort": {"scale": 1}}}).profile()
-    assert profile["terms"].keys() == BUILT_IN["curiosity"]["terms"].keys() | {"comfort"}
+    assert profile["terms"].keys() == BUILT_IN["curionav"]["terms"].keys() | {"comfort"}
     assert profile["terms"]["comfort"] == {"scale": 1.0, "weight": 1.0, "when": "always"}
     assert scenario(tmp_path).with_term("comfort", 2.0).profile()["terms"]["comfort"]["weight"] == 2.0
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,8 @@ from rerun.chunk import RrdReader  # noqa: E402
 
 import curionav  # noqa: E402
 from curionav import Scenario  # noqa: E402
-from curionav.messages import Belief, LaserModel, Message, OccupancyGrid, People, Pose  # noqa: E402
+from curionav.messages import Belief, CycleReport, LaserModel, Message, OccupancyGrid, People, Pose  # noqa: E402
+from curionav.words import UNSEEN  # noqa: E402
 from curionav_view import colours, command, heat, output, recording, result_replay, shapes, words  # noqa: E402
 from curionav_view.live import Live, Source  # noqa: E402
 from curionav_view.scene_logger import SceneLogger  # noqa: E402
@@ -65,8 +67,8 @@ def test_everything_that_a_cycle_holds_is_drawn(whole: dict[str, list[Any]]) -> 
     expected = """
         /map/floor /map/information /map/density /robot /robot/body /robot/scan /robot/comfort /eye
         /belief/ellipse /belief/trail /robot/particles /truth/robot /truth/way /people/bodies /people/velocities
-        /people/crowds /plan/candidates /plan/rejected /plan/chosen /plan/goal /decision /events
-        /modes/driving /modes/localisation /modes/services /plots/uncertainty/l /plots/uncertainty/threshold
+        /people/crowds /people/unseen /plan/beyond /plan/candidates /plan/rejected /plan/chosen /plan/goal /decision
+        /events /modes/driving /modes/localisation /modes/services /plots/uncertainty/l /plots/uncertainty/threshold
         /plots/uncertainty/error /plots/person/nearest /plots/person/comfortable /plots/speed/driven
         /plots/speed/commanded /plots/cycle/total /plots/cycle/generate /plots/cycle/cnc
     """
@@ -283,6 +285,52 @@ def test_people_seen_from_the_robot_are_put_on_the_map() -> None:
     assert (x[0], y[0], vx[0], vy[0]) == pytest.approx((2.0, 2.0, 0.0, 1.0))
 
 
+def with_unseen(report: CycleReport, ahead: float) -> CycleReport:
+    """The same with something ``ahead`` metres off that only the driver sees."""
+    people, belief = report.scene.people, report.scene.belief
+    seen = replace(
+        people,
+        id=np.append(people.id, np.uint32(UNSEEN)),
+        x=np.append(people.x, belief.x + ahead),
+        y=np.append(people.y, belief.y),
+        vx=np.append(people.vx, 0.0),
+        vy=np.append(people.vy, 0.0),
+    )
+    return replace(report, scene=replace(report.scene, people=seen, in_place_s=4.2))
+
+
+def test_what_only_the_driver_sees_is_drawn_and_said_and_has_no_number() -> None:
+    report = with_unseen(drive.report(0), 0.5)
+    archetype = shapes.unseen(report)
+    assert archetype.translations is not None and archetype.labels is not None
+    assert len(archetype.translations.as_arrow_array()) == 1
+    assert archetype.labels.as_arrow_array().to_pylist() == ["something unseen that the driver braked for"]
+    empty = shapes.unseen(drive.report(0)).translations
+    assert empty is not None and len(empty.as_arrow_array()) == 0
+    said = words.decision(report, None, None)
+    assert "something unseen that the driver braked for 0.5 m away" in said
+    assert "in one place for 4 s" in said
+    assert str(UNSEEN) not in said
+
+
+def test_each_term_says_in_words_what_its_number_means() -> None:
+    report = drive.report(0)
+    said = words.decision(report, None, None)
+    mean = float(report.terms[0].raw[2]) / report.candidates.steps
+    assert f"- cnc: there are {mean:.3f} people per m2 where it goes" in said
+
+
+def test_candidates_are_coloured_by_one_term_the_least_on_top() -> None:
+    drawn = shapes.by_term(drive.report(0), "cnc")
+    assert drawn.strips is not None and drawn.labels is not None
+    assert len(drawn.strips.as_arrow_array()) == 24
+    # The last candidate has the least density.
+    least = float(drive.report(0).terms[0].raw.min()) / drive.report(0).candidates.steps
+    assert drawn.labels.as_arrow_array().to_pylist()[-1] == f"{least:.2f}"
+    nothing = shapes.by_term(drive.report(0), "information-to-go").strips
+    assert nothing is not None and len(nothing.as_arrow_array()) == 0
+
+
 def test_tracked_people_have_their_ellipses_on_the_map() -> None:
     import dataclasses  # noqa: PLC0415
 
@@ -487,9 +535,9 @@ def test_without_rerun_the_package_to_install_is_named(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    assert command.main(["--save", "x.rrd"]) == 2
+    assert command.main(["--save", "x.rrd"]) == 3
     assert (
-        "not installed: rerun-sdk, mcap. At the root of the project: pip install './python[viewer]'"
+        "not installed: rerun-sdk, mcap; `pip install 'curionav[viewer]'` brings what is missing"
         in capsys.readouterr().err
     )
 

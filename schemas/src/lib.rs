@@ -60,7 +60,7 @@ pub use reason::{CommandReason, Degradation, MissionEnd, PreviousState, Reason, 
 pub use registry::{MESSAGES, MessageInfo, recode};
 pub use reject::{CborFault, Refusal, Reject};
 pub use report::{Crowd, CycleReport, RejectedCandidate, TermReport, TermTime, Timings};
-pub use result::{Cycles, Measures, Outcome, PeopleTrace, RunResult, Trace};
+pub use result::{Contact, Cycles, Measures, Outcome, PeopleTrace, RunResult, Trace};
 pub use scene::Scene;
 pub use sensing::{Frame, Odometry, People, Scan};
 pub use service::{Prepared, ServiceStatus};

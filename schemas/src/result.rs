@@ -4,7 +4,7 @@ use crate::check::{
     array, checks, count, each, exactly, fraction, id, keys, length, list, named_numbers, non_negative,
     number, optional, part, shape, text,
 };
-use crate::limits::{MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
+use crate::limits::{MAX_CONTACTS, MAX_LIST, MAX_PEOPLE, MAX_TRACE_COLUMNS, MAX_TRACE_ROWS};
 use crate::{F32Array, F64Array, MapId, Refusal, Reject, U8Array, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -152,6 +152,25 @@ checks! { trace: Trace {
     };
 }}
 
+/// The first moment of a contact in which the robot was moving.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Since the start, s.
+    pub time_s: f64,
+    /// The person's identifier; absent for a wall.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub person: Option<u32>,
+    /// How fast the robot came towards the person or hit the wall, m/s; negative if it went away.
+    pub robot_mps: f64,
+    /// How fast the person came towards the robot, m/s; negative if the person went away, 0 for a wall.
+    pub person_mps: f64,
+}
+
+checks! { contact: Contact {
+    time_s: non_negative;
+    robot_mps, person_mps: number;
+}}
+
 /// A run that came to an end.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunResult {
@@ -165,6 +184,8 @@ pub struct RunResult {
     pub outcome: Outcome,
     /// How well.
     pub measures: Measures,
+    /// The collisions, in their order; the first [`MAX_CONTACTS`] of them.
+    pub contacts: Vec<Contact>,
     /// The standard measures of social navigation by name, such as `spl`, `personal_share` or
     /// `time_to_collision_min_s`; units are in the names, yes and no are 1 and 0, and what there was nothing to
     /// measure of is absent. New ones may come.
@@ -183,6 +204,7 @@ pub struct RunResult {
 checks! { result: RunResult {
     scenario, planner: text;
     measures: part;
+    contacts: list(MAX_CONTACTS, part);
     social: keys(MAX_LIST);
     social: named_numbers;
     cycles: part;

@@ -100,6 +100,11 @@ pub struct People {
     pub age: Option<F32Array>,
 }
 
+impl People {
+    /// The identity, in scenes and reasons, of what only the driver sees; no tracker gives it.
+    pub const UNSEEN: u32 = u32::MAX;
+}
+
 checks! { people: People {
     stamp: number;
     radius: non_negative;

@@ -1,9 +1,12 @@
 //! Codes in words, for people. The table is `words.toml`, which Python has a copy of.
 
 use ciborium::Value;
+use ciborium::value::Integer;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
+
+use crate::People;
 
 /// The table: by family and code, a sentence with places for the parameters.
 pub const TABLE: &str = include_str!("../words.toml");
@@ -41,6 +44,19 @@ fn sentence(family: &str, reason: &Value) -> String {
     said + rest
 }
 
+/// Whether the table has words for `code` of `family`.
+pub fn knows(family: &str, code: &str) -> bool {
+    WORDS.get(family).is_some_and(|codes| codes.contains_key(code))
+}
+
+/// A person by its identity.
+fn person(id: &Integer) -> String {
+    let code = if *id == Integer::from(People::UNSEEN) { "unseen" } else { "any" };
+    let parameters = [("code", Value::from(code)), ("number", Value::Integer(*id))];
+    let parameters = parameters.map(|(key, value)| (Value::from(key), value));
+    sentence("person", &Value::Map(parameters.into()))
+}
+
 fn parameter<'a>(reason: &'a Value, name: &str) -> Option<&'a Value> {
     reason.as_map()?.iter().find(|(key, _)| key.as_text() == Some(name)).map(|(_, value)| value)
 }
@@ -56,6 +72,7 @@ fn word(name: &str, value: &Value, decimals: &str) -> String {
         Value::Map(_) => sentence(name, value),
         Value::Text(text) if WORDS.contains_key(name) => sentence(name, &Value::Text(text.clone())),
         Value::Text(text) => text.clone(),
+        Value::Integer(id) if name == "person" => person(id),
         Value::Integer(number) => i128::from(*number).to_string(),
         Value::Float(number) => match decimals.parse::<usize>() {
             Ok(decimals) => format!("{number:.decimals$}"),
@@ -71,7 +88,7 @@ fn word(name: &str, value: &Value, decimals: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{CommandReason, MissionEnd, PreviousState, Reason, Refusal};
+    use crate::{CommandReason, MissionEnd, PreviousState, Reason, Refusal, Rejection};
 
     #[test]
     fn parameters_stand_in_their_places() {
@@ -93,5 +110,14 @@ mod tests {
     fn a_code_without_words_is_its_own_word() {
         assert_eq!(say("reason", &"of_next_year"), "of_next_year");
         assert_eq!(say("family", &Reason::Arrived), "arrived");
+    }
+
+    #[test]
+    fn what_only_the_driver_sees_is_no_person_with_a_number() {
+        let hits = |person| Rejection::HitsPerson { person, after_s: 1.2 };
+        assert_eq!(say("rejection", &hits(7)), "runs into person 7 after 1.2 s");
+        let unseen = "runs into something unseen that the driver braked for after 1.2 s";
+        assert_eq!(say("rejection", &hits(People::UNSEEN)), unseen);
+        assert!(knows("term_meaning", "cpc") && !knows("term_meaning", "view"));
     }
 }

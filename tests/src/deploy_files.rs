@@ -69,7 +69,8 @@ fn the_container_images_run_the_program_without_privileges() {
     let file = text("Dockerfile");
     let begins =
         |start: &str| file.lines().filter(|l| l.starts_with(start)).map(str::to_owned).collect::<Vec<_>>();
-    assert_eq!(begins("ARG ").len(), 2, "both base images can be replaced");
+    let images = begins("ARG ").iter().filter(|line| line.contains("_IMAGE=")).count();
+    assert_eq!(images, 2, "both base images can be replaced");
     assert_eq!(begins("FROM "), ["FROM ${BUILD_IMAGE} AS build", "FROM ${RUNTIME_IMAGE} AS runtime"]);
     assert_eq!(begins("ENTRYPOINT "), ["ENTRYPOINT [\"/usr/local/bin/curionav\"]"]);
     assert_eq!(begins("USER "), ["USER 65532:65532"]);
@@ -231,6 +232,7 @@ fn every_role_has_a_unit_whose_command_line_is_understood() {
         "arbiter",
         "cnc",
         "cpc",
+        "cpc-occluded",
         "driver",
         "generator",
         "localizer",

@@ -1,7 +1,9 @@
 //! `curionav`: run scenarios, start and supervise deployments, talk to robots. Each command has a file of its own with
 //! its arguments and their help.
 
+mod about;
 mod connect;
+mod demo;
 mod denied;
 mod doctor;
 #[cfg(feature = "lab")]
@@ -29,8 +31,9 @@ use curionav_runtime::zenoh_threads::{self, Links};
 
 /// Cross crowds without getting lost and without bothering people.
 ///
-/// Start with `curionav run scenarios/quickstart.toml`. Exit status: 0 reached without collision; 1 ran
+/// Start with `curionav demo` or `curionav run quickstart`. Exit status: 0 reached without collision; 1 ran
 /// but failed (collision, timeout, lost); 2 bad input; 3 lost the network or a required service.
+/// `curionav --version --verbose` shows the commit, the features, and the licences of what is inside.
 #[derive(Debug, Parser)]
 #[command(name = "curionav", version, propagate_version = true, max_term_width = 100)]
 struct Arguments {
@@ -45,6 +48,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::RunOptions),
+    Demo(demo::DemoOptions),
     #[cfg(feature = "lab")]
     #[command(flatten)]
     Lab(lab::LabCommand),
@@ -73,6 +77,9 @@ enum Command {
 }
 
 fn main() -> std::process::ExitCode {
+    if about::is_wanted(std::env::args().skip(1)) {
+        return finish(about::show());
+    }
     let arguments = Arguments::parse();
     curionav_runtime::telemetry::init(&arguments.log);
     match &arguments.command {
@@ -94,6 +101,10 @@ fn main() -> std::process::ExitCode {
         }
         Err(error) => Err(Exit::network(error)),
     };
+    finish(outcome)
+}
+
+fn finish(outcome: Result<u8, Exit>) -> std::process::ExitCode {
     match outcome {
         Ok(code) => code.into(),
         Err(exit) => {
@@ -119,6 +130,7 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     let log = arguments.log.clone();
     match arguments.command {
         Command::Run(options) => run::run(options).await,
+        Command::Demo(options) => demo::run(options).await,
         #[cfg(feature = "lab")]
         Command::Lab(command) => lab::run(command, &log).await,
         Command::Up(options) => up::run(options, &log).await,

@@ -16,6 +16,11 @@ pub(crate) fn default_pools() -> BTreeSet<String> {
     ["generator", "cpc", "cnc"].map(str::to_owned).into()
 }
 
+/// Whether this program has a service for the pool of that name.
+fn is_ours(pool: &str) -> bool {
+    pool == "cpc-occluded" || default_pools().contains(pool)
+}
+
 /// A service that is alive, and what it says of itself, if anything.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Alive<'a> {
@@ -102,8 +107,7 @@ impl Need {
     pub(crate) fn fix(&self, at: &ConnectOptions, taken: &BTreeSet<String>) -> String {
         let Self { role, robot } = self;
         let of_robot = ROBOT_ROLES.contains(&role.as_str()) || role == keys::TRACKER;
-        let is_ours = of_robot || default_pools().contains(role);
-        if !is_ours {
+        if !(of_robot || is_ours(role)) {
             return format!(
                 "start your service that evaluates the term {role}, on the router of {}",
                 at.place()

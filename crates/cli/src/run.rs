@@ -1,6 +1,6 @@
 //! `curionav run`: a scenario from file to measures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
@@ -12,6 +12,7 @@ use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
 use curionav_security::name::Name;
+use curionav_security::table::Verb;
 use zenoh::Session;
 
 use crate::connect::{ConnectOptions, EXPERIMENTS, refused};
@@ -34,7 +35,7 @@ const LAST_REPORTS: Duration = Duration::from_millis(500);
 /// Run a scenario and show its measures.
 #[derive(Debug, Args)]
 pub(crate) struct RunOptions {
-    /// Scenario file.
+    /// Scenario file, or the built-in `quickstart`.
     #[arg(value_name = "SCENARIO.toml")]
     scenario: PathBuf,
     /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
@@ -88,7 +89,7 @@ impl RunOptions {
 }
 
 /// The clock, and simulated seconds per second of the wall clock.
-fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
+pub(crate) fn parse_speed(text: &str) -> Result<(Clock, f64), String> {
     match (text, text.parse::<f64>()) {
         ("max", _) => Ok((Clock::Lockstep, 1.0)),
         ("realtime", _) => Ok((Clock::Realtime, 1.0)),
@@ -119,6 +120,10 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         namespace: options.namespace.clone(),
     };
     let of_deployment = if is_embedded { ServiceConfig::default() } else { at.config(&EXPERIMENTS)? };
+    if !is_embedded {
+        let key = keys::world(&options.world, "scenario").map_err(Exit::bad_input)?;
+        at.require(&EXPERIMENTS, Verb::Ask, &key)?;
+    }
     let config =
         ServiceConfig { robot: options.robot.clone(), world: options.world.clone(), ..of_deployment };
     config.check().map_err(Exit::bad_input)?;
@@ -138,14 +143,19 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         finished?
     };
     // A run has taken place whatever became of its recording.
-    let status = show(&options, &package, finished)?;
+    let status = show(options.out.as_deref(), options.json, &package, finished)?;
     recording.map(|()| status)
 }
 
-/// Writes and prints the run, and only then fails if it could not be written.
-fn show(options: &RunOptions, package: &Package, finished: Finished) -> Result<u8, Exit> {
+/// Writes the run into `out`, prints it as a table or as JSON, and only then fails if it could not be written.
+pub(crate) fn show(
+    out: Option<&Path>,
+    as_json: bool,
+    package: &Package,
+    finished: Finished,
+) -> Result<u8, Exit> {
     let Finished { result, reports, map } = finished;
-    let written = options.out.as_ref().map(|directory| {
+    let written = out.map(|directory| {
         let robot = &package.scenario.robot;
         let picture = map.map(|map| {
             run_svg(&Run {
@@ -160,8 +170,8 @@ fn show(options: &RunOptions, package: &Package, finished: Finished) -> Result<u
         output::write(directory, &result, &reports, picture).map(|()| directory.display())
     });
     let json = output::json(&result).map_err(Exit::failed);
-    print(if options.json { json? } else { output::table(&result) })?;
-    if let Some(directory) = written.transpose()?.filter(|_| !options.json) {
+    print(if as_json { json? } else { output::table(&result) })?;
+    if let Some(directory) = written.transpose()?.filter(|_| !as_json) {
         print(format_args!("Picture and data: {directory}"))?;
     }
     Ok(output::exit_code(&result))
@@ -176,7 +186,7 @@ async fn recorded(
 ) -> Result<(Finished, Result<(), Exit>), Exit> {
     match options.record {
         Some(_) => Err(crate::left_out::left_out("recording")),
-        None => Ok((follow_or_cancel(session, config, package, options).await?, Ok(()))),
+        None => Ok((follow_or_cancel(session, config, package, options.out.is_some()).await?, Ok(()))),
     }
 }
 
@@ -189,10 +199,10 @@ async fn recorded(
     options: &RunOptions,
 ) -> Result<(Finished, Result<(), Exit>), Exit> {
     let Some(path) = &options.record else {
-        return Ok((follow_or_cancel(session, config, package, options).await?, Ok(())));
+        return Ok((follow_or_cancel(session, config, package, options.out.is_some()).await?, Ok(())));
     };
     recording::during(session, path, config, async {
-        let finished = follow_or_cancel(session, config, package, options).await;
+        let finished = follow_or_cancel(session, config, package, options.out.is_some()).await;
         // What has been decided may still be on its way, last in line.
         if !config.connect.is_empty() {
             tokio::time::sleep(LAST_REPORTS).await;
@@ -202,16 +212,17 @@ async fn recorded(
     .await
 }
 
-async fn follow_or_cancel(
+/// Follows the run to its end, and cancels it if this program is interrupted.
+pub(crate) async fn follow_or_cancel(
     session: &Session,
     config: &ServiceConfig,
     package: &Package,
-    options: &RunOptions,
+    keep_reports: bool,
 ) -> Result<Finished, Exit> {
     let mission_key = keys::mission_command(&config.robot).map_err(Exit::bad_input)?;
     let mut signals = on_signals().map_err(Exit::network)?;
     tokio::select! {
-        finished = follow(session, config, package, options.out.is_some()) => finished,
+        finished = follow(session, config, package, keep_reports) => finished,
         () = signals.requested() => {
             cancel(session, &mission_key).await;
             Err(Exit::failed(anyhow::anyhow!("interrupted; the mission is cancelled")))

@@ -13,6 +13,7 @@ use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
+use curionav_deployment::built_in;
 use curionav_deployment::files;
 use curionav_deployment::package::{self, Choice};
 use curionav_runtime::exit::{Exit, SUCCESS};
@@ -20,7 +21,7 @@ use curionav_runtime::fields::Fields;
 use curionav_runtime::print::print;
 use curionav_simulator::Prepared;
 
-/// Check, draw or generate scenario files.
+/// Check, draw, copy or generate scenario files.
 #[derive(Debug, Subcommand)]
 pub(crate) enum ScenarioCommand {
     /// Check scenario files and the maps and recordings they name.
@@ -47,6 +48,12 @@ pub(crate) enum ScenarioCommand {
     },
     /// Print the reference page of the scenario file, as committed in docs/scenario.md: every field with its range.
     Reference,
+    /// Write the built-in scenario `quickstart` and its map, to begin one of your own with.
+    Copy {
+        /// Directory to write into.
+        #[arg(value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Write the generated scenarios and their maps, as committed under scenarios/.
     #[cfg(feature = "lab")]
     Generate {
@@ -68,6 +75,11 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
         }
         ScenarioCommand::Draw { files, out, seed } => {
             files.iter().try_for_each(|file| draw(file, &out, seed)).map_err(Exit::bad_input)?;
+        }
+        ScenarioCommand::Copy { out } => {
+            for file in built_in::write_all(&out).map_err(Exit::failed)? {
+                print(file.display())?;
+            }
         }
         #[cfg(not(feature = "lab"))]
         ScenarioCommand::Generate(_) => return Err(crate::left_out::left_out("lab")),

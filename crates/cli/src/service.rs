@@ -1,5 +1,5 @@
-//! One service as a process: `curionav generator`, `cpc`, `cnc`, `arbiter`, `localizer`, `tracker`, `driver`, `simulator` and
-//! `ros2-gateway`.
+//! One service as a process: `curionav generator`, `cpc`, `cpc-occluded`, `cnc`, `arbiter`, `localizer`, `tracker`,
+//! `driver`, `simulator` and `ros2-gateway`.
 
 use clap::Subcommand;
 use curionav_deployment::service_kind::Kind;
@@ -12,6 +12,8 @@ pub(crate) enum ServiceCommand {
     Generator(ServiceOptions),
     /// Run one CPC evaluator (localisation uncertainty along candidates).
     Cpc(ServiceOptions),
+    /// Run one evaluator of CPC that sees people hide landmarks, for planners with the term `cpc-occluded`.
+    CpcOccluded(ServiceOptions),
     /// Run one CNC evaluator (human comfort and crowd density along candidates).
     Cnc(ServiceOptions),
     /// Run a robot's arbiter.
@@ -32,6 +34,7 @@ pub(crate) async fn run(command: ServiceCommand) -> Result<u8, Exit> {
     let (kind, options) = match command {
         ServiceCommand::Generator(options) => (Kind::Generator, options),
         ServiceCommand::Cpc(options) => (Kind::Cpc, options),
+        ServiceCommand::CpcOccluded(options) => (Kind::CpcOccluded, options),
         ServiceCommand::Cnc(options) => (Kind::Cnc, options),
         ServiceCommand::Arbiter(options) => (Kind::Arbiter, options),
         ServiceCommand::Localizer(options) => (Kind::Localizer, options),

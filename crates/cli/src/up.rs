@@ -20,9 +20,9 @@ use serde::Deserialize;
 /// Start router and services as processes on this machine and supervise them.
 #[derive(Debug, Args)]
 pub(crate) struct UpOptions {
-    /// Deployment file; see deploy/local.toml.
+    /// Deployment file; see deploy/local.toml. Default: one of everything.
     #[arg(value_name = "DEPLOYMENT.toml")]
-    deployment: PathBuf,
+    deployment: Option<PathBuf>,
     /// Run everything over TLS, with the certificates and access rules of this folder: what is absent is made, and
     /// what is due is renewed.
     #[arg(long, value_name = "DIR")]
@@ -33,7 +33,8 @@ pub(crate) struct UpOptions {
 }
 
 pub(crate) async fn run(options: UpOptions, log: &str) -> Result<u8, Exit> {
-    let mut deployment = Deployment::from_file(&options.deployment).map_err(Exit::bad_input)?;
+    let of_file = options.deployment.as_deref().map(Deployment::from_file);
+    let mut deployment = of_file.transpose().map_err(Exit::bad_input)?.unwrap_or_default();
     deployment.port = options.port.unwrap_or(deployment.port);
     if let Some(folder) = &options.secure {
         deployment.certify(folder)?;
@@ -69,12 +70,14 @@ struct Deployment {
     max_restarts_per_minute: usize,
 }
 
-/// Processes per kind; tracker and simulator may be 0 (a robot that has its own) or 1, the others 1 to 64.
+/// Processes per kind; tracker and simulator may be 0 (a robot that has its own) or 1, the evaluator of a term that the
+/// default planner lacks 0 to 64, the others 1 to 64.
 #[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 struct Replicas {
     generator: usize,
     cpc: usize,
+    cpc_occluded: usize,
     cnc: usize,
     tracker: usize,
     simulator: usize,
@@ -82,7 +85,7 @@ struct Replicas {
 
 impl Default for Replicas {
     fn default() -> Self {
-        Self { generator: 1, cpc: 1, cnc: 1, tracker: 1, simulator: 1 }
+        Self { generator: 1, cpc: 1, cpc_occluded: 0, cnc: 1, tracker: 1, simulator: 1 }
     }
 }
 
@@ -91,6 +94,7 @@ impl Replicas {
         match kind {
             Kind::Generator => self.generator,
             Kind::Cpc => self.cpc,
+            Kind::CpcOccluded => self.cpc_occluded,
             Kind::Cnc => self.cnc,
             Kind::Tracker => self.tracker,
             Kind::Simulator => self.simulator,
@@ -130,8 +134,11 @@ impl Deployment {
         let Self { robot, world, .. } = self.clone();
         ServiceConfig { robot, world, ..ServiceConfig::default() }.check()?;
         for &kind in Kind::ALL {
-            let may_be_absent = matches!(kind, Kind::Tracker | Kind::Simulator);
-            let (least, most) = if may_be_absent { (0, 1) } else { (1, 64) };
+            let (least, most) = match kind {
+                Kind::Tracker | Kind::Simulator => (0, 1),
+                Kind::CpcOccluded => (0, 64),
+                _ => (1, 64),
+            };
             let (field, count) = (kind.name(), self.replicas.of(kind));
             let is_allowed = (least..=most).contains(&count);
             ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");
@@ -271,6 +278,7 @@ mod tests {
     fn a_wrong_deployment_is_refused_by_field_with_the_range() {
         for (text, fault) in [
             ("replicas.simulator = 2", "replicas.simulator: is 2; give 0 to 1"),
+            ("replicas.cpc-occluded = 65", "replicas.cpc-occluded: is 65; give 0 to 64"),
             ("replicas.cnc = 65", "replicas.cnc: is 65; give 1 to 64"),
             (
                 "replicas.simulator = 0",

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use curionav_planning::geometry::Pose2;
 
-use crate::world::Truth;
+use crate::world::{Touch, Truth};
 
 /// `Thr_c`: the localiser has converged while the trace of its covariance is at most this, m2 + rad2. It is the
 /// threshold that switches CPC on in the shipped planners (A9, A10); runs are judged by it whatever the planner's own
@@ -56,10 +56,23 @@ pub struct Measures {
     pub length_m: f64,
     /// Duration, seconds.
     pub time_s: f64,
-    /// Contacts with people or walls in which the robot was moving; one for each episode (D11).
-    pub collisions: u32,
+    /// Contacts with people or walls in which the robot was moving; one for each episode (D11), in their order.
+    pub collisions: Vec<Contact>,
     /// Least gap between the robot's body and a wall or a person, metres; negative for an overlap.
     pub clearance_min_m: f64,
+}
+
+/// The first moment of a contact in which the robot was moving.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Seconds since the start.
+    pub time: f64,
+    /// The person's id; none for a wall.
+    pub person: Option<u32>,
+    /// How fast the robot came towards the person or hit the wall, m/s; negative if it went away.
+    pub robot_speed: f64,
+    /// How fast the person came towards the robot, m/s; negative if the person went away, 0 for a wall.
+    pub person_speed: f64,
 }
 
 /// One tick of a run.
@@ -137,22 +150,31 @@ fn convergence(rows: &[Row]) -> (Option<f64>, u32) {
 }
 
 /// Contacts that are collisions; each is an episode with one person or with walls.
-fn collisions(rows: &[Row]) -> u32 {
-    let mut collisions = 0;
+fn collisions(rows: &[Row]) -> Vec<Contact> {
+    let mut collisions = Vec::new();
     // What is touched, a person or walls, and whether the episode has been counted.
     let mut touched: BTreeMap<Option<u32>, bool> = BTreeMap::new();
     for Row { truth, .. } in rows {
         let is_moving = truth.twist.v > COLLISION_SPEED;
         let lasts = touched.contains_key(&None) && truth.wall_clearance <= WALL_RELEASE;
         let is_hit = truth.wall_impact.is_some_and(|speed| speed > COLLISION_SPEED);
-        let wall = (truth.wall_impact.is_some() || lasts).then_some((None, is_hit));
-        let people = truth.touching.iter().map(|id| (Some(*id), is_moving));
-        let count = |(what, counts)| {
-            let was_counted = touched.get(&what) == Some(&true);
-            collisions += u32::from(counts && !was_counted);
-            (what, was_counted || counts)
+        let of = |person, robot_speed, person_speed| Contact {
+            time: truth.time,
+            person,
+            robot_speed,
+            person_speed,
         };
-        touched = people.chain(wall).map(count).collect();
+        let impact = truth.wall_impact.unwrap_or_default();
+        let wall = (truth.wall_impact.is_some() || lasts).then_some((of(None, impact, 0.0), is_hit));
+        let with = |touch: &Touch| (of(Some(touch.id), touch.robot_speed, touch.person_speed), is_moving);
+        let count = |(contact, counts): (Contact, bool)| {
+            let was_counted = touched.get(&contact.person) == Some(&true);
+            if counts && !was_counted {
+                collisions.push(contact);
+            }
+            (contact.person, was_counted || counts)
+        };
+        touched = truth.touching.iter().map(with).chain(wall).map(count).collect();
     }
     collisions
 }

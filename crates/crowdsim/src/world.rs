@@ -1,6 +1,9 @@
 //! The world: robot, people and sensors, one tick after the other.
 
+use std::collections::BTreeSet;
+
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
 use curionav_planning::random::{rng, standard_normal};
@@ -46,6 +49,17 @@ pub struct Observation {
     pub people: People,
 }
 
+/// A person whom the robot's body overlaps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touch {
+    /// Who.
+    pub id: u32,
+    /// How fast the robot comes towards the person, m/s; negative while it goes away.
+    pub robot_speed: f64,
+    /// How fast the person comes towards the robot, m/s; negative while the person goes away.
+    pub person_speed: f64,
+}
+
 /// What really is at one tick: for measures, never for a planner.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -65,8 +79,9 @@ pub struct Truth {
     pub wall_clearance: f64,
     /// Speed at which a wall stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
-    /// Ids of the people whose disc overlaps the robot's (D11), ascending.
-    pub touching: Vec<u32>,
+    /// The people whose disc overlaps the robot's (D11), by ascending id. Who came into being there, as filmed people do at
+    /// the edge of a film, is left out until they have parted.
+    pub touching: Vec<Touch>,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
 }
@@ -83,6 +98,8 @@ pub struct World {
     recordings: Vec<Recording>,
     live: People,
     people: People,
+    /// Ids of the people who came into being where the robot is, and have overlapped it since.
+    overlaid: BTreeSet<u32>,
 }
 
 impl World {
@@ -104,6 +121,7 @@ impl World {
             recordings: chosen(scenario, recordings)?,
             live: People::default(),
             people: People::default(),
+            overlaid: BTreeSet::new(),
             scenario: scenario.clone(),
             map,
             seed,
@@ -160,7 +178,8 @@ impl World {
         let contact = self.contact_distance();
         let distance = |i: usize| self.people.position(i).distance(pose.position());
         let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
-        let touched = (0..self.people.len()).filter(|i| distance(*i) < contact);
+        let touched = (0..self.people.len())
+            .filter(|i| distance(*i) < contact && !self.overlaid.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
             time: self.time(),
@@ -170,7 +189,7 @@ impl World {
             person_clearance: person_distance - contact,
             wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
-            touching: touched.map(|i| self.people.id[i]).collect(),
+            touching: touched.map(|i| touch(pose, twist, &self.people, i)).collect(),
             time_to_collision: time_to_collision(pose, twist, self.plant.radius(), &self.people),
         }
     }
@@ -185,7 +204,9 @@ impl World {
         let others = (self.scenario.walkers.len()..people.len()).map(|i| passer_by(people, i));
         self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
-        self.people = self.all_people();
+        let now = self.all_people();
+        let before = std::mem::replace(&mut self.people, now);
+        self.overlaid = self.overlaid_after(&before);
     }
 
     /// Puts live people into the world in place of those given before; their ids are counted from
@@ -193,6 +214,14 @@ impl World {
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
         self.people = self.all_people();
+    }
+
+    /// Who of those that overlap the robot now was not there before, or has overlapped it since coming into being.
+    fn overlaid_after(&self, before: &People) -> BTreeSet<u32> {
+        let (robot, contact) = (self.plant.pose.position(), self.contact_distance());
+        let overlaps = |i: &usize| self.people.position(*i).distance(robot) < contact;
+        let ids = (0..self.people.len()).filter(overlaps).map(|i| self.people.id[i]);
+        ids.filter(|id| self.overlaid.contains(id) || !before.id.contains(id)).collect()
     }
 
     /// Distance between centres at which the robot touches a person, metres.
@@ -272,6 +301,19 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
         }
     }
     Ok(recordings)
+}
+
+/// How the robot and the i-th person go towards each other along the line between their centres.
+fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
+    let person = people.position(i);
+    let (dx, dy) = (person.x - pose.x, person.y - pose.y);
+    let distance = hypot(dx, dy).max(f64::MIN_POSITIVE);
+    let (sin, cos) = sin_cos(pose.heading);
+    Touch {
+        id: people.id[i],
+        robot_speed: twist.v * (cos * dx + sin * dy) / distance,
+        person_speed: -(people.vx[i] * dx + people.vy[i] * dy) / distance,
+    }
 }
 
 #[cfg(test)]

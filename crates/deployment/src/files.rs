@@ -47,11 +47,19 @@ pub struct MapFiles {
 impl MapFiles {
     /// Reads both. Errors name the file.
     pub fn read(path: &Path) -> anyhow::Result<Self> {
-        let yaml_bytes = bytes(path)?;
+        Self::of(path, bytes(path)?, bytes)
+    }
+
+    /// What the YAML file says, and the image that it names, as `read_image` reads it.
+    pub(crate) fn of(
+        path: &Path,
+        yaml_bytes: Vec<u8>,
+        read_image: impl Fn(&Path) -> anyhow::Result<Vec<u8>>,
+    ) -> anyhow::Result<Self> {
         let yaml = MapYaml::parse(&String::from_utf8_lossy(&yaml_bytes))
             .with_context(|| path.display().to_string())?;
         let image_path = path.parent().unwrap_or(Path::new("")).join(&yaml.image);
-        let image = bytes(&image_path).with_context(|| format!("{}: image", path.display()))?;
+        let image = read_image(&image_path).with_context(|| format!("{}: image", path.display()))?;
         Ok(Self { yaml_bytes, yaml, image_path, image })
     }
 

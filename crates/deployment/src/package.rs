@@ -15,6 +15,7 @@ use curionav_schemas::{Clock, InjectRequest, Reject, words};
 use serde::{Deserialize, Serialize};
 use strum::{IntoStaticStr, VariantArray};
 
+use crate::built_in;
 use crate::files::{MapFiles, bytes};
 
 /// What may differ from the scenario file.
@@ -92,9 +93,13 @@ fn place(path: &Path, text: &str, field: Option<&str>) -> String {
     format!("{}: {line}{field}", path.display())
 }
 
-/// Reads the scenario and its files. Errors name file, line and field.
+/// Reads the scenario and its files, or takes the built-in scenario of this name. Errors name file, line and field.
 pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyhow::Result<Package> {
-    let text = String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?;
+    let built_in = built_in::find(path);
+    let text = match built_in {
+        Some(built_in) => built_in.scenario.to_owned(),
+        None => String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?,
+    };
     let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
     if let Some(perception) = choice.perception {
         perception.apply(&mut scenario);
@@ -105,7 +110,10 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
         locate(file, directory).map_err(|e| anyhow::anyhow!("{}{e}", place(path, &text, Some(field))))
     };
     let yaml_path = located("map.file", &scenario.map.file)?;
-    let MapFiles { yaml_bytes, image_path, image, .. } = MapFiles::read(&yaml_path)?;
+    let MapFiles { yaml_bytes, image_path, image, .. } = match built_in {
+        Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec()))?,
+        None => MapFiles::read(&yaml_path)?,
+    };
     files.insert(base_name(&image_path)?, image);
     scenario.map.file = base_name(&yaml_path)?;
     files.insert(scenario.map.file.clone(), yaml_bytes);

@@ -5,7 +5,7 @@ use strum::{IntoStaticStr, VariantArray};
 
 /// The services, in the order in which they are started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
-#[strum(serialize_all = "lowercase")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Kind {
     /// Owns the mission and drives.
     Driver,
@@ -17,6 +17,8 @@ pub enum Kind {
     Generator,
     /// Scores candidates under `cpc`.
     Cpc,
+    /// Scores candidates under `cpc-occluded`.
+    CpcOccluded,
     /// Scores candidates under `cnc`.
     Cnc,
     /// Asks and decides.
@@ -50,6 +52,7 @@ impl Kind {
             Self::Tracker => curionav_people_tracker::run,
             Self::Generator => curionav_trajectory_generator::run,
             Self::Cpc => curionav_cpc_evaluator::run,
+            Self::CpcOccluded => curionav_cpc_evaluator::run_occluded,
             Self::Cnc => curionav_cnc_evaluator::run,
             Self::Arbiter => curionav_arbiter::run,
             Self::Simulator => curionav_simulator::run,

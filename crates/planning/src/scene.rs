@@ -70,10 +70,13 @@ impl People {
     /// Identity of what only the driver sees ([`crate::arbitration::Observer::observe_braking`]); no tracker gives it.
     pub const UNSEEN: u32 = u32::MAX;
 
+    /// Radius of what only the driver sees where no people say theirs, metres: a person's.
+    pub(crate) const UNSEEN_RADIUS: f64 = 0.25;
+
     /// Adds one who stands; `id` is greater than all others.
     pub(crate) fn push_standing(&mut self, id: u32, at: Point2) {
         if self.radius <= 0.0 {
-            self.radius = 0.25;
+            self.radius = Self::UNSEEN_RADIUS;
         }
         self.id.push(id);
         self.x.push(at.x);

@@ -13,7 +13,9 @@ use serde::{Deserialize, Serialize};
 use crate::collision_risk::RiskParams;
 use crate::evaluation::Evaluator;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
-use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
+use crate::evaluation::cpc::{
+    CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams, RayField,
+};
 use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
@@ -65,6 +67,9 @@ pub trait DerivedFields {
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Self::Error>;
 
+    /// The rays of which such an observation consists.
+    fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Self::Error>;
+
     /// How much longer the way of `task` is for a robot that does not know where it is.
     fn information_to_go(
         &self,
@@ -90,6 +95,10 @@ impl DerivedFields for Arc<StaticMap> {
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Infallible> {
         Ok(Arc::new(InformationField::new(self, &laser, params)))
+    }
+
+    fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Infallible> {
+        Ok(Arc::new(RayField::new(&self.information(laser, params)?, self, &laser, params)))
     }
 
     fn information_to_go(
@@ -224,6 +233,30 @@ impl CpcTermParams {
     fn prediction<F: DerivedFields>(&self, task: &Task, fields: &F) -> Result<CpcEvaluator, F::Error> {
         let information = fields.information(task.laser, &self.information)?;
         Ok(CpcEvaluator::new(information, task.noise, self.cpc))
+    }
+}
+
+crate::parameters! {
+    struct CpcOccludedTermParams {
+        prediction: CpcTermParams [table],
+        forecast: ForecastParams [table],
+    }
+}
+
+enum CpcOccluded {}
+
+impl BuiltIn for CpcOccluded {
+    const NAME: &'static str = "cpc-occluded";
+    type Params = CpcOccludedTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcOccludedTermParams { prediction: CpcTermParams::of(profile), forecast: profile.forecast }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let rays = fields.rays(task.laser, &params.prediction.information).map_err(BuildError::Field)?;
+        let cpc = params.prediction.prediction(task, fields).map_err(BuildError::Field)?;
+        Ok(Arc::new(CpcOccludedEvaluator::new(cpc, rays, params.forecast)))
     }
 }
 
@@ -442,7 +475,9 @@ macro_rules! built_in {
     };
 }
 
-built_in!(Cnc, CollisionRisk, Cpc, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty);
+built_in! {
+    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
+}
 
 /// The evaluator of the term of that name as `profile` wants it.
 pub fn evaluator<F: DerivedFields>(

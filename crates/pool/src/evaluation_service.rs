@@ -61,10 +61,11 @@ pub fn answer(
 #[cfg(test)]
 mod tests {
     use curionav_planning::candidates::CandidateSet;
-    use curionav_planning::geometry::Pose2;
+    use curionav_planning::geometry::{Point2, Pose2};
     use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use curionav_planning::profile::Profile;
-    use curionav_schemas::{CandidateShard, MapId};
+    use curionav_planning::terms::Task;
+    use curionav_schemas::{CandidateShard, MapId, Message};
     use curionav_testing::golden;
 
     use super::*;
@@ -98,5 +99,41 @@ mod tests {
 
         let positions = CandidateShard { heading: None, v: None, omega: None, ..all.clone() };
         assert_eq!(answered("cnc", positions).unwrap().cost, answered("cnc", all).unwrap().cost);
+    }
+
+    #[test]
+    fn what_comes_back_over_the_wire_is_what_the_arbiter_computes_bit_for_bit() {
+        // A wall 3.5 m ahead, and one of the people of the example before it.
+        let cells = (0..14_400).map(|cell| if (75..78).contains(&(cell % 120)) { 100 } else { 0 }).collect();
+        let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), cells).unwrap();
+        let (profile, map) = (Profile::builtin("curionav").unwrap(), MapId(grid.hash()));
+        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        let cost = |term: &str| {
+            let params = parameters(&profile, term).unwrap();
+            let request = EvaluateRequest { map, params, ..golden::evaluate_request() };
+            let request = EvaluateRequest::decode(&request.encode(), None).unwrap();
+            let task = Task {
+                goal: Point2::new(8.0, 6.5),
+                robot: convert::robot_model(&golden::evaluate_request().robot_model),
+                laser: convert::laser(&golden::evaluate_request().laser),
+                noise: convert::noise(&golden::evaluate_request().odometry_noise),
+            };
+            let here = terms::evaluator(term, &profile, &task, &fields.of(map)).unwrap();
+            let (scene, set) =
+                (convert::scene(&golden::scene()), convert::candidates(golden::candidate_set()));
+            let here = here.evaluate(&scene, &set.unwrap(), &|| false).unwrap();
+            let there = answer(term, "a", &fields, request, 1, &|| Duration::ZERO).unwrap().cost;
+            assert_eq!(
+                there.iter().map(|cost| cost.to_bits()).collect::<Vec<_>>(),
+                here.iter().map(|cost| cost.to_bits()).collect::<Vec<_>>(),
+                "{term}"
+            );
+            here
+        };
+        let (plain, occluded) = (cost("cpc"), cost("cpc-occluded"));
+        assert!(
+            plain.iter().zip(&occluded).all(|(plain, occluded)| plain < occluded),
+            "{plain:?} {occluded:?}"
+        );
     }
 }

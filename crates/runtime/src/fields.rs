@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use curionav_planning::evaluation::cpc::{InformationField, InformationParams};
+use curionav_planning::evaluation::cpc::{InformationField, InformationParams, RayField};
 use curionav_planning::evaluation::information_to_go::InformationToGoField;
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::{GeodesicField, OccupancyGrid, StaticMap};
@@ -17,10 +17,11 @@ use crate::map_store::MapStore;
 use crate::single_flight_cache::SingleFlightCache;
 use crate::telemetry::timed;
 
-/// Bytes of distance fields kept, and as many of what uncertainty costs on the ways: a robot has one goal at a time. On a map of 350 000 cells a distance field is 1.4 MB, so
-/// these are the fields of 90 goals.
+/// Bytes of distance fields kept, and as many of what uncertainty costs on the ways: a robot has one goal at a time. On
+/// a map of 350 000 cells a distance field is 1.4 MB, so these are the fields of 90 goals.
 const GEODESIC_BYTES: usize = 128 << 20;
-/// Bytes of information fields kept: robots of one kind on one map share one. On that map a field is at most 13 MB.
+/// Bytes of information fields kept, and as many of their rays: robots of one kind on one map share one. On that map a
+/// field is at most 13 MB, and its rays are 19 MB.
 const INFORMATION_BYTES: usize = 128 << 20;
 
 struct Stock {
@@ -28,6 +29,7 @@ struct Stock {
     geodesic: SingleFlightCache<(MapId, [u64; 3]), GeodesicField>,
     /// By map, what shapes the fan of rays, and parameters.
     information: SingleFlightCache<(MapId, LaserModel, InformationParams), InformationField>,
+    rays: SingleFlightCache<(MapId, LaserModel, InformationParams), RayField>,
     information_to_go: SingleFlightCache<(MapId, Task, InformationToGoTermParams), InformationToGoField>,
 }
 
@@ -63,6 +65,7 @@ impl Fields {
             maps,
             geodesic: SingleFlightCache::new(geodesic_bytes, GeodesicField::bytes),
             information: SingleFlightCache::new(INFORMATION_BYTES, InformationField::bytes),
+            rays: SingleFlightCache::new(INFORMATION_BYTES, RayField::bytes),
             information_to_go: SingleFlightCache::new(geodesic_bytes, InformationToGoField::bytes),
         };
         Self { stock: Arc::new(stock), derives: true }
@@ -151,9 +154,7 @@ impl DerivedFields for FieldsOf<'_> {
         laser: LaserModel,
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Reject> {
-        let map = self.map()?;
-        // Where the laser sits, and how exact it is, change nothing of what its rays meet.
-        let fan = LaserModel { robot_from_laser: Pose2::default(), range_sigma: 0.0, ..laser };
+        let (map, fan) = (self.map()?, fan(laser));
         let key = (self.map, fan, *params);
         let stock = &self.fields.stock.information;
         let field = self.fields.derived("what this sensor sees", stock, &key, || {
@@ -163,6 +164,15 @@ impl DerivedFields for FieldsOf<'_> {
             field
         } else {
             Arc::new(field.mounted(laser.robot_from_laser))
+        })
+    }
+
+    fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Reject> {
+        let (map, fan) = (self.map()?, fan(laser));
+        let information = self.information(fan, params)?;
+        let key = (self.map, fan, *params);
+        self.fields.derived("each ray of this sensor", &self.fields.stock.rays, &key, || {
+            RayField::by(&Cores::all(), &information, &map, &fan, params)
         })
     }
 
@@ -180,6 +190,11 @@ impl DerivedFields for FieldsOf<'_> {
             || params.field(&map, &seen, task),
         )
     }
+}
+
+/// What shapes the fan of a laser's rays: where it sits, and how exact it is, change nothing of what they meet.
+fn fan(laser: LaserModel) -> LaserModel {
+    LaserModel { robot_from_laser: Pose2::default(), range_sigma: 0.0, ..laser }
 }
 
 fn cold(what: &str) -> Reject {

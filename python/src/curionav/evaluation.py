@@ -17,7 +17,19 @@ from .field_types import MAX_MAGNITUDE
 from .messages import CandidateSet, CandidateShard, EvaluateRequest, People, Scene
 
 BUILT_IN = frozenset(
-    {"cnc", "collision-risk", "cpc", "distance", "doppler", "human-space", "order", "risk", "uncertainty"}
+    {
+        "cnc",
+        "collision-risk",
+        "cpc",
+        "cpc-occluded",
+        "distance",
+        "doppler",
+        "human-space",
+        "information-to-go",
+        "order",
+        "risk",
+        "uncertainty",
+    }
 )
 """Terms that the services compute themselves: a function of that name would be mixed with theirs."""
 

@@ -10,7 +10,10 @@ from typing import Any
 
 from .array import F64
 from .messages import CycleReport, TermReport
-from .words import say, say_all
+from .words import UNSEEN, families, say, say_all
+
+_IN_PLACE = 1.0
+"""Seconds in one place from which on that is said."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +112,7 @@ class Explanation:
         for term in self.report.terms:
             if term.active:
                 yield self._wish(term)
+                yield from self._meaning(term)
         for term in self.report.terms:
             if not term.active:
                 yield _line("idle", term=term.term, weight=term.weight, scale=term.scale)
@@ -132,10 +136,19 @@ class Explanation:
         when = {"robot": report.robot, "cycle": report.seq, "stamp": decision.stamp}
         yield _line(decision.action, candidate=chosen, reason=decision.reason, **when)
         sure = "unsure" if decision.uncertain else "sure"
-        yield _line(sure, uncertainty=decision.uncertainty, people=len(report.scene.people.id))
+        unseen = unseen_away(report)
+        people = len(report.scene.people.id) - (unseen is not None)
+        yield _line(sure, uncertainty=decision.uncertainty, people=people)
         codes = Counter(why["code"] for why in report.rejected if why is not None)
         rejected = "".join(f"; {codes[code]} {say('rejections', code)}" for code in sorted(codes))
         yield _line("compared", count=count, left=count - codes.total(), rejected=rejected)
+        after = [why["after_s"] for why in report.rejected if why is not None and why["code"].startswith("hits_")]
+        if decision.reason["code"] == "last_to_collide" and after:
+            yield _line("evades", after_s=max(after))
+        if unseen is not None:
+            yield _line("unseen", person=UNSEEN, distance=unseen)
+        if report.scene.in_place_s >= _IN_PLACE:
+            yield _line("in_place", time=report.scene.in_place_s)
         if report.driven is not None and report.driven.reason != "tracking":
             time = report.scene.stamp - report.driven.since
             yield _line("driven", time=time, command_reason=report.driven.reason)
@@ -166,6 +179,14 @@ class Explanation:
         same = term.alone == self.report.chosen
         return _line("wish", **facts, wish="the same" if same else f"candidate {self._id(term.alone)}")
 
+    def _meaning(self, term: TermReport) -> Iterator[str]:
+        """What the raw cost of the chosen candidate says, if the table has words for the term."""
+        chosen = self.report.chosen
+        if chosen is None or term.term not in families()["term_meaning"] or math.isnan(term.raw[chosen]):
+            return
+        raw, steps = float(term.raw[chosen]), max(self.report.candidates.steps, 1)
+        yield _line("meaning", term_meaning={"code": term.term, "mean": raw / steps, "percent": 100.0 * raw})
+
     def _table(self) -> Iterator[str]:
         terms = [term.term for term in self.report.terms if len(term.scored)]
         yield "  ".join(f"{name:>10}" for name in ("candidate", "cost", *terms))
@@ -174,6 +195,15 @@ class Explanation:
             numbers = [row.cost, *(row.terms[term] for term in terms)]
             cells = [f"{row.id:>10}", *("" if n is None else f"{n:.4f}" for n in numbers)]
             yield "  ".join([*(f"{cell:>10}" for cell in cells), row.remark]).rstrip()
+
+
+def unseen_away(report: CycleReport) -> float | None:
+    """Metres to what only the driver sees; ``None`` if the scene has nothing of the kind."""
+    people, belief = report.scene.people, report.scene.belief
+    for i, person in enumerate(people.id):
+        if person == UNSEEN:
+            return math.hypot(people.x[i] - belief.x, people.y[i] - belief.y)
+    return None
 
 
 def _line(code: str, **parameters: Any) -> str:

@@ -18,8 +18,10 @@ Planner = str | os.PathLike[str] | Mapping[str, Any]
 BUILT_IN: dict[str, dict[str, Any]] = json.loads(Path(__file__).with_name("profiles.json").read_text("utf-8"))
 """The built-in profiles by name, complete: ``crates/planning/profiles/curiosity.toml`` says what each field means."""
 
-DEFAULT = "curiosity"
-"""The profile of a scenario that names none; it also has the value of every field that another one leaves out."""
+DEFAULT = "curionav"
+"""The profile of a scenario that names none."""
+_BASE = "curiosity"
+"""The profile that has the value of every field that another one leaves out."""
 _TERM = {"scale": 0.0, "weight": 1.0, "when": "always"}
 """Fields that a term leaves out; a scale must be given, and the services refuse one of 0."""
 
@@ -39,7 +41,7 @@ def complete(planner: Planner, base: Path, field: str) -> dict[str, Any]:
         return BUILT_IN[planner]
     if not isinstance(planner, Mapping):
         planner = _read(planner, base, field)
-    default = BUILT_IN[DEFAULT]
+    default = BUILT_IN[_BASE]
     # A profile that lists any term has exactly the terms that it lists.
     return changed(default | {"terms": {}} if "terms" in planner else default, planner)
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from .array import F64
-from .messages import Cycles, Measures, PeopleTrace, RunResult
+from .messages import Contact, Cycles, Measures, PeopleTrace, RunResult
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,7 @@ class Result:
         seed: Seed of everything random.
         outcome: At the goal, out of time, or believing to be where the robot is not.
         measures: The measures of the paper and a few more.
+        contacts: The collisions one by one: when, with which person or a wall, and who moved towards whom.
         social: The standard measures of social navigation by name, units in the names: ``spl``, ``personal_share``,
             ``time_to_collision_min_s`` and so on. What there was nothing to measure of is not in it.
         cycles: The planning cycles, in numbers.
@@ -35,6 +36,7 @@ class Result:
     seed: int
     outcome: Literal["reached", "timeout", "lost"]
     measures: Measures
+    contacts: list[Contact]
     social: dict[str, float]
     cycles: Cycles
     real_time_factor: float
@@ -52,6 +54,7 @@ class Result:
             seed=message.seed,
             outcome=message.outcome,
             measures=message.measures,
+            contacts=message.contacts,
             social=dict(message.social or {}),
             cycles=message.cycles,
             real_time_factor=message.real_time_factor,

@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+UNSEEN = 2**32 - 1
+"""The identity of what only the driver sees, which is no person that a tracker knows."""
 _WORDS: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_name("words.toml").read_text("utf-8"))
 
 
@@ -56,6 +58,8 @@ def _word(name: str, value: Any, decimals: str) -> str:
             return ""
         case str():
             return say(name, value) if name in _WORDS else value
+        case int() if name == "person":
+            return say("person", {"code": "unseen" if value == UNSEEN else "any", "number": value})
         case int():
             return str(value)
         case float():

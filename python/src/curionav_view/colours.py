@@ -26,6 +26,8 @@ GOAL = (120, 230, 140, 255)
 COMFORT = (255, 190, 70, 160)
 PERSON = (126, 158, 255, 255)
 PERSON_NEAR = (255, 84, 72, 255)
+UNSEEN = (255, 120, 220, 255)
+"""What only the driver sees."""
 CROWD = (255, 160, 90, 255)
 REJECTED = (120, 126, 140, 56)
 

@@ -43,7 +43,8 @@ examples:
 The page of --web is for this machine only. From another one: ssh -L 9090:127.0.0.1:9090
 -L 9876:127.0.0.1:9876 HOST, and the printed address there.
 
-status: 0 shown, or ended by Ctrl-C; 1 the connection or the recording failed; 2 bad input or nothing to show it on.
+status: 0 shown, or ended by Ctrl-C; 1 the connection or the recording failed; 2 bad input or nothing to show it on;
+3 not installed.
 """
 
 
@@ -64,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     live.add_argument("--robot", metavar="NAME", help="which robot (live: robot; recording: its only one)")
     live.add_argument("--world", metavar="NAME", default="world", help="simulated world, for the end of runs (world)")
     live.add_argument("--once", action="store_true", help="end with the run under way, or the next if there is none")
+    parser.add_argument("--supervised", action="store_true", help=argparse.SUPPRESS)  # end when standard input closes
     where = parser.add_argument_group("where to show it")
     where.add_argument(
         "--spawn", action="store_true", help="a window on this screen: without --web or --save the default"
@@ -98,10 +100,12 @@ def main(arguments: list[str] | None = None) -> int:
             parser.error(f"--{name} {value!r}: a name is 1 to 64 of the characters a-z, 0-9, `_` and `-`")
     missing = [package for module, package in _NEEDED.items() if importlib.util.find_spec(module) is None]
     if missing:
-        _say(f"not installed: {', '.join(missing)}. At the root of the project: pip install './python[viewer]'")
-        return 2
+        _say(f"not installed: {', '.join(missing)}; `pip install 'curionav[viewer]'` brings what is missing")
+        return 3
     try:
         with _interruptible():
+            if options.supervised:
+                threading.Thread(target=_end_with_supervisor, daemon=True).start()
             return _show(options)
     except KeyboardInterrupt:
         return 0
@@ -118,6 +122,12 @@ def _interruptible() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+def _end_with_supervisor() -> None:
+    """Ends this program once its standard input, into which nothing is written, closes."""
+    sys.stdin.buffer.read()
+    signal.raise_signal(signal.SIGTERM)
 
 
 def _show(options: argparse.Namespace) -> int:

@@ -33,6 +33,8 @@ def default(grid: OccupancyGrid | None = None) -> rrb.Blueprint:
         # Moves with the robot and does not turn with it: north stays up.
         origin="/eye",
         contents=_AROUND,
+        # Over the candidates by their cost: for who wants to see it.
+        overrides={"/plan/beyond": rrb.EntityBehavior(visible=False)},
         background=colours.UNKNOWN,
         line_grid=False,
         eye_controls=rrb.EyeControls3D(

@@ -38,6 +38,9 @@ TRAIL_EVERY = 3
 """Beliefs from point to point at first; the ellipse and the robot follow each."""
 LIMITS_EVERY = 1.0
 """Lines that do not move are drawn on so often, s."""
+BEYOND = "information-to-go"
+"""The term whose raw cost candidates are coloured by, if that is switched on: metres by which the way beyond counts
+longer."""
 _RECENT = 32
 """Beliefs remembered, so that what comes a little late finds that of its tick."""
 _AFTER = 0.05
@@ -246,6 +249,8 @@ class SceneLogger:
         belief = report.scene.belief
         self._to.log("/plan/candidates", shapes.candidates(report))
         self._to.log("/plan/rejected", shapes.rejected(report))
+        self._to.log("/plan/beyond", shapes.by_term(report, BEYOND))
+        self._to.log("/people/unseen", shapes.unseen(report))
         self._to.log("/people/crowds", shapes.crowds(report))
         self._to.log("/map/density", shapes.density(heat.density(report.crowds, belief.x, belief.y)))
         text = words.decision(report, self.mission, self._nearest)

@@ -20,6 +20,7 @@ from curionav.messages import (
     RobotModel,
     Scan,
 )
+from curionav.words import UNSEEN, say
 
 from . import colours
 from .heat import OCCUPIED, Field
@@ -198,6 +199,22 @@ def bodies(x: Any, y: Any, radius: float, too_near: NDArray[np.bool_]) -> rr.Cap
     )
 
 
+def unseen(report: CycleReport) -> rr.Capsules3D:
+    """What only the driver sees and the scene takes for a person."""
+    people = report.scene.people
+    found = people.id == UNSEEN
+    radius = max(people.radius, 0.05)
+    return rr.Capsules3D(
+        lengths=np.full(int(found.sum()), PERSON_HEIGHT - 2 * radius, np.float32),
+        radii=np.full(int(found.sum()), radius, np.float32),
+        translations=_flat(people.x[found], people.y[found], radius),
+        colors=[colours.UNSEEN],
+        labels=[say("person", "unseen")] * int(found.sum()),
+        show_labels=True,
+        fill_mode=rr.components.FillMode.DenseWireframe,
+    )
+
+
 def velocities(x: Any, y: Any, vx: Any, vy: Any) -> rr.Arrows3D:
     """Where people will be in a second and a half."""
     return rr.Arrows3D(
@@ -256,6 +273,21 @@ def candidates(report: CycleReport) -> rr.LineStrips3D:
     strips = _flat(report.candidates.x[order], report.candidates.y[order], HEIGHT_CANDIDATES)
     strips[..., 2] += 0.03 * (1.0 - np.clip(share, 0.0, 1.0))[:, None]
     return rr.LineStrips3D(strips, colors=colours.cost(share), radii=[0.03])
+
+
+def by_term(report: CycleReport, term: str) -> rr.LineStrips3D:
+    """All candidates that a term has scored, by its raw cost: the least bright and on top, the greatest dark."""
+    found = next((each for each in report.terms if each.term == term), None)
+    if found is None:
+        return rr.LineStrips3D([])
+    scored = np.flatnonzero(~np.isnan(found.raw))
+    order = _drawn(scored[np.argsort(-found.raw[scored], kind="stable")])
+    raw = found.raw[order]
+    low = float(raw.min(initial=math.inf))
+    share = (raw - low) / max(float(raw.max(initial=0.0)) - low, 1e-9)
+    strips = _flat(report.candidates.x[order], report.candidates.y[order], HEIGHT_CANDIDATES + 0.04)
+    labels = [f"{mean:.2f}" for mean in raw / max(report.candidates.steps, 1)]
+    return rr.LineStrips3D(strips, colors=colours.cost(share), radii=[0.035], labels=labels, show_labels=False)
 
 
 def rejected(report: CycleReport) -> rr.LineStrips3D:

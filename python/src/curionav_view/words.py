@@ -6,11 +6,14 @@ from collections import Counter
 
 import numpy as np
 
+from curionav.explain import unseen_away
 from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
-from curionav.words import say, say_all
+from curionav.words import families, say, say_all
 
 NORMAL = frozenset({"tracking", "arrived"})
 """Reasons of the driver that are as they should be."""
+STUCK = 1.0
+"""Seconds in one place from which on that is said."""
 _DONE = {"follow": "Follow", "hold": "Hold", "stop": "Stop"}
 
 
@@ -44,6 +47,11 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
         parts.append(f"goal in {np.hypot(mission.order.goal_x - belief.x, mission.order.goal_y - belief.y):.1f} m")
     if nearest is not None:
         parts.append(f"nearest person {nearest:.1f} m")
+    unseen = unseen_away(report)
+    if unseen is not None:
+        parts.append(f"{say('person', 'unseen')} {unseen:.1f} m away")
+    if report.scene.in_place_s >= STUCK:
+        parts.append(f"in one place for {report.scene.in_place_s:.0f} s")
     sure = "**uncertain**, so curious" if made.uncertain else "sure of the place"
     limit = threshold(mission)
     parts.append(f"{sure} (l = {made.uncertainty:.3f}" + (f", Thr' = {limit:g})" if limit else ")"))
@@ -69,7 +77,18 @@ def _costs(report: CycleReport) -> list[str]:
             continue
         share = _share(term, report.chosen)
         lines.append(f"| {term.term} | {term.weight:g} | {raw:.3g} | {share} | {term.evaluated} |")
-    return lines
+    return [*lines, "", *_meanings(report, report.chosen)]
+
+
+def _meanings(report: CycleReport, chosen: int) -> list[str]:
+    """What the raw costs of the chosen candidate say, for the terms that there are words for."""
+    steps = max(report.candidates.steps, 1)
+    known = [term for term in report.terms if term.term in families()["term_meaning"] and term.active]
+    facts = [(term.term, float(term.raw[chosen])) for term in known if not np.isnan(term.raw[chosen])]
+    return [
+        f"- {term}: {say('term_meaning', {'code': term, 'mean': raw / steps, 'percent': 100.0 * raw})}"
+        for term, raw in facts
+    ]
 
 
 def _margin(report: CycleReport) -> str:

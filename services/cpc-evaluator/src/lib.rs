@@ -7,3 +7,8 @@ use curionav_runtime::process::{Running, Start};
 pub fn run(start: Start<'_>) -> Running<'_> {
     evaluation_service::run("cpc", start)
 }
+
+/// Serves the term `cpc-occluded`: the same where people hide landmarks.
+pub fn run_occluded(start: Start<'_>) -> Running<'_> {
+    evaluation_service::run("cpc-occluded", start)
+}

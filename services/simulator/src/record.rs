@@ -10,8 +10,8 @@ use curionav_crowdsim::{Truth, World};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::GeodesicField;
 use curionav_runtime::fields::Fields;
-use curionav_schemas::limits::{MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
-use curionav_schemas::{self as wire, Belief, Decision, PeopleTrace, Reject, RunResult, Trace};
+use curionav_schemas::limits::{MAX_CONTACTS, MAX_MAGNITUDE, MAX_PEOPLE, MAX_TRACE_ROWS};
+use curionav_schemas::{self as wire, Belief, Contact, Decision, PeopleTrace, Reject, RunResult, Trace};
 use sha2::{Digest, Sha256};
 
 use crate::cycle_record::CycleRecord;
@@ -106,6 +106,7 @@ impl Record {
         let wall = self.started.elapsed().as_secs_f64();
         let radius = world.scenario().robot.model.radius();
         let way = fields.way(world.map(), goal, radius)?;
+        let measured = Measures::of(&self.measured);
         Ok(RunResult {
             scenario: world.scenario().name.clone(),
             planner: planner.to_owned(),
@@ -115,7 +116,8 @@ impl Record {
                 Outcome::Timeout => wire::Outcome::Timeout,
                 Outcome::Lost => wire::Outcome::Lost,
             },
-            measures: measures(&Measures::of(&self.measured)),
+            contacts: contacts(&measured),
+            measures: measures(&measured),
             social: social(&self.measured, outcome, goal, &way, radius),
             cycles: self.cycles.finish(world.tick()),
             real_time_factor: world.time() / wall.max(1e-9),
@@ -163,9 +165,20 @@ fn measures(m: &Measures) -> wire::Measures {
         vel_mps: m.vel_mps,
         length_m: m.length_m,
         time_s: m.time_s,
-        collisions: m.collisions,
+        collisions: m.collisions.len() as u32,
         clearance_min_m: m.clearance_min_m.min(FAR_AWAY),
     }
+}
+
+/// The collisions as they are sent.
+fn contacts(m: &Measures) -> Vec<Contact> {
+    let contact = |c: &curionav_crowdsim::measures::Contact| Contact {
+        time_s: c.time,
+        person: c.person,
+        robot_mps: c.robot_speed,
+        person_mps: c.person_speed,
+    };
+    m.collisions.iter().take(MAX_CONTACTS).map(contact).collect()
 }
 
 /// Spacing of the shortest way whose length is measured, metres.

@@ -65,6 +65,20 @@ fn the_same_seed_decides_the_same_and_another_seed_otherwise() {
 }
 
 #[test]
+fn the_built_in_scenario_is_the_file_and_is_copied_as_it_is() {
+    let _turn = turn();
+    let (built_in, of_file) = (run("quickstart", &[]).0, run(QUICK, &[]).0);
+    assert_eq!(built_in.decisions_sha256, of_file.decisions_sha256);
+    let directory = tempfile::tempdir().unwrap();
+    let copied = curionav(&["scenario", "copy", directory.path().to_str().unwrap()]);
+    assert!(copied.status.success(), "{copied:?}");
+    for name in ["quickstart.toml", "maps/quickstart.yaml", "maps/quickstart.pgm"] {
+        let read = |folder: &std::path::Path| std::fs::read(folder.join(name)).unwrap();
+        assert!(read(directory.path()) == read(&root().join("scenarios")), "{name}");
+    }
+}
+
+#[test]
 fn a_profile_file_decides_as_the_built_in_profile_of_the_same_text() {
     let _turn = turn();
     // It has fewer terms than the default profile.

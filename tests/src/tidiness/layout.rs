@@ -3,9 +3,10 @@
 use super::tree::{assert_none, files, files_of, is_made, root, text};
 
 /// Everything that may be at the root.
-const ROOT: [&str; 19] = [
+const ROOT: [&str; 20] = [
     ".cargo",
     ".ci",
+    ".github",
     ".gitignore",
     "CHANGELOG.md",
     "CONTRIBUTING.md",

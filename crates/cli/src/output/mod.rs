@@ -80,6 +80,8 @@ mod tests {
         let read: serde_json::Value = serde_json::from_str(&metrics).unwrap();
         let mut expected: serde_json::Value =
             serde_json::from_str(&json(&golden::run_result()).unwrap()).unwrap();
+        let [person, wall] = golden::run_result().contacts.try_into().unwrap();
+        expected["contacts"] = serde_json::json!([person, wall]);
         expected["social"] = serde_json::json!({ "personal_share": 0.25, "spl": 0.93 });
         assert_eq!(read, expected);
     }

@@ -1,6 +1,6 @@
 //! The JSON object of a run, which people script against.
 
-use curionav_schemas::{Cycles, Measures, Outcome, RunResult};
+use curionav_schemas::{Contact, Cycles, Measures, Outcome, RunResult};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -16,7 +16,9 @@ struct Summary<'a> {
     cycles: &'a Cycles,
     real_time_factor: f64,
     decisions_sha256: &'a str,
-    /// Only in the file, never on standard output.
+    /// Only in the file, never on standard output; so is the next.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    contacts: Option<&'a [Contact]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     social: Option<&'a BTreeMap<String, f64>>,
 }
@@ -49,6 +51,7 @@ fn summary(result: &RunResult) -> Summary<'_> {
         cycles: &result.cycles,
         real_time_factor: result.real_time_factor,
         decisions_sha256: &result.decisions_sha256,
+        contacts: None,
         social: None,
     }
 }
@@ -58,9 +61,13 @@ pub(crate) fn json(result: &RunResult) -> serde_json::Result<String> {
     serde_json::to_string(&summary(result))
 }
 
-/// The text of `metrics.json`: the summary with the measures of social navigation.
+/// The text of `metrics.json`: the summary with the collisions one by one and the measures of social navigation.
 pub(super) fn for_file(result: &RunResult) -> serde_json::Result<String> {
-    serde_json::to_string_pretty(&Summary { social: Some(&result.social), ..summary(result) })
+    serde_json::to_string_pretty(&Summary {
+        contacts: Some(&result.contacts),
+        social: Some(&result.social),
+        ..summary(result)
+    })
 }
 
 #[cfg(test)]

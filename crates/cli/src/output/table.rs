@@ -1,10 +1,12 @@
 //! The result of a run as a table for people, at most 80 columns wide.
 
 use comfy_table::{CellAlignment, ContentArrangement, Table};
-use curionav_schemas::{Cycles, Outcome, RunResult};
+use curionav_schemas::{Contact, Cycles, Outcome, RunResult};
 
 /// Columns of the narrowest terminal the table is made for.
 const WIDTH: u16 = 80;
+/// Collisions that are shown; metrics.json has all.
+const CONTACTS_SHOWN: usize = 5;
 /// Digits of the decisions' digest that are shown: enough to tell two runs apart.
 const DIGEST_SHOWN: usize = 12;
 
@@ -75,7 +77,18 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
         row("cycles", c.count.to_string(), "decisions taken"),
     ];
     rows.extend(shares(c));
+    rows.extend(result.contacts.iter().take(CONTACTS_SHOWN).map(contact));
     rows
+}
+
+/// Who walked into whom.
+fn contact(c: &Contact) -> (String, String, String) {
+    let name = format!("hit at {:.1} s", c.time_s);
+    let [robot, person] = [c.robot_mps, c.person_mps].map(|speed| format!("{speed:.2} m/s"));
+    match c.person {
+        None => row(&name, robot, "robot to a wall"),
+        Some(id) => row(&name, robot, &format!("robot to person {id}, who came at {person}")),
+    }
 }
 
 /// How many of the cycles were as they should be, and what the others had to do without.

@@ -86,6 +86,8 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
         ("time_s", time_with(rows, |_| true)),
         // Length of the way driven, metres (PL).
         ("length_m", length_m),
+        // Length of the shortest way clear of walls, metres.
+        ("shortest_m", task.shortest_m),
         // Success weighted by path length (SPL): 0 without success, else the length of the shortest way clear
         // of walls over the way driven, at most 1.
         ("spl", if success { spl(task.shortest_m, length_m) } else { 0.0 }),

@@ -30,6 +30,10 @@ fn run(rows: u64, change: impl Fn(u64, &mut Truth)) -> Measures {
     Measures::of(&(0..rows).map(row).collect::<Vec<_>>())
 }
 
+fn touch(id: u32) -> Touch {
+    Touch { id, robot_speed: 0.25, person_speed: -0.5 }
+}
+
 fn traces(traces: &[f64]) -> Measures {
     let row = |(tick, trace): (usize, &f64)| Row {
         truth: at(tick as u64, 0.0),
@@ -129,8 +133,13 @@ fn the_least_gap_is_to_a_person_or_to_a_wall() {
 fn each_contact_of_a_moving_robot_is_one_collision() {
     // person 4 in rows 1 to 3, person 5 in rows 2 and 5: three episodes
     let touching: [&[u32]; 7] = [&[], &[4], &[4, 5], &[4], &[], &[5], &[]];
-    let m = run(7, |tick, truth| truth.touching = touching[tick as usize].to_vec());
-    assert_eq!(m.collisions, 3);
+    let m =
+        run(7, |tick, truth| truth.touching = touching[tick as usize].iter().map(|id| touch(*id)).collect());
+    // rows are half a second apart
+    let found: Vec<_> =
+        m.collisions.iter().map(|c| (c.time, c.person, c.robot_speed, c.person_speed)).collect();
+    let of = |time, id| (time, Some(id), 0.25, -0.5);
+    assert_eq!(found, [of(0.5, 4), of(1.0, 5), of(2.5, 5)]);
 }
 
 #[test]
@@ -139,15 +148,15 @@ fn a_standing_robot_does_not_collide() {
     let speeds = [0.0, 0.04, 0.05, 0.05];
     let standing = |tick: u64, truth: &mut Truth| {
         truth.twist.v = speeds[tick as usize];
-        truth.touching = vec![4];
+        truth.touching = vec![touch(4)];
     };
     let m = run(4, standing);
-    assert_eq!(m.collisions, 0);
+    assert_eq!(m.collisions, []);
     let m = run(4, |tick, truth| {
         standing(tick, truth);
         truth.twist.v += 0.01;
     });
-    assert_eq!(m.collisions, 1);
+    assert_eq!(m.collisions.len(), 1);
 }
 
 #[test]
@@ -159,5 +168,7 @@ fn pressing_on_against_a_wall_is_one_collision() {
         truth.wall_impact = impact[tick as usize];
         truth.wall_clearance = gap[tick as usize];
     });
-    assert_eq!(m.collisions, 2);
+    let found: Vec<_> =
+        m.collisions.iter().map(|c| (c.time, c.person, c.robot_speed, c.person_speed)).collect();
+    assert_eq!(found, [(0.5, None, 0.8, 0.0), (3.0, None, 0.3, 0.0)]);
 }

@@ -145,7 +145,7 @@ curionav_planning::parameters! {
     /// The planner a scenario asks for.
     pub struct PlannerChoice {
         /// Name of a planner profile.
-        pub profile: String [name, "name a planner profile"] = "curiosity".to_owned(),
+        pub profile: String [name, "name a planner profile"] = "curionav".to_owned(),
     }
 }
 
@@ -278,7 +278,7 @@ weights = { cpc = 2.0 }
         assert_eq!((s.robot.goal_tolerance, s.robot.start_noise), (0.5, 0.5));
         assert_eq!((s.clock.tick_s, s.clock.plan_every, s.clock.time_limit_s), (0.1, 3, 120.0));
         assert_eq!((s.people, s.perception.people), (PeopleParams::default(), PerceivedPeople::All));
-        assert_eq!(s.planner.profile, "curiosity");
+        assert_eq!(s.planner.profile, "curionav");
         let trace: f64 = s.robot.initial_sigma.iter().map(|sigma| sigma * sigma).sum();
         assert!((trace - 0.5685).abs() < 1e-4); // 0.25 + 0.25 + (pi/12)^2
     }

@@ -19,7 +19,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     };
     let evaluators: Vec<(&str, Arc<dyn Evaluator>)> =
         terms::NAMES.iter().map(built).collect::<Result<_, _>>()?;
-    let of_paper: Vec<_> = evaluators.iter().filter(|(term, _)| *term != "risk").cloned().collect();
+    let is_of_paper = |(term, _): &&(&str, _)| ["cnc", "cpc", "distance"].contains(term);
+    let of_paper: Vec<_> = evaluators.iter().filter(is_of_paper).cloned().collect();
     let mut cases = Vec::new();
     for (size, count, steps, dt) in [("2000x56", 2000, 56, 0.1), ("100x13", 100, 13, 0.3)] {
         let candidates = Arc::new(hall::candidates(count, steps, dt)?);

@@ -15,15 +15,20 @@ pub(crate) enum Measure {
     Nt,
     Vel,
     Length,
+    Detour,
     Time,
+    Frozen,
     Collisions,
     Clearance,
 }
 
-use Measure::{Clearance, Collisions, Length, Md, Nm, Nt, Rmse, Success, Tce, Tcm, Td, TdSeconds, Time, Vel};
+use Measure::{
+    Clearance, Collisions, Detour, Frozen, Length, Md, Nm, Nt, Rmse, Success, Tce, Tcm, Td, TdSeconds, Time,
+    Vel,
+};
 
 /// Keys and labels, in the order of [`Measure::ALL`].
-const NAMES: [(&str, &str); 14] = [
+const NAMES: [(&str, &str); 16] = [
     ("success", "success (%)"),
     ("rmse_m", "RMSE (m)"),
     ("tcm", "TCM (%)"),
@@ -35,15 +40,19 @@ const NAMES: [(&str, &str); 14] = [
     ("nt", "NT"),
     ("vel_mps", "Vel (m/s)"),
     ("length_m", "Length (m)"),
+    ("detour", "Length / shortest"),
     ("time_s", "Time (s)"),
+    ("frozen_s", "frozen (s)"),
     ("collisions", "collisions"),
     ("clearance_min_m", "clearance (m)"),
 ];
 
 impl Measure {
     /// All; after the first in the order of the run's JSON.
-    pub(crate) const ALL: [Self; 14] =
-        [Success, Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Time, Collisions, Clearance];
+    pub(crate) const ALL: [Self; 16] = [
+        Success, Rmse, Tcm, Nm, Tce, Td, TdSeconds, Md, Nt, Vel, Length, Detour, Time, Frozen, Collisions,
+        Clearance,
+    ];
     /// Those of Tables III, IV and V, three a table.
     pub(crate) const PAPER: [Self; 9] = [Rmse, Tcm, Nm, Td, Md, Nt, Vel, Length, Time];
 
@@ -82,7 +91,7 @@ impl Measure {
     }
 
     /// Its value in one run. Nothing where it has none: no person was ever seen (MD), localisation never converged (NM, TCE), or the goal was
-    /// not reached (Length and Time, which measure a journey that was completed).
+    /// not reached (Length, Detour and Time, which measure a journey that was completed).
     pub(crate) fn of(self, row: &Row) -> Option<f64> {
         let m = &row.measures;
         match self {
@@ -97,6 +106,11 @@ impl Measure {
             Nt => Some(f64::from(m.nt)),
             Vel => Some(m.vel_mps),
             Length => row.is_reached().then_some(m.length_m),
+            Detour => {
+                let shortest = row.social.get("shortest_m").filter(|shortest| **shortest > 0.0)?;
+                row.is_reached().then_some(m.length_m / shortest)
+            }
+            Frozen => row.social.get("frozen_s").copied(),
             Time => row.is_reached().then_some(m.time_s),
             Collisions => Some(f64::from(m.collisions)),
             Clearance => Some(m.clearance_min_m),

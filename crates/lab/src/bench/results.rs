@@ -7,9 +7,10 @@ use super::row::{Row, Tally};
 use super::summary::summary;
 use curionav_deployment::csv_row::csv_row;
 
-pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 4]> {
+pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 5]> {
     Ok([
         ("results.csv", results(rows)),
+        ("collisions.csv", collisions(rows)),
         ("timings.csv", timings(rows)),
         ("summary.json", serde_json::to_string_pretty(&summary(bench))? + "\n"),
         ("report.html", report(bench)?),
@@ -40,6 +41,20 @@ fn results(rows: &[&Row]) -> String {
         let last = last.chain([other_free, only_slow, none_free].map(told));
         let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
+    }
+    text
+}
+
+/// A row per collision: who went how fast towards whom; without a person's id it was a wall.
+fn collisions(rows: &[&Row]) -> String {
+    let mut text = csv_row(["scenario", "planner", "seed", "time_s", "person", "robot_mps", "person_mps"]);
+    for row in rows {
+        for contact in &row.contacts {
+            let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string()];
+            let person = contact.person.map_or_else(String::new, |id| id.to_string());
+            let numbers = [contact.robot_mps, contact.person_mps].map(decimal);
+            text += &csv_row(labels.into_iter().chain([decimal(contact.time_s), person]).chain(numbers));
+        }
     }
     text
 }
@@ -77,13 +92,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn collisions_are_told_one_by_one() {
+        let text = collisions(&[&row("a", "b", 1)]);
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(lines, ["a,b,1,3.5,7,-0.25,1.25", "a,b,1,9,,0.5,0"]);
+    }
+
+    #[test]
     fn a_run_is_one_record_and_no_time_of_the_clock_is_in_the_results() {
         let slow = Row { wall_s: 99.0, real_time_factor: 1.0, ..row("a", "b", 1) };
         let text = results(&[&row("a", "b", 1)]);
         assert_eq!(text, results(&[&slow]));
         assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [25, 25]);
+        assert_eq!(fields, [27, 27]);
         assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,1,0.12,0.05,1,")), "{text}");
     }
 }

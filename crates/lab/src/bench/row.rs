@@ -1,6 +1,8 @@
 //! A finished run as the journal keeps it, one line of JSON; and how many ended how.
 
-use curionav_schemas::{Cycles, Measures, Outcome, RunResult};
+use std::collections::BTreeMap;
+
+use curionav_schemas::{Contact, Cycles, Measures, Outcome, RunResult};
 use serde::{Deserialize, Serialize};
 
 /// Seconds from one point of a kept way to the next.
@@ -17,6 +19,12 @@ pub(crate) struct Row {
     pub(crate) seed: u64,
     pub(crate) outcome: Outcome,
     pub(crate) measures: Measures,
+    /// The collisions, in their order.
+    #[serde(default)]
+    pub(crate) contacts: Vec<Contact>,
+    /// The measures of social navigation by name.
+    #[serde(default)]
+    pub(crate) social: BTreeMap<String, f64>,
     pub(crate) cycles: Cycles,
     pub(crate) decisions_sha256: String,
     /// Simulated seconds a second of the run.
@@ -69,6 +77,34 @@ pub(crate) struct Tally {
     pub(crate) none_free: u64,
     /// Cycles of runs that do not say why the first choice was not followed: rows of an older build.
     pub(crate) untold: u64,
+}
+
+/// Collisions by who walked into whom.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Blame {
+    pub(crate) walls: usize,
+    /// The robot came towards the person no slower than the person towards it.
+    pub(crate) robot: usize,
+    /// The robot came towards the person, who came faster.
+    pub(crate) person: usize,
+    /// The robot went away from the person, who came after it.
+    pub(crate) run_down: usize,
+}
+
+impl Blame {
+    pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
+        rows.flat_map(|row| &row.contacts).fold(Self::default(), |mut blame, contact| {
+            let Contact { person, robot_mps, person_mps, .. } = *contact;
+            let count = match person {
+                None => &mut blame.walls,
+                Some(_) if robot_mps >= person_mps => &mut blame.robot,
+                Some(_) if robot_mps > 0.0 => &mut blame.person,
+                Some(_) => &mut blame.run_down,
+            };
+            *count += 1;
+            blame
+        })
+    }
 }
 
 impl Tally {
@@ -132,6 +168,8 @@ pub(crate) mod tests {
             seed,
             outcome: result.outcome,
             measures: result.measures,
+            contacts: result.contacts,
+            social: result.social,
             cycles: result.cycles,
             decisions_sha256: result.decisions_sha256,
             real_time_factor: 20.0,
@@ -146,6 +184,16 @@ pub(crate) mod tests {
         result.trace.columns = ["time_s", "true_x", "true_y"].map(String::from).to_vec();
         result.trace.values = (0..13).flat_map(|i| [f64::from(i) * 0.1, f64::from(i), 0.123456]).collect();
         assert_eq!(way(&result), [[0.0, 0.12], [5.0, 0.12], [10.0, 0.12], [12.0, 0.12]]);
+    }
+
+    #[test]
+    fn who_is_faster_towards_the_other_walks_into_the_other() {
+        let speeds = [(Some(1), 0.5, 0.4), (Some(1), 0.3, 0.4), (Some(1), -0.1, 0.4), (None, 0.2, 0.0)];
+        let contact =
+            |(person, robot_mps, person_mps)| Contact { time_s: 1.0, person, robot_mps, person_mps };
+        let row = Row { contacts: speeds.map(contact).to_vec(), ..row("a", "b", 1) };
+        let expected = Blame { walls: 1, robot: 1, person: 1, run_down: 1 };
+        assert_eq!(Blame::of(std::iter::once(&row)), expected);
     }
 
     #[test]

@@ -86,6 +86,8 @@ async fn run(
         seed: job.seed,
         outcome: result.outcome,
         measures: result.measures.clone(),
+        contacts: result.contacts.clone(),
+        social: result.social.clone(),
         cycles: result.cycles.clone(),
         decisions_sha256: result.decisions_sha256.clone(),
         real_time_factor: result.real_time_factor,

@@ -54,6 +54,7 @@ fn environment(published: &'static Published, seed: u64) -> anyhow::Result<Paper
     // S* has the numbers of s1, but is to have other people.
     let seed = if published.hrvo { seed ^ (1 << 32) } else { seed };
     let mut scene = PaperScene::furnish(name, plan, grid, laser, published.people, seed)?;
+    scene.scenario.planner.profile = "curiosity".to_owned();
     if published.hrvo {
         scene.scenario.people.motion = Motion::Hrvo;
     }

@@ -16,10 +16,12 @@ const TREES_MAX: i64 = 8;
 
 /// What can be run with more than one replica.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, IntoStaticStr)]
-#[strum(serialize_all = "lowercase")]
+#[strum(serialize_all = "kebab-case")]
 pub(super) enum Service {
     /// Localisation uncertainty along candidates.
     Cpc,
+    /// The same with people who hide landmarks; for planners that have this term.
+    CpcOccluded,
     /// Human comfort and crowd density along candidates.
     Cnc,
     /// Candidates themselves.

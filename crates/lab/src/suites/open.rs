@@ -1,6 +1,6 @@
 //! The paper's scenes with people anywhere on the floor.
 
-use curionav_crowdsim::scenario::Crowd;
+use curionav_crowdsim::scenario::{Crowd, PlannerChoice};
 
 use super::files::{File, scenario_file, walking};
 use crate::paper::{SEED, environments};
@@ -15,6 +15,7 @@ pub(super) fn files() -> anyhow::Result<Vec<File>> {
         let resting = (RESTING * people as f64).round() as usize;
         scenario.crowds = vec![Crowd { pause_s: [0.5, 6.0], ..walking(resting) }, walking(people - resting)];
         scenario.walkers.clear();
+        scenario.planner = PlannerChoice::default();
         scenario.map.file = format!("../paper/maps/{}.yaml", scenario.name);
         scenario.description = format!("The hall and task of {}, with people anywhere.", scenario.name);
         scenario.name += "-open";

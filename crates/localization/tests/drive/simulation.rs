@@ -76,6 +76,17 @@ pub(crate) fn cast(grid: &OccupancyGrid, from: Point2, angle: f64, limit: f64) -
     limit
 }
 
+/// Radius of a person who stands, metres.
+pub(crate) const PERSON: f64 = 0.25;
+
+/// Distance along a ray to a person, if it meets one.
+fn to_person(from: Point2, angle: f64, person: Point2) -> Option<f64> {
+    let (s, c) = sin_cos(angle);
+    let (dx, dy) = (person.x - from.x, person.y - from.y);
+    let (along, off) = (c * dx + s * dy, c * dy - s * dx);
+    (along > 0.0 && off.abs() < PERSON).then(|| along - (PERSON * PERSON - off * off).sqrt())
+}
+
 pub(crate) struct Robot<'a> {
     pub(crate) map: &'a StaticMap,
     pub(crate) laser: LaserModel,
@@ -85,6 +96,8 @@ pub(crate) struct Robot<'a> {
     pub(crate) stamp: f64,
     /// Share of the beams cut short by people, in runs of neighbouring beams.
     pub(crate) blocked: f64,
+    /// People who stand: discs of [`PERSON`].
+    pub(crate) people: Vec<Point2>,
     random: Rng,
     ranges: Vec<f32>,
 }
@@ -99,6 +112,7 @@ impl<'a> Robot<'a> {
             twist: Twist::default(),
             stamp: 0.0,
             blocked: 0.0,
+            people: Vec::new(),
             random: rng(seed, 900),
             ranges: Vec::new(),
         }
@@ -135,12 +149,10 @@ impl<'a> Robot<'a> {
             if i % 10 == 0 {
                 person = (uniform(&mut self.random) < self.blocked).then(|| 0.5 + uniform(&mut self.random));
             }
-            let free = cast(
-                &self.map.grid,
-                sensor.position(),
-                sensor.heading + self.laser.bearing(i),
-                self.laser.range_max,
-            );
+            let angle = sensor.heading + self.laser.bearing(i);
+            let wall = cast(&self.map.grid, sensor.position(), angle, self.laser.range_max);
+            let met = self.people.iter().filter_map(|person| to_person(sensor.position(), angle, *person));
+            let free = met.fold(wall, f64::min);
             let hit = person.map_or(free, |p: f64| p.min(free));
             let range = if hit >= self.laser.range_max {
                 self.laser.range_max

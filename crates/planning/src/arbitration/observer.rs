@@ -19,9 +19,6 @@ pub struct Observer {
     pub unseen: Option<Place>,
 }
 
-/// Radius of what only the driver sees, metres: a person's.
-const BODY: f64 = 0.25;
-
 /// Somewhere that the robot came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
@@ -68,7 +65,7 @@ impl Observer {
         seconds: f64,
     ) {
         if profile.unseen.after > 0.0 && seconds >= profile.unseen.after {
-            let ahead = robot.radius() + BODY;
+            let ahead = robot.radius() + People::UNSEEN_RADIUS;
             let position = pose.transform(Point2::new(ahead, 0.0));
             self.unseen = Some(Place { position, since: stamp });
         }

@@ -7,7 +7,9 @@ use nalgebra::{Matrix3, Vector3};
 use crate::arbitration::{Action, Context, Scores, arbitrate};
 use crate::candidates::CandidateSet;
 use crate::collision_risk::RiskParams;
-use crate::evaluation::cpc::{CpcEvaluator, CpcParams, InformationField, InformationParams};
+use crate::evaluation::cpc::{
+    CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams, RayField,
+};
 use crate::evaluation::distance::DistanceEvaluator;
 use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
 use crate::evaluation::risk::RiskEvaluator;
@@ -31,6 +33,7 @@ struct Hall {
     geodesic: Arc<GeodesicField>,
     cnc: HccdmEvaluator,
     cpc: CpcEvaluator,
+    occluded: CpcOccludedEvaluator,
     distance: DistanceEvaluator,
 }
 
@@ -42,10 +45,14 @@ impl Hall {
         let cells = (0..200 * 100).map(|i| if solid(i % 200, i / 200) { 100 } else { 0 }).collect();
         let map = StaticMap::new(OccupancyGrid::new(200, 100, 0.1, origin, cells).unwrap());
         let geodesic = Arc::new(GeodesicField::new(&map, GOAL, 0.45));
-        let information = Arc::new(InformationField::new(&map, &laser, &InformationParams::default()));
+        let params = InformationParams::default();
+        let information = Arc::new(InformationField::new(&map, &laser, &params));
+        let rays = Arc::new(RayField::new(&information, &map, &laser, &params));
+        let cpc = CpcEvaluator::new(information, OdometryNoise::default(), CpcParams::default());
         Self {
             cnc: HccdmEvaluator { params: HccdmParams::default() },
-            cpc: CpcEvaluator::new(information, OdometryNoise::default(), CpcParams::default()),
+            occluded: CpcOccludedEvaluator::new(cpc.clone(), rays, ForecastParams::default()),
+            cpc,
             distance: DistanceEvaluator::Geodesic(Arc::clone(&geodesic)),
             geodesic,
             map,
@@ -124,10 +131,11 @@ fn every_kind_of_vectors_gives_the_same_costs_bit_for_bit() {
             let scene = scene(&mut r, Pose2::new(2.0, 5.0, 0.0), Twist::default());
             let set = wandering(&mut r, count, steps);
             let bits = |level| {
+                let occluded = hall.occluded.evaluate_at(level, &scene, &set, &|| false).unwrap();
                 hall.costs(level, &scene, &set)
                     .map(|(_, costs)| costs)
                     .into_iter()
-                    .chain([risk.evaluate_at(level, &scene, &set, &|| false).unwrap()])
+                    .chain([risk.evaluate_at(level, &scene, &set, &|| false).unwrap(), occluded])
                     .map(|costs| costs.iter().map(|c| c.to_bits()).collect::<Vec<_>>())
                     .collect::<Vec<_>>()
             };

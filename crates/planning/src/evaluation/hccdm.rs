@@ -9,7 +9,7 @@ use crate::candidates::CandidateSet;
 use crate::evaluation::crowd_cluster::crowd_clusters;
 use crate::evaluation::enclosing_circle::smallest_enclosing_circle;
 use crate::evaluation::hccdm_simd::{Lanes, State};
-use crate::evaluation::{Costs, Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, Stopped, temper};
 use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::lanes::Level;
@@ -157,7 +157,7 @@ impl Hccdm {
             .iter()
             .map(|cluster| Component::new(people, cluster, params))
             .collect();
-        let temper = if params.saturation > 0.0 { 1.0 / params.saturation } else { 0.0 };
+        let temper = temper(params.saturation);
         let lanes =
             Lanes::new(steps, temper, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
         Self { components, lanes }

@@ -38,6 +38,11 @@ pub trait Evaluator: Send + Sync {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs;
 }
 
+/// One through the `saturation` s by which a number x counts as x / (1 + x / s); 0 without one, which is written 0.
+fn temper(saturation: f64) -> f64 {
+    if saturation > 0.0 { 1.0 / saturation } else { 0.0 }
+}
+
 /// Calls `cost` with the index of each candidate. If it is told to stop, it gives no costs.
 pub fn each(candidates: &CandidateSet, should_stop: &dyn Fn() -> bool, cost: impl Fn(usize) -> f64) -> Costs {
     let mut costs = Vec::with_capacity(candidates.len());

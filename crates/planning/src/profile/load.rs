@@ -157,6 +157,16 @@ mod tests {
     }
 
     #[test]
+    fn the_occluded_arm_is_curionav_with_one_term_in_the_place_of_another() {
+        let arm = include_str!("../../../../scenarios/arms/curionav-occluded.toml");
+        let (arm, mut of_this) = (Profile::from_toml(arm).unwrap(), Profile::builtin("curionav").unwrap());
+        let cpc = of_this.terms.remove("cpc").unwrap();
+        of_this.terms.insert("cpc-occluded".to_owned(), cpc);
+        (of_this.name, of_this.description) = (arm.name.clone(), arm.description.clone());
+        assert_eq!(arm, of_this);
+    }
+
+    #[test]
     fn every_builtin_profile_is_valid_and_named_after_itself() {
         for name in Profile::names() {
             assert_eq!(Profile::builtin(name).unwrap().name, name);

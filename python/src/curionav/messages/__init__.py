@@ -47,6 +47,7 @@ from .robot import Disc, Footprint, LaserModel, OdometryNoise, Polygon, Pose, Ro
 from .sensing import Belief, Health, Odometry, Particles, People, Scan, Scene
 from .service import Reject, ServiceStatus
 from .world import (
+    Contact,
     Cycles,
     InjectRequest,
     Measures,
@@ -98,6 +99,7 @@ __all__ = [
     "CandidateShard",
     "ChangeGoal",
     "Clock",
+    "Contact",
     "Crowd",
     "CycleReport",
     "Cycles",

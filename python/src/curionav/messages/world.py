@@ -152,11 +152,25 @@ class Trace(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Contact(Record):
+    """A collision: ``time_s`` since the start, with ``person`` or with a wall (``None``).
+
+    ``robot_mps`` is how fast the robot came towards the person or hit the wall, ``person_mps`` how fast the person came
+    towards the robot (0 for a wall); negative speeds go away.
+    """
+
+    time_s: NonNegative
+    person: Uint32 | None = None
+    robot_mps: Number
+    person_mps: Number
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RunResult(Message):
     """A run that came to an end; ``decisions_sha256`` covers scene stamps and chosen trajectories.
 
     ``social`` holds the standard measures of social navigation by name, units in the names; yes and no are 1 and 0,
-    and what there was nothing to measure of is not in it.
+    and what there was nothing to measure of is not in it. ``contacts`` are the collisions one by one.
     """
 
     NAME: ClassVar[str] = "run_result"
@@ -167,6 +181,7 @@ class RunResult(Message):
     seed: Uint
     outcome: Literal["reached", "timeout", "lost"]
     measures: Measures
+    contacts: Annotated[list[Contact], {"limit": 256}]
     social: dict[str, Number] | None = None
     cycles: Cycles
     real_time_factor: NonNegative

@@ -2,8 +2,8 @@
 
 use super::{MAP, parameters};
 use curionav_schemas::{
-    Clock, Cycles, InjectRequest, Measures, OccupancyGrid, Outcome, PeopleTrace, Pose, Prepared, RunResult,
-    RunState, RunStatus, ServiceStatus, Trace,
+    Clock, Contact, Cycles, InjectRequest, Measures, OccupancyGrid, Outcome, PeopleTrace, Pose, Prepared,
+    RunResult, RunState, RunStatus, ServiceStatus, Trace,
 };
 use serde_bytes::ByteBuf;
 use std::collections::BTreeMap;
@@ -67,6 +67,10 @@ pub fn run_result() -> RunResult {
             collisions: 0,
             clearance_min_m: 0.4,
         },
+        contacts: vec![
+            Contact { time_s: 3.5, person: Some(7), robot_mps: -0.25, person_mps: 1.25 },
+            Contact { time_s: 9.0, person: None, robot_mps: 0.5, person_mps: 0.0 },
+        ],
         social: BTreeMap::from([("spl".into(), 0.93), ("personal_share".into(), 0.25)]),
         cycles: Cycles {
             count: 83,

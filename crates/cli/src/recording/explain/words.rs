@@ -2,15 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use curionav_schemas::words::{say, say_all};
-use curionav_schemas::{CommandReason, CycleReport, TermReport};
+use curionav_schemas::words::{knows, say, say_all};
+use curionav_schemas::{CommandReason, CycleReport, People, Reason, Rejection, TermReport};
 use serde_json::{Value, json};
 
 pub(super) fn words(report: &CycleReport) -> String {
     let mut lines = decided(report);
     lines.extend(costs(report));
     let (active, idle): (Vec<&TermReport>, _) = report.terms.iter().partition(|term| term.active);
-    lines.extend(active.iter().map(|term| wish(report, term)));
+    for term in &active {
+        lines.push(wish(report, term));
+        lines.extend(meaning(report, term));
+    }
     lines.extend(
         idle.iter().map(|term| {
             line("idle", json!({ "term": term.term, "weight": term.weight, "scale": term.scale }))
@@ -45,6 +48,8 @@ fn decided(report: &CycleReport) -> Vec<String> {
     }
     let rejections: String =
         codes.iter().map(|(code, count)| format!("; {count} {}", say("rejections", code))).collect();
+    let unseen = unseen_away(report);
+    let people = scene.people.id.len() - usize::from(unseen.is_some());
     let mut lines = vec![
         line(
             &say("action", &decision.action),
@@ -53,16 +58,53 @@ fn decided(report: &CycleReport) -> Vec<String> {
         ),
         line(
             if decision.uncertain { "unsure" } else { "sure" },
-            json!({ "uncertainty": decision.uncertainty, "people": scene.people.id.len() }),
+            json!({ "uncertainty": decision.uncertainty, "people": people }),
         ),
         line("compared", json!({ "count": count, "left": count - rejected.len(), "rejected": rejections })),
     ];
+    let evades = matches!(decision.reason, Reason::LastToCollide);
+    if let Some(after) = last_collision(report).filter(|_| evades) {
+        lines.push(line("evades", json!({ "after_s": after })));
+    }
+    if let Some(distance) = unseen {
+        lines.push(line("unseen", json!({ "person": People::UNSEEN, "distance": distance })));
+    }
+    if scene.in_place_s >= IN_PLACE_S {
+        lines.push(line("in_place", json!({ "time": scene.in_place_s })));
+    }
     // That it has just followed them need not be said.
     if let Some(driven) = report.driven.as_ref().filter(|driven| driven.reason != CommandReason::Tracking) {
         let time = scene.stamp - driven.since;
         lines.push(line("driven", json!({ "time": time, "command_reason": driven.reason })));
     }
     lines
+}
+
+/// Seconds in one place from which on that is said.
+const IN_PLACE_S: f64 = 1.0;
+
+/// Metres to what only the driver sees, if the scene has it.
+fn unseen_away(report: &CycleReport) -> Option<f64> {
+    let (people, belief) = (&report.scene.people, &report.scene.belief);
+    let at = people.id.iter().position(|id| *id == People::UNSEEN)?;
+    Some((people.x[at] - belief.x).hypot(people.y[at] - belief.y))
+}
+
+/// When the last of the candidates that were not taken collides, seconds from the scene.
+fn last_collision(report: &CycleReport) -> Option<f64> {
+    let after = report.rejected.iter().filter_map(|rejected| match rejected.why {
+        Rejection::HitsWall { after_s } | Rejection::HitsPerson { after_s, .. } => Some(after_s),
+        _ => None,
+    });
+    after.max_by(f64::total_cmp)
+}
+
+/// What the term's raw cost of the chosen candidate says, if the table has words for the term.
+fn meaning(report: &CycleReport, term: &TermReport) -> Option<String> {
+    let raw = term.raw_of(report.chosen? as usize).filter(|_| knows("term_meaning", &term.term))?;
+    let mean = raw / f64::from(report.candidates.steps.max(1));
+    let meaning = json!({ "code": term.term, "mean": mean, "percent": 100.0 * raw });
+    Some(line("meaning", json!({ "term_meaning": meaning })))
 }
 
 fn costs(report: &CycleReport) -> Vec<String> {
@@ -147,6 +189,44 @@ mod tests {
         // From 3.6 s to 4.2 s.
         let line = "For 0.6 s the driver has done this: braking: something is too close.";
         assert!(words(&report).lines().any(|found| found == line), "{}", words(&report));
+    }
+
+    #[test]
+    fn what_is_special_about_this_projects_planner_is_said_in_words() {
+        let mut report = golden::explained_cycle_report();
+        report.decision.reason = Reason::LastToCollide;
+        report.rejected[0].why = Rejection::HitsPerson { person: People::UNSEEN, after_s: 1.26 };
+        report.scene.in_place_s = 4.04;
+        let people = &mut report.scene.people;
+        let near = people.id.len();
+        let (x, y) = (report.scene.belief.x, report.scene.belief.y);
+        people.id = people.id.iter().copied().chain([People::UNSEEN]).collect::<Vec<_>>().into();
+        people.x = people.x.iter().copied().chain([x + 0.3]).collect::<Vec<_>>().into();
+        people.y = people.y.iter().copied().chain([y + 0.4]).collect::<Vec<_>>().into();
+        let chosen = report.chosen.unwrap() as usize;
+        for (term, raw) in report.terms.iter_mut().zip([0.032, 3.0]) {
+            let at = term.scored.iter().position(|scored| *scored as usize == chosen).unwrap();
+            let mut all = term.raw.to_vec();
+            all[at] = raw;
+            term.raw = all.into();
+        }
+        report.terms[0].term = "collision-risk".to_owned();
+        report.terms[1].term = "information-to-go".to_owned();
+        let text = words(&report);
+        let mean = 3.0 / f64::from(report.candidates.steps);
+        for line in [
+            format!("({:.3}); {near} people are near.", report.decision.uncertainty)
+                .replace('(', "(uncertainty "),
+            "It also keeps clear of something unseen that the driver braked for, 0.5 m away.".to_owned(),
+            "It has not left its place for 4.0 s;".to_owned(),
+            "The others collide after 1.3 s at most.".to_owned(),
+            "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %."
+                .to_owned(),
+            format!("  Of the chosen candidate it says that the way beyond it counts {mean:.2} m longer,"),
+        ] {
+            assert!(text.contains(&line), "lacks `{line}`:\n{text}");
+        }
+        assert!(!text.contains("4294967295"), "{text}");
     }
 
     #[test]

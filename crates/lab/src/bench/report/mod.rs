@@ -14,7 +14,7 @@ use super::findings::Findings;
 use super::measure::Measure;
 use super::plan::Scene;
 use super::published::{SLIPS, published};
-use super::row::Tally;
+use super::row::{Blame, Tally};
 use crate::paper::PUBLISHED;
 use crate::plural::count;
 use crate::statistics::{median, share_interval};
@@ -23,6 +23,8 @@ use crate::statistics::{median, share_interval};
 const SIGNIFICANT: f64 = 0.01;
 /// Measures whose means a few lost or stuck runs rule.
 const MEDIANS: [Measure; 4] = [Measure::Rmse, Measure::Tce, Measure::TdSeconds, Measure::Time];
+/// A way is a long one beyond so many times the shortest.
+const LONG_WAY: f64 = 2.0;
 
 /// Kinds of scenes that fit the page beside each other.
 const KINDS_ABREAST: usize = 10;
@@ -217,6 +219,10 @@ impl Page<'_> {
         self.bench.claims.iter().filter(|judged| judged.holds).count()
     }
 
+    fn blame(&self, planner: &usize) -> Blame {
+        Blame::of(self.bench.comparison.all_runs(*planner))
+    }
+
     fn tally(&self, planner: &usize) -> Tally {
         Tally::of(self.bench.comparison.all_runs(*planner))
     }
@@ -226,6 +232,18 @@ impl Page<'_> {
         let Tally { success, runs, .. } = *tally;
         let shown = |(low, high): (f64, f64)| format!("{:.0} to {:.0} %", 100.0 * low, 100.0 * high);
         share_interval(success, runs).map_or_else(String::new, shown)
+    }
+
+    /// How many runs drove more than twice the shortest way to the goal, of how many that reached it; and the mean time that
+    /// the robot stood frozen, seconds.
+    fn troubles(&self, planner: &usize) -> (usize, usize, String) {
+        let values = |measure: Measure| -> Vec<f64> {
+            self.bench.comparison.all_runs(*planner).filter_map(|row| measure.of(row)).collect()
+        };
+        let (detours, frozen) = (values(Measure::Detour), values(Measure::Frozen));
+        let mean = frozen.iter().sum::<f64>() / frozen.len().max(1) as f64;
+        let long = detours.iter().filter(|detour| **detour > LONG_WAY).count();
+        (long, detours.len(), Measure::Frozen.show(mean))
     }
 
     /// The median over all runs of a planner, which a few lost ones do not rule.

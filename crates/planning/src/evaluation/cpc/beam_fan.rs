@@ -85,6 +85,17 @@ impl<'a> Fan<'a> {
         self.headings
     }
 
+    /// Directions of the rays in the grid's axes.
+    pub(super) fn directions(&self) -> &[(f64, f64); FAN] {
+        &self.directions
+    }
+
+    /// The share of ray `ray` in what a scan tells at heading `heading`, times what all beams of a scan are worth, 1/m2.
+    pub(super) fn weight(&self, heading: usize, ray: usize) -> f64 {
+        let seen_by = self.seen_by[ray].iter().find(|(run, _)| run.contains(&heading));
+        seen_by.map_or(0.0, |(_, weight)| *weight)
+    }
+
     /// What a scan from the point (x, y), in cells, tells at each heading, into `headings`; whether any ray ends in
     /// range. Every sum is over the rays in their order.
     pub(super) fn cast(&self, x: f64, y: f64, headings: &mut [Information]) -> bool {
@@ -92,10 +103,11 @@ impl<'a> Fan<'a> {
             return false;
         }
         headings.fill([0.0; 6]);
-        let hits = self.caster.cast((x, y), &self.directions, self.reach);
-        for (i, hit) in hits.iter().enumerate() {
-            let Some(hit) = hit else { continue };
-            let told = self.told(hit, self.directions[i]);
+        let rays = self.rays(x, y);
+        for (i, ray) in rays.iter().enumerate() {
+            let Some(ray) = ray else { continue };
+            let [x, y, t] = ray.row;
+            let told: Information = [x * x, x * y, x * t, y * y, y * t, t * t];
             for (run, weight) in &self.seen_by[i] {
                 let weighted = told.map(|term| weight * term);
                 for sum in &mut headings[run.clone()] {
@@ -103,11 +115,18 @@ impl<'a> Fan<'a> {
                 }
             }
         }
-        hits.iter().any(Option::is_some)
+        rays.iter().any(Option::is_some)
     }
 
-    fn told(&self, hit: &Hit, (dx, dy): (f64, f64)) -> Information {
-        let [x, y, t] = match self.model {
+    /// The rays from the point (x, y), in cells, that end in range.
+    pub(super) fn rays(&self, x: f64, y: f64) -> [Option<Ray>; FAN] {
+        let hits = self.caster.cast((x, y), &self.directions, self.reach);
+        std::array::from_fn(|i| hits[i].as_ref().map(|hit| self.ray(hit, self.directions[i])))
+    }
+
+    fn ray(&self, hit: &Hit, (dx, dy): (f64, f64)) -> Ray {
+        let range = hit.range * self.resolution;
+        let row = match self.model {
             MeasurementModel::Range => [-dx, -dy, 0.0],
             MeasurementModel::Beam => {
                 // A post is met head-on from every side.
@@ -115,12 +134,19 @@ impl<'a> Fan<'a> {
                 let towards = nx * dx + ny * dy;
                 let incidence = towards.abs().max(LEAST_INCIDENCE).copysign(towards);
                 let across = ny * dx - nx * dy;
-                let range = hit.range * self.resolution;
                 [-nx / incidence, -ny / incidence, -range * across / incidence]
             }
         };
-        [x * x, x * y, x * t, y * y, y * t, t * t]
+        Ray { range, row }
     }
+}
+
+/// A ray that ends on a wall.
+pub(super) struct Ray {
+    /// Metres.
+    pub(super) range: f64,
+    /// The measurement row dr/d(x, y, heading) in the grid's axes.
+    pub(super) row: [f64; 3],
 }
 
 /// The runs of headings whose weight is positive, and it.

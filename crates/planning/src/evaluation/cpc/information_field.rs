@@ -47,6 +47,15 @@ crate::parameters! {
     }
 }
 
+impl InformationParams {
+    /// The rays of `laser` on `map`.
+    pub(super) fn fan<'a>(&self, map: &'a StaticMap, laser: &LaserModel) -> Fan<'a> {
+        let beams = f64::from(self.beams.min(laser.beams));
+        let scan = beams / (self.sigma * self.sigma * self.correlation.max(1.0));
+        Fan::new(map, laser, self.model, scan)
+    }
+}
+
 /// Information J about (x, y, heading) as `L D L^T` with unit lower triangular L, in the order d1, l21,
 /// l31, d2, l32, d3. Positive semi-definite whatever the rounding, and three scalar measurements to a
 /// Kalman filter: direction (1, l21, l31) with variance 1/d1, (0, 1, l32) with 1/d2, (0, 0, 1) with 1/d3.
@@ -83,9 +92,7 @@ impl InformationField {
     ) -> Self {
         let grid = &*map.grid;
         let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
-        let beams = f64::from(params.beams.min(laser.beams));
-        let scan = beams / (params.sigma * params.sigma * params.correlation.max(1.0));
-        let fan = Fan::new(map, laser, params.model, scan);
+        let fan = params.fan(map, laser);
         let headings = fan.headings();
         let mut bands: Vec<Band> = (0..rows.div_ceil(BAND)).map(|_| Band::default()).collect();
         let pieces = bands.iter_mut().enumerate().map(|(i, band)| -> Piece<'_> {
@@ -177,6 +184,22 @@ impl InformationField {
         [most, least, tt * mean]
     }
 
+    /// The blocks that see something, in the order of their factors: the point (x, y) from which each has its rays, cells.
+    pub(super) fn seeing<'a>(&'a self, grid: &'a OccupancyGrid) -> impl Iterator<Item = (f64, f64)> + 'a {
+        let blocks = self.place.iter().enumerate().filter(|(_, place)| **place > 0);
+        blocks.map(|(block, _)| centre(grid, block % self.columns, block / self.columns))
+    }
+
+    /// Which of [`Self::seeing`] has its factor at `place`, and for which heading; none where nothing is seen.
+    pub(super) fn seeing_at(&self, place: usize) -> Option<(usize, usize)> {
+        Some(((place / self.headings).checked_sub(1)?, place % self.headings))
+    }
+
+    /// A point of the map frame in the grid's axes, metres from its corner.
+    pub(super) fn grid_from_map(&self, p: Point2) -> Point2 {
+        self.origin.inverse_transform(p)
+    }
+
     /// Heading of the grid's first axis in the map frame, radians.
     pub(super) fn grid_heading(&self) -> f64 {
         self.origin.heading
@@ -187,6 +210,12 @@ impl InformationField {
         let (s, c) = self.sin_cos;
         Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
     }
+}
+
+/// The middle of a block on the grid, cells.
+fn centre(grid: &OccupancyGrid, column: usize, row: usize) -> (f64, f64) {
+    let middle = |i: usize, end: usize| ((i * BLOCK + BLOCK / 2) as f64).min(end as f64 - 0.5);
+    (middle(column, grid.width()), middle(row, grid.height()))
 }
 
 /// Rows of blocks that are one piece of work: few enough to share them evenly, many enough to be worth it.
@@ -203,9 +232,8 @@ struct Band {
 impl Band {
     fn of(grid: &OccupancyGrid, fan: &Fan<'_>, columns: usize, rows: Range<usize>) -> Self {
         let (mut band, mut headings) = (Self::default(), vec![[0.0; 6]; fan.headings()]);
-        let centre = |i: usize, end: usize| ((i * BLOCK + BLOCK / 2) as f64).min(end as f64 - 0.5);
         for (row, column) in rows.flat_map(|row| (0..columns).map(move |column| (row, column))) {
-            let (x, y) = (centre(column, grid.width()), centre(row, grid.height()));
+            let (x, y) = centre(grid, column, row);
             let is_free = grid.cell(grid.index(x as usize, y as usize)) == Cell::Free;
             let sees = is_free && fan.cast(x, y, &mut headings);
             band.place.push(sees.then_some(band.factors.len()));

@@ -12,13 +12,15 @@
 //! ```
 //! with `Sigma_0` the belief's covariance and `Lambda_0 = 0` (A7). Observations come from
 //! [`InformationField`], the gain from [`lqr`]. With `K = 0` the sum `Lambda + Sigma` would not depend on
-//! observations at all, and the term would be blind. People who hide landmarks are not modelled, as
-//! in the paper (A32).
+//! observations at all, and the term would be blind. People hide no landmark from `cpc`, as in the paper (A32);
+//! from `cpc-occluded` they do ([`CpcOccludedEvaluator`]).
 
 mod beam_fan;
 mod covariance;
 mod information_field;
 pub mod lqr;
+mod occluded;
+mod ray_field;
 mod wall_normals;
 
 use std::sync::Arc;
@@ -26,7 +28,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use crate::candidates::CandidateSet;
-use crate::evaluation::{Costs, Evaluator, Stopped};
+use crate::evaluation::{Costs, Evaluator, Stopped, temper};
 use crate::lanes::{LANES, Level, Simd, SimdBase, dispatch, f64x8, sin_cos};
 use crate::motion::OdometryNoise;
 use crate::parameters::Range;
@@ -36,6 +38,8 @@ pub use beam_fan::MeasurementModel;
 use covariance::{Covariances, Step, StepModel};
 pub use information_field::{InformationField, InformationParams};
 use lqr::GainTable;
+pub use occluded::CpcOccludedEvaluator;
+pub use ray_field::RayField;
 
 crate::parameters! {
     /// When an observation is credited: where the localiser would update (D5). These are the localiser's
@@ -96,11 +100,23 @@ impl CpcEvaluator {
         sigma: &Matrix3<f64>,
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
+        each: impl FnMut(usize, &[Matrix3<f64>]),
+    ) -> Result<(), Stopped> {
+        self.along_with(&*self.field, sigma, candidates, should_stop, each)
+    }
+
+    /// The same with scans that tell what `observation` says.
+    fn along_with(
+        &self,
+        observation: &impl Observation,
+        sigma: &Matrix3<f64>,
+        candidates: &CandidateSet,
+        should_stop: &dyn Fn() -> bool,
         mut each: impl FnMut(usize, &[Matrix3<f64>]),
     ) -> Result<(), Stopped> {
         let turn = self.field.map_from_grid();
         let gains = GainTable::new(candidates.dt());
-        let drive = self.drive(sigma, &gains, candidates);
+        let drive = self.drive(observation, sigma, &gains, candidates);
         let mut sigmas: [_; LANES] = std::array::from_fn(|_| Vec::with_capacity(candidates.steps()));
         for first in (0..candidates.len()).step_by(LANES) {
             if should_stop() {
@@ -116,27 +132,29 @@ impl CpcEvaluator {
         Ok(())
     }
 
-    fn drive<'a>(
+    fn drive<'a, O: Observation>(
         &'a self,
+        observation: &'a O,
         sigma: &Matrix3<f64>,
         gains: &'a GainTable,
         candidates: &'a CandidateSet,
-    ) -> Drive<'a> {
-        let turn = self.field.map_from_grid();
+    ) -> Drive<'a, O> {
+        let (turn, grid_heading) = (self.field.map_from_grid(), self.field.grid_heading());
         let sigma = turn.transpose() * sigma * turn;
-        Drive { field: &self.field, gains, model: self.step_model(candidates.dt()), sigma, candidates }
+        Drive { observation, grid_heading, gains, model: self.step_model(candidates.dt()), sigma, candidates }
     }
 
-    /// The costs under these gains, with vectors of this kind, which makes no difference to them.
+    /// The costs with these scans and under these gains, with vectors of this kind, which makes no difference to them.
     fn evaluate_with(
         &self,
+        observation: &impl Observation,
         gains: &GainTable,
         level: Level,
         scene: &Scene,
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        let drive = self.drive(&scene.belief.covariance, gains, candidates);
+        let drive = self.drive(observation, &scene.belief.covariance, gains, candidates);
         let mut costs = Vec::with_capacity(candidates.len());
         for first in (0..candidates.len()).step_by(LANES) {
             if should_stop() {
@@ -156,7 +174,8 @@ impl CpcEvaluator {
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        self.evaluate_with(&GainTable::new(candidates.dt()), level, scene, candidates, should_stop)
+        let gains = GainTable::new(candidates.dt());
+        self.evaluate_with(&*self.field, &gains, level, scene, candidates, should_stop)
     }
 
     fn step_model(&self, dt: f64) -> StepModel {
@@ -164,15 +183,30 @@ impl CpcEvaluator {
         let rate = |threshold: f64| 1.0 / threshold.max(1e-6);
         let CpcParams { update_min_d, update_min_a, update_max_interval, rest_credit, saturation } =
             self.params;
-        let temper = if saturation > 0.0 { 1.0 / saturation } else { 0.0 };
+        let temper = temper(saturation);
         let updates = (rate(update_min_d), rate(update_min_a), dt * rate(update_max_interval));
         StepModel { noise: self.noise, dt, updates, rest_credit, temper }
     }
 }
 
+/// What a scan tells.
+trait Observation {
+    /// Information about the poses of eight robots after step number `step`, in the grid's axes, as factors.
+    fn factors_at<S: Simd>(&self, step: usize, x: f64x8<S>, y: f64x8<S>, heading: f64x8<S>) -> [f64x8<S>; 6];
+}
+
+impl Observation for InformationField {
+    #[inline(always)]
+    fn factors_at<S: Simd>(&self, _: usize, x: f64x8<S>, y: f64x8<S>, heading: f64x8<S>) -> [f64x8<S>; 6] {
+        self.factors_at(x, y, heading)
+    }
+}
+
 /// What all candidates of a batch have in common.
-struct Drive<'a> {
-    field: &'a InformationField,
+struct Drive<'a, O> {
+    observation: &'a O,
+    /// Heading of the grid's first axis, radians.
+    grid_heading: f64,
     gains: &'a GainTable,
     model: StepModel,
     /// The belief's covariance in the grid's axes.
@@ -183,7 +217,7 @@ struct Drive<'a> {
 /// The states of eight candidates: x, y, heading, v and omega, each `[lane][step]`.
 type Rows<'a> = [[&'a [f64]; LANES]; 5];
 
-impl Drive<'_> {
+impl<O: Observation> Drive<'_, O> {
     /// The candidates from `first` on. The last group is filled up with copies of the last candidate.
     fn rows(&self, first: usize) -> Rows<'_> {
         let (set, states) = (self.candidates, self.candidates.all_states());
@@ -222,13 +256,13 @@ impl Drive<'_> {
         let (travel, turn) = (v * dt, lanes(omega) * dt);
         // Linearised half way through the step, where the chord of the arc points: better than Euler's at its start,
         // and no other state is needed.
-        let chord = heading - self.field.grid_heading() - 0.5 * turn;
+        let chord = heading - self.grid_heading - 0.5 * turn;
         Step {
             sin_cos: sin_cos(chord),
             travel,
             turn,
             gains: self.gains.at(v),
-            information: self.field.factors_at(lanes(x), lanes(y), heading),
+            information: self.observation.factors_at(k, lanes(x), lanes(y), heading),
         }
     }
 }

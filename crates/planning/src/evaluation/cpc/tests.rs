@@ -94,7 +94,7 @@ fn zeta_falls_with_landmarks_and_only_through_feedback() {
     let blind = lqr::tests::without_feedback();
     let [rich, poor, none] = evaluators
         .each_ref()
-        .map(|e| e.evaluate_with(&blind, Level::new(), &scene, &set, &|| false).unwrap()[0]);
+        .map(|e| e.evaluate_with(&*e.field, &blind, Level::new(), &scene, &set, &|| false).unwrap()[0]);
     assert!((rich / none - 1.0).abs() < 1e-12 && (poor / none - 1.0).abs() < 1e-12, "{rich} {poor} {none}");
 }
 

@@ -50,10 +50,9 @@ const LONGEST_BLIND: f64 = 12.0;
 pub struct InformationToGoField {
     grid: Arc<OccupancyGrid>,
     roadmap: Roadmap,
-    /// Place of the first value of each block, and what is seen there. `NONE` without a place.
-    first: Vec<u32>,
+    /// What is seen at the place of each block.
     sight: Vec<Sight>,
-    /// Metres, for each step of blind way.
+    /// Metres, for each block and step of blind way; infinite without a place.
     metres: Vec<f32>,
     /// l(u) of each step of blind way, ascending, m2 + rad2.
     trace: Vec<f64>,
@@ -69,9 +68,6 @@ enum Sight {
     /// Heading and position.
     Position,
 }
-
-/// A block without a place.
-const NONE: u32 = u32::MAX;
 
 impl InformationToGoField {
     /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. The position counts as
@@ -92,36 +88,17 @@ impl InformationToGoField {
         let sight: Vec<Sight> = (0..roadmap.len())
             .map(|block| roadmap.place(block).map_or(Sight::Nothing, |p| seen(information, p, params)))
             .collect();
-        let mut count = 0;
-        let first = (0..roadmap.len())
-            .map(|block| {
-                let first = count;
-                count += if roadmap.place(block).is_some() { levels as u32 } else { 0 };
-                if roadmap.place(block).is_some() { first } else { NONE }
-            })
-            .collect();
         let rates = trace.iter().map(|l| {
             let excess = (l / threshold - 1.0).clamp(0.0, params.most_excess);
             (1.0 + params.excess * excess) as f32
         });
-        let mut field = Self {
-            grid: Arc::clone(&map.grid),
-            roadmap,
-            first,
-            sight,
-            metres: Vec::new(),
-            trace: trace.clone(),
-        };
+        let mut field =
+            Self { grid: Arc::clone(&map.grid), roadmap, sight, metres: Vec::new(), trace: trace.clone() };
         let Some(end) = field.roadmap.nearest(goal) else { return field };
         let missing =
             |l: &f64| (params.miss * exp(-params.tolerance * params.tolerance / l.max(1e-9))) as f32;
-        let search = Search {
-            field: &field,
-            edges: &edges,
-            rates: rates.collect(),
-            count: count as usize,
-            recovery: params.recovery,
-        };
+        let search =
+            Search { field: &field, edges: &edges, rates: rates.collect(), recovery: params.recovery };
         let uncertain = search.run(end, &trace.iter().map(missing).collect::<Vec<_>>());
         let shortest = field.shortest(&edges, end);
         // What is left is what uncertainty costs.
@@ -159,7 +136,7 @@ impl InformationToGoField {
 
     /// What it takes in memory, bytes.
     pub fn bytes(&self) -> usize {
-        let blocks = size_of_val(&self.first[..]) + size_of_val(&self.sight[..]) + self.roadmap.bytes();
+        let blocks = size_of_val(&self.sight[..]) + self.roadmap.bytes();
         size_of_val(&self.metres[..]) + size_of_val(&self.trace[..]) + blocks
     }
 
@@ -183,7 +160,7 @@ impl InformationToGoField {
         let block = row as usize * self.roadmap.columns + column as usize;
         let states = self.states(block);
         let metres = |k: usize| self.metres.get(states.start + k).copied().map(f64::from);
-        let last = states.len().checked_sub(1)?;
+        let last = self.trace.len() - 1;
         let below = (level as usize).min(last);
         let (a, b) = (metres(below)?, metres((below + 1).min(last))?);
         let between = a + (b - a) * (level - below as f64).min(1.0);
@@ -192,11 +169,7 @@ impl InformationToGoField {
 
     /// Where the values of a block are.
     fn states(&self, block: usize) -> std::ops::Range<usize> {
-        if self.first[block] == NONE {
-            return 0..0;
-        }
-        let first = self.first[block] as usize;
-        first..first + self.trace.len()
+        block * self.trace.len()..(block + 1) * self.trace.len()
     }
 
     /// Metres from each place to that of block `end`.
@@ -227,8 +200,6 @@ struct Search<'a> {
     edges: &'a [Vec<Edge>],
     /// What a metre costs at each step of blind way.
     rates: Vec<f32>,
-    /// States in all.
-    count: usize,
     /// Steps of blind way that one step makes up for.
     recovery: f64,
 }
@@ -236,9 +207,8 @@ struct Search<'a> {
 impl Search<'_> {
     /// The least cost from each state to the place of block `end`, where arriving costs `missing` by the blind way.
     fn run(&self, end: usize, missing: &[f32]) -> Vec<f32> {
-        let Self { field, edges, rates, count, recovery } = self;
-        let block_of = self.blocks();
-        let mut metres = vec![f32::INFINITY; *count];
+        let Self { field, edges, rates, recovery } = self;
+        let mut metres = vec![f32::INFINITY; field.roadmap.len() * rates.len()];
         let dearest = rates.iter().copied().fold(1.0, f32::max);
         let mut front = Front::new((2.0 * std::f64::consts::SQRT_2 * field.roadmap.spacing) as f32 * dearest);
         let offer = |metres: &mut Vec<f32>, front: &mut Front, state: usize, cost: f32| {
@@ -255,8 +225,7 @@ impl Search<'_> {
             if so_far > metres[state] {
                 continue;
             }
-            let block = block_of[state] as usize;
-            let level = state - field.first[block] as usize;
+            let (block, level) = (state / rates.len(), state % rates.len());
             for edge in &edges[block] {
                 let states = field.states(edge.to);
                 // Which states of the place before this edge lead here?
@@ -276,15 +245,6 @@ impl Search<'_> {
             }
         }
         metres
-    }
-
-    /// Which block each state belongs to.
-    fn blocks(&self) -> Vec<u32> {
-        let mut blocks = vec![0; self.count];
-        for block in 0..self.field.roadmap.len() {
-            self.field.states(block).for_each(|state| blocks[state] = block as u32);
-        }
-        blocks
     }
 }
 

@@ -26,41 +26,82 @@ impl InformationField {
         y: f64x8<S>,
         heading: f64x8<S>,
     ) -> [f64x8<S>; 6] {
+        let laser = self.laser_at(x, y, heading);
+        self.of_robot(&laser, self.stored(x.simd, &self.places(&laser)))
+    }
+
+    /// Where the lasers of eight robots are.
+    #[inline(always)]
+    pub(in crate::evaluation::cpc) fn laser_at<S: Simd>(
+        &self,
+        x: f64x8<S>,
+        y: f64x8<S>,
+        heading: f64x8<S>,
+    ) -> LaserAt<S> {
         let (dx, dy) = (x - self.origin.x, y - self.origin.y);
         let (s, c) = self.sin_cos;
         let (x, y) = (c * dx + s * dy, c * dy - s * dx);
         let heading = heading - self.origin.heading;
         let lever = self.robot_from_laser;
         if lever.x == 0.0 && lever.y == 0.0 {
-            return self.of_laser(x, y, heading + lever.heading);
+            return LaserAt { x, y, heading: heading + lever.heading, arm: None };
         }
         let (s, c) = sin_cos(heading);
         let (ax, ay) = (c * lever.x - s * lever.y, s * lever.x + c * lever.y);
-        // Turning the robot also carries the laser along by (-ay, ax) per radian; each direction h of
-        // the factor becomes (h1, h2, h3 - ay h1 + ax h2).
-        let [d1, l21, l31, d2, l32, d3] = self.of_laser(x + ax, y + ay, heading + lever.heading);
-        [d1, l21, l31 - ay + ax * l21, d2, l32 + ax, d3]
+        LaserAt { x: x + ax, y: y + ay, heading: heading + lever.heading, arm: Some((ax, ay)) }
     }
 
-    /// Stored information about the laser's own pose, all in the grid's axes, metres.
+    /// What is told of the lasers, as what is told of the robots that carry them.
     #[inline(always)]
-    fn of_laser<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>, heading: f64x8<S>) -> [f64x8<S>; 6] {
-        let simd = x.simd;
-        let (column, row) = (x * self.blocks_per_metre, y * self.blocks_per_metre);
+    pub(in crate::evaluation::cpc) fn of_robot<S: Simd>(
+        &self,
+        laser: &LaserAt<S>,
+        [d1, l21, l31, d2, l32, d3]: [f64x8<S>; 6],
+    ) -> [f64x8<S>; 6] {
+        // Turning the robot also carries the laser along by (-ay, ax) per radian; each direction h of
+        // the factor becomes (h1, h2, h3 - ay h1 + ax h2).
+        match laser.arm {
+            None => [d1, l21, l31, d2, l32, d3],
+            Some((ax, ay)) => [d1, l21, l31 - ay + ax * l21, d2, l32 + ax, d3],
+        }
+    }
+
+    /// Places of the factors for eight lasers; below `headings` where nothing is seen.
+    #[inline(always)]
+    pub(in crate::evaluation::cpc) fn places<S: Simd>(&self, laser: &LaserAt<S>) -> [usize; LANES] {
+        let (column, row) = (laser.x * self.blocks_per_metre, laser.y * self.blocks_per_metre);
         let inside = column.simd_ge(0.0)
             & row.simd_ge(0.0)
             & column.simd_lt(self.columns as f64)
             & row.simd_lt(self.rows as f64);
         let block = floor(row) * self.columns as f64 + floor(column);
-        let block = indices(inside.select(block, f64x8::splat(simd, NOWHERE)));
-        let bin = if self.headings == 1 { [0; LANES] } else { indices(bin(heading)) };
+        let block = indices(inside.select(block, f64x8::splat(laser.x.simd, NOWHERE)));
+        let bin = if self.headings == 1 { [0; LANES] } else { indices(bin(laser.heading)) };
         // Nothing is seen outside; the factors at 0 are of no information.
-        let place = |lane: usize| self.place.get(block[lane]).map_or(0, |&p| p as usize) + bin[lane];
-        let rows: [&[f32; 6]; LANES] = std::array::from_fn(|lane| &self.factors[place(lane)]);
+        std::array::from_fn(|lane| self.place.get(block[lane]).map_or(0, |&p| p as usize) + bin[lane])
+    }
+
+    /// Stored information about the lasers' own poses, all in the grid's axes, metres.
+    #[inline(always)]
+    pub(in crate::evaluation::cpc) fn stored<S: Simd>(
+        &self,
+        simd: S,
+        places: &[usize; LANES],
+    ) -> [f64x8<S>; 6] {
+        let rows: [&[f32; 6]; LANES] = std::array::from_fn(|lane| &self.factors[places[lane]]);
         let [a, b, c] = [column_of(simd, rows, 0), column_of(simd, rows, 1), column_of(simd, rows, 2)];
         let [d, e, f] = [column_of(simd, rows, 3), column_of(simd, rows, 4), column_of(simd, rows, 5)];
         [a, b, c, d, e, f]
     }
+}
+
+/// Where eight lasers are in the grid's axes, metres and radians.
+pub(in crate::evaluation::cpc) struct LaserAt<S: Simd> {
+    pub(in crate::evaluation::cpc) x: f64x8<S>,
+    pub(in crate::evaluation::cpc) y: f64x8<S>,
+    heading: f64x8<S>,
+    /// Where each is from the middle of its robot, unless it sits there.
+    arm: Option<(f64x8<S>, f64x8<S>)>,
 }
 
 /// The same number of each row.

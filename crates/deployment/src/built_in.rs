@@ -1,0 +1,56 @@
+//! Scenarios inside the program: they run without any file.
+
+use std::path::{Path, PathBuf};
+
+use crate::files;
+
+/// A scenario with the files that it names, as they are under `scenarios/`.
+pub(crate) struct BuiltIn {
+    /// What the command line calls it.
+    name: &'static str,
+    pub(crate) scenario: &'static str,
+    /// The map's description.
+    pub(crate) yaml: &'static [u8],
+    /// The image that the description names.
+    pub(crate) image: &'static [u8],
+}
+
+const ALL: [BuiltIn; 1] = [BuiltIn {
+    name: "quickstart",
+    scenario: include_str!("../../../scenarios/quickstart.toml"),
+    yaml: include_bytes!("../../../scenarios/maps/quickstart.yaml"),
+    image: include_bytes!("../../../scenarios/maps/quickstart.pgm"),
+}];
+
+/// The scenario that a command line means by `path`: a name without extension, unless a file is called so.
+pub(crate) fn find(path: &Path) -> Option<&'static BuiltIn> {
+    let named = ALL.iter().find(|one| Path::new(one.name) == path)?;
+    (!path.exists()).then_some(named)
+}
+
+/// Writes every built-in scenario and its map into `folder`, as they are under `scenarios/`. Gives the scenarios' files.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_all(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let write = |built_in: &BuiltIn| {
+        let file = folder.join(built_in.name).with_extension("toml");
+        let map = folder.join("maps").join(built_in.name);
+        files::write(&map.with_extension("yaml"), built_in.yaml)?;
+        files::write(&map.with_extension("pgm"), built_in.image)?;
+        files::write(&file, built_in.scenario)?;
+        Ok(file)
+    };
+    ALL.iter().map(write).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_built_in_and_a_file_is_not() {
+        assert!(find(Path::new("quickstart")).is_some());
+        assert!(find(Path::new("quickstart.toml")).is_none() && find(Path::new("./quickstart")).is_none());
+    }
+}
