@@ -83,6 +83,8 @@ class Client:
         self.feedback: list[Any] = []
         self.client = ActionClient(node, NavigateToPose, "/r1/navigate_to_pose")
         wait_for("the action's server", self.client.server_is_ready)
+        # Until its place is known every goal is refused.
+        wait_for("a pose", lambda: rig.node.newest("/r1/amcl_pose"))
 
     def send(self, pose: PoseStamped) -> Any:
         """The handle of a goal, accepted or not."""
