@@ -55,9 +55,10 @@ pub(crate) async fn run(options: DemoOptions) -> Result<u8, Exit> {
     let choice = Choice { planner: options.planner.clone(), seed: Some(options.seed), ..Choice::default() };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
     let config = ServiceConfig::default();
-    let router = RouterSettings { listen: LISTEN, ..RouterSettings::default() };
+    let listen = [LISTEN.to_owned()];
+    let router = RouterSettings { listen: &listen, ..RouterSettings::default() };
     let session = session::router(router).await.map_err(Exit::network)?;
-    let mut embedded = Embedded::of(Kind::ALL, session.clone(), &config).await.map_err(Exit::network)?;
+    let mut embedded = Embedded::of(&Kind::simulated(), session.clone(), &config).await.map_err(Exit::network)?;
     let played = async {
         let viewer = open_viewer(&session, &config, &options).await?;
         let out = viewer.is_none().then_some(options.out.as_path());
