@@ -32,6 +32,8 @@ pub const MAX_ID: usize = 64;
 /// Entries in a list of roles or degradations, of what a service is prepared for (of more, the most recent),
 /// and of measures of a run.
 pub const MAX_LIST: usize = 64;
+/// Identifier of the person whom only the driver's braking tells of.
+pub const UNSEEN_PERSON: u32 = u32::MAX;
 /// Most contacts of a result that are told one by one.
 pub const MAX_CONTACTS: usize = 256;
 /// Samples in a service's status: the arbiter, which says most, has under two hundred.

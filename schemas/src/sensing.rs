@@ -3,7 +3,7 @@
 use crate::check::{
     array, checks, each, length, non_negative, number, numbers, optional, part, planar_covariances, positive,
 };
-use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
+use crate::limits::{MAX_BEAMS, MAX_PEOPLE, UNSEEN_PERSON};
 use crate::{F32Array, F64Array, Pose, U32Array};
 use serde::{Deserialize, Serialize};
 
@@ -102,7 +102,7 @@ pub struct People {
 
 impl People {
     /// The identity, in scenes and reasons, of what only the driver sees; no tracker gives it.
-    pub const UNSEEN: u32 = u32::MAX;
+    pub const UNSEEN: u32 = UNSEEN_PERSON;
 }
 
 checks! { people: People {

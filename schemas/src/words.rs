@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-use crate::People;
+use crate::limits::UNSEEN_PERSON;
 
 /// The table: by family and code, a sentence with places for the parameters.
 pub const TABLE: &str = include_str!("../words.toml");
@@ -51,7 +51,7 @@ pub fn knows(family: &str, code: &str) -> bool {
 
 /// A person by its identity.
 fn person(id: &Integer) -> String {
-    let code = if *id == Integer::from(People::UNSEEN) { "unseen" } else { "any" };
+    let code = if *id == Integer::from(UNSEEN_PERSON) { "unseen" } else { "any" };
     let parameters = [("code", Value::from(code)), ("number", Value::Integer(*id))];
     let parameters = parameters.map(|(key, value)| (Value::from(key), value));
     sentence("person", &Value::Map(parameters.into()))
@@ -117,7 +117,7 @@ mod tests {
         let hits = |person| Rejection::HitsPerson { person, after_s: 1.2 };
         assert_eq!(say("rejection", &hits(7)), "runs into person 7 after 1.2 s");
         let unseen = "runs into something unseen that the driver braked for after 1.2 s";
-        assert_eq!(say("rejection", &hits(People::UNSEEN)), unseen);
+        assert_eq!(say("rejection", &hits(UNSEEN_PERSON)), unseen);
         assert!(knows("term_meaning", "cpc") && !knows("term_meaning", "view"));
     }
 }

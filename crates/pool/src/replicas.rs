@@ -18,9 +18,12 @@ use crate::slot_selection::{self, FreeSlot, own_order};
 const PROBE_PAUSE: Duration = Duration::from_millis(200);
 /// The same after the first one, and twice as long after each: what is not prepared yet may be in a moment.
 const FIRST_PAUSE: Duration = Duration::from_millis(10);
-/// A replica that answers probes and fails questions, or refuses one after the other as overloaded, is asked again after
-/// 0, 1, 2 and from then on 3 such pauses of real time.
+/// A replica that answers probes and fails questions is asked again after 0, 1, 2 and from then on 3 such pauses of real
+/// time.
 const PAUSES_MAX: u32 = 3;
+/// The most of them for one that refuses one question after the other as overloaded: a second after a burst the robot is to
+/// be nominal again.
+const RESTS_MAX: u32 = 1;
 /// Weight of the newest measurement in the moving average of speeds.
 const NEWEST: f64 = 0.3;
 /// No replica counts as slower than this share of the fastest: it would never be measured again.
@@ -322,7 +325,7 @@ impl Replicas {
             Failure::Overloaded => {
                 replica.speed *= 0.5;
                 if replica.standing == Standing::Ready {
-                    replica.standing = Standing::Rests(now + PROBE_PAUSE * pauses);
+                    replica.standing = Standing::Rests(now + PROBE_PAUSE * pauses.min(RESTS_MAX));
                     replica.failures = replica.failures.saturating_add(1);
                 }
             }

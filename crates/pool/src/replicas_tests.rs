@@ -142,7 +142,7 @@ fn a_replica_that_refuses_again_and_again_is_asked_less_often_until_it_answers()
             !known_slots(replicas).is_empty()
         })
     };
-    assert_eq!([0; 5].map(|_| rests_for(&mut replicas)), [0, 200, 400, 600, 600].map(Some));
+    assert_eq!([0; 5].map(|_| rests_for(&mut replicas)), [0, 200, 200, 200, 200].map(Some));
     replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
     assert_eq!(rests_for(&mut replicas), Some(0));
 }

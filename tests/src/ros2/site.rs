@@ -35,7 +35,9 @@ pub(super) async fn until(is: impl Fn() -> bool) {
 /// A router as `rmw_zenohd` is one, and where it listens.
 pub(super) async fn robots_router() -> (Session, String) {
     let router =
-        session::router(RouterSettings { listen: &["tcp/127.0.0.1:0".to_owned()], ..Default::default() }).await.unwrap();
+        session::router(RouterSettings { listen: &["tcp/127.0.0.1:0".to_owned()], ..Default::default() })
+            .await
+            .unwrap();
     let endpoint = session::locators(&router).await.into_iter().find(|l| l.starts_with("tcp/127.")).unwrap();
     (router, endpoint)
 }

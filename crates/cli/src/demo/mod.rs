@@ -58,7 +58,8 @@ pub(crate) async fn run(options: DemoOptions) -> Result<u8, Exit> {
     let listen = [LISTEN.to_owned()];
     let router = RouterSettings { listen: &listen, ..RouterSettings::default() };
     let session = session::router(router).await.map_err(Exit::network)?;
-    let mut embedded = Embedded::of(&Kind::simulated(), session.clone(), &config).await.map_err(Exit::network)?;
+    let mut embedded =
+        Embedded::of(&Kind::simulated(), session.clone(), &config).await.map_err(Exit::network)?;
     let played = async {
         let viewer = open_viewer(&session, &config, &options).await?;
         let out = viewer.is_none().then_some(options.out.as_path());
