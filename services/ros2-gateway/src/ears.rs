@@ -28,8 +28,8 @@ pub(crate) enum Event {
     Scan(ros::LaserScan),
     /// Of the robot.
     Odom(Box<ros::Odometry>),
-    /// Of the robot; moving frames and those that stay.
-    Transforms(ros::TfMessage),
+    /// Of the robot; whether of frames that stay.
+    Transforms { message: ros::TfMessage, is_static: bool },
     /// Of the robot.
     Map(Result<OccupancyGrid, Fault>),
     /// Of the robot.
@@ -175,8 +175,8 @@ impl Ears {
                 said = self.decisions.next() => heard(said, Event::Decision),
                 said = self.missions.next() => heard(said, |mission| Event::Mission(Box::new(mission))),
                 said = self.answers.recv() => heard(said, |answer| Event::Answer(Box::new(answer))),
-                said = self.tf.next() => heard(said, Event::Transforms),
-                said = self.tf_static.next() => heard(said, Event::Transforms),
+                said = self.tf.next() => heard(said, |message| Event::Transforms { message, is_static: false }),
+                said = self.tf_static.next() => heard(said, |message| Event::Transforms { message, is_static: true }),
                 said = optional(self.people.as_ref()) => heard(said, Event::People),
                 said = optional(self.clock.as_ref()) => heard(said, Event::Clock),
                 said = self.goal_pose.next() => heard(said, Event::GoalPose),

@@ -12,7 +12,7 @@ use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Counter;
-use curionav_runtime::robot_limits::RobotLimits;
+use curionav_runtime::robot_limits::{RobotLimits, clamped};
 
 use crate::config::{Ros2Config, Silence};
 use crate::drawing::header;
@@ -206,7 +206,8 @@ impl Gate {
         let mut state = locked(&self.state);
         state.watch.heard(Source::Command, now);
         if state.watch.passes(now) {
-            Sink { state: &state, base: &self.base }.send(clamped(twist, &self.limits), now);
+            Sink { state: &state, base: &self.base }
+                .send(clamped(twist, self.limits.v_max, self.limits.omega_max), now);
         }
     }
 
@@ -220,17 +221,6 @@ impl Gate {
             Sink { state: &state, base: &self.base }.send(Twist::default(), now);
             self.zeros.inc();
         }
-    }
-}
-
-/// A velocity within the limits; a stand if it is none.
-fn clamped(twist: Twist, limits: &RobotLimits) -> Twist {
-    if !(twist.v.is_finite() && twist.omega.is_finite()) {
-        return Twist::default();
-    }
-    Twist {
-        v: twist.v.clamp(0.0, limits.v_max),
-        omega: twist.omega.clamp(-limits.omega_max, limits.omega_max),
     }
 }
 
@@ -297,7 +287,7 @@ mod tests {
             (9.0, -9.0, (0.8, -1.0)),
             (-1.0, 0.2, (0.0, 0.2)),
         ] {
-            let sent = clamped(Twist { v, omega }, &limits);
+            let sent = clamped(Twist { v, omega }, limits.v_max, limits.omega_max);
             assert_eq!((sent.v, sent.omega), expected);
         }
     }

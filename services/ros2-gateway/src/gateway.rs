@@ -20,7 +20,7 @@ use crate::frames::planar;
 use crate::gate::{Gate, Source};
 use crate::goals::Status;
 use crate::graph::{Graph, Used};
-use crate::journey::{Deed, Journey};
+use crate::journey::{Deed, Id, Journey, id};
 use crate::node::Request;
 use crate::order::{Orders, Start};
 use crate::pilot::{Answer, Pilot};
@@ -73,9 +73,11 @@ pub(crate) struct Gateway {
     hosted: Vec<(MapId, Server)>,
     /// The newest belief, odometry of its tick, and when it came.
     belief: Option<(Belief, Pose2, Instant)>,
-    /// Where the robot is said to be, until the driver has taken a run that begins there, and the number of that order.
-    start: Option<Start>,
+    /// Where the robot is said to be, and odometry then, until all services are at work in a run that begins there.
+    start: Option<(Start, Option<Pose2>)>,
+    /// Which order begins there, and which mission it has become.
     start_ordered: Option<u64>,
+    start_taken: Option<Id>,
     /// Whether the clock was set back since a run has begun: what the localiser says then is of no use.
     is_lost: bool,
     destination: Option<Destination>,
@@ -100,8 +102,9 @@ impl Gateway {
             map: None,
             hosted: Vec::new(),
             belief: None,
-            start,
+            start: start.map(|start| (start, None)),
             start_ordered: None,
+            start_taken: None,
             is_lost: false,
             destination: None,
             journey: Journey::default(),
@@ -131,7 +134,8 @@ impl Gateway {
     pub(crate) fn odom(&mut self, said: &ros::Odometry) {
         if self.parts.senses.odom(said) {
             tracing::warn!("the robot's clock was set back: its run is over");
-            (self.belief, self.start, self.start_ordered, self.is_lost) = (None, None, None, true);
+            self.begins_at(None);
+            (self.belief, self.is_lost) = (None, true);
             let deeds = self.journey.fail("the robot's clock was set back");
             self.act(deeds);
         }
@@ -174,12 +178,18 @@ impl Gateway {
         });
         let topic = self.parts.config.topics.initialpose.clone();
         let Some(start) = self.parts.senses.used(&topic, start) else { return };
-        (self.start, self.start_ordered) = (Some(start), None);
+        self.begins_at(Some(start));
         self.localize_after = Instant::now();
         if let Some(destination) = self.journey.goal() {
             let outcome = self.order_anew(destination);
             self.parts.senses.used(&topic, outcome);
         }
+    }
+
+    fn begins_at(&mut self, start: Option<Start>) {
+        let odometry = self.parts.senses.clock.newest().map(|sample| sample.pose);
+        (self.start, self.start_ordered, self.start_taken) =
+            (start.map(|start| (start, odometry)), None, None);
     }
 
     fn in_map(&self, header: &ros::Header) -> Result<(), Fault> {
@@ -212,20 +222,22 @@ impl Gateway {
         Ok(())
     }
 
-    /// Where a new run begins: where the robot is said to be, or believed to be.
+    /// Where a new run begins: where the robot was said to be, or believed to be, and what it has driven since.
     fn starting(&self) -> Result<Start, Fault> {
-        if let Some(start) = &self.start {
-            return Ok(start.clone());
-        }
-        let (Some((belief, then, _)), Some(now)) = (&self.belief, self.parts.senses.clock.newest()) else {
-            return Err(Fault::new(
-                FaultKind::NotYet,
-                "it is not known where the robot is: give an initial pose",
-            ));
+        let said = self.start.as_ref().map(|(start, then)| (start.clone(), *then));
+        let known = said.or_else(|| {
+            let (belief, then, _) = self.belief.as_ref()?;
+            let pose = Pose2::new(belief.x, belief.y, belief.heading);
+            Some((Start { pose, covariance: belief.covariance.clone() }, Some(*then)))
+        });
+        let Some((start, then)) = known else {
+            let why = "it is not known where the robot is: give an initial pose";
+            return Err(Fault::new(FaultKind::NotYet, why));
         };
-        let believed = Pose2::new(belief.x, belief.y, belief.heading);
-        let pose = believed.compose(then.relative(now.pose));
-        Ok(Start { pose, covariance: belief.covariance.clone() })
+        let driven = then
+            .zip(self.parts.senses.clock.newest())
+            .map_or(Pose2::default(), |(then, now)| then.relative(now.pose));
+        Ok(Start { pose: start.pose.compose(driven), ..start })
     }
 
     /// Orders a new run; gives the number of the order.
@@ -249,8 +261,9 @@ impl Gateway {
 
     /// Begins a run in which the robot stands, if it is known where it is and no run on this map knows it.
     fn localize(&mut self) {
-        let is_lost = !self.can_go_on() && !self.journey.is_engaged() && !self.journey.is_asking();
-        if !is_lost || Instant::now() < self.localize_after {
+        let journey = &self.journey;
+        let is_under_way = journey.is_engaged() || journey.is_localizing() || journey.is_asking();
+        if self.can_go_on() || is_under_way || Instant::now() < self.localize_after {
             return;
         }
         let Ok(start) = self.starting() else { return };
@@ -350,12 +363,12 @@ impl Gateway {
         if answer.outcome.is_ok() {
             locked(&self.parts.senses.problems).clear(ProblemKind::Refused, "mission");
             if self.start_ordered == Some(answer.number) {
-                // What the localiser has said until now belongs to the run before.
-                (self.start, self.start_ordered, self.belief, self.is_lost) = (None, None, None, false);
+                self.start_taken = answer.outcome.as_ref().ok().map(id);
             }
         }
         let deeds = self.journey.answered(answer.number, answer.outcome, self.tick());
         self.act(deeds);
+        self.begun();
     }
 
     /// The driver has said how the mission stands.
@@ -363,12 +376,25 @@ impl Gateway {
         self.driver_heard = Instant::now();
         let deeds = self.journey.said(mission, self.tick());
         self.act(deeds);
+        self.begun();
+    }
+
+    /// Once all services are at work in the run that begins where the robot was said to be, the localiser knows it. What it
+    /// has said until then belongs to the run before.
+    fn begun(&mut self) {
+        if self.start_taken.is_some() && self.start_taken == self.journey.running() {
+            self.begins_at(None);
+            (self.belief, self.is_lost) = (None, false);
+        }
     }
 
     /// The localiser has said where the robot is.
     pub(crate) fn believed(&mut self, belief: Belief) {
         let clock = &self.parts.senses.clock;
-        let Some(sample) = clock.of_tick(belief.tick).filter(|_| !self.is_lost) else { return };
+        let Some(sample) = clock.of_tick(belief.tick).filter(|_| !self.is_lost && self.start.is_none())
+        else {
+            return;
+        };
         self.parts.voice.belief(&belief, sample.pose, clock.stamp(sample.stamp));
         self.belief = Some((belief, sample.pose, Instant::now()));
     }

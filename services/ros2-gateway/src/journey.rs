@@ -18,6 +18,13 @@ enum Purpose {
     Localize,
 }
 
+/// A mission by its run and revision. A driver that was started anew counts revisions from 1 on, in a later run.
+pub(crate) type Id = (u64, u64);
+
+pub(crate) fn id(mission: &Mission) -> Id {
+    (mission.run, mission.revision)
+}
+
 /// What the driver has been asked and has not answered.
 #[derive(Debug, Clone, Copy)]
 struct Asked {
@@ -49,16 +56,16 @@ pub(crate) struct Journey {
     pub(crate) goals: Goals,
     mission: Option<Mission>,
     asked: Option<Asked>,
-    /// The revision by which the goal of ROS is under way.
-    revision: Option<u64>,
-    /// The revision that only localises.
-    localizing: Option<u64>,
-    /// The revision that runs, and the tick since which it does.
-    running: Option<(u64, u64)>,
-    /// The revision that has been told to end.
-    ending: Option<u64>,
-    /// The revision that must not move the robot any more, whatever the driver still says of it.
-    failed: Option<u64>,
+    /// The mission by which the goal of ROS is under way.
+    ours: Option<Id>,
+    /// The one that only localises.
+    localizing: Option<Id>,
+    /// The one that runs, and the tick since which it does.
+    running: Option<(Id, u64)>,
+    /// The one that has been told to end.
+    ending: Option<Id>,
+    /// The one that must not move the robot any more, whatever the driver still says of it.
+    failed: Option<Id>,
 }
 
 impl Journey {
@@ -67,13 +74,25 @@ impl Journey {
         self.mission.as_ref()
     }
 
-    /// Whether a mission is under way that moves the robot.
+    /// Whether a mission is under way that moves the robot. Until the driver has answered, the newest may be the one that
+    /// only localises: its state can come before the answer.
     pub(crate) fn is_engaged(&self) -> bool {
+        let may_localize = self.asked.is_some_and(|asked| asked.purpose == Purpose::Localize);
         let moves = |mission: &Mission| {
-            let stands = [self.localizing, self.failed].contains(&Some(mission.revision));
+            let stands = [self.localizing, self.failed].contains(&Some(id(mission)));
             !is_over(mission) && !stands
         };
-        self.mission.as_ref().is_some_and(moves)
+        !may_localize && self.mission.as_ref().is_some_and(moves)
+    }
+
+    /// Whether the mission that only localises is under way.
+    pub(crate) fn is_localizing(&self) -> bool {
+        self.mission.as_ref().is_some_and(|mission| Some(id(mission)) == self.localizing && !is_over(mission))
+    }
+
+    /// The mission whose services are all at work.
+    pub(crate) fn running(&self) -> Option<Id> {
+        self.running.map(|(of, _)| of)
     }
 
     /// Whether the driver has been asked for a mission and has not answered.
@@ -122,8 +141,8 @@ impl Journey {
         if self.asked.take().is_some() || self.is_engaged() {
             deeds.extend([Deed::Tell(MissionCommand::Cancel), Deed::NoPlan]);
         }
-        (self.revision, self.running) = (None, None);
-        self.failed = self.mission.as_ref().map(|mission| mission.revision);
+        (self.ours, self.running) = (None, None);
+        self.failed = self.mission.as_ref().map(id);
         deeds
     }
 
@@ -161,10 +180,11 @@ impl Journey {
             }
         };
         let mut deeds = Vec::new();
+        let ordered = Some(id(&mission));
         match asked.purpose {
-            Purpose::Localize => self.localizing = Some(mission.revision),
+            Purpose::Localize => self.localizing = ordered,
             Purpose::Goal => {
-                (self.revision, self.localizing) = (Some(mission.revision), None);
+                (self.ours, self.localizing) = (ordered, None);
                 match self.goals.active().map(|goal| goal.status) {
                     Some(Status::Canceling) => deeds.push(Deed::Tell(MissionCommand::Cancel)),
                     Some(_) => {
@@ -175,33 +195,35 @@ impl Journey {
                 }
             }
         }
-        deeds.extend(self.said(mission, tick));
+        // The topic may have been faster than the answer, and what it has said is then newer.
+        let newest = self.mission.take_if(|known| Some(id(known)) >= ordered).unwrap_or(mission);
+        self.running = None;
+        deeds.extend(self.said(newest, tick));
         deeds
     }
 
     /// The driver has said how the mission stands, at `tick` of the robot.
     pub(crate) fn said(&mut self, mission: Mission, tick: u64) -> Vec<Deed> {
         let mut deeds = Vec::new();
-        let order = |mission: &Mission| (mission.run, mission.revision);
-        if self.mission.as_ref().is_some_and(|known| order(&mission) < order(known)) {
+        let newest = id(&mission);
+        if self.mission.as_ref().is_some_and(|known| newest < id(known)) {
             return deeds;
         }
-        let (revision, state) = (mission.revision, mission.state);
-        if state == MissionState::Running && self.running.is_none_or(|(of, _)| of != revision) {
-            self.running = Some((revision, tick));
-            if self.localizing == Some(revision) {
+        if mission.state == MissionState::Running && self.running.is_none_or(|(of, _)| of != newest) {
+            self.running = Some((newest, tick));
+            if self.localizing == Some(newest) {
                 deeds.push(Deed::Tell(MissionCommand::Cancel));
             }
         }
         let was_engaged = self.is_engaged();
-        match self.revision {
-            Some(ours) if ours == revision && is_over(&mission) => {
-                self.revision = None;
+        match self.ours {
+            Some(ours) if ours == newest && is_over(&mission) => {
+                self.ours = None;
                 let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
                 deeds.extend(self.goals.set(status, &why).map(|_| Deed::Goals));
             }
-            Some(ours) if ours < revision && self.asked.is_none() => {
-                self.revision = None;
+            Some(ours) if ours < newest && self.asked.is_none() => {
+                self.ours = None;
                 deeds.extend(self.abort("another mission has been ordered"));
             }
             _ => {}
@@ -218,14 +240,14 @@ impl Journey {
         let Some(mission) = self.mission.as_ref().filter(|m| m.state == MissionState::Running) else {
             return Vec::new();
         };
-        let revision = mission.revision;
+        let (running, revision) = (id(mission), mission.revision);
         // A decision of before is about the goal of before.
-        let is_of_it = self.running.is_some_and(|(of, since)| of == revision && decision.tick >= since);
-        let is_end = decision.arrived && is_of_it && self.is_engaged() && self.ending != Some(revision);
+        let is_of_it = self.running.is_some_and(|(of, since)| of == running && decision.tick >= since);
+        let is_end = decision.arrived && is_of_it && self.is_engaged() && self.ending != Some(running);
         if !is_end {
             return Vec::new();
         }
-        self.ending = Some(revision);
+        self.ending = Some(running);
         vec![Deed::Tell(MissionCommand::Finish { revision, end: MissionEnd::Reached })]
     }
 }
@@ -352,6 +374,49 @@ mod tests {
         let deeds = journey.said(mission(1, MissionState::Running, None), 5);
         assert_eq!((deeds, journey.is_engaged()), (vec![Deed::Tell(MissionCommand::Cancel)], false));
         assert_eq!(journey.decided(&arrived(6)), []);
+    }
+
+    #[test]
+    fn what_the_topic_says_before_the_answer_moves_no_robot_that_only_localises_and_is_not_forgotten() {
+        let mut journey = Journey::default();
+        journey.asked_to_localize(1);
+        assert_eq!(journey.said(mission(1, MissionState::Running, None), 5), []);
+        assert!(!journey.is_engaged());
+        let deeds = journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6);
+        assert_eq!((deeds, journey.is_engaged()), (vec![Deed::Tell(MissionCommand::Cancel)], false));
+        assert!(journey.is_localizing() && journey.running() == Some((1, 1)));
+        // A mission of another client came meanwhile: that one moves the robot.
+        let mut journey = Journey::default();
+        journey.asked_to_localize(1);
+        journey.said(mission(2, MissionState::Running, None), 5);
+        assert_eq!(journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6), []);
+        assert!(journey.is_engaged() && !journey.is_localizing());
+        // A goal whose mission has ended before the answer has come.
+        let mut journey = Journey::default();
+        journey.accept(GOAL, NOW);
+        journey.asked_to_go(1, false);
+        journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 20);
+        journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 21);
+        assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Succeeded, false));
+    }
+
+    #[test]
+    fn what_was_of_a_driver_before_its_restart_is_not_of_the_mission_with_the_same_number() {
+        let of_later_run = |state| Mission { run: 2, ..mission(3, state, None) };
+        let mut journey = under_way();
+        journey.decided(&arrived(12));
+        journey.fail("the robot's clock was set back");
+        journey.accept([8; 16], NOW);
+        journey.asked_to_go(2, false);
+        journey.answered(2, Ok(of_later_run(MissionState::Preparing)), 20);
+        assert!(journey.is_engaged(), "only the mission before had failed");
+        journey.said(of_later_run(MissionState::Running), 21);
+        assert_eq!(journey.decided(&arrived(22)).len(), 1, "only the mission before was told to end");
+        // A restart while a goal is under way: it is of no mission any more.
+        let mut journey = under_way();
+        let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };
+        assert_eq!(journey.said(fresh, 20), [Deed::Goals]);
+        assert_eq!(status(&journey).0, Status::Aborted);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use curionav_ros2::qos::Qos;
 use curionav_ros2::token::{Endpoint, EntityKind, Token};
 use curionav_runtime::byte_ring::ByteRing;
 use curionav_runtime::metrics::Tally;
+use curionav_schemas::limits::MAX_TEXT;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
@@ -210,7 +211,8 @@ impl Node {
         let (dialect, refused, label) = (Arc::clone(&self.dialect), self.refused.clone(), name.clone());
         let take = move |query: Query| {
             let bytes = query.payload().map_or(0, ZBytes::len);
-            if bytes > Q::MAX_BYTES || !is_attached(&*dialect, query.attachment()) {
+            let beside = query.parameters().as_str().len();
+            if bytes > Q::MAX_BYTES || beside > MAX_TEXT || !is_attached(&*dialect, query.attachment()) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
             feeder.push(bytes.max(1 << 10), query);

@@ -1,4 +1,4 @@
-//! People whom the robot's own tracker publishes.
+//! People as the robot's own tracker publishes them.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::sin_cos;

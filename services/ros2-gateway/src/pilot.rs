@@ -1,10 +1,11 @@
 //! Commands to the driver, one after the other, beside everything else.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use curionav_runtime::query::{AskError, Urgency, ask};
 use curionav_schemas::{Mission, MissionCommand, Refusal, Reject};
-use tokio::sync::mpsc;
+use tokio::sync::{mpsc, watch};
 use tokio::time::Instant;
 use zenoh::Session;
 
@@ -14,8 +15,8 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const TIMEOUT: Duration = Duration::from_secs(2);
 /// Between two attempts.
 const PAUSE: Duration = Duration::from_millis(100);
-/// Commands that wait: more than one goal and its end need.
-const QUEUE: usize = 32;
+/// Answers that wait to be read.
+const ANSWERS: usize = 32;
 
 /// What has become of a command.
 #[derive(Debug)]
@@ -29,35 +30,49 @@ pub(crate) struct Answer {
 /// Where commands go in.
 #[derive(Debug)]
 pub(crate) struct Pilot {
-    commands: mpsc::Sender<(u64, MissionCommand)>,
+    waiting: watch::Sender<Waiting>,
     sent: u64,
 }
+
+/// Numbered commands that wait.
+type Waiting = VecDeque<(u64, MissionCommand)>;
 
 impl Pilot {
     /// Begins to send commands to `key`; answers come out in their order.
     pub(crate) fn start(session: &Session, key: String) -> (Self, mpsc::Receiver<Answer>) {
-        let (commands, mut waiting) = mpsc::channel::<(u64, MissionCommand)>(QUEUE);
-        let (answers, answered) = mpsc::channel(QUEUE);
-        let session = session.clone();
+        let (waiting, mut more) = watch::channel(Waiting::new());
+        let (answers, answered) = mpsc::channel(ANSWERS);
+        let (session, queue) = (session.clone(), waiting.clone());
         tokio::spawn(async move {
-            while let Some((number, command)) = waiting.recv().await {
+            while more.wait_for(|waiting| !waiting.is_empty()).await.is_ok() {
+                let mut next = None;
+                queue.send_modify(|waiting| next = waiting.pop_front());
+                let Some((number, command)) = next else { continue };
                 let outcome = told(&session, &key, &command).await;
                 if answers.send(Answer { number, outcome }).await.is_err() {
                     return;
                 }
             }
         });
-        (Self { commands, sent: 0 }, answered)
+        (Self { waiting, sent: 0 }, answered)
     }
 
     /// Sends a command; gives its number.
     pub(crate) fn send(&mut self, command: MissionCommand) -> u64 {
         self.sent += 1;
-        if self.commands.try_send((self.sent, command)).is_err() {
-            tracing::warn!("the driver answers so slowly that a command was dropped");
-        }
+        let numbered = (self.sent, command);
+        self.waiting.send_modify(|waiting| add(waiting, numbered));
         self.sent
     }
+}
+
+/// While a driver answers slowly, a mission, a goal or an end takes the place of all that waits: the robot does what was said
+/// last, and what waits stays short. What was replaced has no answer.
+fn add(waiting: &mut Waiting, numbered: (u64, MissionCommand)) {
+    if !matches!(numbered.1, MissionCommand::Finish { .. }) {
+        waiting.clear();
+    }
+    waiting.push_back(numbered);
 }
 
 async fn told(session: &Session, key: &str, command: &MissionCommand) -> Result<Mission, Reject> {
@@ -71,5 +86,24 @@ async fn told(session: &Session, key: &str, command: &MissionCommand) -> Result<
             }
             Err(_) => tokio::time::sleep(PAUSE).await,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_schemas::MissionEnd;
+
+    use super::*;
+
+    #[test]
+    fn what_was_said_last_takes_the_place_of_what_waits() {
+        let goal = |x| MissionCommand::Goal { x, y: 0.0, heading: None };
+        let finish = MissionCommand::Finish { revision: 3, end: MissionEnd::Reached };
+        let mut waiting = Waiting::new();
+        let said = [goal(1.0), finish.clone(), goal(2.0), goal(3.0), finish];
+        said.into_iter().zip(1..).for_each(|(command, number)| add(&mut waiting, (number, command)));
+        assert_eq!(waiting.iter().map(|(number, _)| *number).collect::<Vec<_>>(), [4, 5]);
+        add(&mut waiting, (6, MissionCommand::Cancel));
+        assert_eq!(waiting, [(6, MissionCommand::Cancel)]);
     }
 }

@@ -21,7 +21,7 @@ use crate::gate::{Gate, Source};
 use crate::people::people;
 use crate::problem::{Problem, ProblemKind, Problems};
 use crate::robot_clock::{Moment, RobotClock, Sample};
-use crate::sensing::{self, Beams};
+use crate::sensing;
 
 /// A scan or people whose stamp lies farther from the robot's clock are of no use, seconds.
 const STALE: f64 = 0.5;
@@ -38,7 +38,7 @@ pub(crate) struct Senses {
     /// The clock of its odometry.
     pub(crate) clock: RobotClock,
     /// The newest scan, until odometry gives it a tick.
-    waiting: Option<(f64, Beams)>,
+    waiting: Option<Scan>,
     /// Its scanner.
     pub(crate) laser: Option<LaserModel>,
     /// How often odometry comes.
@@ -99,10 +99,11 @@ impl Senses {
         }
     }
 
-    /// Takes note of transforms.
-    pub(crate) fn transforms(&mut self, message: &ros::TfMessage) {
+    /// Takes note of transforms; `is_static` says on which topic they came.
+    pub(crate) fn transforms(&mut self, message: &ros::TfMessage, is_static: bool) {
         let outcome = self.frames.take_in(message, &self.config.frames.odom);
-        self.used(&self.config.topics.tf, outcome);
+        let topics = &self.config.topics;
+        self.used(if is_static { &topics.tf_static } else { &topics.tf }, outcome);
     }
 
     /// The stamp of something that is of now, in seconds of the robot's clock, and the newest sample of odometry.
@@ -120,17 +121,16 @@ impl Senses {
 
     /// A scan waits for the next odometry, which says where the robot was when it was taken.
     pub(crate) fn scan(&mut self, scan: &ros::LaserScan) {
-        let read = sensing::beams(scan, &self.frames, &self.config.frames.base).and_then(|beams| {
-            let wire = scan_of(&beams, beams.mount, (0, 0.0));
+        let read = sensing::scan(scan, &self.frames, &self.config.frames.base).and_then(|wire| {
             let seen = convert::scan(&wire, self.config.mission.range_sigma);
             let (_, laser) = seen.map_err(|reject| Fault::unusable(reject.to_string()))?;
             let (stamp, _) = self.fresh(scan.header.stamp)?;
-            Ok((stamp, beams, laser))
+            Ok((Scan { stamp, ..wire }, laser))
         });
-        if let Some((stamp, beams, laser)) = self.used(&self.config.topics.scan, read) {
+        if let Some((scan, laser)) = self.used(&self.config.topics.scan, read) {
             self.gate.heard(Source::Scan);
             self.laser = Some(laser);
-            self.waiting = Some((stamp, beams));
+            self.waiting = Some(scan);
         }
     }
 
@@ -159,11 +159,12 @@ impl Senses {
     /// The scan that waits, as it is seen from where the robot is at this tick, and odometry.
     fn publish(&mut self, sample: &Sample) {
         let Sample { tick, stamp, pose, twist } = *sample;
-        if let Some((taken, beams)) = self.waiting.take()
-            && let Some(then) = self.clock.pose_at(taken)
+        if let Some(mut scan) = self.waiting.take()
+            && let Some(then) = self.clock.pose_at(scan.stamp)
         {
-            let mount = pose.relative(then).compose(beams.mount);
-            self.scans.publish(&scan_of(&beams, mount, (tick, taken)), Clock::Realtime);
+            scan.tick = tick;
+            scan.laser = convert::pose_to_wire(pose.relative(then).compose(convert::pose(scan.laser)));
+            self.scans.publish(&scan, Clock::Realtime);
         }
         let Pose2 { x, y, heading } = pose;
         let Twist { v, omega } = twist;
@@ -185,18 +186,5 @@ impl Senses {
         if let Some(people) = self.used(&self.config.topics.people, found) {
             self.people.publish(&people, Clock::Realtime);
         }
-    }
-}
-
-/// A scan of this tick whose scanner is at `mount`.
-fn scan_of(beams: &Beams, mount: Pose2, (tick, stamp): (u64, f64)) -> Scan {
-    Scan {
-        tick,
-        stamp,
-        angle_min: beams.angle_min,
-        angle_increment: beams.angle_increment,
-        range_max: beams.range_max,
-        laser: convert::pose_to_wire(mount),
-        ranges: beams.ranges.clone().into(),
     }
 }

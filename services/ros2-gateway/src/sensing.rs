@@ -3,6 +3,8 @@
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::occupancy::OccupancyGrid;
 use curionav_ros2::messages as ros;
+use curionav_runtime::convert;
+use curionav_schemas::Scan;
 use curionav_schemas::limits::MAX_MAP_CELLS;
 
 use crate::config::Frames;
@@ -14,28 +16,13 @@ const BLIND_SHARE: f32 = 0.5;
 /// How far the frame of odometry may lie from the robot's, m and rad.
 const SAME_PLACE: f64 = 0.01;
 
-/// The beams of a scan, as the robot's frame sees their scanner.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Beams {
-    /// Where the scanner is.
-    pub(crate) mount: Pose2,
-    /// Angle of the first, rad.
-    pub(crate) angle_min: f64,
-    /// From one to the next, rad.
-    pub(crate) angle_increment: f64,
-    /// A beam of this range hit nothing, m.
-    pub(crate) range_max: f64,
-    /// Of each, m.
-    pub(crate) ranges: Vec<f32>,
-}
-
-/// The beams of a scan. A range that is infinite, too great, or below what the scanner can measure, counts as one that hit
+/// A scan as curionav has it, of no tick yet. A range that is infinite, too great, or below what the scanner can measure, counts as one that hit
 /// nothing, as ROS has it (REP 117); one that is minus infinity as one that hit something at the least range. A beam that is
 /// no number says nothing, and counts as one that hit nothing too, but a scan with many of them is refused.
 ///
 /// # Errors
 /// If the scan is none, if it is not known where the scanner is, or if the scanner leans.
-pub(crate) fn beams(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Result<Beams, Fault> {
+pub(crate) fn scan(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Result<Scan, Fault> {
     let (angle_min, increment) = (f64::from(scan.angle_min), f64::from(scan.angle_increment));
     let (least, most) = (scan.range_min, scan.range_max);
     let is_number = |number: f32| number.is_finite();
@@ -65,12 +52,14 @@ pub(crate) fn beams(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Re
     });
     // Seen from above, a scanner that hangs turns the other way.
     let side = if mount.is_upside_down { -1.0 } else { 1.0 };
-    Ok(Beams {
-        mount: mount.pose,
+    Ok(Scan {
+        tick: 0,
+        stamp: 0.0,
         angle_min: side * angle_min,
         angle_increment: side * increment,
         range_max: f64::from(most),
-        ranges: ranges.collect(),
+        laser: convert::pose_to_wire(mount.pose),
+        ranges: ranges.collect::<Vec<_>>().into(),
     })
 }
 
@@ -149,7 +138,7 @@ mod tests {
         tree
     }
 
-    fn scan(ranges: &[f32]) -> ros::LaserScan {
+    fn said(ranges: &[f32]) -> ros::LaserScan {
         ros::LaserScan {
             header: Header { frame_id: "laser".into(), ..Header::default() },
             angle_min: -0.5,
@@ -163,27 +152,27 @@ mod tests {
 
     #[test]
     fn ranges_mean_what_ros_says_that_they_mean() {
-        let said = scan(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, 12.0, 3.0]);
-        let beams = beams(&said, &tree(LEVEL), "base_link").unwrap();
-        assert_eq!(beams.ranges, [10.0, 0.1, 10.0, 10.0, 10.0, 3.0]);
-        assert_eq!((beams.mount, beams.angle_min), (Pose2::new(0.2, 0.0, 0.0), -0.5));
+        let said = said(&[f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, 12.0, 3.0]);
+        let scan = scan(&said, &tree(LEVEL), "base_link").unwrap();
+        assert_eq!(scan.ranges.to_vec(), [10.0, 0.1, 10.0, 10.0, 10.0, 3.0]);
+        assert_eq!((convert::pose(scan.laser), scan.angle_min), (Pose2::new(0.2, 0.0, 0.0), -0.5));
     }
 
     #[test]
     fn a_scanner_that_hangs_sees_the_same_room() {
         let (up, down) = (tree(LEVEL), tree(Quaternion { x: 1.0, y: 0.0, z: 0.0, w: 0.0 }));
-        let ends = |beams: &Beams| -> Vec<Point2> {
+        let ends = |scan: &Scan| -> Vec<Point2> {
             let end = |(i, range): (usize, &f32)| {
-                let (s, c) = (beams.angle_min + beams.angle_increment * i as f64).sin_cos();
-                beams.mount.transform(Point2::new(f64::from(*range) * c, f64::from(*range) * s))
+                let (s, c) = (scan.angle_min + scan.angle_increment * i as f64).sin_cos();
+                convert::pose(scan.laser).transform(Point2::new(f64::from(*range) * c, f64::from(*range) * s))
             };
-            beams.ranges.iter().enumerate().map(end).collect()
+            scan.ranges.iter().enumerate().map(end).collect()
         };
         // The same wall, once from the right to the left and once the other way.
-        let said = scan(&[1.0, 2.0, 3.0, 4.0, 5.0]);
+        let said = said(&[1.0, 2.0, 3.0, 4.0, 5.0]);
         let hung = ros::LaserScan { ranges: said.ranges.iter().rev().copied().collect(), ..said.clone() };
-        let upright = ends(&beams(&said, &up, "base_link").unwrap());
-        let mut hanging = ends(&beams(&hung, &down, "base_link").unwrap());
+        let upright = ends(&scan(&said, &up, "base_link").unwrap());
+        let mut hanging = ends(&scan(&hung, &down, "base_link").unwrap());
         hanging.reverse();
         assert!(upright.iter().zip(&hanging).all(|(a, b)| a.distance(*b) < 1e-9), "{upright:?} {hanging:?}");
     }
@@ -191,17 +180,17 @@ mod tests {
     #[test]
     fn a_scan_that_cannot_be_used_is_refused_with_the_reason() {
         let tree = tree(LEVEL);
-        let fault = |scan: &ros::LaserScan| beams(scan, &tree, "base_link").unwrap_err().to_string();
+        let fault = |said: &ros::LaserScan| scan(said, &tree, "base_link").unwrap_err().to_string();
         let elsewhere = ros::LaserScan {
             header: Header { frame_id: "camera".into(), ..Header::default() },
-            ..scan(&[1.0])
+            ..said(&[1.0])
         };
         assert_eq!(fault(&elsewhere), "no transform leads from the frame `camera` to `base_link`");
-        assert!(fault(&scan(&[f32::NAN, f32::NAN, 1.0])).starts_with("2 of 3 beams are no number"));
-        assert!(fault(&scan(&[])).contains("no beams"));
-        assert!(fault(&ros::LaserScan { range_max: f32::NAN, ..scan(&[1.0]) }).contains("no scanner"));
+        assert!(fault(&said(&[f32::NAN, f32::NAN, 1.0])).starts_with("2 of 3 beams are no number"));
+        assert!(fault(&said(&[])).contains("no beams"));
+        assert!(fault(&ros::LaserScan { range_max: f32::NAN, ..said(&[1.0]) }).contains("no scanner"));
         let leaning = self::tree(Quaternion { x: 0.5, w: 0.75_f64.sqrt(), ..Quaternion::default() });
-        assert!(beams(&scan(&[1.0]), &leaning, "base_link").unwrap_err().to_string().contains("leans"));
+        assert!(scan(&said(&[1.0]), &leaning, "base_link").unwrap_err().to_string().contains("leans"));
     }
 
     #[test]

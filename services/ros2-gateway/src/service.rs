@@ -17,7 +17,7 @@ use curionav_runtime::shutdown::Shutdown;
 use curionav_schemas::{MissionCommand, keys};
 use zenoh::Session;
 
-use crate::config::{DialectName, Ros2Config};
+use crate::config::{DialectName, PeopleSource, Ros2Config};
 use crate::ears::{Ears, Event};
 use crate::gate::Gate;
 use crate::gateway::{Gateway, Parts};
@@ -147,19 +147,20 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
     }
     let topics = &ros2.topics;
     let velocity = if ros2.is_stamped() { of::<ros::TwistStamped> } else { of::<ros::Twist> };
-    vec![
+    let people = (ros2.people == PeopleSource::Topic).then(|| of::<ros::People>(ros2, &topics.people, false));
+    let always = [
         of::<ros::LaserScan>(ros2, &topics.scan, false),
         of::<ros::Odometry>(ros2, &topics.odom, false),
         of::<ros::TfMessage>(ros2, &topics.tf, false),
         of::<ros::TfMessage>(ros2, &topics.tf_static, false),
         of::<ros::OccupancyGrid>(ros2, &topics.map, false),
-        of::<ros::People>(ros2, &topics.people, false),
         of::<ros::PoseStamped>(ros2, &topics.goal_pose, false),
         of::<ros::PoseWithCovarianceStamped>(ros2, &topics.initialpose, false),
         of::<ros::PoseWithCovarianceStamped>(ros2, &topics.amcl_pose, true),
         of::<ros::Path>(ros2, &topics.plan, true),
         velocity(ros2, &topics.cmd_vel, true),
-    ]
+    ];
+    always.into_iter().chain(people).collect()
 }
 
 async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -> anyhow::Result<()> {
@@ -177,7 +178,7 @@ async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -
             Event::Decision(decision) => gateway.decided(&decision),
             Event::Mission(mission) => gateway.mission(*mission),
             Event::Answer(answer) => gateway.answer(*answer),
-            Event::Transforms(transforms) => gateway.senses().transforms(&transforms),
+            Event::Transforms { message, is_static } => gateway.senses().transforms(&message, is_static),
             Event::Map(map) => gateway.map(map),
             Event::People(people) => gateway.senses().people(&people),
             Event::Clock(clock) => gateway.senses().sim_time(&clock),
