@@ -68,6 +68,7 @@ def test_the_viewer_listens_before_the_robot_starts_and_ends_with_the_run(tmp_pa
     assert re.search(r"open http://127\.0\.0\.1:\d+/", complaints), complaints
     # It says this of a run that it has followed to its end.
     assert "the mission is" in complaints
+    assert "Fatal Python error" not in complaints
     assert "quickstart" in printed
     assert not (tmp_path / "curionav-demo").exists()
 

@@ -36,7 +36,7 @@ FIRST = tutorial.PAGES / "first-run.md"
 
 @dataclass(frozen=True)
 class Newcomer:
-    """Where somebody without a checkout has got to: the wheels at hand, and an environment for the next page."""
+    """How far a user without a checkout has got: the wheels at hand, and an environment for the next page."""
 
     folder: Path
     environment: dict[str, str]

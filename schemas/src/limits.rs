@@ -32,7 +32,7 @@ pub const MAX_ID: usize = 64;
 /// Entries in a list of roles or degradations, of what a service is prepared for (of more, the most recent),
 /// and of measures of a run.
 pub const MAX_LIST: usize = 64;
-/// Identifier of the person whom only the driver's braking tells of.
+/// The identity, in scenes and reasons, of what only the driver sees; no tracker gives it.
 pub const UNSEEN_PERSON: u32 = u32::MAX;
 /// Most contacts of a result that are told one by one.
 pub const MAX_CONTACTS: usize = 256;

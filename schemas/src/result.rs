@@ -185,6 +185,7 @@ pub struct RunResult {
     /// How well.
     pub measures: Measures,
     /// The collisions, in their order; the first [`MAX_CONTACTS`] of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<Contact>,
     /// The standard measures of social navigation by name, such as `spl`, `personal_share` or
     /// `time_to_collision_min_s`; units are in the names, yes and no are 1 and 0, and what there was nothing to

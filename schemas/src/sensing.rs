@@ -3,7 +3,7 @@
 use crate::check::{
     array, checks, each, length, non_negative, number, numbers, optional, part, planar_covariances, positive,
 };
-use crate::limits::{MAX_BEAMS, MAX_PEOPLE, UNSEEN_PERSON};
+use crate::limits::{MAX_BEAMS, MAX_PEOPLE};
 use crate::{F32Array, F64Array, Pose, U32Array};
 use serde::{Deserialize, Serialize};
 
@@ -98,11 +98,6 @@ pub struct People {
     /// For how long each has not been seen, s; absent if all of them are seen now.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub age: Option<F32Array>,
-}
-
-impl People {
-    /// The identity, in scenes and reasons, of what only the driver sees; no tracker gives it.
-    pub const UNSEEN: u32 = UNSEEN_PERSON;
 }
 
 checks! { people: People {

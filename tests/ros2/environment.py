@@ -44,7 +44,7 @@ MANIFEST = """\
   <name>{package}</name>
   <version>0.0.0</version>
   <description>For tests</description>
-  <maintainer email="nobody@example.org">none</maintainer>
+  <maintainer email="none@example.org">none</maintainer>
   <license>BSD-3-Clause</license>
   <buildtool_depend>ament_cmake</buildtool_depend>
   <buildtool_depend>rosidl_default_generators</buildtool_depend>

@@ -111,8 +111,8 @@ class Program:
         self.process.kill()
         self.process.wait()
 
-    def stop(self) -> int:
-        """Ends it as Ctrl-C does; gives its exit status."""
+    def _ends(self) -> bool:
+        """Ends it as Ctrl-C does, or else by force; says whether it ended by itself."""
         if self.process.poll() is None:
             self.send(signal.SIGCONT)
             self.send(signal.SIGINT)
@@ -120,20 +120,19 @@ class Program:
                 self.process.wait(STOP_PATIENCE)
             except subprocess.TimeoutExpired:
                 self.kill()
-                raise AssertionError(f"{self.name} did not end") from None
+                return False
+        return True
+
+    def stop(self) -> int:
+        """Ends it as Ctrl-C does; gives its exit status."""
+        assert self._ends(), f"{self.name} did not end"
         return self.process.returncode
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self.process.poll() is None:
-            self.send(signal.SIGCONT)
-            self.send(signal.SIGINT)
-            try:
-                self.process.wait(STOP_PATIENCE)
-            except subprocess.TimeoutExpired:
-                self.kill()
+        self._ends()
 
 
 def bridge(directory: Path, domain: int, endpoint: str = "tcp/127.0.0.1:0") -> Program:

@@ -49,7 +49,7 @@ pub struct Observation {
     pub people: People,
 }
 
-/// A person whom the robot's body overlaps.
+/// A person that the robot's body overlaps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touch {
     /// Who.
@@ -129,6 +129,7 @@ impl World {
         };
         world.people = world.all_people();
         world.plant = plant(world.draw_start());
+        world.overlaid = world.overlaid_after(&People::default());
         Ok(world)
     }
 
@@ -204,16 +205,21 @@ impl World {
         let others = (self.scenario.walkers.len()..people.len()).map(|i| passer_by(people, i));
         self.walkers.step(dt, &self.map, people.radius, robot, others);
         self.tick += 1;
-        let now = self.all_people();
-        let before = std::mem::replace(&mut self.people, now);
-        self.overlaid = self.overlaid_after(&before);
+        self.renew_people();
     }
 
     /// Puts live people into the world in place of those given before; their ids are counted from
     /// [`FIRST_LIVE_ID`]. They stay where they are until told otherwise.
     pub fn replace_live_people(&mut self, people: &People) {
         self.live = people.clone();
-        self.people = self.all_people();
+        self.renew_people();
+    }
+
+    /// Takes over where all people are now.
+    fn renew_people(&mut self) {
+        let now = self.all_people();
+        let before = std::mem::replace(&mut self.people, now);
+        self.overlaid = self.overlaid_after(&before);
     }
 
     /// Who of those that overlap the robot now was not there before, or has overlapped it since coming into being.

@@ -1,8 +1,8 @@
 //! A bounded queue shared fairly: of the robots that wait, the one that was served longest ago comes next. What cannot be
 //! answered in time is refused at once, while the robot can still do something else.
 //!
-//! Whoever is refused has not been served, so it comes before the others the next time. In a pool that is too small all
-//! robots so get about the same share, also when they ask in the same order in every cycle.
+//! A robot that is refused has not been served, so it comes before the others the next time. In a pool that is too small
+//! all robots so get about the same share, also when they ask in the same order in every cycle.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -184,7 +184,10 @@ impl<T> FairQueue<T> {
         self.turn += 1;
         self.at_work += 1;
         let turn = self.turn;
-        self.robots.entry(robot.clone()).or_default().served = turn;
+        // One that has been forgotten meanwhile stays so: their number is bounded where they are met.
+        if let Some(known) = self.robots.get_mut(&robot) {
+            known.served = turn;
+        }
         if let Some(line) = self.lines.get_mut(&robot) {
             self.order.remove(&(line.place, robot.clone()));
             line.place = (turn, turn);

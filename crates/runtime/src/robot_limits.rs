@@ -113,15 +113,20 @@ impl Base {
     /// The command that reaches the base instead of `twist`: within the limits of base and mission, and standing still
     /// if `twist` is no motion.
     pub fn clamp(&self, twist: Twist, robot: &RobotModel) -> Twist {
-        if !(twist.v.is_finite() && twist.omega.is_finite()) {
-            return Twist::default();
-        }
         let (v_max, omega_max) = match self {
             Self::Simulated => (robot.v_max, robot.omega_max),
             Self::Real(own) => (robot.v_max.min(own.v_max), robot.omega_max.min(own.omega_max)),
         };
-        Twist { v: twist.v.clamp(0.0, v_max), omega: twist.omega.clamp(-omega_max, omega_max) }
+        clamped(twist, v_max, omega_max)
     }
+}
+
+/// A velocity within these limits, forwards; standing still if it is no motion.
+pub fn clamped(twist: Twist, v_max: f64, omega_max: f64) -> Twist {
+    if !(twist.v.is_finite() && twist.omega.is_finite()) {
+        return Twist::default();
+    }
+    Twist { v: twist.v.clamp(0.0, v_max), omega: twist.omega.clamp(-omega_max, omega_max) }
 }
 
 /// Footprints are no larger.

@@ -12,7 +12,7 @@ from .array import F64
 from .messages import CycleReport, TermReport
 from .words import UNSEEN, families, say, say_all
 
-_IN_PLACE = 1.0
+IN_PLACE = 1.0
 """Seconds in one place from which on that is said."""
 
 
@@ -147,7 +147,7 @@ class Explanation:
             yield _line("evades", after_s=max(after))
         if unseen is not None:
             yield _line("unseen", person=UNSEEN, distance=unseen)
-        if report.scene.in_place_s >= _IN_PLACE:
+        if report.scene.in_place_s >= IN_PLACE:
             yield _line("in_place", time=report.scene.in_place_s)
         if report.driven is not None and report.driven.reason != "tracking":
             time = report.scene.stamp - report.driven.since
@@ -181,11 +181,9 @@ class Explanation:
 
     def _meaning(self, term: TermReport) -> Iterator[str]:
         """What the raw cost of the chosen candidate says, if the table has words for the term."""
-        chosen = self.report.chosen
-        if chosen is None or term.term not in families()["term_meaning"] or math.isnan(term.raw[chosen]):
-            return
-        raw, steps = float(term.raw[chosen]), max(self.report.candidates.steps, 1)
-        yield _line("meaning", term_meaning={"code": term.term, "mean": raw / steps, "percent": 100.0 * raw})
+        said = meaning(self.report, term)
+        if said is not None:
+            yield _line("meaning", term_meaning=said)
 
     def _table(self) -> Iterator[str]:
         terms = [term.term for term in self.report.terms if len(term.scored)]
@@ -195,6 +193,19 @@ class Explanation:
             numbers = [row.cost, *(row.terms[term] for term in terms)]
             cells = [f"{row.id:>10}", *("" if n is None else f"{n:.4f}" for n in numbers)]
             yield "  ".join([*(f"{cell:>10}" for cell in cells), row.remark]).rstrip()
+
+
+def meaning(report: CycleReport, term: TermReport) -> dict[str, Any] | None:
+    """What the raw cost of the chosen candidate says, for the family ``term_meaning``.
+
+    Returns:
+        The code with its parameters; ``None`` without words for the term, or if it has not scored the candidate.
+    """
+    chosen = report.chosen
+    if chosen is None or term.term not in families()["term_meaning"] or math.isnan(term.raw[chosen]):
+        return None
+    raw, steps = float(term.raw[chosen]), max(report.candidates.steps, 1)
+    return {"code": term.term, "mean": raw / steps, "percent": 100.0 * raw}
 
 
 def unseen_away(report: CycleReport) -> float | None:

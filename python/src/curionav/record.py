@@ -141,18 +141,17 @@ def _read_fields(cls: Any) -> tuple[_Field, ...]:
     hints = typing.get_type_hints(cls, include_extras=True)
     result = []
     for field in dataclasses.fields(cls):
-        hint = hints[field.name]
         has_default = field.default is not dataclasses.MISSING and field.name != "kind"
-        if typing.get_origin(hint) in (typing.Union, types.UnionType):
-            hint = next(arm for arm in typing.get_args(hint) if arm is not type(None))
         default = field.default if has_default else None
-        result.append(_Field(field.name, _field_type(hint), has_default, default))
+        result.append(_Field(field.name, _field_type(hints[field.name]), has_default, default))
     return tuple(result)
 
 
 def _field_type(hint: Any) -> FieldType:
     """The field type an annotation stands for."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return _field_type(next(arm for arm in arguments if arm is not type(None)))
     if origin is typing.Annotated:
         inner, note = arguments[0], arguments[1]
         if isinstance(note, FieldType):

@@ -19,7 +19,7 @@ class Result:
         seed: Seed of everything random.
         outcome: At the goal, out of time, or believing to be where the robot is not.
         measures: The measures of the paper and a few more.
-        contacts: The collisions one by one: when, with which person or a wall, and who moved towards whom.
+        contacts: The collisions one by one: when, with which person or a wall, and how fast both came together.
         social: The standard measures of social navigation by name, units in the names: ``spl``, ``personal_share``,
             ``time_to_collision_min_s`` and so on. What there was nothing to measure of is not in it.
         cycles: The planning cycles, in numbers.
@@ -54,7 +54,7 @@ class Result:
             seed=message.seed,
             outcome=message.outcome,
             measures=message.measures,
-            contacts=message.contacts,
+            contacts=list(message.contacts or []),
             social=dict(message.social or {}),
             cycles=message.cycles,
             real_time_factor=message.real_time_factor,

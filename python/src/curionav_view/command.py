@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib.util
+import os
 import signal
 import sys
 import threading
@@ -126,8 +127,10 @@ def _interruptible() -> Iterator[None]:
 
 def _end_with_supervisor() -> None:
     """Ends this program once its standard input, into which nothing is written, closes."""
-    sys.stdin.buffer.read()
-    signal.raise_signal(signal.SIGTERM)
+    # Not by `sys.stdin`: a thread that waits in it would abort the program when it ends by itself.
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _show(options: argparse.Namespace) -> int:

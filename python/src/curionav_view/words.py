@@ -6,14 +6,12 @@ from collections import Counter
 
 import numpy as np
 
-from curionav.explain import unseen_away
+from curionav.explain import IN_PLACE, meaning, unseen_away
 from curionav.messages import CycleReport, Decision, Mission, RunResult, TermReport
-from curionav.words import families, say, say_all
+from curionav.words import say, say_all
 
 NORMAL = frozenset({"tracking", "arrived"})
 """Reasons of the driver that are as they should be."""
-STUCK = 1.0
-"""Seconds in one place from which on that is said."""
 _DONE = {"follow": "Follow", "hold": "Hold", "stop": "Stop"}
 
 
@@ -50,7 +48,7 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
     unseen = unseen_away(report)
     if unseen is not None:
         parts.append(f"{say('person', 'unseen')} {unseen:.1f} m away")
-    if report.scene.in_place_s >= STUCK:
+    if report.scene.in_place_s >= IN_PLACE:
         parts.append(f"in one place for {report.scene.in_place_s:.0f} s")
     sure = "**uncertain**, so curious" if made.uncertain else "sure of the place"
     limit = threshold(mission)
@@ -77,18 +75,13 @@ def _costs(report: CycleReport) -> list[str]:
             continue
         share = _share(term, report.chosen)
         lines.append(f"| {term.term} | {term.weight:g} | {raw:.3g} | {share} | {term.evaluated} |")
-    return [*lines, "", *_meanings(report, report.chosen)]
+    return [*lines, "", *_meanings(report)]
 
 
-def _meanings(report: CycleReport, chosen: int) -> list[str]:
+def _meanings(report: CycleReport) -> list[str]:
     """What the raw costs of the chosen candidate say, for the terms that there are words for."""
-    steps = max(report.candidates.steps, 1)
-    known = [term for term in report.terms if term.term in families()["term_meaning"] and term.active]
-    facts = [(term.term, float(term.raw[chosen])) for term in known if not np.isnan(term.raw[chosen])]
-    return [
-        f"- {term}: {say('term_meaning', {'code': term, 'mean': raw / steps, 'percent': 100.0 * raw})}"
-        for term, raw in facts
-    ]
+    facts = [meaning(report, term) for term in report.terms if term.active]
+    return [f"- {fact['code']}: {say('term_meaning', fact)}" for fact in facts if fact is not None]
 
 
 def _margin(report: CycleReport) -> str:

@@ -18,8 +18,9 @@ pub(super) const NOT_INSTALLED: i32 = 3;
 const START_TIMEOUT: Duration = Duration::from_secs(120);
 /// Between two looks whether it listens.
 const LOOK: Duration = Duration::from_millis(100);
-/// It ends within this once it is asked to; then it is killed.
-const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+/// It ends within this once it is asked to; then it is killed. A second and a half after a signal this program ends by
+/// force.
+const STOP_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The viewer, which ends when its standard input closes, so at the latest with this process.
 pub(super) struct Viewer {

@@ -81,7 +81,7 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
     rows
 }
 
-/// Who walked into whom.
+/// A collision, with the speeds at which robot and person came towards each other.
 fn contact(c: &Contact) -> (String, String, String) {
     let name = format!("hit at {:.1} s", c.time_s);
     let [robot, person] = [c.robot_mps, c.person_mps].map(|speed| format!("{speed:.2} m/s"));

@@ -40,7 +40,7 @@ impl Certificates {
         }
         let Deployment { robot, world, replicas, .. } = deployment;
         let processes = deployment.processes();
-        let names = processes.map(|(kind, instance)| Name::of_service(kind, robot, world, &instance));
+        let names = processes.map(|(kind, instance)| Name::of_service(kind.name(), robot, world, &instance));
         let mut names: Vec<Name> = names.collect::<Result<_, _>>().map_err(Exit::bad_input)?;
         let mut more = vec![Name::new(ROUTER, &[]), Name::new("viewer", &[]), Name::new("operator", &[])];
         if replicas.simulator > 0 {
@@ -60,33 +60,37 @@ impl Certificates {
         loop {
             tokio::time::sleep(LOOK).await;
             let (folder, names) = (self.folder.clone(), self.names.clone());
-            match tokio::task::spawn_blocking(move || renew(&folder, &names)).await {
-                Ok(Ok(renewed)) => {
-                    said = None;
-                    if renewed.iter().any(Name::is_router) {
-                        restart.notify_one();
-                    }
+            let (renewed, failed) = match tokio::task::spawn_blocking(move || renew(&folder, &names)).await {
+                Ok(outcome) => outcome,
+                Err(error) => {
+                    tracing::error!(%error, "the renewal of certificates failed");
+                    continue;
                 }
-                Ok(Err(error)) => {
-                    let told = error.to_string();
-                    if said.as_ref() != Some(&told) {
-                        tracing::error!(%error, "a certificate is due and was not renewed; it is tried again");
-                    }
-                    said = Some(told);
-                }
-                Err(error) => tracing::error!(%error, "the renewal of certificates failed"),
+            };
+            if renewed.iter().any(Name::is_router) {
+                restart.notify_one();
             }
+            let told = failed.map(|error| error.to_string());
+            if let Some(error) = told.as_ref().filter(|_| said != told) {
+                tracing::error!(%error, "a certificate is due and was not renewed; it is tried again");
+            }
+            said = told;
         }
     }
 }
 
-fn renew(folder: &Folder, names: &[Name]) -> Result<Vec<Name>, FolderError> {
-    let mut renewed = Vec::new();
+/// Renews what is due. A certificate that cannot be renewed keeps no other from it; the first failure is given too.
+fn renew(folder: &Folder, names: &[Name]) -> (Vec<Name>, Option<FolderError>) {
+    let (mut renewed, mut failed) = (Vec::new(), None);
     for name in names {
-        if folder.renew_if_due(name, days(LIFETIME_DAYS))? {
-            tracing::info!(%name, "certificate renewed");
-            renewed.push(name.clone());
+        match folder.renew_if_due(name, days(LIFETIME_DAYS)) {
+            Ok(true) => {
+                tracing::info!(%name, "certificate renewed");
+                renewed.push(name.clone());
+            }
+            Ok(false) => {}
+            Err(error) => failed = failed.or(Some(error)),
         }
     }
-    Ok(renewed)
+    (renewed, failed)
 }

@@ -119,22 +119,25 @@ impl Deployment {
     }
 
     /// What tells the driver which base it commands, and the gateway which robot it joins.
-    pub(super) fn file_arguments(&self, kind: &str) -> Vec<String> {
+    pub(super) fn file_arguments(&self, kind: Kind) -> Vec<String> {
         let of_file = |file: &PathBuf| vec!["--config".into(), file.display().to_string()];
-        if kind == Kind::Driver.name() {
-            let file = self.driver_config.as_ref().or(self.ros2_config.as_ref());
-            return file.map_or_else(|| vec!["--simulated-base".into()], of_file);
+        match kind {
+            Kind::Driver => {
+                let file = self.driver_config.as_ref().or(self.ros2_config.as_ref());
+                file.map_or_else(|| vec!["--simulated-base".into()], of_file)
+            }
+            Kind::Ros2Gateway => self.ros2_config.as_ref().map(of_file).unwrap_or_default(),
+            _ => Vec::new(),
         }
-        let gateway = self.ros2_config.as_ref().filter(|_| kind == Kind::Ros2Gateway.name());
-        gateway.map(of_file).unwrap_or_default()
     }
 
-    /// (subcommand, instance) of every service process.
-    pub(super) fn processes(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let of_kind = |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind.name(), i));
+    /// Kind and instance of every service process.
+    pub(super) fn processes(&self) -> impl Iterator<Item = (Kind, String)> {
+        let of_kind =
+            |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind, format!("{}-{i}", kind.name())));
         let has_gateway = self.ros2_config.is_some();
         let kinds = Kind::ALL.iter().copied().filter(move |kind| has_gateway || *kind != Kind::Ros2Gateway);
-        kinds.flat_map(of_kind).map(|(kind, i)| (kind, format!("{kind}-{i}")))
+        kinds.flat_map(of_kind)
     }
 }
 

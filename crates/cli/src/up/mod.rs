@@ -84,7 +84,7 @@ async fn start_and_watch(
     running.push(router);
     let mut metrics_port = deployment.metrics_port;
     for (kind, instance) in deployment.processes() {
-        let mut arguments = client_arguments(kind, &endpoint, &instance, secure, log);
+        let mut arguments = client_arguments(kind.name(), &endpoint, &instance, secure, log);
         arguments.extend(["--robot", &deployment.robot, "--world", &deployment.world].map(String::from));
         if let Some(namespace) = &deployment.namespace {
             arguments.extend(["--namespace".into(), namespace.clone()]);

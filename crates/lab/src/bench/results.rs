@@ -45,7 +45,7 @@ fn results(rows: &[&Row]) -> String {
     text
 }
 
-/// A row per collision: who went how fast towards whom; without a person's id it was a wall.
+/// A row per collision: how fast robot and person came towards each other; without a person's id it was a wall.
 fn collisions(rows: &[&Row]) -> String {
     let mut text = csv_row(["scenario", "planner", "seed", "time_s", "person", "robot_mps", "person_mps"]);
     for row in rows {

@@ -79,7 +79,7 @@ pub(crate) struct Tally {
     pub(crate) untold: u64,
 }
 
-/// Collisions by who walked into whom.
+/// Collisions, counted by which of robot and person came towards the other.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Blame {
     pub(crate) walls: usize,

@@ -56,7 +56,7 @@ pub(super) fn goals(
     period: Duration,
     light: bool,
 ) -> anyhow::Result<Vec<Arc<PlanContext>>> {
-    let map = Arc::clone(&workload.context("robot", Clock::Realtime)?.map);
+    let map = workload.fields.map(workload.mission.order.map).context("the map of the scenario")?;
     let grid = &map.grid;
     let (mut random, mut taken, mut contexts) = (rng(SEED, 1), BTreeSet::new(), Vec::new());
     for _ in 0..count * TRIES {

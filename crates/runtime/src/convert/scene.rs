@@ -7,7 +7,7 @@ use curionav_planning::scene::{Belief, People, Scene};
 use curionav_schemas::{self as wire, F64Array, Frame};
 use nalgebra::Matrix3;
 
-const _: () = assert!(People::UNSEEN == wire::People::UNSEEN, "it keeps its identity on the wire");
+const _: () = assert!(People::UNSEEN == wire::limits::UNSEEN_PERSON, "it keeps its identity on the wire");
 
 /// A 3x3 covariance from nine row-major numbers; the schema has checked their count.
 pub fn covariance(values: &F64Array) -> Matrix3<f64> {

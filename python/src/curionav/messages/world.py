@@ -181,7 +181,7 @@ class RunResult(Message):
     seed: Uint
     outcome: Literal["reached", "timeout", "lost"]
     measures: Measures
-    contacts: Annotated[list[Contact], {"limit": 256}]
+    contacts: Annotated[list[Contact] | None, {"limit": 256}] = None
     social: dict[str, Number] | None = None
     cycles: Cycles
     real_time_factor: NonNegative

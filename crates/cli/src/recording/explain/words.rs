@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use curionav_schemas::limits::UNSEEN_PERSON;
 use curionav_schemas::words::{knows, say, say_all};
-use curionav_schemas::{CommandReason, CycleReport, People, Reason, Rejection, TermReport};
+use curionav_schemas::{CommandReason, CycleReport, Reason, Rejection, TermReport};
 use serde_json::{Value, json};
 
 pub(super) fn words(report: &CycleReport) -> String {
@@ -67,7 +68,7 @@ fn decided(report: &CycleReport) -> Vec<String> {
         lines.push(line("evades", json!({ "after_s": after })));
     }
     if let Some(distance) = unseen {
-        lines.push(line("unseen", json!({ "person": People::UNSEEN, "distance": distance })));
+        lines.push(line("unseen", json!({ "person": UNSEEN_PERSON, "distance": distance })));
     }
     if scene.in_place_s >= IN_PLACE_S {
         lines.push(line("in_place", json!({ "time": scene.in_place_s })));
@@ -86,7 +87,7 @@ const IN_PLACE_S: f64 = 1.0;
 /// Metres to what only the driver sees, if the scene has it.
 fn unseen_away(report: &CycleReport) -> Option<f64> {
     let (people, belief) = (&report.scene.people, &report.scene.belief);
-    let at = people.id.iter().position(|id| *id == People::UNSEEN)?;
+    let at = people.id.iter().position(|id| *id == UNSEEN_PERSON)?;
     Some((people.x[at] - belief.x).hypot(people.y[at] - belief.y))
 }
 
@@ -195,12 +196,12 @@ mod tests {
     fn what_is_special_about_this_projects_planner_is_said_in_words() {
         let mut report = golden::explained_cycle_report();
         report.decision.reason = Reason::LastToCollide;
-        report.rejected[0].why = Rejection::HitsPerson { person: People::UNSEEN, after_s: 1.26 };
+        report.rejected[0].why = Rejection::HitsPerson { person: UNSEEN_PERSON, after_s: 1.26 };
         report.scene.in_place_s = 4.04;
         let people = &mut report.scene.people;
         let near = people.id.len();
         let (x, y) = (report.scene.belief.x, report.scene.belief.y);
-        people.id = people.id.iter().copied().chain([People::UNSEEN]).collect::<Vec<_>>().into();
+        people.id = people.id.iter().copied().chain([UNSEEN_PERSON]).collect::<Vec<_>>().into();
         people.x = people.x.iter().copied().chain([x + 0.3]).collect::<Vec<_>>().into();
         people.y = people.y.iter().copied().chain([y + 0.4]).collect::<Vec<_>>().into();
         let chosen = report.chosen.unwrap() as usize;

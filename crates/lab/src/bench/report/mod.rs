@@ -17,7 +17,7 @@ use super::published::{SLIPS, published};
 use super::row::{Blame, Tally};
 use crate::paper::PUBLISHED;
 use crate::plural::count;
-use crate::statistics::{median, share_interval};
+use crate::statistics::{mean, median, share_interval};
 
 /// A difference counts below this p.
 const SIGNIFICANT: f64 = 0.01;
@@ -237,20 +237,19 @@ impl Page<'_> {
     /// How many runs drove more than twice the shortest way to the goal, of how many that reached it; and the mean time that
     /// the robot stood frozen, seconds.
     fn troubles(&self, planner: &usize) -> (usize, usize, String) {
-        let values = |measure: Measure| -> Vec<f64> {
-            self.bench.comparison.all_runs(*planner).filter_map(|row| measure.of(row)).collect()
-        };
-        let (detours, frozen) = (values(Measure::Detour), values(Measure::Frozen));
-        let mean = frozen.iter().sum::<f64>() / frozen.len().max(1) as f64;
+        let detours = self.values(Measure::Detour, planner);
         let long = detours.iter().filter(|detour| **detour > LONG_WAY).count();
-        (long, detours.len(), Measure::Frozen.show(mean))
+        (long, detours.len(), shown(Measure::Frozen, mean(&self.values(Measure::Frozen, planner))))
+    }
+
+    /// The values of all runs of a planner that have one.
+    fn values(&self, measure: Measure, planner: &usize) -> Vec<f64> {
+        self.bench.comparison.all_runs(*planner).filter_map(|row| measure.of(row)).collect()
     }
 
     /// The median over all runs of a planner, which a few lost ones do not rule.
     fn median(&self, measure: &Measure, planner: &usize) -> String {
-        let runs = self.bench.comparison.all_runs(*planner);
-        let values: Vec<f64> = runs.filter_map(|row| measure.of(row)).collect();
-        median(&values).map_or_else(|| "\u{2013}".into(), |value| measure.show(value))
+        shown(*measure, median(&self.values(*measure, planner)))
     }
 
     fn real_time_factor(&self, planner: &usize) -> String {
@@ -382,6 +381,11 @@ impl Page<'_> {
         };
         comparison_svg(&site, &self.planners().map(course).collect::<Vec<_>>())
     }
+}
+
+/// The value, or a dash where there is none.
+fn shown(measure: Measure, value: Option<f64>) -> String {
+    value.map_or_else(|| "\u{2013}".into(), |value| measure.show(value))
 }
 
 fn interval(measure: Measure, low: f64, high: f64) -> String {
