@@ -53,6 +53,19 @@ MANIFEST = """\
   <member_of_group>rosidl_interface_packages</member_of_group>
 </package>
 """
+# The bridge's DDS stumbles over the descriptions that Fast DDS sends of types: now and then it takes no note of a publisher.
+FAST_DDS = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns="http://www.eprosima.com">
+  <profiles>
+    <participant profile_name="no_types" is_default_profile="true">
+      <rtps><propertiesPolicy><properties>
+        <property><name>fastdds.type_propagation</name><value>disabled</value></property>
+      </properties></propertiesPolicy></rtps>
+    </participant>
+  </profiles>
+</dds>
+"""
 
 
 def python(folder: Path) -> Path:
@@ -63,6 +76,8 @@ def python(folder: Path) -> Path:
 def variables(folder: Path) -> dict[str, str]:
     """The environment in which that Python finds everything, and in which ROS nodes speak to this machine alone."""
     site = next((folder / "venv" / "lib").glob("python3.*/site-packages"))
+    profiles = folder / "fastdds.xml"
+    profiles.write_text(FAST_DDS)
     generated = folder / "messages"
     libraries = [folder / "venv" / "lib", generated / "lib", *site.glob("ros_*.libs")]
     return {
@@ -72,6 +87,8 @@ def variables(folder: Path) -> dict[str, str]:
         "CMAKE_PREFIX_PATH": f"{folder / 'venv'}",
         "PYTHONPATH": str(generated / "lib" / site.parent.name / "site-packages"),
         "LD_LIBRARY_PATH": ":".join(str(path) for path in libraries),
+        "CURIONAV_ROS2": str(folder),
+        "FASTDDS_DEFAULT_PROFILES_FILE": str(profiles),
         # The wheels' own way to set LD_LIBRARY_PATH starts every Python a second time.
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",

@@ -40,12 +40,11 @@ TOLERANCE = 0.5
 QUICKSTART = ROOT / "scenarios" / "quickstart.toml"
 CYCLONE = (
     "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address='127.0.0.1'/></Interfaces></General>"
-    # It would say of every type of Fast DDS that it cannot read its description, which nothing here needs.
-    "<Tracing><Verbosity>none</Verbosity></Tracing></Domain></CycloneDDS>"
+    "</Domain></CycloneDDS>"
 )
 LIMITS = "[limits]\nv_max = 1.0\nomega_max = 1.0\na_max = 0.5\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n"
 PROGRAM = Path(os.environ.get("CURIONAV_BIN", TARGET / "release" / "curionav"))
-BRIDGE = TARGET / "ros2" / "bridge" / "release" / "curionav-ros2-bridge"
+BRIDGE = Path(os.environ.get("CURIONAV_ROS2", TARGET / "ros2")) / "bridge" / "release" / "curionav-ros2-bridge"
 
 
 def free_domain(*but: int) -> int:
@@ -89,7 +88,8 @@ class Program:
     def _read(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
-            self.lines.put(line)
+            # The bridge's log goes there too.
+            (self.lines.put if line.startswith("{") else sys.stderr.write)(line)
         self.lines.put("")
 
     def line(self, patience: float = STOP_PATIENCE) -> dict[str, Any]:
