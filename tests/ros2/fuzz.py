@@ -8,6 +8,7 @@ malformed, and to take a legal goal at the end as it did at the beginning.
 from __future__ import annotations
 
 import argparse
+import math
 import random
 import struct
 import tempfile
@@ -172,13 +173,18 @@ def here(robot: Robot) -> PoseWithCovarianceStamped:
 
 
 def legal_goal(listener: ListenerOfAll, goals: Callable[[Any], None], when: str) -> None:
-    """A legal goal makes the robot drive."""
+    """A legal goal, said each second, makes the robot drive."""
     wait_for(f"a pose {when}", lambda: listener.newest.get("/r1/amcl_pose"))
-    end = time.monotonic() + 60.0
+    listener.newest.pop("/r1/cmd_vel", None)
+    said = -math.inf
 
     def drives() -> bool:
-        goals(goal_pose(9.0 if when == "before" else 3.0, 4.5))
-        return bool(listener.newest["/r1/cmd_vel"].twist.linear.x > 0.1) or time.monotonic() > end
+        nonlocal said
+        if time.monotonic() - said > 1.0:
+            said = time.monotonic()
+            goals(goal_pose(9.0 if when == "before" else 3.0, 4.5))
+        command = listener.newest.get("/r1/cmd_vel")
+        return command is not None and command.twist.linear.x > 0.1
 
     wait_for(f"motion {when}", drives)
 

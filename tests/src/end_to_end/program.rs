@@ -251,10 +251,15 @@ impl Deployment {
 
     /// The same with more arguments.
     pub(crate) fn start_with(replicas: usize, more: &[&str]) -> Self {
-        let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         let text = format!(
             "metrics_port = 0\n[replicas]\ngenerator = {replicas}\ncpc = {replicas}\ncnc = {replicas}\n"
         );
+        Self::of(&text, more)
+    }
+
+    /// Of a deployment file with this text, with more arguments.
+    pub(crate) fn of(text: &str, more: &[&str]) -> Self {
+        let file = tempfile::Builder::new().suffix(".toml").tempfile().unwrap();
         std::fs::write(file.path(), text).unwrap();
         let (child, ready) = serving(&[&["up", file.path().to_str().unwrap(), "--port", "0"], more].concat());
         Self { child, ready, _file: file }
@@ -287,11 +292,16 @@ impl Deployment {
     }
 
     pub(crate) fn pids(&self) -> Vec<u32> {
-        self.ready.processes.iter().map(|p| p.pid).collect()
+        self.processes().map(|(_, pid)| pid).collect()
+    }
+
+    /// Name and id of every process.
+    pub(crate) fn processes(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.ready.processes.iter().map(|p| (p.name.as_str(), p.pid))
     }
 
     /// Asks it to end as a user would and gives its exit status.
-    pub(super) fn stop(mut self) -> i32 {
+    pub(crate) fn stop(mut self) -> i32 {
         signal("INT", self.child.id());
         wait(&mut self.child, LIMIT).expect("ended in time").code().unwrap()
     }

@@ -16,7 +16,7 @@ use zenoh::qos::CongestionControl;
 use zenoh::query::QueryTarget;
 use zenoh::{Session, Wait};
 
-use super::target::{SERVICES, Target, all};
+use super::target::{Target, all};
 use crate::end_to_end::program::{Deployment, LIMIT, is_alive, root, run, turn};
 use crate::soak::process::usage;
 
@@ -47,31 +47,28 @@ fn resident(pid: u32) -> f64 {
     usage(pid).map_or(0.0, |usage| usage.resident)
 }
 
-/// Role and id of every process of a deployment of one of each.
-fn processes(deployment: &Deployment) -> Vec<(&'static str, u32)> {
-    let all = SERVICES.iter().copied().chain([("router", "router")]);
-    all.map(|(role, name)| (role, deployment.pid(name))).collect()
-}
-
 /// The memory of a deployment's processes, looked at until [`judge`](Self::judge).
-pub(super) struct Memory {
-    processes: Vec<(&'static str, u32)>,
-    before: BTreeMap<&'static str, f64>,
+pub(crate) struct Memory {
+    /// Role and id of each.
+    processes: Vec<(String, u32)>,
+    before: BTreeMap<String, f64>,
     looking: Arc<AtomicBool>,
-    thread: JoinHandle<BTreeMap<&'static str, f64>>,
+    thread: JoinHandle<BTreeMap<String, f64>>,
 }
 
 impl Memory {
-    pub(super) fn watch(deployment: &Deployment) -> Self {
-        let processes = processes(deployment);
-        let before = processes.iter().map(|(role, pid)| (*role, resident(*pid))).collect();
+    pub(crate) fn watch(deployment: &Deployment) -> Self {
+        let role =
+            |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('-').to_owned();
+        let processes: Vec<_> = deployment.processes().map(|(name, pid)| (role(name), pid)).collect();
+        let before = processes.iter().map(|(role, pid)| (role.clone(), resident(*pid))).collect();
         let looking = Arc::new(AtomicBool::new(true));
         let (on, of) = (Arc::clone(&looking), processes.clone());
         let thread = std::thread::spawn(move || {
-            let mut most: BTreeMap<&str, f64> = BTreeMap::new();
+            let mut most: BTreeMap<String, f64> = BTreeMap::new();
             while on.load(Ordering::Relaxed) {
                 for (role, pid) in &of {
-                    let entry = most.entry(role).or_default();
+                    let entry = most.entry(role.clone()).or_default();
                     *entry = entry.max(resident(*pid));
                 }
                 std::thread::sleep(LOOK);
@@ -82,17 +79,17 @@ impl Memory {
     }
 
     /// Fails if a process has died, or one was above the ceiling of its role.
-    pub(super) fn judge(self) {
+    pub(crate) fn judge(self) {
         let Self { processes, before, looking, thread } = self;
         looking.store(false, Ordering::Relaxed);
         let (most, ceilings) = (thread.join().unwrap(), ceilings());
         println!("role        before   most  ceiling, MiB");
         for (role, most) in &most {
-            println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[*role]);
+            println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[role]);
         }
         assert!(processes.iter().all(|(_, pid)| is_alive(*pid)), "a process has died");
         for (role, most) in &most {
-            assert!(*most <= ceilings[*role], "{role}: {most:.0} MiB");
+            assert!(*most <= ceilings[role], "{role}: {most:.0} MiB");
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `CURIONAV_SOAK_S` makes it longer than in a usual run of the tests: as many seconds, 60 at most.
 
-mod ceilings;
+pub(crate) mod ceilings;
 mod flood;
 mod impostor;
 mod spoilt;

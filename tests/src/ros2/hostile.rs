@@ -1,21 +1,28 @@
 //! Bytes, attachments and tokens that are none: the gateway survives and counts, and no listener hears anything malformed.
 
 use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 use curionav_ros2::attachment::Attachment;
 use curionav_ros2::dialect::Dialect;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
 use curionav_ros2::testing::{Rng, TYPES, Type};
-use zenoh::Wait;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
 
 use super::peer::DIALECT;
 use super::robot::{Robot, goal};
-use super::site::{in_turn, metric, robots_router, services, status};
+use super::site::{file, in_turn, metric, robots_router, services, status};
+use crate::end_to_end::program::Deployment;
+use crate::foreign_bytes::ceilings::Memory;
 
 const SEED: u64 = 47;
 /// Of each kind of message.
 const ROUNDS: usize = 60;
+
+/// How long the largest messages are sent.
+const FLOOD: Duration = Duration::from_secs(10);
 
 /// Where the gateway listens, by type.
 const TOPICS: [(&str, &str); 9] = [
@@ -85,7 +92,7 @@ fn hostile_bytes_are_counted_and_harm_neither_gateway_nor_listener() {
             if topics.map(|label| refused(&label)).all(|count| count > 0.0) && refused("@ros2_lv") >= 3.0 {
                 break;
             }
-            tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+            tokio::time::sleep(Duration::from_millis(20)).await;
         }
         // A clock far ahead or behind may have been told: it is set back to the robot's own, and it drives as if nothing had been.
         let _map = robot.publish_map();
@@ -98,5 +105,57 @@ fn hostile_bytes_are_counted_and_harm_neither_gateway_nor_listener() {
             0
         );
         services.stop().await;
+    });
+}
+
+/// Sends what a topic may carry at most, and one byte more, without a pause until `end`.
+fn flood(session: &Session, (key, most): (String, usize), is_asked: bool, end: Instant) {
+    let attachment = Attachment { sequence: 1, stamp_ns: 1, gid: [1; 16] }.encode().to_vec();
+    while Instant::now() < end {
+        for bytes in [most, most + 1] {
+            let (payload, attachment) = (vec![0; bytes], attachment.clone());
+            if is_asked {
+                let asked = session.get(&key).payload(payload).attachment(attachment);
+                let replies =
+                    asked.congestion_control(CongestionControl::Block).timeout(Duration::from_secs(1)).wait();
+                let replies = replies.unwrap();
+                while replies.recv().is_ok() {}
+            } else {
+                let put = session.put(&key, payload).attachment(attachment);
+                put.congestion_control(CongestionControl::Block).wait().unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn the_largest_messages_of_ros_take_the_gateway_not_above_its_ceiling() {
+    in_turn(async {
+        let (_router, endpoint) = robots_router().await;
+        let configured = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(configured.path(), file("r1", &endpoint, "/r1")).unwrap();
+        let text = format!(
+            "robot = \"r1\"\nmetrics_port = 0\nros2_config = {:?}\n[replicas]\nsimulator = 0\n",
+            configured.path()
+        );
+        let deployment = Deployment::of(&text, &[]);
+        let robot = Robot::start(&endpoint, "/r1").await;
+        let memory = Memory::watch(&deployment);
+        let end = Instant::now() + FLOOD;
+        std::thread::scope(|scope| {
+            for (topic, name) in TOPICS {
+                let of = TYPES.iter().find(|of| of.name == name).unwrap();
+                let to = (DIALECT.key(&robot.peer.topic(topic), &of.interface), of.max_bytes);
+                let session = &robot.peer.session;
+                scope.spawn(move || flood(session, to, topic.contains("_action"), end));
+            }
+        });
+        memory.judge();
+        // As if nothing had been.
+        let poses = robot.peer.hear::<ros::PoseWithCovarianceStamped>("amcl_pose", Qos::DEFAULT);
+        let _map = robot.publish_map();
+        robot.say_pose();
+        poses.that(|_| true).await;
+        assert_eq!(deployment.stop(), 0);
     });
 }

@@ -42,16 +42,20 @@ pub(super) async fn robots_router() -> (Session, String) {
     (router, endpoint)
 }
 
-/// The services of `robot`, on a session of their own.
-pub(super) async fn services(robot: &str, endpoint: &str, namespace: &str) -> Embedded {
-    let file = format!(
+/// The configuration of `robot`.
+pub(super) fn file(robot: &str, endpoint: &str, namespace: &str) -> String {
+    format!(
         "robot = \"{robot}\"\n\
          [limits]\nv_max = 1.0\na_max = 0.5\nomega_max = 1.0\nalpha_max = 1.0\nradius = 0.3\ntick_s = 0.1\n\
          [ros2]\nendpoint = \"{endpoint}\"\nnamespace = \"{namespace}\"\npeople = \"topic\"\n\
          [ros2.silence]\ncommand = 0.4\nodom = 0.4\nscan = 0.4\n\
          [ros2.mission]\nprofile = \"distance-only\"\n"
-    );
-    let config: ServiceConfig = toml::from_str(&file).unwrap();
+    )
+}
+
+/// The services of `robot`, on a session of their own.
+pub(super) async fn services(robot: &str, endpoint: &str, namespace: &str) -> Embedded {
+    let config: ServiceConfig = toml::from_str(&file(robot, endpoint, namespace)).unwrap();
     Embedded::of(&KINDS, session::embedded().await.unwrap(), &config).await.unwrap()
 }
 
