@@ -53,7 +53,7 @@ MANIFEST = """\
   <member_of_group>rosidl_interface_packages</member_of_group>
 </package>
 """
-# The bridge's DDS stumbles over the descriptions that Fast DDS sends of types: now and then it takes no note of a publisher.
+# The bridge's DDS stumbles over Fast DDS's descriptions of types: now and then it takes no note of a publisher.
 FAST_DDS = """\
 <?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com">
