@@ -25,7 +25,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-FOLDER = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "ros2"
+FOLDER = Path(os.environ.get("CURIONAV_ROS2", Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "ros2"))
 PACKAGES = ("tf2_msgs", "people_msgs", "nav2_msgs")
 
 CMAKE = """\

@@ -22,7 +22,7 @@ const ARCS: u32 = 21;
 
 /// Entered into the registry, `crates/planning/src/generation/registry.rs`, profiles can name it.
 const FAN: GeneratorKind =
-    GeneratorKind { name: "fan", iterations: |params| &mut params.tree.iterations, grow: fan };
+    GeneratorKind { name: "fan", tables: &[], iterations: |params| &mut params.tree.iterations, grow: fan };
 
 /// Arcs of equal speed, turning from full left to full right.
 fn fan(input: &GenerationInput<'_>, _tree: Option<Tree>, pace: &Pace<'_>) -> Generated {

@@ -186,7 +186,7 @@ def _step(item: tuple[bytes, str]) -> CrowdStep | None:
     return CrowdStep(robot.tick, robot.stamp, robot)
 
 
-CrowdFunction = Callable[[CrowdStep], "People | tuple[Any, ...]"]
+CrowdFunction = Callable[[CrowdStep], People | tuple[Any, ...]]
 """From a step to its people: a `People`, or a tuple (x, y), (x, y, vx, vy) or (x, y, vx, vy, ids)."""
 
 

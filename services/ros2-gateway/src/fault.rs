@@ -40,9 +40,9 @@ pub(crate) struct Fault {
 }
 
 impl Fault {
-    /// Of this kind.
+    /// Of this kind. Names from the network may be in the detail, which goes to terminals: they command none.
     pub(crate) fn new(kind: FaultKind, detail: impl Into<String>) -> Self {
-        Self { kind, detail: detail.into() }
+        Self { kind, detail: detail.into().replace(char::is_control, "\u{fffd}") }
     }
 
     /// Its numbers are none.
@@ -67,5 +67,16 @@ impl Fault {
 impl Display for Fault {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.detail)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_of_the_network_commands_no_terminal() {
+        let said = Fault::unknown_frame("\u{1b}[2J\nmap", "odom").to_string();
+        assert_eq!(said, "no transform leads from the frame `\u{fffd}[2J\u{fffd}map` to `odom`");
     }
 }

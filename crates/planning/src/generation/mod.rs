@@ -36,7 +36,7 @@ pub use commanded_params::{DwaParams, HrvoRobotParams, MppiParams, TransientGoal
 pub use generator::{Generated, GenerationInput};
 pub use pace::Pace;
 pub use params::{Besides, CandidateParams, GenerationParams, GeneratorPart, RecoveryParams};
-pub use registry::{GENERATORS, GeneratorKind, find, known};
+pub use registry::{GENERATORS, GeneratorKind, find, known, tables_of_others};
 pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;
 pub use rrt_star::{Landmarks, RrtStar, RrtStarParams, SampleSpace};

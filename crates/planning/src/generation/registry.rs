@@ -10,6 +10,8 @@ use crate::generation::{
 pub struct GeneratorKind {
     /// Its name in profiles.
     pub name: &'static str,
+    /// Tables of [`GenerationParams`] that not all generators read, and this one does.
+    pub tables: &'static [&'static str],
     /// What limits the work of one cycle: samples drawn, nodes added, rollouts, or candidates.
     pub iterations: fn(&mut GenerationParams) -> &mut u32,
     /// Makes the candidates of one cycle. All that lasts is in the tree: it gets what the last cycle answered.
@@ -38,28 +40,43 @@ impl GeneratorKind {
 pub const GENERATORS: &[GeneratorKind] = &[
     GeneratorKind {
         name: "rrt-star",
+        tables: &[],
         iterations: |params| &mut params.tree.iterations,
         grow: rrt_star_generator::generate,
     },
     GeneratorKind {
         name: "risk-rrt",
+        tables: &["risk_rrt"],
         iterations: |params| &mut params.risk_rrt.nodes,
         grow: risk_rrt::generate,
     },
     GeneratorKind {
         name: "bi-risk-rrt",
+        tables: &["risk_rrt", "bi_risk_rrt"],
         iterations: |params| &mut params.risk_rrt.nodes,
         grow: bi_risk_rrt::generate,
     },
     GeneratorKind {
         name: "transient-goal",
+        tables: &["transient_goal"],
         iterations: |params| &mut params.transient_goal.offers,
         grow: transient_goal::generate,
     },
-    GeneratorKind { name: "mppi", iterations: |params| &mut params.mppi.rollouts, grow: mppi::generate },
-    GeneratorKind { name: "dwa", iterations: |params| &mut params.dwa.samples, grow: dwa::generate },
+    GeneratorKind {
+        name: "mppi",
+        tables: &["mppi"],
+        iterations: |params| &mut params.mppi.rollouts,
+        grow: mppi::generate,
+    },
+    GeneratorKind {
+        name: "dwa",
+        tables: &["dwa"],
+        iterations: |params| &mut params.dwa.samples,
+        grow: dwa::generate,
+    },
     GeneratorKind {
         name: "hrvo-robot",
+        tables: &["hrvo_robot"],
         iterations: |params| &mut params.hrvo_robot.offers,
         grow: hrvo_robot::generate,
     },
@@ -68,6 +85,12 @@ pub const GENERATORS: &[GeneratorKind] = &[
 /// The generator of that name.
 pub fn find(name: &str) -> Option<&'static GeneratorKind> {
     GENERATORS.iter().find(|kind| kind.name == name)
+}
+
+/// Tables of [`GenerationParams`] that only other generators than `kind` read: they need not travel to it.
+pub fn tables_of_others(kind: &GeneratorKind) -> impl Iterator<Item = &'static str> {
+    let all = GENERATORS.iter().flat_map(|kind| kind.tables).copied();
+    all.filter(|table| !kind.tables.contains(table))
 }
 
 /// The names there are, for messages.
