@@ -74,22 +74,32 @@ fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
 #[test]
 fn people_are_in_the_way_of_the_robot_alone() {
     let (world, mut scene) = walled();
-    // A wall of people before the goal, standing.
+    // One row of standing people before the robot, one before the goal.
     scene.people = People { radius: 0.3, ..People::default() };
     for k in 0..20 {
         scene.people.id.push(k);
-        scene.people.x.push(10.0 + 0.5 * f64::from(k));
-        scene.people.y.push(17.0);
+        scene.people.x.push(9.0 + 1.2 * f64::from(k % 10));
+        scene.people.y.push(if k < 10 { 8.5 } else { 21.5 });
         scene.people.vx.push(0.0);
         scene.people.vy.push(0.0);
     }
-    let tree =
-        Generator::new("bi-risk-rrt", deep(500)).generate(&world.input(&scene, None), None, 1, &|| 0.0).tree;
-    let walls_alone = (0..tree.len()).filter(|&n| sides(&tree)[n] > 0.0).all(|n| {
-        let risk = tree.extra["risk"][n];
-        risk == 0.0 || risk == 1.0
-    });
-    assert!(walls_alone);
+    let people = scene.people.clone();
+    // How many nodes of the robot's tree and of the goal's lie where the rows are.
+    let near = |scene: &Scene| {
+        let generator = Generator::new("bi-risk-rrt", deep(500));
+        let tree = generator.generate(&world.input(scene, None), None, 1, &|| 0.0).tree;
+        let is_near = |n: &usize| {
+            (0..people.len()).any(|i| tree.position(*n).distance(Point2::new(people.x[i], people.y[i])) < 0.5)
+        };
+        let side = sides(&tree);
+        let of = |goals: bool| (0..tree.len()).filter(|&n| (side[n] > 0.0) == goals).filter(is_near).count();
+        [of(false), of(true)]
+    };
+    let [robots, goals] = near(&scene);
+    assert!(robots == 0 && goals > 0, "{robots} {goals}");
+    scene.people = People { radius: 0.3, ..People::default() };
+    let [robots, goals] = near(&scene);
+    assert!(robots > 0 && goals > 0, "without people: {robots} {goals}");
 }
 
 #[test]
