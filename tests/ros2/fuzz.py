@@ -126,7 +126,8 @@ def refused(endpoint: str) -> int:
     with curionav.connect(endpoint) as deployment:
         gateways = [service for service in deployment.status() if service.role == "ros2-gateway"]
     assert len(gateways) == 1
-    metrics = gateways[0].metrics or {}
+    assert gateways[0].status is not None
+    metrics = gateways[0].status.metrics or {}
     return int(sum(count for name, count in metrics.items() if name.startswith("curionav_ros2_refused_total")))
 
 

@@ -1,7 +1,8 @@
 //! The robot's senses: what it says becomes the streams of a base, with one tick per sample of odometry.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::sensor::LaserModel;
@@ -26,6 +27,9 @@ use crate::sensing;
 /// A scan or people whose stamp lies farther from the robot's clock are of no use, seconds.
 const STALE: f64 = 0.5;
 
+/// Between two lines of the log about one topic.
+const SAID_EVERY: Duration = Duration::from_secs(5);
+
 /// What is known of the robot.
 pub(crate) struct Senses {
     config: Ros2Config,
@@ -44,6 +48,8 @@ pub(crate) struct Senses {
     /// How often odometry comes.
     pub(crate) rate: Rate,
     refused: Tally,
+    /// When the log last had a line about a topic.
+    said: Mutex<BTreeMap<String, Instant>>,
     /// Ticks that were published.
     pub(crate) ticks: Counter,
     /// What is wrong.
@@ -74,6 +80,7 @@ impl Senses {
             laser: None,
             rate: Rate::default(),
             refused: refused.clone(),
+            said: Mutex::default(),
             ticks: Counter::default(),
             problems: Arc::default(),
         })
@@ -89,14 +96,23 @@ impl Senses {
             }
             Err(fault) => {
                 self.refused.add(&[&topic, fault.kind.code()]);
-                let problem = Problem::new(ProblemKind::NotUsed, topic, fault.to_string());
-                // Said once, however often it is so.
-                if locked(&self.problems).set(problem.clone()) {
+                let problem = Problem::new(ProblemKind::NotUsed, topic.clone(), fault.to_string());
+                // Said once, however often it is so, and no flood of other faults fills the log.
+                if locked(&self.problems).set(problem.clone()) && self.may_say(topic) {
                     tracing::warn!("{}", problem.sentence());
                 }
                 None
             }
         }
+    }
+
+    fn may_say(&self, topic: String) -> bool {
+        let (mut said, now) = (locked(&self.said), Instant::now());
+        let is_due = said.get(&topic).is_none_or(|last| now.duration_since(*last) > SAID_EVERY);
+        if is_due {
+            said.insert(topic, now);
+        }
+        is_due
     }
 
     /// Takes note of transforms; `is_static` says on which topic they came.
