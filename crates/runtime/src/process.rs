@@ -206,14 +206,11 @@ async fn connect(
     supervised: bool,
     shutdown: &mut Shutdown,
 ) -> Result<Option<Session>, SessionError> {
-    loop {
-        let opened = tokio::select! {
-            () = shutdown.requested() => return Ok(None),
-            opened = session::client(config) => opened,
-        };
-        match opened {
-            Err(error @ SessionError::NoRouter { .. }) if supervised => tracing::warn!("{error}"),
-            opened => return opened.map(Some),
-        }
+    if supervised {
+        return session::awaited(|| session::client(config), shutdown).await;
+    }
+    tokio::select! {
+        () = shutdown.requested() => Ok(None),
+        opened = session::client(config) => opened.map(Some),
     }
 }

@@ -11,6 +11,7 @@ use zenoh::{Config, Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::secure;
+use crate::shutdown::Shutdown;
 
 /// Why a session could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -168,7 +169,32 @@ pub async fn embedded() -> Result<Session, SessionError> {
 /// A client of the first router that answers, found again by itself after a loss. `service` must have been checked.
 pub async fn client(service: &ServiceConfig) -> Result<Session, SessionError> {
     let from_environment = std::env::var_os(Config::DEFAULT_CONFIG_PATH_ENV).map(PathBuf::from);
-    let file = service.zenoh_config.clone().or(from_environment);
+    client_by(service, service.zenoh_config.clone().or(from_environment)).await
+}
+
+/// The same, of a network that is not curionav's: what the environment says of that does not count here.
+pub async fn client_elsewhere(service: &ServiceConfig) -> Result<Session, SessionError> {
+    client_by(service, service.zenoh_config.clone()).await
+}
+
+/// A session opened by `open`, tried again for as long as there is no router; nothing if the end is asked for before.
+pub async fn awaited<F: Future<Output = Result<Session, SessionError>>>(
+    open: impl Fn() -> F,
+    shutdown: &mut Shutdown,
+) -> Result<Option<Session>, SessionError> {
+    loop {
+        let opened = tokio::select! {
+            () = shutdown.requested() => return Ok(None),
+            opened = open() => opened,
+        };
+        match opened {
+            Err(error @ SessionError::NoRouter { .. }) => tracing::warn!("{error}"),
+            opened => return opened.map(Some),
+        }
+    }
+}
+
+async fn client_by(service: &ServiceConfig, file: Option<PathBuf>) -> Result<Session, SessionError> {
     let mut config = common(file.as_deref(), service.namespace.as_deref())?;
     if let Some(folder) = &service.secure {
         secure::client(&mut config, folder, &service.certificates)?;

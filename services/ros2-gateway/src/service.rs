@@ -119,24 +119,13 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 }
 
 /// A session with the robot's own router, waited for as long as it takes; nothing if the end is asked for before.
-async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> anyhow::Result<Option<Session>> {
+async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> Result<Option<Session>, SessionError> {
     let config = ServiceConfig {
         connect: vec![ros2.endpoint.clone()],
         zenoh_config: ros2.zenoh_config.clone(),
         ..ServiceConfig::default()
     };
-    loop {
-        let opened = tokio::select! {
-            () = shutdown.requested() => return Ok(None),
-            opened = session::client(&config) => opened,
-        };
-        match opened {
-            Err(error @ SessionError::NoRouter { .. }) => {
-                tracing::warn!(endpoint = ros2.endpoint, %error, "the robot's router (rmw_zenohd) is awaited");
-            }
-            opened => return Ok(Some(opened?)),
-        }
-    }
+    session::awaited(|| session::client_elsewhere(&config), shutdown).await
 }
 
 /// What the gateway says and hears, for comparison with what other nodes do under the same names.
