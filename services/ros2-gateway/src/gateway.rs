@@ -458,9 +458,29 @@ impl Gateway {
         let slow = senses.rate.fault(self.tick_s);
         let slow = slow.map(|why| Problem::new(ProblemKind::Rate, config.resolve(&config.topics.odom), why));
         problems.replace(&[ProblemKind::Rate], slow.into_iter().collect());
+        problems.replace(&[ProblemKind::Awaited], self.awaited());
         let status = diagnosis::status(&problems.all(), self.journey.mission(), self.belief.is_some());
         drop(problems);
         voice.diagnostics(status, gate.robot_time());
+    }
+
+    /// What has to come before a mission can begin.
+    fn awaited(&self) -> Vec<Problem> {
+        let Parts { config, senses, .. } = &self.parts;
+        let topics = &config.topics;
+        let missing = [
+            (&topics.odom, senses.clock.newest().is_none(), "no odometry that can be used has come"),
+            (&topics.scan, senses.laser.is_none(), "no scan that can be used has come"),
+            (&topics.map, self.map.is_none(), "no map that can be used has come"),
+        ];
+        let mut awaited: Vec<_> = missing.into_iter().filter(|(_, is_missing, _)| *is_missing).collect();
+        if awaited.is_empty() && self.start.is_none() && self.belief.is_none() {
+            awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
+        }
+        let problem = |(topic, _, why): (&String, bool, &str)| {
+            Problem::new(ProblemKind::Awaited, config.resolve(topic), why)
+        };
+        awaited.into_iter().map(problem).collect()
     }
 
     /// The robot stands, and what was under way has failed; whether the driver has to be told.

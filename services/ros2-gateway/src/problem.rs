@@ -17,12 +17,21 @@ pub enum ProblemKind {
     Rate,
     /// The driver has refused a mission.
     Refused,
+    /// Nothing of it has come yet, and without it no mission can begin.
+    Awaited,
 }
 
 impl ProblemKind {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::SecondPublisher, Self::OtherType, Self::NotUsed, Self::Silent, Self::Rate, Self::Refused];
+    pub const ALL: [Self; 7] = [
+        Self::SecondPublisher,
+        Self::OtherType,
+        Self::NotUsed,
+        Self::Silent,
+        Self::Rate,
+        Self::Refused,
+        Self::Awaited,
+    ];
 
     /// As a label of a metric has it.
     pub fn code(self) -> &'static str {
@@ -33,6 +42,7 @@ impl ProblemKind {
             Self::Silent => "silent",
             Self::Rate => "rate",
             Self::Refused => "refused",
+            Self::Awaited => "awaited",
         }
     }
 
@@ -45,6 +55,7 @@ impl ProblemKind {
             Self::Silent => "is silent, so the robot stands:",
             Self::Rate => "does not come as often as limits.tick_s says:",
             Self::Refused => "is refused:",
+            Self::Awaited => "is awaited:",
         }
     }
 }

@@ -215,6 +215,9 @@ fn on_the_robot(link: &str, problem: &Problem) -> Finding {
         ProblemKind::Silent => "look at the node that publishes it, or at the driver",
         ProblemKind::Rate => "give limits.tick_s the time that lies between two messages of odometry",
         ProblemKind::Refused => "look at the driver's log and at [limits]",
+        ProblemKind::Awaited => {
+            "start what publishes it, or mend `endpoint` and the names of topics in [ros2]"
+        }
     };
     Finding::missing(format!("{link}: {}", problem.topic), problem.sentence(), fix)
 }

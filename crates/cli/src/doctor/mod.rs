@@ -117,8 +117,10 @@ async fn examine(
     let tracked = missions.iter().filter_map(robot::Mission::tracked).collect();
     let missing = required_roles::missing(&robots, &tracked, &pools, &alive, &options.at).into_iter();
     findings.extend(missing.map(|Missing { what, fix }| Finding::missing(what, "none is alive", fix)));
+    let gateways = alive.iter().filter(|one| one.role == keys::ROS2_GATEWAY);
+    let gateways = gateways.filter_map(|one| one.status?.robot.as_deref()).collect();
     for mission in &missions {
-        findings.extend(mission.findings(&options.at));
+        findings.extend(mission.findings(&options.at, &gateways));
     }
     findings.extend(robot::streams(session, &missions, Duration::from_secs_f64(options.listen)).await?);
     Ok(findings)

@@ -1,5 +1,6 @@
 //! One robot: its mission, the map of it, and its streams.
 
+use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
 
 use curionav_planning::occupancy::StaticMap;
@@ -78,15 +79,17 @@ impl Mission {
         self.mission.as_ref().is_some_and(|m| m.state == MissionState::Running)
     }
 
-    pub(super) fn findings(&self, at: &ConnectOptions) -> Vec<Finding> {
+    /// `gateways` are the robots that take goals of ROS.
+    pub(super) fn findings(&self, at: &ConnectOptions, gateways: &BTreeSet<&str>) -> Vec<Finding> {
         let link = format!("mission of {}", self.robot);
         let Some(mission) = &self.mission else {
             // A driver that is missing has been named.
-            let fix = format!(
-                "give it one, for example: curionav run SCENARIO.toml {} --robot {}",
-                at.arguments(),
-                self.robot
-            );
+            let fix = if gateways.contains(self.robot.as_str()) {
+                "give it a goal, for example in rviz with 2D Goal Pose".to_owned()
+            } else {
+                let (at, robot) = (at.arguments(), &self.robot);
+                format!("give it one, for example: curionav run SCENARIO.toml {at} --robot {robot}")
+            };
             let has_none = Finding::note(link, "none yet: the robot stands", fix);
             return self.driver.then_some(has_none).into_iter().collect();
         };
