@@ -2,8 +2,8 @@
 
 A block with a language and a title, such as ``python title="draw.py"``, is a file. A block ``sh`` is run; with a title
 it is another terminal: it goes on, and the page goes on once it has printed a line. A comment above a block of commands
-says what the test does instead: ``<!-- tested with ARGUMENTS -->`` adds arguments to its last command, and
-``<!-- tested by FILE -->`` leaves it to the tests in that file.
+says what the test does instead: ``<!-- tested with ARGUMENTS -->`` adds arguments to its last command,
+``<!-- tested by FILE -->`` leaves it to the tests in that file, and ``<!-- tested to fail -->`` wants each to fail.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from contract import ROOT
 PAGES = ROOT / "docs" / "tutorials"
 
 _BLOCK = re.compile(
-    r'^(?:<!-- tested (?P<how>with|by) (?P<what>[^\n]*) -->\n)?```(?P<language>\w+)(?: title="(?P<title>[^"\n]*)")?\n'
+    r'^(?:<!-- tested (?P<how>with|by|to) (?P<what>[^\n]*) -->\n)?```(?P<language>\w+)(?: title="(?P<title>[^"\n]*)")?\n'
     r"(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
@@ -48,6 +48,8 @@ class Block:
     """Arguments that the test adds."""
     elsewhere: str | None
     """The file of what tests it instead."""
+    fails: bool
+    """Whether each command is to fail."""
 
 
 def blocks(page: Path) -> list[Block]:
@@ -55,7 +57,8 @@ def blocks(page: Path) -> list[Block]:
     found = []
     for match in _BLOCK.finditer(page.read_text()):
         what = {match["how"]: match["what"]}
-        found.append(Block(match["language"], match["title"], match["text"], what.get("with"), what.get("by")))
+        fails = what.get("to") == "fail"
+        found.append(Block(match["language"], match["title"], match["text"], what.get("with"), what.get("by"), fails))
     return found
 
 
@@ -74,12 +77,10 @@ def script(page: Path) -> str:
         elif block.title is not None:
             lines.append(f"cat >terminal-{number} <<'END OF FILE'\n{text}END OF FILE\nterminal terminal-{number}\n")
         else:
-            lines += [f"echo {shlex.quote('$ ' + line)}\n{checked(line)}\n" for line in text.splitlines()]
+            lines += [f"echo {shlex.quote('$ ' + line)}\n{checked(line, block.fails)}\n" for line in text.splitlines()]
     return "".join(lines)
 
 
-def checked(line: str) -> str:
-    """A command that ends the script if it fails, or if it begins with `!` and does not."""
-    if not line.startswith("! "):
-        return line
-    return f"if {line.removeprefix('! ')}; then echo 'it should have failed'; exit 1; fi"
+def checked(line: str, fails: bool) -> str:
+    """A command that ends the script if it fails, or if it should and does not."""
+    return f"if {line}; then echo 'it should have failed'; exit 1; fi" if fails else line

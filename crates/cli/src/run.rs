@@ -172,7 +172,7 @@ pub(crate) fn show(
     let json = output::json(&result).map_err(Exit::failed);
     print(if as_json { json? } else { output::table(&result) })?;
     if let Some(directory) = written.transpose()?.filter(|_| !as_json) {
-        print(format_args!("Picture and data: {directory}"))?;
+        print(format_args!("Picture: {directory}/run.svg, with data beside it"))?;
     }
     Ok(output::exit_code(&result))
 }

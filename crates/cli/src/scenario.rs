@@ -74,7 +74,9 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
             }
         }
         ScenarioCommand::Draw { files, out, seed } => {
-            files.iter().try_for_each(|file| draw(file, &out, seed)).map_err(Exit::bad_input)?;
+            for file in &files {
+                print(draw(file, &out, seed).map_err(Exit::bad_input)?.display())?;
+            }
         }
         ScenarioCommand::Copy { out } => {
             for file in built_in::write_all(&out).map_err(Exit::failed)? {
@@ -102,10 +104,13 @@ fn prepared(file: &Path, seed: u64) -> anyhow::Result<Prepared> {
         .map_err(|reject| package.refusal(&reject))
 }
 
-fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<()> {
+/// Draws a scenario; gives the file.
+fn draw(file: &Path, out: &Path, seed: u64) -> anyhow::Result<PathBuf> {
     let prepared = prepared(file, seed)?;
     let name = file.file_stem().with_context(|| format!("{} is not a file", file.display()))?;
-    files::write(&out.join(name).with_extension("svg"), scene_svg(&sketch(&prepared)))
+    let picture = out.join(name).with_extension("svg");
+    files::write(&picture, scene_svg(&sketch(&prepared)))?;
+    Ok(picture)
 }
 
 /// Points of the shortest path are this far apart, metres.
@@ -137,11 +142,11 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
     }
 }
 
-/// What a scenario that can be run holds, on one line.
+/// What a scenario that can be run holds: a line, and one for each recording.
 fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
     let prepared = prepared(file, seed)?;
     let (scenario, map) = (prepared.world.scenario(), &prepared.map);
-    Ok(format!(
+    let mut said = format!(
         "{}: fine; {} x {} cells of {} m, {} walkers ({} of them drawn), {} recordings, planner {}",
         file.display(),
         map.width,
@@ -151,7 +156,20 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
         scenario.people_drawn(),
         scenario.recorded.len(),
         prepared.profile.name
-    ))
+    );
+    for (setup, extent) in scenario.recorded.iter().zip(prepared.world.recorded()) {
+        let (people, (first, last), (low, high)) = (extent.people, extent.span, extent.corners);
+        said += &format!(
+            "\n  {}: {people} people, {first:.1} to {last:.1} s, x {:.1} to {:.1} m, y {:.1} to {:.1} m, {:.0} % of the way on the free floor",
+            setup.file,
+            low.x,
+            high.x,
+            low.y,
+            high.y,
+            100.0 * extent.on_floor
+        );
+    }
+    Ok(said)
 }
 
 /// Writes the scenes, which are drawn from a fixed seed, so that what is written is what is committed. Gives what the

@@ -27,4 +27,4 @@ pub mod world;
 
 pub use recorded::{Recording, RecordingError};
 pub use scenario::Scenario;
-pub use world::{Observation, Touch, Truth, World};
+pub use world::{Observation, RecordedExtent, Touch, Truth, World};

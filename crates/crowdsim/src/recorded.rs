@@ -50,12 +50,18 @@ pub struct RecordedPerson {
 }
 
 impl Recording {
-    /// Reads a recording; `fps` turns frame numbers into seconds. Blank lines are skipped; rows may come in
-    /// any order. Velocities in the file are ignored: they are smoothed and do not fit the positions.
+    /// Reads a recording; `fps` turns frame numbers into seconds. Columns are parted by blanks or commas. Blank lines, lines
+    /// that begin with `#`, and a first line of names are skipped; rows may come in any order. Velocities in the file are
+    /// ignored: they are smoothed and do not fit the positions.
     pub fn parse(text: &str, format: RecordingFormat, fps: f64) -> Result<Self, RecordingError> {
         let mut people: BTreeMap<u32, Vec<(f64, Point2, usize)>> = BTreeMap::new();
         let mut rows = 0;
-        for (i, text) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
+        let lines =
+            text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty() && !l.trim().starts_with('#'));
+        for (count, (i, text)) in lines.enumerate() {
+            if count == 0 && words(text).all(|word| word.parse::<f64>().is_err()) {
+                continue;
+            }
             let (frame, id, position) =
                 row(text, format).map_err(|problem| RecordingError::at(i + 1, &problem))?;
             people.entry(id).or_default().push((frame, position, i + 1));
@@ -75,6 +81,16 @@ impl Recording {
             return Err(RecordingError(empty.to_owned()));
         }
         Ok(Self { tracks, first, last })
+    }
+
+    /// Every position of every person, recording frame, metres.
+    pub fn positions(&self) -> impl Iterator<Item = Point2> {
+        self.tracks.iter().flat_map(|track| track.positions.iter().copied())
+    }
+
+    /// Times of the first and of the last frame, seconds.
+    pub fn span(&self) -> (f64, f64) {
+        (self.first, self.last)
     }
 
     /// Ids of all people, ascending.
@@ -139,20 +155,24 @@ impl Track {
     }
 }
 
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+}
+
 /// (frame, id, position) of one line.
 fn row(line: &str, format: RecordingFormat) -> Result<(f64, u32, Point2), String> {
-    let (columns, y) = match format {
-        RecordingFormat::Obsmat => (8, 4),
-        RecordingFormat::Text => (4, 3),
+    let (columns, y, names) = match format {
+        RecordingFormat::Obsmat => (8, 4, "frame, id, x, z, y, vx, vz, vy"),
+        RecordingFormat::Text => (4, 3, "frame, id, x, y"),
     };
     let number = |word: &str| match word.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         Ok(_) => Err(format!("`{word}` is not finite")),
-        Err(_) => Err(format!("`{word}` is not a number")),
+        Err(_) => Err(format!("`{word}` is not a number; this format has the columns {names}")),
     };
-    let numbers = line.split_whitespace().map(number).collect::<Result<Vec<_>, _>>()?;
+    let numbers = words(line).map(number).collect::<Result<Vec<_>, _>>()?;
     if numbers.len() != columns {
-        return Err(format!("has {} columns; this format has {columns}", numbers.len()));
+        return Err(format!("has {} columns; this format has {columns}: {names}", numbers.len()));
     }
     let id = numbers[1];
     if id < 0.0 || id.fract() != 0.0 || id > f64::from(u32::MAX) {
@@ -172,6 +192,22 @@ mod tests {
 
     fn people(recording: &Recording, time: f64) -> Vec<(usize, f64, f64)> {
         recording.at(time).map(|p| (p.index, p.position.x, p.position.y)).collect()
+    }
+
+    #[test]
+    fn commas_remarks_and_a_line_of_names_are_read_past() {
+        let commas = "# of the foyer\nframe,person,x,y\n0,1,0.0,0.0\n10, 1, 1.0, 2.0\n";
+        let plain = "0 1 0.0 0.0\n10 1 1.0 2.0\n";
+        let [commas, plain] =
+            [commas, plain].map(|text| Recording::parse(text, RecordingFormat::Text, 10.0).unwrap());
+        assert_eq!(commas, plain);
+        assert_eq!((plain.span(), plain.positions().count()), ((0.0, 1.0), 2));
+        let error = Recording::parse("0 1 0 0\nframe person x y\n", RecordingFormat::Text, 10.0).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with("line 2: `frame` is not a number; this format has the columns frame")
+        );
     }
 
     #[test]

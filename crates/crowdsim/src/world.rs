@@ -16,7 +16,7 @@ use crate::motion::{Walkers, passer_by, robot_body};
 use crate::perception::perceived;
 use crate::plant::Plant;
 use crate::recorded::Recording;
-use crate::scenario::{PeopleShape, Scenario};
+use crate::scenario::{PeopleShape, Recorded, Scenario};
 use crate::walls::wall_distance;
 use curionav_planning::time_to_collision::time_to_collision;
 
@@ -118,7 +118,7 @@ impl World {
         let mut world = Self {
             plant: plant(scenario.robot.start),
             walkers: Walkers::new(scenario, &map),
-            recordings: chosen(scenario, recordings)?,
+            recordings: chosen(scenario, &map, recordings)?,
             live: People::default(),
             people: People::default(),
             overlaid: BTreeSet::new(),
@@ -136,6 +136,12 @@ impl World {
     /// The scenario, with the people whom the seed has drawn among its walkers.
     pub fn scenario(&self) -> &Scenario {
         &self.scenario
+    }
+
+    /// Where the people of each recording are.
+    pub fn recorded(&self) -> impl Iterator<Item = RecordedExtent> {
+        let pairs = self.scenario.recorded.iter().zip(&self.recordings);
+        pairs.map(|(setup, recording)| RecordedExtent::of(setup, &self.map, recording))
     }
 
     /// The static map.
@@ -291,8 +297,42 @@ impl World {
     }
 }
 
+/// Where the people of one of a scenario's recordings are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RecordedExtent {
+    /// How many people there are.
+    pub people: usize,
+    /// First and last time in the recording, seconds.
+    pub span: (f64, f64),
+    /// Least and greatest x and y, map frame, metres.
+    pub corners: (Point2, Point2),
+    /// The share of their positions that lie on the map's free floor.
+    pub on_floor: f64,
+}
+
+impl RecordedExtent {
+    fn of(setup: &Recorded, map: &StaticMap, recording: &Recording) -> Self {
+        let (mut low, mut high) =
+            (Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
+        let (mut all, mut free) = (0_usize, 0_usize);
+        for p in recording.positions().map(|p| setup.pose.transform(p)) {
+            low = Point2::new(low.x.min(p.x), low.y.min(p.y));
+            high = Point2::new(high.x.max(p.x), high.y.max(p.y));
+            all += 1;
+            let cell = map.grid.locate(p).map(|(column, row)| map.grid.index(column, row));
+            free += usize::from(cell.is_some_and(|cell| map.to_obstacle.cell(cell) > 0.0));
+        }
+        let on_floor = free as f64 / all.max(1) as f64;
+        Self { people: recording.ids().len(), span: recording.span(), corners: (low, high), on_floor }
+    }
+}
+
 /// The recordings with only the people the scenario asks for.
-fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Recording>, FieldError> {
+fn chosen(
+    scenario: &Scenario,
+    map: &StaticMap,
+    mut recordings: Vec<Recording>,
+) -> Result<Vec<Recording>, FieldError> {
     if recordings.len() != scenario.recorded.len() {
         let (wanted, found) = (scenario.recorded.len(), recordings.len());
         let problem = format!("names {wanted} recordings, {found} came along");
@@ -304,6 +344,21 @@ fn chosen(scenario: &Scenario, mut recordings: Vec<Recording>) -> Result<Vec<Rec
                 let problem = format!("no person in {} has id {id}", setup.file);
                 FieldError::new(format!("recorded[{i}].ids"), problem, "list ids of the recording")
             })?;
+        }
+        let RecordedExtent { span: (_, last), corners: (low, high), on_floor, .. } =
+            RecordedExtent::of(setup, map, recording);
+        if setup.start_s > last && !setup.r#loop {
+            let problem = format!("is {} s, and the recording ends at {last:.1} s", setup.start_s);
+            return Err(FieldError::new(
+                format!("recorded[{i}].start_s"),
+                problem,
+                "begin earlier, or say `loop = true`",
+            ));
+        }
+        if on_floor == 0.0 {
+            let (x, y) = (format!("{:.1} to {:.1}", low.x, high.x), format!("{:.1} to {:.1}", low.y, high.y));
+            let problem = format!("puts all people off the map's free floor: x from {x} m, y from {y} m");
+            return Err(FieldError::new(format!("recorded[{i}].pose"), problem, "give map_from_recording"));
         }
     }
     Ok(recordings)

@@ -109,18 +109,22 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     let located = |field: &str, file: &str| {
         locate(file, directory).map_err(|e| anyhow::anyhow!("{}{e}", place(path, &text, Some(field))))
     };
+    let at = |field: &str| place(path, &text, Some(field)).trim_end_matches(": ").to_owned();
     let yaml_path = located("map.file", &scenario.map.file)?;
-    let MapFiles { yaml_bytes, image_path, image, .. } = match built_in {
-        Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec()))?,
-        None => MapFiles::read(&yaml_path)?,
+    let read = match built_in {
+        Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec())),
+        None => MapFiles::read(&yaml_path),
     };
+    let MapFiles { yaml_bytes, image_path, image, .. } = read.with_context(|| at("map.file"))?;
     files.insert(base_name(&image_path)?, image);
     scenario.map.file = base_name(&yaml_path)?;
     files.insert(scenario.map.file.clone(), yaml_bytes);
     for (i, recorded) in scenario.recorded.iter_mut().enumerate() {
-        let recording_path = located(&format!("recorded[{i}].file"), &recorded.file)?;
-        recorded.file = format!("{i}-{}", base_name(&recording_path)?);
-        files.insert(recorded.file.clone(), bytes(&recording_path)?);
+        let field = format!("recorded[{i}].file");
+        let recording_path = located(&field, &recorded.file)?;
+        let name = base_name(&recording_path)?;
+        recorded.file = if files.contains_key(&name) { format!("{i}-{name}") } else { name };
+        files.insert(recorded.file.clone(), bytes(&recording_path).with_context(|| at(&field))?);
     }
     let chosen = choice.planner.as_deref().unwrap_or(&scenario.planner.profile);
     let mut profile = read_profile(chosen)?;

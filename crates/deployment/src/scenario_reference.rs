@@ -17,8 +17,8 @@ robot and its sensors, the people, the clock. `curionav scenario check FILE` say
 field and mend. [scenarios/](../scenarios/README.md) holds the ones that come with the project.
 
 Lengths are metres, times seconds, angles radians counter-clockwise, unless a field's name says otherwise; positions
-are in the frame of the map. A field without a default must be there, unless its meaning names what \"none\" does.
-Both ends belong to a range. References such as D8 or A21 are to [methods.md](methods.md).
+are in the frame of the map. A field without a default must be there, unless its meaning names what \"none\" does or
+says that it may be left out. Both ends belong to a range. References such as D8 or A21 are to [methods.md](methods.md).
 
 - `[localizer]` takes the parameters of the localiser.
 - `[tracker]` takes the parameters of the tracker of people.

@@ -207,7 +207,8 @@ async fn connect(
     shutdown: &mut Shutdown,
 ) -> Result<Option<Session>, SessionError> {
     if supervised {
-        return session::awaited(|| session::client(config), shutdown).await;
+        return session::awaited(|| session::client(config), |error| tracing::warn!("{error}"), shutdown)
+            .await;
     }
     tokio::select! {
         () = shutdown.requested() => Ok(None),

@@ -177,9 +177,11 @@ pub async fn client_elsewhere(service: &ServiceConfig) -> Result<Session, Sessio
     client_by(service, service.zenoh_config.clone()).await
 }
 
-/// A session opened by `open`, tried again for as long as there is no router; nothing if the end is asked for before.
+/// A session opened by `open`, tried again for as long as there is no router, which `missing` is told each time; nothing if the
+/// end is asked for before.
 pub async fn awaited<F: Future<Output = Result<Session, SessionError>>>(
     open: impl Fn() -> F,
+    missing: impl Fn(&SessionError),
     shutdown: &mut Shutdown,
 ) -> Result<Option<Session>, SessionError> {
     loop {
@@ -188,7 +190,7 @@ pub async fn awaited<F: Future<Output = Result<Session, SessionError>>>(
             opened = open() => opened,
         };
         match opened {
-            Err(error @ SessionError::NoRouter { .. }) => tracing::warn!("{error}"),
+            Err(error @ SessionError::NoRouter { .. }) => missing(&error),
             opened => return opened.map(Some),
         }
     }

@@ -65,13 +65,14 @@ impl Watch {
         self.engaged = engaged;
     }
 
+    fn is_silent(&self, source: Source, now: Instant) -> bool {
+        let at = source as usize;
+        self.heard[at].is_none_or(|heard| now.saturating_duration_since(heard) > self.silence[at])
+    }
+
     /// What is silent.
     pub(crate) fn silent(&self, now: Instant) -> Option<Source> {
-        let is_silent = |source: &Source| {
-            let at = *source as usize;
-            self.heard[at].is_none_or(|heard| now.saturating_duration_since(heard) > self.silence[at])
-        };
-        [Source::Command, Source::Odom, Source::Scan].into_iter().find(is_silent)
+        [Source::Command, Source::Odom, Source::Scan].into_iter().find(|source| self.is_silent(*source, now))
     }
 
     /// Whether a command is passed on.
@@ -106,7 +107,7 @@ pub(crate) struct Gate {
     base: String,
     thread: Option<JoinHandle<()>>,
     /// Zeros that were sent because something was silent, or a mission had ended.
-    pub(crate) zeros: Counter,
+    zeros: Counter,
 }
 
 /// How the frame of velocities is named, and where they go.
@@ -139,11 +140,16 @@ pub(crate) fn later(stamp: ros::Time, after: Duration) -> ros::Time {
 }
 
 impl Gate {
-    /// Closed, with its thread running.
+    /// Closed, with its thread running; its zeros are counted in `zeros`.
     ///
     /// # Errors
     /// If publisher or thread cannot be had.
-    pub(crate) fn new(node: &Node, config: &Ros2Config, limits: &RobotLimits) -> anyhow::Result<Self> {
+    pub(crate) fn new(
+        node: &Node,
+        config: &Ros2Config,
+        limits: &RobotLimits,
+        zeros: Counter,
+    ) -> anyhow::Result<Self> {
         let topic = &config.topics.cmd_vel;
         let velocity = if config.is_stamped() {
             Velocity::Stamped(node.outlet(topic, Qos::DEFAULT)?)
@@ -152,7 +158,7 @@ impl Gate {
         };
         let watch = Watch::new(&config.silence);
         let state = Arc::new(Mutex::new(State { watch, ended: false, velocity, clock: None }));
-        let (base, zeros) = (config.frames.base.clone(), Counter::default());
+        let base = config.frames.base.clone();
         let (watched, counted, frame) = (Arc::clone(&state), zeros.clone(), base.clone());
         let watching = move || {
             loop {
@@ -193,10 +199,17 @@ impl Gate {
         locked(&self.state).watch.engage(engaged, Instant::now());
     }
 
-    /// What the robot stands for, if a mission is under way and something is silent.
+    /// What is silent: all that the robot stands for while a mission is under way, otherwise what has been heard of the robot.
     pub(crate) fn silent(&self) -> Option<Source> {
-        let state = locked(&self.state);
-        state.watch.engaged.then(|| state.watch.silent(Instant::now())).flatten()
+        let (now, state) = (Instant::now(), locked(&self.state));
+        let watch = &state.watch;
+        let heard_before = |source: &Source| watch.heard[*source as usize].is_some();
+        watch.silent(now).filter(|_| watch.engaged).or_else(|| {
+            [Source::Odom, Source::Scan]
+                .into_iter()
+                .filter(heard_before)
+                .find(|source| watch.is_silent(*source, now))
+        })
     }
 
     /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the thread

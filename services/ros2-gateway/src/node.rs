@@ -56,18 +56,18 @@ fn now_ns() -> i64 {
 }
 
 impl Node {
-    /// A node that nothing has been declared for yet.
+    /// A node that nothing has been declared for yet; what it refuses is added to `refused`, by topic and fault.
     ///
     /// # Errors
     /// If its token cannot be declared.
-    pub(crate) fn new(session: &Session, config: &Ros2Config) -> anyhow::Result<Self> {
+    pub(crate) fn new(session: &Session, config: &Ros2Config, refused: Tally) -> anyhow::Result<Self> {
         let mut node = Self {
             session: session.clone(),
             dialect: config.dialect().into(),
             config: config.clone(),
             entities: AtomicU64::new(1),
             _token: None,
-            refused: Tally::new(&["topic", "fault"]),
+            refused,
         };
         let own = node.token(0, EntityKind::Node, None);
         node._token = node.declare_token(&own)?;

@@ -11,7 +11,7 @@ pub enum ProblemKind {
     OtherType,
     /// What was said last on a topic was not used.
     NotUsed,
-    /// The robot stands because nothing is heard on it.
+    /// Nothing is heard on it any more, for which the robot stands.
     Silent,
     /// Odometry does not come as often as the limits say.
     Rate,

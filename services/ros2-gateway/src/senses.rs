@@ -30,6 +30,19 @@ const STALE: f64 = 0.5;
 /// Between two lines of the log about one topic.
 const SAID_EVERY: Duration = Duration::from_secs(5);
 
+/// What operators are told of a gateway, from before the robot's router is found.
+#[derive(Clone)]
+pub(crate) struct Noted {
+    /// Messages that were not used, by topic and fault.
+    pub(crate) refused: Tally,
+    /// Ticks that were published.
+    pub(crate) ticks: Counter,
+    /// Zeros that were sent.
+    pub(crate) zeros: Counter,
+    /// What is wrong.
+    pub(crate) problems: Arc<Mutex<Problems>>,
+}
+
 /// What is known of the robot.
 pub(crate) struct Senses {
     config: Ros2Config,
@@ -50,14 +63,13 @@ pub(crate) struct Senses {
     refused: Tally,
     /// When the log last had a line about a topic.
     said: Mutex<BTreeMap<String, Instant>>,
-    /// Ticks that were published.
-    pub(crate) ticks: Counter,
+    ticks: Counter,
     /// What is wrong.
     pub(crate) problems: Arc<Mutex<Problems>>,
 }
 
 impl Senses {
-    /// Nothing has been heard; what is refused is added to `refused`.
+    /// Nothing has been heard; all that happens is added to `noted`.
     ///
     /// # Errors
     /// If a stream cannot be declared.
@@ -66,7 +78,7 @@ impl Senses {
         tick_s: f64,
         service: &RobotService,
         gate: Arc<Gate>,
-        refused: &Tally,
+        noted: Noted,
     ) -> anyhow::Result<Self> {
         Ok(Self {
             config: config.clone(),
@@ -79,10 +91,10 @@ impl Senses {
             waiting: None,
             laser: None,
             rate: Rate::default(),
-            refused: refused.clone(),
             said: Mutex::default(),
-            ticks: Counter::default(),
-            problems: Arc::default(),
+            refused: noted.refused,
+            ticks: noted.ticks,
+            problems: noted.problems,
         })
     }
 

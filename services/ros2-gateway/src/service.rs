@@ -9,6 +9,7 @@ use curionav_ros2::message::Message;
 use curionav_ros2::messages as ros;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::locked::locked;
+use curionav_runtime::metrics::{Counter, Metrics, Tally};
 use curionav_runtime::process::{Running, Start};
 use curionav_runtime::robot_limits::RobotLimits;
 use curionav_runtime::robot_service::{RobotService, is_over};
@@ -25,8 +26,8 @@ use crate::graph::{Graph, Used};
 use crate::node::Node;
 use crate::order::Orders;
 use crate::pilot::Pilot;
-use crate::problem::Problem;
-use crate::senses::Senses;
+use crate::problem::{Problem, ProblemKind};
+use crate::senses::{Noted, Senses};
 use crate::voice::Voice;
 
 /// For how long the gateway waits, when it ends, until the driver has heard of it.
@@ -68,41 +69,29 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             () = shutdown.requested() => return Ok(()),
             service = RobotService::with_control(keys::ROS2_GATEWAY, config, session) => service?,
         };
-        let Some(robots) = robots_session(&ros2, &mut shutdown).await? else { return Ok(()) };
-        let node = Node::new(&robots, &ros2)?;
-        let gate = Arc::new(Gate::new(&node, &ros2, &limits)?);
+        let noted = Noted {
+            refused: Tally::new(&["topic", "fault"]),
+            ticks: Counter::default(),
+            zeros: Counter::default(),
+            problems: Arc::default(),
+        };
+        // Known, and asked what is missing, also while the robot is still booting.
+        let announced = service.announce(metrics(&service, &noted))?;
+        on_ready(announced.metrics_address());
+        let Some(robots) = robots_session(&ros2, &noted, &mut shutdown).await? else { return Ok(()) };
+        let node = Node::new(&robots, &ros2, noted.refused.clone())?;
+        let gate = Arc::new(Gate::new(&node, &ros2, &limits, noted.zeros.clone())?);
         let (mut pilot, answers) = Pilot::start(session, keys::mission_command(&config.robot)?);
         // What a gateway before this one has begun, nothing watches any more.
         if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
             pilot.send(MissionCommand::Cancel);
         }
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
-        let senses = Senses::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), &node.refused)?;
-        let mut metrics = service.metrics();
-        metrics.tally("ros2_refused", "Messages of ROS that are not used, by topic and fault", &node.refused);
-        metrics.count(
-            "ros2_zeros",
-            "Zero velocities because something was silent or a mission had ended",
-            gate.zeros.clone(),
-        );
-        metrics.count("ros2_ticks", "Samples of odometry that became ticks", senses.ticks.clone());
-        let problems = Arc::clone(&senses.problems);
-        metrics.gauges_by(
-            "ros2_problem",
-            "Always 1; the labels say what is wrong with a topic of ROS",
-            &["kind", "topic", "detail"],
-            move || {
-                let labels =
-                    |problem: Problem| vec![problem.kind.code().to_owned(), problem.topic, problem.detail];
-                locked(&problems).all().into_iter().map(|problem| (labels(problem), 1.0)).collect()
-            },
-        );
+        let graph = Graph::follow(&robots, domain, &noted.refused)?;
+        let senses = Senses::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), noted)?;
         let mut ears = Ears::new(&node, &service, &ros2, answers)?;
         let voice = Voice::new(&node, &ros2)?;
-        let graph = Graph::follow(&robots, domain, &node.refused)?;
         let used = used(&ros2);
-        let announced = service.announce(metrics)?;
-        on_ready(announced.metrics_address());
         let config = ros2;
         let parts = Parts { config, orders, service, graph, used, gate, voice, pilot, senses };
         let mut gateway = Gateway::new(parts, limits.tick_s);
@@ -118,14 +107,49 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     })
 }
 
+/// The service's numbers, with those of the gateway.
+fn metrics(service: &RobotService, noted: &Noted) -> Metrics {
+    let mut metrics = service.metrics();
+    metrics.tally("ros2_refused", "Messages of ROS that are not used, by topic and fault", &noted.refused);
+    let zeros = "Zero velocities because something was silent or a mission had ended";
+    metrics.count("ros2_zeros", zeros, noted.zeros.clone());
+    metrics.count("ros2_ticks", "Samples of odometry that became ticks", noted.ticks.clone());
+    let problems = Arc::clone(&noted.problems);
+    metrics.gauges_by(
+        "ros2_problem",
+        "Always 1; the labels say what is wrong with a topic of ROS",
+        &["kind", "topic", "detail"],
+        move || {
+            let labels =
+                |problem: Problem| vec![problem.kind.code().to_owned(), problem.topic, problem.detail];
+            locked(&problems).all().into_iter().map(|problem| (labels(problem), 1.0)).collect()
+        },
+    );
+    metrics
+}
+
 /// A session with the robot's own router, waited for as long as it takes; nothing if the end is asked for before.
-async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> Result<Option<Session>, SessionError> {
+async fn robots_session(
+    ros2: &Ros2Config,
+    noted: &Noted,
+    shutdown: &mut Shutdown,
+) -> Result<Option<Session>, SessionError> {
     let config = ServiceConfig {
         connect: vec![ros2.endpoint.clone()],
         zenoh_config: ros2.zenoh_config.clone(),
         ..ServiceConfig::default()
     };
-    session::awaited(|| session::client_elsewhere(&config), shutdown).await
+    let kind = ProblemKind::Awaited;
+    let why = "the robot's router, such as rmw_zenohd, does not answer there";
+    let awaited = Problem::new(kind, ros2.endpoint.as_str(), why);
+    let missing = |_: &SessionError| {
+        if locked(&noted.problems).set(awaited.clone()) {
+            tracing::warn!("{}", awaited.sentence());
+        }
+    };
+    let opened = session::awaited(|| session::client_elsewhere(&config), missing, shutdown).await;
+    locked(&noted.problems).clear(kind, &ros2.endpoint);
+    opened
 }
 
 /// What the gateway says and hears, for comparison with what other nodes do under the same names.

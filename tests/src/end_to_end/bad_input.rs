@@ -53,7 +53,16 @@ fn a_wrong_scenario_is_refused_by_file_line_and_field() {
         ("[[walkers]]", "[profile]\nsteps = 0\n[[walkers]]", &["line 8", "profile.steps", "1 to 200"]),
         ("[[walkers]]", "[profile]\nstep = 9\n[[walkers]]", &["room.toml", "step"]),
         ("[[walkers]]", "[localizer]\nparticles = 9\n[[walkers]]", &["line 8", "localizer.particles"]),
-        ("file = \"room.yaml\"", "file = \"cellar.yaml\"", &["cellar.yaml"]),
+        (
+            "file = \"room.yaml\"",
+            "file = \"cellar.yaml\"",
+            &["room.toml", "line 3", "map.file", "cellar.yaml"],
+        ),
+        (
+            "[[walkers]]",
+            "[[recorded]]\nfile = \"film.txt\"\nformat = \"text\"\nfps = 10\n[[walkers]]",
+            &["line 8", "recorded[0].file", "film.txt"],
+        ),
         ("image: room.pgm", "image: attic.pgm", &["attic.pgm"]),
         ("resolution: 0.1", "resolution: -0.1", &["room.yaml", "resolution"]),
         ("resolution: 0.1", "resolution: [", &["room.yaml"]),

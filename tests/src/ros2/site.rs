@@ -56,7 +56,12 @@ pub(super) fn file(robot: &str, endpoint: &str, namespace: &str) -> String {
 /// The services of `robot`, on a session of their own.
 pub(super) async fn services(robot: &str, endpoint: &str, namespace: &str) -> Embedded {
     let config: ServiceConfig = toml::from_str(&file(robot, endpoint, namespace)).unwrap();
-    Embedded::of(&KINDS, session::embedded().await.unwrap(), &config).await.unwrap()
+    let services = Embedded::of(&KINDS, session::embedded().await.unwrap(), &config).await.unwrap();
+    // The gateway is ready before it has found the robot's router; once it listens, it says what it awaits.
+    let odometry = format!("topic=\"{namespace}/odom\"");
+    let listens = async || metric(&status(&services).await, "curionav_ros2_problem", &odometry) > 0.0;
+    tokio::time::timeout(LIMIT, async { while !listens().await {} }).await.expect("the gateway listens");
+    services
 }
 
 /// What the gateway says of itself.

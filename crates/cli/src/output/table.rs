@@ -53,7 +53,7 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
         row("collisions", m.collisions.to_string(), "contacts while driving"),
         row("clearance", metres(m.clearance_min_m), "least gap to a wall or person"),
         row("RMSE", format!("{:.3} m", m.rmse_m), "error of the estimated position"),
-        row("TCM", per_cent(m.tcm), "of the time until localisation converged"),
+        row("TCM", per_cent(m.tcm), "of the run, until localisation was certain"),
         row(
             "NM",
             m.nm.map_or_else(|| "never converged".into(), |n| n.to_string()),
@@ -66,14 +66,14 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
         ),
         row("TD", per_cent(m.td), "of the time closer to people than comfortable"),
         row("MD", m.md_m.map_or_else(|| "no people".into(), metres), "least distance to a person's centre"),
-        row("NT", m.nt.to_string(), "times closer than comfortable"),
+        row("NT", m.nt.to_string(), "times it came that close from farther away"),
         row(
             "cycle time",
             format!("{:.1} ms", c.p50_ms),
             &format!("p99 {:.1} ms, max {:.1} ms", c.p99_ms, c.max_ms),
         ),
         row("speed-up", format!("{:.1} x", result.real_time_factor), "simulated over wall time"),
-        row("decisions", digest.to_owned(), "SHA-256, the same for the same run"),
+        row("decisions", digest.to_owned(), "SHA-256; in lockstep the same for the same run"),
         row("cycles", c.count.to_string(), "decisions taken"),
     ];
     rows.extend(shares(c));

@@ -4,6 +4,7 @@
 mod certificates;
 mod deployment;
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -100,7 +101,9 @@ async fn start_and_watch(
     let processes = running.iter().map(Supervised::line).collect();
     let endpoints = vec![endpoint.clone()];
     Ready { ready: "deployment".into(), endpoints, processes, ..Ready::default() }.print();
-    tracing::info!(%endpoint, processes = running.len(), "deployment is up; try: curionav status --connect {endpoint}");
+    if std::io::stderr().is_terminal() {
+        eprintln!("The deployment is up; try: curionav status --connect {endpoint}. Ctrl-C ends it.");
+    }
     // Each by itself: one that takes long to be ready again keeps no other waiting.
     let (limit, none) = (deployment.max_restarts_per_minute, Notify::new());
     let restarts = std::iter::once(restart).chain(std::iter::repeat(&none));

@@ -27,7 +27,7 @@ curionav_planning::parameters! {
     pub struct Scenario {
         /// Short name, unique among the scenarios compared: it labels results.
         pub name: String,
-        /// What the scenario shows, for people.
+        /// What the scenario shows, for people; may be left out.
         #[serde(default, skip_serializing_if = "String::is_empty")]
         pub description: String,
         /// The static map.

@@ -195,7 +195,7 @@ curionav_planning::parameters! {
     pub enum RecordingFormat {
         /// Eight columns `frame id x z y vx vz vy` (OpenTraj).
         Obsmat,
-        /// Four columns `frame id x y` (Social-GAN and its descendants).
+        /// Four columns `frame id x y` (Social-GAN and its descendants), with blanks or commas between them.
         Text,
     }
 }
@@ -223,7 +223,7 @@ curionav_planning::parameters! {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub ids: Option<Vec<u32>>
             [0.0, 4_294_967_295.0, "", "identities are 32 bits wide"; 0.0, 100_000.0, "no recording has more people"],
-        /// Begin again with the first frame after the last.
+        /// Begin again with the first frame after the last. If it is left out, people are gone after the last.
         #[serde(default)]
         pub r#loop: bool,
     } check Self::begins_in_order

@@ -187,6 +187,18 @@ fn recordings_must_fit_the_scenario() {
     s.recorded[0].ids = Some(vec![1, 9]);
     let error = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap_err();
     assert_eq!(error.field, "recorded[0].ids");
+    s.recorded[0].ids = None;
+    let world = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap();
+    let extent = world.recorded().next().unwrap();
+    assert_eq!((extent.people, extent.span, extent.on_floor), (2, (0.0, 1.2), 1.0));
+    assert!(extent.corners.0.x < extent.corners.1.x);
+    // Of people who would never be seen.
+    let pose = std::mem::replace(&mut s.recorded[0].pose, Pose2::new(500.0, 500.0, 0.0));
+    let error = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap_err();
+    assert_eq!(error.field, "recorded[0].pose");
+    (s.recorded[0].pose, s.recorded[0].start_s, s.recorded[0].r#loop) = (pose, 300.0, false);
+    let error = World::new(&s, hall(Point2::default()), vec![recording()], 0).unwrap_err();
+    assert_eq!(error.field, "recorded[0].start_s");
 }
 
 #[test]

@@ -66,7 +66,7 @@ macro_rules! parameters {
         impl $crate::parameters::Ranged for $name {
             const FIELDS: &'static [$crate::parameters::Field] = &[$(
                 $crate::parameters::Field {
-                    name: stringify!($field),
+                    name: $crate::parameters::plain(stringify!($field)),
                     ty: stringify!($ty),
                     meaning: &[$($meaning),*],
                     kind: $crate::parameters!(@kind $ty; $($($holds)*)?),

@@ -13,6 +13,14 @@ pub struct Field {
     pub kind: Kind,
 }
 
+/// A field's name as files have it: Rust writes `r#` before a name that is a word of its own.
+pub const fn plain(name: &'static str) -> &'static str {
+    match name.as_bytes() {
+        [b'r', b'#', ..] => name.split_at(2).1,
+        _ => name,
+    }
+}
+
 /// What a field holds.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {

@@ -15,7 +15,7 @@ mod read;
 mod reference;
 
 pub use error::{FieldError, range_of};
-pub use field::{Field, Kind, Range, Word, Words, word};
+pub use field::{Field, Kind, Range, Word, Words, plain, word};
 pub use ranged::{Numbers, Ranged, check_name, check_numbers, check_table};
 #[cfg(feature = "profiles")]
 pub use read::{field_line, read, read_table};
