@@ -427,10 +427,10 @@ impl Gateway {
         }
         self.localize();
         self.feedback();
-        self.beats = self.beats.wrapping_add(1);
         if self.beats.is_multiple_of(BEATS_PER_DIAGNOSIS) {
             self.diagnose();
         }
+        self.beats = self.beats.wrapping_add(1);
     }
 
     fn feedback(&self) {

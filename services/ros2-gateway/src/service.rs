@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context;
@@ -75,10 +76,11 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             zeros: Counter::default(),
             problems: Arc::default(),
         };
+        locked(&noted.problems).set(awaited(&ros2));
         // Known, and asked what is missing, also while the robot is still booting.
         let announced = service.announce(metrics(&service, &noted))?;
         on_ready(announced.metrics_address());
-        let Some(robots) = robots_session(&ros2, &noted, &mut shutdown).await? else { return Ok(()) };
+        let Some(robots) = robots_session(&ros2, &mut shutdown).await? else { return Ok(()) };
         let node = Node::new(&robots, &ros2, noted.refused.clone())?;
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, noted.zeros.clone())?);
         let (mut pilot, answers) = Pilot::start(session, keys::mission_command(&config.robot)?);
@@ -129,27 +131,25 @@ fn metrics(service: &RobotService, noted: &Noted) -> Metrics {
 }
 
 /// A session with the robot's own router, waited for as long as it takes; nothing if the end is asked for before.
-async fn robots_session(
-    ros2: &Ros2Config,
-    noted: &Noted,
-    shutdown: &mut Shutdown,
-) -> Result<Option<Session>, SessionError> {
+async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> Result<Option<Session>, SessionError> {
     let config = ServiceConfig {
         connect: vec![ros2.endpoint.clone()],
         zenoh_config: ros2.zenoh_config.clone(),
         ..ServiceConfig::default()
     };
-    let kind = ProblemKind::Awaited;
-    let why = "the robot's router, such as rmw_zenohd, does not answer there";
-    let awaited = Problem::new(kind, ros2.endpoint.as_str(), why);
+    let first = AtomicBool::new(true);
     let missing = |_: &SessionError| {
-        if locked(&noted.problems).set(awaited.clone()) {
-            tracing::warn!("{}", awaited.sentence());
+        if first.swap(false, Ordering::Relaxed) {
+            tracing::warn!("{}", awaited(ros2).sentence());
         }
     };
-    let opened = session::awaited(|| session::client_elsewhere(&config), missing, shutdown).await;
-    locked(&noted.problems).clear(kind, &ros2.endpoint);
-    opened
+    session::awaited(|| session::client_elsewhere(&config), missing, shutdown).await
+}
+
+/// What is awaited before anything else. The first look at the robot takes its place.
+fn awaited(ros2: &Ros2Config) -> Problem {
+    let why = "the robot's router, such as rmw_zenohd, does not answer there";
+    Problem::new(ProblemKind::Awaited, ros2.endpoint.as_str(), why)
 }
 
 /// What the gateway says and hears, for comparison with what other nodes do under the same names.
