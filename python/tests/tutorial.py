@@ -18,7 +18,8 @@ from contract import ROOT
 PAGES = ROOT / "docs" / "tutorials"
 
 _BLOCK = re.compile(
-    r'^(?:<!-- tested (?P<how>with|by|to) (?P<what>[^\n]*) -->\n)?```(?P<language>\w+)(?: title="(?P<title>[^"\n]*)")?\n'
+    r"^(?:<!-- tested (?P<how>with|by|to) (?P<what>[^\n]*) -->\n)?"
+    r'```(?P<language>\w+)(?: title="(?P<title>[^"\n]*)")?\n'
     r"(?P<text>.*?)^```$",
     re.MULTILINE | re.DOTALL,
 )
