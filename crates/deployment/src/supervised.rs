@@ -17,6 +17,8 @@ use crate::pulse::{Pulse, Verdict};
 
 const READY_TIMEOUT: Duration = Duration::from_secs(20);
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+/// For all at once at the end of this program, twice: services first, then their router.
+const END_TIMEOUT: Duration = Duration::from_millis(700);
 /// Between two looks whether a process still runs, and works.
 const LOOK: Duration = Duration::from_millis(100);
 /// Clock ticks of `/proc/PID/stat` in a second, on every Linux.
@@ -188,10 +190,11 @@ impl Supervised {
         }
     }
 
-    /// Ends them: asks all of them first, by closing their standard input, and then waits.
+    /// Ends them: asks all of them first, by closing their standard input, and then waits, but not for long: this program has
+    /// a second and a half to end, and what hangs must not outlive it.
     pub async fn stop_all(mut processes: Vec<Self>) {
         processes.iter_mut().for_each(|process| drop(process.child.stdin.take()));
-        let deadline = tokio::time::Instant::now() + STOP_TIMEOUT;
+        let deadline = tokio::time::Instant::now() + END_TIMEOUT;
         for Self { name, mut child, .. } in processes {
             if tokio::time::timeout_at(deadline, child.wait()).await.is_err() {
                 tracing::warn!(process = %name, "did not end in time, killed");

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::program::{LIMIT, curionav, is_alive, program, root, turn, wait};
+use super::program::{Deployment, LIMIT, curionav, is_alive, program, root, signal, turn, wait};
 use crate::every_number::children;
 
 /// A planner whose cycles take seconds: every one of its trees is as large as a profile may ask for.
@@ -77,4 +77,14 @@ fn a_signal_ends_a_command_while_it_computes() {
             println!("{} ended {:.2} s after {signal}", arguments[0], took.as_secs_f64());
         }
     }
+}
+
+#[test]
+fn what_hangs_does_not_outlive_the_deployment() {
+    let _turn = turn();
+    let deployment = Deployment::start(1);
+    let driver = deployment.pid("driver-0");
+    signal("STOP", driver);
+    assert_eq!(deployment.stop(), 0);
+    assert!(!is_alive(driver));
 }

@@ -69,8 +69,21 @@ pub(crate) struct Judged {
     /// In words.
     pub(crate) claim: String,
     pub(crate) holds: bool,
+    /// Whether it could not hold, because there are too few units for any test.
+    pub(crate) too_few: bool,
     /// The figures that decide.
     pub(crate) found: String,
+}
+
+impl Judged {
+    /// In words, for people.
+    pub(crate) fn verdict(&self) -> &'static str {
+        match (self.holds, self.too_few) {
+            (true, _) => "holds",
+            (false, true) => "cannot be shown",
+            (false, false) => "does not hold",
+        }
+    }
 }
 
 impl Claims {
@@ -208,6 +221,7 @@ impl Judge<'_> {
             claim: format!("`{planner}` reaches the goal without a collision in at least {share}"),
             // A run that did not take place is none that succeeded.
             holds: self.runs > 0 && success as f64 >= at_least * self.runs as f64,
+            too_few: false,
             found: format!("{success} of {}, {runs} took place, {contacts} collisions", self.runs),
         }
     }
@@ -228,7 +242,7 @@ impl Judge<'_> {
         let tallies: Option<Vec<Tally>> = others.iter().copied().map(tally).collect();
         let (Some(own), Some(tallies)) = (tally(planner), tallies.filter(|tallies| !tallies.is_empty()))
         else {
-            return Judged { claim, holds: false, found: "runs are missing".into() };
+            return Judged { claim, holds: false, too_few: false, found: "runs are missing".into() };
         };
         let mut best = (0, "");
         for (tally, name) in tallies.iter().zip(others) {
@@ -237,7 +251,7 @@ impl Judge<'_> {
         let against =
             if best.1.is_empty() { "none".to_owned() } else { format!("{} of `{}`", best.0, best.1) };
         let found = format!("{} of {} runs, against {against}", own.success, own.runs);
-        Judged { claim, holds: own.success >= best.0, found }
+        Judged { claim, holds: own.success >= best.0, too_few: false, found }
     }
 
     /// Judges each scenario; one without runs, or without a value, does not hold.
@@ -264,6 +278,7 @@ impl Judge<'_> {
         Judged {
             claim: format!("{says}, in at least {wanted} of {}", count(names.len(), "scenario")),
             holds: wanted > 0 && good >= wanted,
+            too_few: false,
             found: format!("in {good}{but}"),
         }
     }
@@ -271,7 +286,7 @@ impl Judge<'_> {
     fn better(&self, [planner, than]: [&str; 2], key: &str, p: f64, test: Option<Paired>) -> Judged {
         let claim = format!("{} of `{planner}` is better than that of `{than}`, p < {p}", label(key));
         let (Some(paired), Some(measure)) = (test, measure(key)) else {
-            return Judged { claim, holds: false, found: "no pair of runs".into() };
+            return Judged { claim, holds: false, too_few: false, found: "no pair of runs".into() };
         };
         let sign = if paired.difference > 0.0 { "+" } else { "" };
         let difference = measure.show_with_unit(paired.difference);
@@ -284,6 +299,7 @@ impl Judge<'_> {
         Judged {
             claim,
             holds: measure.prefers(paired.difference, 0.0) && paired.p < p,
+            too_few: least >= p,
             found: format!(
                 "{sign}{difference} on average, {low} to {high}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}",
                 paired.agree,

@@ -114,9 +114,9 @@ fn show(bench: &Findings<'_>) -> Result<(), Exit> {
              {timeouts} timeouts, {lost} lost"
         ))?;
     }
-    for Judged { claim, holds, found } in &bench.claims {
-        let verdict = if *holds { "holds" } else { "DOES NOT HOLD" };
-        print(format_args!("{verdict}: {claim} ({found})"))?;
+    for judged in &bench.claims {
+        let Judged { claim, found, .. } = judged;
+        print(format_args!("{}: {claim} ({found})", judged.verdict()))?;
     }
     Ok(())
 }

@@ -15,7 +15,12 @@ fn page(planners: &[&str]) -> String {
 
 fn findings(comparison: Comparison<'_>) -> Findings<'_> {
     Findings {
-        claims: vec![Judged { claim: "`a` wins".into(), holds: false, found: "it <did> not".into() }],
+        claims: vec![Judged {
+            claim: "`a` wins".into(),
+            holds: false,
+            too_few: false,
+            found: "it <did> not".into(),
+        }],
         densities: None,
         comparison,
         planners: &[],
