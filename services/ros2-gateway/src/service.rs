@@ -61,7 +61,8 @@ pub fn check(config: &ServiceConfig) -> anyhow::Result<()> {
     Told::read(config).map(drop)
 }
 
-/// Makes one robot of ROS 2 one of curionav's until `shutdown`; `on_ready` is called once it is known on both sides.
+/// Makes one robot of ROS 2 one of curionav's until `shutdown`. `on_ready` is called once curionav knows the gateway; the robot's
+/// router may come later.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
