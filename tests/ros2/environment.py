@@ -76,8 +76,6 @@ def python(folder: Path) -> Path:
 def variables(folder: Path) -> dict[str, str]:
     """The environment in which that Python finds everything, and in which ROS nodes speak to this machine alone."""
     site = next((folder / "venv" / "lib").glob("python3.*/site-packages"))
-    profiles = folder / "fastdds.xml"
-    profiles.write_text(FAST_DDS)
     generated = folder / "messages"
     libraries = [folder / "venv" / "lib", generated / "lib", *site.glob("ros_*.libs")]
     return {
@@ -88,7 +86,7 @@ def variables(folder: Path) -> dict[str, str]:
         "PYTHONPATH": str(generated / "lib" / site.parent.name / "site-packages"),
         "LD_LIBRARY_PATH": ":".join(str(path) for path in libraries),
         "CURIONAV_ROS2": str(folder),
-        "FASTDDS_DEFAULT_PROFILES_FILE": str(profiles),
+        "FASTDDS_DEFAULT_PROFILES_FILE": str(folder / "fastdds.xml"),
         # The wheels' own way to set LD_LIBRARY_PATH starts every Python a second time.
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
@@ -199,6 +197,7 @@ def main() -> None:
     options = arguments.parse_args()
     folder = options.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
+    (folder / "fastdds.xml").write_text(FAST_DDS)
     install(folder)
     generate(folder)
     build(folder)

@@ -8,7 +8,6 @@ malformed, and to take a legal goal at the end as it did at the beginning.
 from __future__ import annotations
 
 import argparse
-import math
 import random
 import struct
 import tempfile
@@ -27,7 +26,7 @@ from nav2_msgs.action import NavigateToPose
 from rclpy.serialization import serialize_message
 
 from random_messages import random_message, type_named
-from rig import gateway, goal_pose, planner, router, wait_for
+from rig import gateway, goal_pose, insist, planner, router, wait_for
 from rmw_zenoh import RmwNode, name_of, open_session
 from rmw_zenoh_robot import ACTION, IN, ListenerOfAll, driving
 from robot_messages import Robot
@@ -181,17 +180,13 @@ def legal_goal(listener: ListenerOfAll, goals: Callable[[Any], None], when: str)
     """A legal goal, said each second, makes the robot drive."""
     wait_for(f"a pose {when}", lambda: listener.newest.get("/r1/amcl_pose"))
     listener.newest.pop("/r1/cmd_vel", None)
-    said = -math.inf
+    goal = goal_pose(9.0 if when == "before" else 3.0, 4.5)
 
     def drives() -> bool:
-        nonlocal said
-        if time.monotonic() - said > 1.0:
-            said = time.monotonic()
-            goals(goal_pose(9.0 if when == "before" else 3.0, 4.5))
         command = listener.newest.get("/r1/cmd_vel")
         return command is not None and command.twist.linear.x > 0.1
 
-    wait_for(f"motion {when}", drives)
+    insist(f"motion {when}", lambda: goals(goal), drives)
 
 
 def main() -> None:

@@ -72,6 +72,22 @@ def wait_for(what: str, condition: Callable[[], Any], patience: float = PATIENCE
     raise AssertionError(f"in {patience:.0f} s this did not come true: {what}")
 
 
+def insist(what: str, say: Callable[[], None], condition: Callable[[], Any]) -> None:
+    """Says something each second until `condition` is true."""
+    said = -math.inf
+
+    def met() -> bool:
+        nonlocal said
+        if condition():
+            return True
+        if time.monotonic() - said > 1.0:
+            said = time.monotonic()
+            say()
+        return False
+
+    wait_for(what, met)
+
+
 class Program:
     """A process that says on standard output, in lines of JSON, that it is ready and what became of it."""
 
@@ -290,18 +306,7 @@ class Rig:
 
     def go(self, goal: tuple[float, float] = GOAL) -> None:
         """Waits until the robot drives to a goal, which is said each second: until its place is known it is refused."""
-        said = -math.inf
-
-        def drives() -> bool:
-            nonlocal said
-            if self.speed() > 0.2:
-                return True
-            if time.monotonic() - said > 1.0:
-                said = time.monotonic()
-                self.goals.publish(goal_pose(*goal))
-            return False
-
-        wait_for("motion", drives)
+        insist("motion", lambda: self.goals.publish(goal_pose(*goal)), lambda: self.speed() > 0.2)
 
 
 def gateway_of(directory: Path, robot: str, planning: Program, router: Program) -> Program:

@@ -77,7 +77,7 @@ pub struct Package {
 impl Package {
     /// One line about a field of this scenario, with its line in the file where it stands there.
     pub(crate) fn fault(&self, field: Option<&str>, problem: &str) -> anyhow::Error {
-        anyhow::anyhow!("{}{problem}", place(&self.path, &self.text, field))
+        anyhow::anyhow!("{}: {problem}", place(&self.path, &self.text, field))
     }
 
     /// Why a simulator does not take this scenario, on one line.
@@ -86,11 +86,11 @@ impl Package {
     }
 }
 
-/// Where in a scenario file something is wrong: `FILE: line N: FIELD: `.
+/// Where in a scenario file something is wrong: `FILE: line N: FIELD`.
 fn place(path: &Path, text: &str, field: Option<&str>) -> String {
-    let line = field.and_then(|f| field_line(text, f)).map_or(String::new(), |n| format!("line {n}: "));
-    let field = field.map_or(String::new(), |f| format!("{f}: "));
-    format!("{}: {line}{field}", path.display())
+    let line = field.and_then(|f| field_line(text, f)).map_or(String::new(), |n| format!(": line {n}"));
+    let field = field.map_or(String::new(), |f| format!(": {f}"));
+    format!("{}{line}{field}", path.display())
 }
 
 /// Reads the scenario and its files, or takes the built-in scenario of this name. Errors name file, line and field.
@@ -106,10 +106,9 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     }
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut files = BTreeMap::new();
-    let located = |field: &str, file: &str| {
-        locate(file, directory).map_err(|e| anyhow::anyhow!("{}{e}", place(path, &text, Some(field))))
-    };
-    let at = |field: &str| place(path, &text, Some(field)).trim_end_matches(": ").to_owned();
+    let at = |field: &str| place(path, &text, Some(field));
+    let located =
+        |field: &str, file: &str| locate(file, directory).map_err(|e| anyhow::anyhow!("{}: {e}", at(field)));
     let yaml_path = located("map.file", &scenario.map.file)?;
     let read = match built_in {
         Some(built_in) => MapFiles::of(&yaml_path, built_in.yaml.to_vec(), |_| Ok(built_in.image.to_vec())),

@@ -206,12 +206,14 @@ async fn connect(
     supervised: bool,
     shutdown: &mut Shutdown,
 ) -> Result<Option<Session>, SessionError> {
-    if supervised {
-        return session::awaited(|| session::client(config), |error| tracing::warn!("{error}"), shutdown)
-            .await;
-    }
+    let opening = async {
+        match supervised {
+            true => session::awaited(|| session::client(config), |error| tracing::warn!("{error}")).await,
+            false => session::client(config).await,
+        }
+    };
     tokio::select! {
         () = shutdown.requested() => Ok(None),
-        opened = session::client(config) => opened.map(Some),
+        opened = opening => opened.map(Some),
     }
 }

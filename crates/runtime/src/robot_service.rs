@@ -58,12 +58,8 @@ impl RobotService {
     ) -> Result<Self, SessionError> {
         let mut service = Self::new(role, config, session);
         if session.info().routers_zid().await.next().is_some() {
-            service.control = loop {
-                match session::client(config).await {
-                    Err(error @ SessionError::NoRouter { .. }) => tracing::warn!("{error}"),
-                    opened => break opened?,
-                }
-            };
+            let missing = |error: &SessionError| tracing::warn!("{error}");
+            service.control = session::awaited(|| session::client(config), missing).await?;
         }
         Ok(service)
     }

@@ -11,7 +11,6 @@ use zenoh::{Config, Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::secure;
-use crate::shutdown::Shutdown;
 
 /// Why a session could not be opened.
 #[derive(Debug, thiserror::Error)]
@@ -177,21 +176,15 @@ pub async fn client_elsewhere(service: &ServiceConfig) -> Result<Session, Sessio
     client_by(service, service.zenoh_config.clone()).await
 }
 
-/// A session opened by `open`, tried again for as long as there is no router, which `missing` is told each time; nothing if the
-/// end is asked for before.
+/// A session opened by `open`, tried again for as long as there is no router, which `missing` is told each time.
 pub async fn awaited<F: Future<Output = Result<Session, SessionError>>>(
     open: impl Fn() -> F,
     missing: impl Fn(&SessionError),
-    shutdown: &mut Shutdown,
-) -> Result<Option<Session>, SessionError> {
+) -> Result<Session, SessionError> {
     loop {
-        let opened = tokio::select! {
-            () = shutdown.requested() => return Ok(None),
-            opened = open() => opened,
-        };
-        match opened {
+        match open().await {
             Err(error @ SessionError::NoRouter { .. }) => missing(&error),
-            opened => return opened.map(Some),
+            opened => return opened,
         }
     }
 }

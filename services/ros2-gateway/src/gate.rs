@@ -203,13 +203,12 @@ impl Gate {
     pub(crate) fn silent(&self) -> Option<Source> {
         let (now, state) = (Instant::now(), locked(&self.state));
         let watch = &state.watch;
-        let heard_before = |source: &Source| watch.heard[*source as usize].is_some();
-        watch.silent(now).filter(|_| watch.engaged).or_else(|| {
-            [Source::Odom, Source::Scan]
-                .into_iter()
-                .filter(heard_before)
-                .find(|source| watch.is_silent(*source, now))
-        })
+        if watch.engaged {
+            return watch.silent(now);
+        }
+        let has_ended =
+            |source: &Source| watch.heard[*source as usize].is_some() && watch.is_silent(*source, now);
+        [Source::Odom, Source::Scan].into_iter().find(has_ended)
     }
 
     /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the thread

@@ -61,8 +61,8 @@ pub(crate) struct Senses {
     /// How often odometry comes.
     pub(crate) rate: Rate,
     refused: Tally,
-    /// When the log last had a line about a topic.
-    said: Mutex<BTreeMap<String, Instant>>,
+    /// When the log last had a line about a topic, and what, unless that is over.
+    said: Mutex<BTreeMap<String, (Instant, String)>>,
     ticks: Counter,
     /// What is wrong.
     pub(crate) problems: Arc<Mutex<Problems>>,
@@ -104,27 +104,31 @@ impl Senses {
         match outcome {
             Ok(value) => {
                 locked(&self.problems).clear(ProblemKind::NotUsed, &topic);
+                if let Some((_, last)) = locked(&self.said).get_mut(&topic) {
+                    last.clear();
+                }
                 Some(value)
             }
             Err(fault) => {
                 self.refused.add(&[&topic, fault.kind.code()]);
                 let problem = Problem::new(ProblemKind::NotUsed, topic.clone(), fault.to_string());
-                // Said once, however often it is so, and no flood of other faults fills the log.
-                if locked(&self.problems).set(problem.clone()) && self.may_say(topic) {
-                    tracing::warn!("{}", problem.sentence());
-                }
+                locked(&self.problems).set(problem.clone());
+                self.say(topic, problem.sentence());
                 None
             }
         }
     }
 
-    fn may_say(&self, topic: String) -> bool {
+    /// Puts it into the log: once, however often it is so, and no flood of other faults fills the log.
+    fn say(&self, topic: String, sentence: String) {
         let (mut said, now) = (locked(&self.said), Instant::now());
-        let is_due = said.get(&topic).is_none_or(|last| now.duration_since(*last) > SAID_EVERY);
+        let is_due = said
+            .get(&topic)
+            .is_none_or(|(then, last)| *last != sentence && now.duration_since(*then) > SAID_EVERY);
         if is_due {
-            said.insert(topic, now);
+            tracing::warn!("{sentence}");
+            said.insert(topic, (now, sentence));
         }
-        is_due
     }
 
     /// Takes note of transforms; `is_static` says on which topic they came.

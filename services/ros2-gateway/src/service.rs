@@ -81,7 +81,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         // Known, and asked what is missing, also while the robot is still booting.
         let announced = service.announce(metrics(&service, &noted))?;
         on_ready(announced.metrics_address());
-        let Some(robots) = robots_session(&ros2, &mut shutdown).await? else { return Ok(()) };
+        let robots = tokio::select! {
+            () = shutdown.requested() => return Ok(()),
+            robots = robots_session(&ros2) => robots?,
+        };
         let node = Node::new(&robots, &ros2, noted.refused.clone())?;
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, noted.zeros.clone())?);
         let (mut pilot, answers) = Pilot::start(session, keys::mission_command(&config.robot)?);
@@ -131,8 +134,8 @@ fn metrics(service: &RobotService, noted: &Noted) -> Metrics {
     metrics
 }
 
-/// A session with the robot's own router, waited for as long as it takes; nothing if the end is asked for before.
-async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> Result<Option<Session>, SessionError> {
+/// A session with the robot's own router, waited for as long as it takes.
+async fn robots_session(ros2: &Ros2Config) -> Result<Session, SessionError> {
     let config = ServiceConfig {
         connect: vec![ros2.endpoint.clone()],
         zenoh_config: ros2.zenoh_config.clone(),
@@ -144,7 +147,7 @@ async fn robots_session(ros2: &Ros2Config, shutdown: &mut Shutdown) -> Result<Op
             tracing::warn!("{}", awaited(ros2).sentence());
         }
     };
-    session::awaited(|| session::client_elsewhere(&config), missing, shutdown).await
+    session::awaited(|| session::client_elsewhere(&config), missing).await
 }
 
 /// What is awaited before anything else. The first look at the robot takes its place.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -121,36 +121,44 @@ fn largest(message: &str) -> Option<Vec<u8>> {
 }
 
 /// What is sent to a key in turn: as long as can be, longer than can be, and what is a message.
-fn payloads(target: &Target) -> Vec<(ZBytes, &'static str)> {
+fn loads(target: &Target) -> Vec<Load> {
+    let load = |bytes: Vec<u8>, encoding| Load { payload: bytes.into(), encoding, attachment: None };
     let Some(message) = target.message.and_then(|name| MESSAGES.iter().find(|m| m.name == name)) else {
         // Nothing belongs there.
-        return vec![(vec![0; 1 << 20].into(), "zenoh/bytes")];
+        return vec![load(vec![0; 1 << 20], "zenoh/bytes")];
     };
     let (most, encoding) = (message.max_bytes, message.encoding);
     let invalid = [well_formed(most), vec![0; most + 1]];
-    invalid.into_iter().chain(largest(message.name)).map(|bytes| (bytes.into(), encoding)).collect()
+    invalid.into_iter().chain(largest(message.name)).map(|bytes| load(bytes, encoding)).collect()
 }
 
-/// Sends to one key until the end, without a pause; gives the bytes sent.
-fn flood(session: &Session, target: &Target, end: Instant) -> u64 {
-    let (payloads, sent) = (payloads(target), AtomicU64::new(0));
+/// One thing that is sent: its bytes, how they are encoded, and what is attached.
+pub(crate) struct Load {
+    pub(crate) payload: ZBytes,
+    pub(crate) encoding: &'static str,
+    pub(crate) attachment: Option<Vec<u8>>,
+}
+
+/// Sends all of `loads` to one key until the end, without a pause; gives the bytes sent.
+pub(crate) fn flood(session: &Session, key: &str, is_asked: bool, loads: &[Load], end: Instant) -> u64 {
+    let mut sent = 0;
     while Instant::now() < end {
-        for (payload, encoding) in &payloads {
-            sent.fetch_add(payload.len() as u64, Ordering::Relaxed);
-            let payload = payload.clone();
-            if target.asked {
-                let get =
-                    session.get(&target.key).payload(payload).encoding(*encoding).target(QueryTarget::All);
+        for Load { payload, encoding, attachment } in loads {
+            sent += payload.len() as u64;
+            let (payload, attachment) = (payload.clone(), attachment.clone());
+            if is_asked {
+                let get = session.get(key).payload(payload).encoding(*encoding).attachment(attachment);
+                let get = get.target(QueryTarget::All);
                 let get = get.congestion_control(CongestionControl::Block).timeout(Duration::from_secs(1));
                 let replies = get.wait().unwrap();
                 while replies.recv().is_ok() {}
             } else {
-                let put = session.put(&target.key, payload).encoding(*encoding);
+                let put = session.put(key, payload).encoding(*encoding).attachment(attachment);
                 put.congestion_control(CongestionControl::Block).wait().unwrap();
             }
         }
     }
-    sent.into_inner()
+    sent
 }
 
 #[test]
@@ -176,7 +184,7 @@ fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
         let flooding: Vec<_> = (targets.into_iter())
             .map(|target| {
                 let session = &session;
-                scope.spawn(move || flood(session, &target, end))
+                scope.spawn(move || flood(session, &target.key, target.asked, &loads(&target), end))
             })
             .collect();
         flooding.into_iter().map(|thread| thread.join().unwrap()).sum()

@@ -8,14 +8,13 @@ use curionav_ros2::dialect::Dialect;
 use curionav_ros2::messages as ros;
 use curionav_ros2::qos::Qos;
 use curionav_ros2::testing::{Rng, TYPES, Type};
-use zenoh::qos::CongestionControl;
-use zenoh::{Session, Wait};
+use zenoh::Wait;
 
 use super::peer::DIALECT;
 use super::robot::{Robot, goal};
 use super::site::{file, in_turn, metric, robots_router, services, status};
 use crate::end_to_end::program::Deployment;
-use crate::foreign_bytes::ceilings::Memory;
+use crate::foreign_bytes::ceilings::{Load, Memory, flood};
 
 const SEED: u64 = 47;
 /// Of each kind of message.
@@ -108,26 +107,6 @@ fn hostile_bytes_are_counted_and_harm_neither_gateway_nor_listener() {
     });
 }
 
-/// Sends what a topic may carry at most, and one byte more, without a pause until `end`.
-fn flood(session: &Session, (key, most): (String, usize), is_asked: bool, end: Instant) {
-    let attachment = Attachment { sequence: 1, stamp_ns: 1, gid: [1; 16] }.encode().to_vec();
-    while Instant::now() < end {
-        for bytes in [most, most + 1] {
-            let (payload, attachment) = (vec![0; bytes], attachment.clone());
-            if is_asked {
-                let asked = session.get(&key).payload(payload).attachment(attachment);
-                let replies =
-                    asked.congestion_control(CongestionControl::Block).timeout(Duration::from_secs(1)).wait();
-                let replies = replies.unwrap();
-                while replies.recv().is_ok() {}
-            } else {
-                let put = session.put(&key, payload).attachment(attachment);
-                put.congestion_control(CongestionControl::Block).wait().unwrap();
-            }
-        }
-    }
-}
-
 #[test]
 fn the_largest_messages_of_ros_take_the_gateway_not_above_its_ceiling() {
     in_turn(async {
@@ -145,9 +124,16 @@ fn the_largest_messages_of_ros_take_the_gateway_not_above_its_ceiling() {
         std::thread::scope(|scope| {
             for (topic, name) in TOPICS {
                 let of = TYPES.iter().find(|of| of.name == name).unwrap();
-                let to = (DIALECT.key(&robot.peer.topic(topic), &of.interface), of.max_bytes);
+                let key = DIALECT.key(&robot.peer.topic(topic), &of.interface);
+                let attachment = Attachment { sequence: 1, stamp_ns: 1, gid: [1; 16] }.encode().to_vec();
+                // As long as can be, and longer than can be.
+                let loads = [of.max_bytes, of.max_bytes + 1].map(|bytes| Load {
+                    payload: vec![0; bytes].into(),
+                    encoding: "zenoh/bytes",
+                    attachment: Some(attachment.clone()),
+                });
                 let session = &robot.peer.session;
-                scope.spawn(move || flood(session, to, topic.contains("_action"), end));
+                scope.spawn(move || flood(session, &key, topic.contains("_action"), &loads, end));
             }
         });
         memory.judge();
