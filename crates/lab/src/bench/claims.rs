@@ -201,13 +201,22 @@ impl Judge<'_> {
                 let tied = if *or_tied { " or as good as the best" } else { "" };
                 let says =
                     format!("{} of `{planner}` is better than every other planner's{tied}", label(key));
-                self.in_scenarios(planner, says, *scenarios, |scenario, own| {
+                let best_by = |key: &str, scenario, own| {
                     let (value, prefers) = (self.value(key, scenario, own)?, measure(key)?);
                     let best = self.best(key, self.others(key, scenario, own).into_iter())?;
                     let holds = prefers.prefers(value, best) || (*or_tied && value == best);
                     let shown = |value: f64| prefers.show_with_unit(value);
                     Some((holds, format!("{} against {}", shown(value), shown(best))))
-                })
+                };
+                let judged = |key: &str| {
+                    self.in_scenarios(planner, says.clone(), *scenarios, |s, own| best_by(key, s, own))
+                };
+                let mut best = judged(key);
+                if measure(key) == Some(Measure::Td) {
+                    let seconds = judged(Measure::TdSeconds.key());
+                    best.found += &format!("; by the seconds {}", seconds.found);
+                }
+                best
             }
             Claim::Better { planner, than, measure: key, p } => self.better([planner, than], key, *p, test),
         }
@@ -288,6 +297,8 @@ impl Judge<'_> {
         let (Some(paired), Some(measure)) = (test, measure(key)) else {
             return Judged { claim, holds: false, too_few: false, found: "no pair of runs".into() };
         };
+        let is_share = measure == Measure::Td;
+        let seconds = is_share.then(|| self.in_seconds([planner, than])).flatten().unwrap_or_default();
         let sign = if paired.difference > 0.0 { "+" } else { "" };
         let difference = measure.show_with_unit(paired.difference);
         let (low, high) = (measure.show(paired.low), measure.show(paired.high));
@@ -301,13 +312,25 @@ impl Judge<'_> {
             holds: measure.prefers(paired.difference, 0.0) && paired.p < p,
             too_few: least >= p,
             found: format!(
-                "{sign}{difference} on average, {low} to {high}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}",
+                "{sign}{difference} on average, {low} to {high}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}{seconds}",
                 paired.agree,
                 count(paired.differ, "scenario"),
                 shown_p(paired.p),
                 shown_p(paired.p_of_runs),
             ),
         }
+    }
+
+    /// The difference in seconds beside that of a share of the run, which is smaller where a run takes longer.
+    fn in_seconds(&self, [planner, than]: [&str; 2]) -> Option<String> {
+        let (a, b) = (self.comparison.planner(planner)?, self.comparison.planner(than)?);
+        let Paired { difference, low, high, .. } = self.comparison.paired(Measure::TdSeconds, a, b, None)?;
+        let sign = if difference > 0.0 { "+" } else { "" };
+        let [low, high] = [low, high].map(|bound| Measure::TdSeconds.show(bound));
+        Some(format!(
+            "; in seconds {sign}{}, {low} to {high}",
+            Measure::TdSeconds.show_with_unit(difference)
+        ))
     }
 
     fn value(&self, key: &str, scenario: usize, planner: usize) -> Option<f64> {
@@ -424,9 +447,26 @@ mod tests {
             two.iter().all(|judged| !judged.holds && judged.found.contains("p = 1.0000 by Holm of 2 places")),
             "{two:?}"
         );
-        let few = "so in 2 of 2 scenarios that differ; p = 0.5000 by Holm of 2 places, which can give no p below 0.5; p < 0.0001 of the runs in these";
+        let few = "so in 2 of 2 scenarios that differ; p = 0.5000 by Holm of 2 places, which can give no p below 0.5; p < 0.0001 of the runs in these; in seconds \u{2212}";
         let found = &judged(&better(0.01), &good)[0].found;
-        assert!(found.ends_with(few), "{found}");
+        assert!(found.contains(few), "{found}");
+    }
+
+    #[test]
+    fn a_claim_about_a_share_of_the_run_has_the_seconds_beside_it() {
+        // A third as much of a run that takes ten times as long.
+        let mut slow = both(|p, _| [0.1, 0.3, 0.5][p]);
+        slow.iter_mut().filter(|row| row.planner == "curiosity").for_each(|row| row.measures.time_s = 100.0);
+        slow.iter_mut().filter(|row| row.planner != "curiosity").for_each(|row| row.measures.time_s = 10.0);
+        let of = "planner = \"curiosity\"\nmeasure = \"td\"";
+        let better = judged(&format!("[[claim]]\nkind = \"better\"\nthan = \"cpc-only\"\n{of}"), &slow);
+        assert!(better[0].found.ends_with("; in seconds +7.00 s, 7.00 to 7.00"), "{better:?}");
+        let best = judged(&format!("[[claim]]\nkind = \"best\"\n{of}"), &slow);
+        assert!(best[0].holds, "{best:?}");
+        assert_eq!(
+            best[0].found,
+            "in 2; by the seconds in 0; not env1-s1: 10.00 s against 3.00 s; env1-s2: 10.00 s against 3.00 s"
+        );
     }
 
     #[test]

@@ -75,6 +75,8 @@ pub(crate) struct Tally {
     pub(crate) only_slow: u64,
     /// Cycles in which no candidate passed it: the robot followed the last trajectory or stopped.
     pub(crate) none_free: u64,
+    /// Cycles in which the planner had no candidate, so that there was nothing to choose.
+    pub(crate) no_candidates: u64,
     /// Cycles of runs that do not say why the first choice was not followed: rows of an older build.
     pub(crate) untold: u64,
 }
@@ -123,6 +125,7 @@ impl Tally {
             other_free: t.other_free + row.decided("least_cost_free"),
             only_slow: t.only_slow + row.decided("only_slow_free"),
             none_free: t.none_free + row.decided("none_free"),
+            no_candidates: t.no_candidates + row.decided("no_candidates"),
             untold: t.untold
                 + row
                     .cycles
@@ -206,7 +209,8 @@ pub(crate) mod tests {
         assert_eq!((tally.collided, tally.contacts), (1, 3));
         assert_eq!((tally.cycles, tally.first_choices), (3 * 83, 3 * 70));
         assert_eq!((tally.other_free, tally.only_slow, tally.none_free, tally.untold), (3 * 10, 0, 3 * 3, 0));
-        rows[1].cycles.other_choice.clear();
-        assert_eq!(Tally::of(rows.iter()).untold, 13);
+        rows[1].cycles.other_choice = BTreeMap::from([("no_candidates".into(), 9)]);
+        let tally = Tally::of(rows.iter());
+        assert_eq!((tally.no_candidates, tally.untold), (9, 4));
     }
 }

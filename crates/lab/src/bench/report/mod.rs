@@ -1,5 +1,8 @@
 //! `report.html`: one file that needs nothing else, on screen and on paper. `templates/report.html` is how it looks.
 
+mod short;
+mod words;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -31,31 +34,6 @@ const KINDS_ABREAST: usize = 10;
 
 /// So many planners stand beside each other in a table with several measures of each.
 const PLANNERS_ABREAST: usize = 6;
-/// What a reader must know of a planner to judge its figures.
-const CAVEATS: [(&str, &str); 10] = [
-    (
-        "curiosity",
-        "the paper's planner; where its text leaves a choice, docs/methods.md says what was chosen",
-    ),
-    ("risk-rrt", "after the authors' package; five of its numbers differ, to its advantage"),
-    ("bi-risk-rrt", "after its publication; how it follows its path is inferred"),
-    ("human-space", "the paper's [6]: the ideas are the source's, the formulas are inferred"),
-    (
-        "risk-aware",
-        "the paper's [15]: formulas inferred; its growing horizon is left out, so it looks as far ahead as most planners do",
-    ),
-    ("transient-goal", "the paper's [8]: all of it inferred from the title"),
-    ("mppi", "Nav2's numbers; the noise is drawn per 0.7 s, and the critics are inferred"),
-    ("dwa", "the critics of Nav2's DWB on geodesic distances, without RotateToGoal and Oscillation"),
-    ("hrvo-robot", "the robot as one agent of HRVO; people who stand are taken to go on standing"),
-    (
-        "curionav",
-        "this project's own; its settings were found by hand on more layouts for training than the tuning of the others \
-         had, runs of rooms and recorded with an earlier version of it had been looked at, and the final check of what it \
-         drives looks 3 s ahead, that of the others 3.9 s",
-    ),
-];
-
 /// What the template asks for. It hands over every argument by reference.
 #[derive(Template)]
 #[template(path = "report.html")]
@@ -138,25 +116,33 @@ impl Page<'_> {
     }
 
     /// How often a planner's first choice was driven, and, if every run tells, how often not because the final check
-    /// refused it, because only slow candidates passed the check, and because none did; per cent of its cycles.
+    /// refused it, because only slow candidates passed the check, because none did, and because there was no candidate; per
+    /// cent of its cycles.
     fn choices(&self, planner: &usize) -> [String; 2] {
-        let Tally { cycles, first_choices, other_free, only_slow, none_free, untold, .. } =
+        let Tally { cycles, first_choices, other_free, only_slow, none_free, no_candidates, untold, .. } =
             self.tally(planner);
         let share = |part: u64| format!("{:.0}", 100.0 * part as f64 / cycles.max(1) as f64);
-        let split =
-            if untold > 0 { String::new() } else { [other_free, only_slow, none_free].map(share).join(", ") };
-        [share(first_choices), split]
+        let split = [other_free, only_slow, none_free, no_candidates].map(share).join(", ");
+        [share(first_choices), if untold > 0 { String::new() } else { split }]
+    }
+
+    fn in_short(&self) -> Vec<String> {
+        short::sentences(self)
     }
 
     /// The planners that something must be said of.
     fn caveats(&self) -> impl Iterator<Item = (usize, &'static str)> {
-        let words = |p| Some((p, CAVEATS.iter().find(|(name, _)| *name == self.name(&p))?.1));
+        let words = |p| Some((p, words::PLANNERS.iter().find(|(name, _)| *name == self.name(&p))?.1));
         self.planners().filter_map(words)
     }
 
-    /// Rows of Table II: what a scene has, and what the paper prints of it.
-    fn scenes(&self) -> impl Iterator<Item = [String; 7]> {
-        self.bench.scenes.iter().map(|scene| {
+    fn measures(&self) -> [(&'static str, &'static str); words::MEASURES.len()] {
+        words::MEASURES
+    }
+
+    /// Rows of Table II: what a scene has, the number of its place, and what the paper prints of it.
+    fn scenes(&self) -> impl Iterator<Item = [String; 8]> {
+        self.bench.scenes.iter().zip(&self.bench.comparison.places).map(|(scene, place)| {
             let theirs = PUBLISHED.iter().find(|published| published.name == scene.name());
             let beside = |ours: usize, theirs: Option<usize>| match theirs {
                 Some(theirs) => format!("{ours} ({theirs})"),
@@ -171,6 +157,7 @@ impl Page<'_> {
             let paper_rate = theirs.map_or_else(String::new, |t| format!(" ({:.2})", 100.0 * t.laser_rate));
             [
                 scene.name().to_owned(),
+                (place + 1).to_string(),
                 beside(scene.people(), theirs.map(|t| t.people)),
                 format!("{:.3}", scene.density()),
                 beside(known, theirs.map(|t| t.known_cells)),

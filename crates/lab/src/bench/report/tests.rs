@@ -73,6 +73,46 @@ fn scenes_are_told_apart_by_kind_where_there_are_several() {
 }
 
 #[test]
+fn the_first_lines_say_how_it_went_and_how_far_that_reaches() {
+    let planners = ["curiosity", "cpc-only", "distance-only"];
+    let scenes = ["void-1", "room-1", "room-2"];
+    // Everything ends well but for `curiosity` in eight of ten runs in the void and in one of a room.
+    let mut runs: Vec<Row> = scenes.iter().flat_map(|s| rows(s, &planners, |p, _| 0.2 - 0.1 * p as f64)).collect();
+    let fails = |row: &Row| match row.scenario.as_str() {
+        "void-1" => row.seed > 2,
+        "room-1" => row.seed == 1,
+        _ => false,
+    };
+    runs.iter_mut().filter(|row| row.planner == "curiosity" && fails(row)).for_each(|row| {
+        row.outcome = Outcome::Timeout;
+    });
+    runs.iter_mut().for_each(|row| row.measures.time_s = if row.planner == "cpc-only" { 30.0 } else { 40.0 });
+    let all: Vec<&Row> = runs.iter().collect();
+    let findings = findings(Comparison::new(names(&planners), names(&scenes), vec![0, 1, 2], &all));
+    let page = Page { bench: &findings, title: String::new(), tests: BTreeMap::new() };
+    let expected = [
+        "`curiosity` reached the goal without a collision in 21 of 30 runs (95 %: 52 to 83 %). Of the other 2 planners, 2 \
+         did so more often and 0 as often; the most is 30 of `cpc-only`.",
+        "8 of its 9 failures are in scenes of the kind void. Without these it has 19 of 20, the best other planner, \
+         `cpc-only`, 20.",
+        "Its runs that arrived took 40.0 s (median); 1 of the others took less, the least is 30.0 s of `cpc-only`.",
+        "It was nearer than 1.5 m to people for 8.0 s per run (mean); 2 of the others for less, the least is 0.0 s of \
+         `distance-only`.",
+        "Of 1 claim written down before, 0 hold.",
+        "All scenes are in 3 places. That is too few to show anything for other places, however many runs there are: all of \
+         this holds for these places.",
+    ];
+    assert_eq!(page.in_short(), expected);
+}
+
+#[test]
+fn the_papers_order_is_on_the_first_page() {
+    let page = page(&["curiosity", "cpc-only", "cnc-only"]);
+    let first = page.split("How the runs ended").next().unwrap();
+    assert!(first.contains("TD 3 of 3"), "{first}");
+}
+
+#[test]
 fn names_cannot_break_the_page() {
     let page = page(&["<img src=x>", "b&c"]);
     assert!(!page.contains("<img") && page.contains("b&#38;c"));
