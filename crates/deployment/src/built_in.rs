@@ -28,6 +28,12 @@ pub(crate) fn find(path: &Path) -> Option<&'static BuiltIn> {
     (!path.exists()).then_some(named)
 }
 
+/// What a scenario may be called, for one that cannot be read.
+pub(crate) fn hint() -> String {
+    let names: Vec<&str> = ALL.iter().map(|one| one.name).collect();
+    format!("a scenario is a TOML file or a built-in name ({})", names.join(", "))
+}
+
 /// Writes every built-in scenario and its map into `folder`, as they are under `scenarios/`. Gives the scenarios' files.
 ///
 /// # Errors

@@ -98,7 +98,8 @@ pub fn read(path: &Path, choice: &Choice, clock: Clock, time_scale: f64) -> anyh
     let built_in = built_in::find(path);
     let text = match built_in {
         Some(built_in) => built_in.scenario.to_owned(),
-        None => String::from_utf8(bytes(path)?).with_context(|| format!("{} is not text", path.display()))?,
+        None => String::from_utf8(bytes(path).with_context(built_in::hint)?)
+            .with_context(|| format!("{} is not text", path.display()))?,
     };
     let mut scenario = Scenario::from_toml(&text).with_context(|| path.display().to_string())?;
     if let Some(perception) = choice.perception {

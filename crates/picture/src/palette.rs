@@ -58,7 +58,7 @@ pub fn planner_colour(name: &str, index: usize) -> &'static str {
         "transient-goal" => "#80BA5A",
         "human-space" => "#A5AA99",
         "risk-aware" => "#E73F74",
-        "curionav" => "#11A579",
+        "curionav" => "#00B5D8",
         _ => REST[index % REST.len()],
     }
 }

@@ -64,10 +64,12 @@ fn significant() -> f64 {
 }
 
 /// What has become of a claim.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Judged {
     /// In words.
     pub(crate) claim: String,
+    /// The label of the measure that it is about.
+    pub(crate) about: String,
     pub(crate) holds: bool,
     /// Whether it could not hold, because there are too few units for any test.
     pub(crate) too_few: bool,
@@ -105,11 +107,25 @@ impl Claims {
         let judge = Judge { comparison, runs: comparison.scenarios.len() * repeats as usize };
         let mut tests: Vec<Option<Paired>> = self.claim.iter().map(|claim| judge.test(claim)).collect();
         Paired::correct(tests.iter_mut().flatten());
-        self.claim.iter().zip(tests).map(|(claim, test)| judge.claim(claim, test)).collect()
+        let judged = |(claim, test): (&Claim, Option<Paired>)| Judged {
+            about: claim.about().to_owned(),
+            ..judge.claim(claim, test)
+        };
+        self.claim.iter().zip(tests).map(judged).collect()
     }
 }
 
 impl Claim {
+    /// The label of the measure that it is about.
+    fn about(&self) -> &str {
+        match self {
+            Self::Success { .. } | Self::AsOften { .. } => Measure::Success.label(),
+            Self::Bound { measure, .. } | Self::Best { measure, .. } | Self::Better { measure, .. } => {
+                label(measure)
+            }
+        }
+    }
+
     fn check(&self, planners: &[String], scenarios: usize) -> anyhow::Result<()> {
         let known = |name: &String| -> anyhow::Result<()> {
             let all = planners.join(", ");
@@ -206,7 +222,15 @@ impl Judge<'_> {
                     let best = self.best(key, self.others(key, scenario, own).into_iter())?;
                     let holds = prefers.prefers(value, best) || (*or_tied && value == best);
                     let shown = |value: f64| prefers.show_with_unit(value);
-                    Some((holds, format!("{} against {}", shown(value), shown(best))))
+                    let rivals = (0..self.comparison.planners.len())
+                        .filter(|p| *p != own && self.value(key, scenario, *p) == Some(best));
+                    let rivals: Vec<String> =
+                        rivals.map(|p| format!("`{}`", self.comparison.planners[p])).collect();
+                    let tie = if value == best { ", a tie" } else { "" };
+                    Some((
+                        holds,
+                        format!("{} against {} of {}{tie}", shown(value), shown(best), rivals.join(", ")),
+                    ))
                 };
                 let judged = |key: &str| {
                     self.in_scenarios(planner, says.clone(), *scenarios, |s, own| best_by(key, s, own))
@@ -230,8 +254,8 @@ impl Judge<'_> {
             claim: format!("`{planner}` reaches the goal without a collision in at least {share}"),
             // A run that did not take place is none that succeeded.
             holds: self.runs > 0 && success as f64 >= at_least * self.runs as f64,
-            too_few: false,
             found: format!("{success} of {}, {runs} took place, {contacts} collisions", self.runs),
+            ..Judged::default()
         }
     }
 
@@ -251,7 +275,7 @@ impl Judge<'_> {
         let tallies: Option<Vec<Tally>> = others.iter().copied().map(tally).collect();
         let (Some(own), Some(tallies)) = (tally(planner), tallies.filter(|tallies| !tallies.is_empty()))
         else {
-            return Judged { claim, holds: false, too_few: false, found: "runs are missing".into() };
+            return Judged { claim, found: "runs are missing".into(), ..Judged::default() };
         };
         let mut best = (0, "");
         for (tally, name) in tallies.iter().zip(others) {
@@ -260,7 +284,7 @@ impl Judge<'_> {
         let against =
             if best.1.is_empty() { "none".to_owned() } else { format!("{} of `{}`", best.0, best.1) };
         let found = format!("{} of {} runs, against {against}", own.success, own.runs);
-        Judged { claim, holds: own.success >= best.0, too_few: false, found }
+        Judged { claim, holds: own.success >= best.0, found, ..Judged::default() }
     }
 
     /// Judges each scenario; one without runs, or without a value, does not hold.
@@ -287,15 +311,15 @@ impl Judge<'_> {
         Judged {
             claim: format!("{says}, in at least {wanted} of {}", count(names.len(), "scenario")),
             holds: wanted > 0 && good >= wanted,
-            too_few: false,
             found: format!("in {good}{but}"),
+            ..Judged::default()
         }
     }
 
     fn better(&self, [planner, than]: [&str; 2], key: &str, p: f64, test: Option<Paired>) -> Judged {
         let claim = format!("{} of `{planner}` is better than that of `{than}`, p < {p}", label(key));
         let (Some(paired), Some(measure)) = (test, measure(key)) else {
-            return Judged { claim, holds: false, too_few: false, found: "no pair of runs".into() };
+            return Judged { claim, found: "no pair of runs".into(), ..Judged::default() };
         };
         let is_share = measure == Measure::Td;
         let seconds = is_share.then(|| self.in_seconds([planner, than])).flatten().unwrap_or_default();
@@ -318,6 +342,7 @@ impl Judge<'_> {
                 shown_p(paired.p),
                 shown_p(paired.p_of_runs),
             ),
+            ..Judged::default()
         }
     }
 
@@ -327,10 +352,7 @@ impl Judge<'_> {
         let Paired { difference, low, high, .. } = self.comparison.paired(Measure::TdSeconds, a, b, None)?;
         let sign = if difference > 0.0 { "+" } else { "" };
         let [low, high] = [low, high].map(|bound| Measure::TdSeconds.show(bound));
-        Some(format!(
-            "; in seconds {sign}{}, {low} to {high}",
-            Measure::TdSeconds.show_with_unit(difference)
-        ))
+        Some(format!("; in seconds {sign}{}, {low} to {high}", Measure::TdSeconds.show_with_unit(difference)))
     }
 
     fn value(&self, key: &str, scenario: usize, planner: usize) -> Option<f64> {
@@ -357,139 +379,4 @@ pub(crate) fn shown_p(p: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::comparison::tests::{names, rows};
-    use super::super::row::Row;
-    use super::*;
-
-    const PLANNERS: [&str; 3] = ["curiosity", "cpc-only", "cnc-only"];
-
-    fn judged(text: &str, rows: &[Row]) -> Vec<Judged> {
-        let claims: Claims = toml::from_str(text).unwrap();
-        let scenarios = ["env1-s1", "env1-s2"];
-        claims.claim.iter().for_each(|claim| claim.check(&names(&PLANNERS), 2).unwrap());
-        let all: Vec<&Row> = rows.iter().collect();
-        claims.judge(&Comparison::new(names(&PLANNERS), names(&scenarios), vec![0, 1], &all), 10)
-    }
-
-    /// Rows in two scenarios; TD by planner and seed.
-    fn both(td: impl Fn(usize, u64) -> f64 + Copy) -> Vec<Row> {
-        ["env1-s1", "env1-s2"].iter().flat_map(|scenario| rows(scenario, &PLANNERS, td)).collect()
-    }
-
-    fn holds(text: &str, rows: &[Row]) -> bool {
-        judged(text, rows)[0].holds
-    }
-
-    #[test]
-    fn each_kind_of_claim_is_judged_by_its_figures() {
-        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
-        let bad = both(|p, _| 0.3 - 0.1 * p as f64);
-        let best = "[[claim]]\nkind = \"best\"\nplanner = \"curiosity\"\nmeasure = \"td\"";
-        assert!(holds(best, &good) && !holds(best, &bad));
-        let bound = "[[claim]]\nkind = \"bound\"\nplanner = \"curiosity\"\nmeasure = \"td\"\nat_most = 0.041";
-        assert!(holds(bound, &good) && !holds(bound, &bad));
-        assert_eq!(judged(bound, &bad)[0].found, "in 0; not env1-s1: 30.00 %; env1-s2: 30.00 %");
-        let near = "[[claim]]\nkind = \"bound\"\nplanner = \"cpc-only\"\nmeasure = \"td\"\nof_best = true\nat_most = ";
-        assert!(holds(&format!("{near}25.0"), &good) && !holds(&format!("{near}1.0"), &good));
-        let success = "[[claim]]\nkind = \"success\"\nplanner = \"curiosity\"\nat_least = 1.0";
-        assert!(holds(success, &good));
-        let mut hit = good.clone();
-        hit[0].measures.collisions = 2;
-        assert!(!holds(success, &hit));
-        let often = "[[claim]]\nkind = \"as-often\"\nplanner = \"curiosity\"\n";
-        let than = |other: &str| format!("{often}than = \"{other}\"");
-        assert!(holds(often, &good) && !holds(often, &hit) && !holds(&than("cnc-only"), &hit));
-        assert_eq!(judged(&than("cpc-only"), &hit)[0].found, "19 of 20 runs, against 20 of `cpc-only`");
-        assert!(holds(&often.replace("curiosity", "cpc-only"), &hit));
-    }
-
-    #[test]
-    fn a_tie_is_no_win_unless_the_claim_says_so() {
-        let tied = both(|_, seed| 0.001 * seed as f64);
-        let best = "[[claim]]\nkind = \"best\"\nplanner = \"curiosity\"\nmeasure = \"td\"\n";
-        assert!(!holds(best, &tied));
-        assert!(holds(&format!("{best}or_tied = true"), &tied));
-        let better =
-            "[[claim]]\nkind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"";
-        assert!(!holds(better, &tied));
-    }
-
-    #[test]
-    fn runs_that_are_missing_make_a_claim_fail() {
-        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
-        let fewer: Vec<Row> = good.iter().filter(|row| row.scenario == "env1-s1").cloned().collect();
-        for (claim, rest) in [
-            ("success", "at_least = 1.0"),
-            ("as-often", ""),
-            ("bound", "measure = \"td\"\nat_most = 0.041"),
-            ("best", "measure = \"td\""),
-        ] {
-            let text = format!("[[claim]]\nkind = \"{claim}\"\nplanner = \"curiosity\"\n{rest}");
-            assert!(holds(&text, &good) && !holds(&text, &fewer) && !holds(&text, &[]), "{claim}");
-        }
-        let better = "[[claim]]\nkind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"\np = 0.5";
-        assert_eq!(judged(better, &[])[0].found, "no pair of runs");
-    }
-
-    #[test]
-    fn places_are_the_units_and_every_test_of_the_file_counts() {
-        let good = both(|p, seed| 0.1 * p as f64 + 0.001 * seed as f64);
-        let better = |p: f64| {
-            let claim = "kind = \"better\"\nplanner = \"curiosity\"\nthan = \"cpc-only\"\nmeasure = \"td\"";
-            format!("[[claim]]\n{claim}\np = {p}\n")
-        };
-        // Two places can have no p below 0.5, however many runs each has.
-        assert!(!holds(&better(0.01), &good) && holds(&better(0.6), &good));
-        // Two tests: 2 * 0.5.
-        let two = judged(&better(0.6).repeat(2), &good);
-        assert!(
-            two.iter().all(|judged| !judged.holds && judged.found.contains("p = 1.0000 by Holm of 2 places")),
-            "{two:?}"
-        );
-        let few = "so in 2 of 2 scenarios that differ; p = 0.5000 by Holm of 2 places, which can give no p below 0.5; p < 0.0001 of the runs in these; in seconds \u{2212}";
-        let found = &judged(&better(0.01), &good)[0].found;
-        assert!(found.contains(few), "{found}");
-    }
-
-    #[test]
-    fn a_claim_about_a_share_of_the_run_has_the_seconds_beside_it() {
-        // A third as much of a run that takes ten times as long.
-        let mut slow = both(|p, _| [0.1, 0.3, 0.5][p]);
-        slow.iter_mut().filter(|row| row.planner == "curiosity").for_each(|row| row.measures.time_s = 100.0);
-        slow.iter_mut().filter(|row| row.planner != "curiosity").for_each(|row| row.measures.time_s = 10.0);
-        let of = "planner = \"curiosity\"\nmeasure = \"td\"";
-        let better = judged(&format!("[[claim]]\nkind = \"better\"\nthan = \"cpc-only\"\n{of}"), &slow);
-        assert!(better[0].found.ends_with("; in seconds +7.00 s, 7.00 to 7.00"), "{better:?}");
-        let best = judged(&format!("[[claim]]\nkind = \"best\"\n{of}"), &slow);
-        assert!(best[0].holds, "{best:?}");
-        assert_eq!(
-            best[0].found,
-            "in 2; by the seconds in 0; not env1-s1: 10.00 s against 3.00 s; env1-s2: 10.00 s against 3.00 s"
-        );
-    }
-
-    #[test]
-    fn a_name_that_is_not_there_is_refused_before_anything_is_run() {
-        let check = |text: &str| {
-            let claims: Claims = toml::from_str(text).map_err(|e| e.to_string())?;
-            claims.claim[0].check(&names(&PLANNERS), 13).map_err(|e| e.to_string())
-        };
-        let refused = |text: &str, words: &str| {
-            let error = check(text).unwrap_err();
-            assert!(error.contains(words), "{error}");
-        };
-        refused("[[claim]]\nkind = \"success\"\nplanner = \"x\"\nat_least = 1.0", "`x` is not run");
-        refused("[[claim]]\nkind = \"success\"\nplanner = \"cnc-only\"\nat_least = 90", "0 to 1");
-        refused(
-            "[[claim]]\nkind = \"best\"\nplanner = \"cnc-only\"\nmeasure = \"tdd\"",
-            "`tdd` is no measure",
-        );
-        refused("[[claim]]\nkind = \"bound\"\nplanner = \"cnc-only\"\nmeasure = \"td\"", "`at_most`");
-        refused(
-            "[[claim]]\nkind = \"best\"\nplanner = \"cnc-only\"\nmeasure = \"td\"\nscenarios = 14",
-            "1 to 13",
-        );
-        refused("[[claim]]\nkind = \"won\"\nplanner = \"cnc-only\"", "unknown variant");
-    }
-}
+mod tests;

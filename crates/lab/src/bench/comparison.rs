@@ -1,6 +1,7 @@
 //! What the rows mean: spreads, paired differences, who is best, whose order is the paper's.
 
 use std::collections::BTreeMap;
+use std::ops::Add;
 
 use serde::Serialize;
 use sha2::{Digest, Sha256};
@@ -33,6 +34,8 @@ pub(crate) struct Paired {
     pub(crate) pairs: usize,
     /// How many units the test takes for independent.
     pub(crate) units: usize,
+    /// How many of these are not zero: the test has nothing else to go by.
+    pub(crate) nonzero: usize,
     /// What they are.
     pub(crate) unit: Unit,
     /// Scenarios in which the two differ on average.
@@ -76,8 +79,22 @@ pub(crate) enum Unit {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Order {
     pub(crate) agree: usize,
+    /// Pairs that the paper tells apart and whose means are equal here.
+    pub(crate) tied: usize,
     /// Pairs that the paper tells apart.
     pub(crate) pairs: usize,
+}
+
+impl Add for Order {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            agree: self.agree + other.agree,
+            tied: self.tied + other.tied,
+            pairs: self.pairs + other.pairs,
+        }
+    }
 }
 
 /// All rows by scenario and planner; both are named by their place in the lists.
@@ -174,26 +191,33 @@ impl<'a> Comparison<'a> {
         b: usize,
         scenario: Option<usize>,
     ) -> Option<Paired> {
+        // The same resamples, whichever of the two is named first.
+        if self.planners[a] > self.planners[b] {
+            let other = self.paired(measure, b, a, scenario)?;
+            let Paired { difference, low, high, .. } = other;
+            return Some(Paired { difference: -difference, low: -high, high: -low, ..other });
+        }
         let all = 0..self.scenarios.len();
         let mut differences = vec![Vec::new(); self.scenarios.len()];
         for s in all.filter(|s| scenario.is_none_or(|wanted| wanted == *s)) {
             for (seed, row) in &self.rows[s][a] {
                 let other = self.rows[s][b].get(seed).and_then(|other| measure.of(other));
                 if let (Some(value), Some(other)) = (measure.of(row), other) {
-                    differences[s].push(value - other);
+                    differences[s].push(settled(value - other));
                 }
             }
         }
         let place = scenario.map_or("", |s| &self.scenarios[s]);
         let seed = seed(&[measure.key(), place, &self.planners[a], &self.planners[b]]);
         let runs = differences.concat();
-        let scenes: Vec<f64> = differences.iter().filter_map(|of_scene| mean(of_scene)).collect();
+        let average = |values: &[f64]| mean(values).map(settled);
+        let scenes: Vec<f64> = differences.iter().filter_map(|of_scene| average(of_scene)).collect();
         let mut by_place = vec![Vec::new(); self.count_places()];
         for (of_scene, place) in differences.into_iter().zip(&self.places) {
             by_place[*place].push(of_scene);
         }
         let of_place = |scenes: &Vec<Vec<f64>>| {
-            mean(&scenes.iter().filter_map(|of_scene| mean(of_scene)).collect::<Vec<_>>())
+            average(&scenes.iter().filter_map(|of_scene| average(of_scene)).collect::<Vec<_>>())
         };
         let means: Vec<f64> = by_place.iter().filter_map(of_place).collect();
         let (unit, units) = match (means.len(), scenes.len()) {
@@ -205,8 +229,9 @@ impl<'a> Comparison<'a> {
         let (low, high) = cluster_interval(&by_place, seed)?;
         let differ = scenes.iter().filter(|of_scene| **of_scene != 0.0).count();
         let agree = scenes.iter().filter(|of_scene| **of_scene * difference > 0.0).count();
+        let nonzero = units.iter().filter(|of_unit| **of_unit != 0.0).count();
         let (pairs, units) = (runs.len(), units.len());
-        Some(Paired { pairs, units, unit, differ, agree, difference, low, high, p, p_of_runs })
+        Some(Paired { pairs, units, nonzero, unit, differ, agree, difference, low, high, p, p_of_runs })
     }
 
     /// Whether no other mean is better; several may share it.
@@ -228,14 +253,19 @@ impl<'a> Comparison<'a> {
         for (i, (theirs, ours)) in both.iter().enumerate() {
             for (their_other, our_other) in &both[i + 1..] {
                 if theirs != their_other {
-                    order.pairs += 1;
-                    order.agree +=
-                        usize::from(ours != our_other && (theirs < their_other) == (ours < our_other));
+                    let gap = settled(ours - our_other);
+                    let agree = gap * (theirs - their_other) > 0.0;
+                    order = order + Order { agree: agree.into(), tied: (gap == 0.0).into(), pairs: 1 };
                 }
             }
         }
         order
     }
+}
+
+/// A difference without the rounding of its subtraction or of a sum, so that what is equal is zero, and ties are ties.
+fn settled(difference: f64) -> f64 {
+    (difference * 1e9).round() / 1e9
 }
 
 /// The seed of a bootstrap: its own for each question, the same in every report.
@@ -310,6 +340,20 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn rounding_is_no_difference_and_the_other_way_round_has_the_same_bounds() {
+        // 0.1 + 0.2 is not 0.3 to the last bit: zeros and ties would be neither.
+        let by = [0.0, 0.1 + 0.2 - 0.3, 0.0, 0.1, -0.1, 0.3 - 0.2, 0.0, 0.0, 0.0, 0.0];
+        let rows = rows("x", &["a", "b"], |p, seed| if p == 0 { 0.5 + by[seed as usize - 1] } else { 0.5 });
+        let all: Vec<&Row> = rows.iter().collect();
+        let comparison = Comparison::new(names(&["a", "b"]), names(&["x"]), vec![0], &all);
+        let [there, back] =
+            [(0, 1), (1, 0)].map(|(a, b)| comparison.paired(Measure::Td, a, b, None).unwrap());
+        // Ranks 2, 2 and 2, one of them against: both tails of two or more of three.
+        assert_eq!((there.nonzero, there.units, there.p), (3, 10, 1.0), "{there:?}");
+        assert_eq!((there.low, there.high, there.difference), (-back.high, -back.low, -back.difference));
+    }
+
+    #[test]
     fn success_is_compared_as_other_measures_are() {
         let mut rows = rows("x", &["a", "b"], |_, _| 0.0);
         rows.iter_mut().filter(|row| row.planner == "b" && row.seed > 4).for_each(|row| {
@@ -340,7 +384,7 @@ pub(crate) mod tests {
         let rows = rows("env1-s1", &planners, |p, _| [0.0, 0.3, 0.2][p]);
         let all: Vec<&Row> = rows.iter().collect();
         let comparison = Comparison::new(names(&planners), names(&["env1-s1"]), vec![0], &all);
-        assert_eq!(comparison.order(Measure::Td, 0), Order { agree: 2, pairs: 3 });
+        assert_eq!(comparison.order(Measure::Td, 0), Order { agree: 2, tied: 0, pairs: 3 });
         assert!(comparison.is_best(Measure::Td, 0, 0) && !comparison.is_best(Measure::Td, 0, 2));
         assert!((0..3).all(|p| comparison.is_best(Measure::Rmse, 0, p)), "all tied");
     }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use curionav_crowdsim::Scenario;
+use curionav_crowdsim::scenario::Motion;
 use curionav_planning::profile::Profile;
 use curionav_runtime::fields::Fields;
 use curionav_schemas::{Clock, Message, OccupancyGrid, hex};
@@ -61,6 +62,19 @@ impl Scene {
 
     pub(crate) fn people(&self) -> usize {
         self.scenario.walkers.len() + self.scenario.people_drawn() + self.scenario.recorded.len()
+    }
+
+    /// What moves the people, in words.
+    pub(crate) fn motion(&self) -> String {
+        let people = &self.scenario.people;
+        let drawn = self.people() > self.scenario.recorded.len();
+        let law = match people.motion {
+            Motion::Scripted => "script",
+            Motion::Hrvo => "HRVO",
+            Motion::SocialForce => "social forces",
+        };
+        let filmed = (!self.scenario.recorded.is_empty()).then_some("filmed");
+        drawn.then_some(law).into_iter().chain(filmed).collect::<Vec<_>>().join(", ")
     }
 
     /// People per square metre of free floor.

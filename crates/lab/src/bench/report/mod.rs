@@ -4,6 +4,7 @@ mod short;
 mod words;
 
 use std::collections::BTreeMap;
+use std::ops::Add;
 use std::path::Path;
 
 use askama::Template;
@@ -141,7 +142,7 @@ impl Page<'_> {
     }
 
     /// Rows of Table II: what a scene has, the number of its place, and what the paper prints of it.
-    fn scenes(&self) -> impl Iterator<Item = [String; 8]> {
+    fn scenes(&self) -> impl Iterator<Item = [String; 9]> {
         self.bench.scenes.iter().zip(&self.bench.comparison.places).map(|(scene, place)| {
             let theirs = PUBLISHED.iter().find(|published| published.name == scene.name());
             let beside = |ours: usize, theirs: Option<usize>| match theirs {
@@ -159,6 +160,7 @@ impl Page<'_> {
                 scene.name().to_owned(),
                 (place + 1).to_string(),
                 beside(scene.people(), theirs.map(|t| t.people)),
+                scene.motion(),
                 format!("{:.3}", scene.density()),
                 beside(known, theirs.map(|t| t.known_cells)),
                 beside(landmarks, theirs.map(|t| t.landmark_cells)),
@@ -239,9 +241,16 @@ impl Page<'_> {
         self.bench.comparison.all_runs(*planner).filter_map(|row| measure.of(row)).collect()
     }
 
-    /// The median over all runs of a planner, which a few lost ones do not rule.
+    /// The median over all runs of a planner, which a few lost ones do not rule. What never came in a run came later than in
+    /// any other.
     fn median(&self, measure: &Measure, planner: &usize) -> String {
-        shown(*measure, median(&self.values(*measure, planner)))
+        let never = (*measure == Measure::Tce).then_some(f64::INFINITY);
+        let rows = self.bench.comparison.all_runs(*planner);
+        let values: Vec<f64> = rows.filter_map(|row| measure.of(row).or(never)).collect();
+        match median(&values) {
+            Some(f64::INFINITY) => "never".into(),
+            typical => shown(*measure, typical),
+        }
     }
 
     fn real_time_factor(&self, planner: &usize) -> String {
@@ -286,7 +295,7 @@ impl Page<'_> {
         measure: &Measure,
         planner: &usize,
     ) -> Option<(&'static str, String, String, [String; 2])> {
-        let Paired { difference, low, high, p, p_of_runs, units, differ, agree, .. } =
+        let Paired { difference, low, high, p, p_of_runs, units, nonzero, differ, agree, .. } =
             *self.tests.get(&(*measure, *planner))?;
         let verdict = match (p < SIGNIFICANT, p_of_runs < SIGNIFICANT, measure.prefers(0.0, difference)) {
             (true, _, true) => "pass",
@@ -296,7 +305,7 @@ impl Page<'_> {
             (false, false, _) => "",
         };
         let test = [
-            format!("{}, n = {units}; {agree} of {differ}", shown_p(p)),
+            format!("{}, n = {nonzero} of {units}; {agree} of {differ}", shown_p(p)),
             format!("{} of the runs", shown_p(p_of_runs)),
         ];
         Some((verdict, measure.show(difference), interval(*measure, low, high), test))
@@ -336,7 +345,7 @@ impl Page<'_> {
     fn totals(&self) -> [Order; Measure::PAPER.len()] {
         Measure::PAPER.map(|m| {
             let orders = self.scenarios().map(|(s, _)| self.order(&m, &s));
-            orders.fold(Order::default(), |a, b| Order { agree: a.agree + b.agree, pairs: a.pairs + b.pairs })
+            orders.fold(Order::default(), Order::add)
         })
     }
 

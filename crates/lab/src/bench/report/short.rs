@@ -1,10 +1,13 @@
 //! The first lines of the report: what a reader must take home who reads nothing else.
 
+use std::ops::Add;
+
+use super::super::comparison::Order;
 use super::super::measure::Measure;
 use super::super::row::Tally;
 use super::{Page, SIGNIFICANT};
 use crate::plural::count;
-use crate::statistics::{mean, median};
+use crate::statistics::mean;
 
 /// A kind of scenes is named if it has more than this share of the failures.
 const MOST: f64 = 0.5;
@@ -12,7 +15,7 @@ const MOST: f64 = 0.5;
 /// Sentences about the first planner against the others, and about how far they reach.
 pub(super) fn sentences(page: &Page<'_>) -> Vec<String> {
     let others: Vec<usize> = page.planners().skip(1).collect();
-    let all = [Some(success(page, &others)), failures(page, &others), time(page, &others), people(page, &others)];
+    let all = [Some(success(page, &others)), failures(page, &others), time(page), people(page, &others)];
     all.into_iter().flatten().chain(claims(page)).chain(order(page)).chain([places(page)]).collect()
 }
 
@@ -28,26 +31,32 @@ fn extreme(planners: &[usize], greatest: bool, value: impl Fn(usize) -> Option<f
 }
 
 fn success(page: &Page<'_>, others: &[usize]) -> String {
-    let Tally { success, runs, .. } = page.tally(&0);
-    let interval = page.success_interval(&page.tally(&0));
+    let own = page.tally(&0);
+    let Tally { success, runs, .. } = own;
     let mut says = format!(
-        "{} reached the goal without a collision in {success} of {} (95 %: {interval}).",
+        "{} reached the goal without a collision in {success} of {} (95 %: {}).",
         name(page, 0),
-        count(runs, "run")
+        count(runs, "run"),
+        page.success_interval(&own)
     );
     if let Some((best, most)) = extreme(others, true, |p| Some(page.tally(&p).success as f64)) {
         let better = others.iter().filter(|p| page.tally(p).success > success).count();
         let equal = others.iter().filter(|p| page.tally(p).success == success).count();
+        let shown = others.iter().filter(|p| {
+            page.tests.get(&(Measure::Success, **p)).is_some_and(|paired| paired.p < SIGNIFICANT)
+        });
         says += &format!(
-            " Of the other {}, {better} did so more often and {equal} as often; the most is {most} of {}.",
+            " Of the other {}, {better} did so more often and {equal} as often; the most is {most} of {}. By the paired tests \
+             below, with p < {SIGNIFICANT}, it can be told from chance for {} of them.",
             count(others.len(), "planner"),
-            name(page, best)
+            name(page, best),
+            shown.count()
         );
     }
     says
 }
 
-/// Where most of the first planner's failures are, and what is left without the scenes of that kind.
+/// Where most of the first planner's failures are, how the others fared there, and what is left without these scenes.
 fn failures(page: &Page<'_>, others: &[usize]) -> Option<String> {
     let kinds = page.kinds();
     let failed = |tally: &Tally| tally.runs - tally.success;
@@ -56,70 +65,109 @@ fn failures(page: &Page<'_>, others: &[usize]) -> Option<String> {
     if failed(&worst[0]) as f64 <= MOST * failed(&all) as f64 {
         return None;
     }
+    let there = |p: usize| Some(worst[p].success as f64);
     let without = |p: usize| page.tally(&p).success - worst[p].success;
-    let rest = all.runs - worst[0].runs;
     let mut says = format!(
-        "{} of its {} failures are in scenes of the kind {kind}. Without these it has {} of {rest}",
-        failed(&worst[0]),
-        failed(&all),
-        without(0)
+        "Of its {}, {} in scenes of the kind {kind}, where it has {} of {}",
+        count(failed(&all), "failure"),
+        if failed(&worst[0]) == 1 { "1 is".into() } else { format!("{} are", failed(&worst[0])) },
+        worst[0].success,
+        count(worst[0].runs, "run")
     );
-    if let Some((best, most)) = extreme(others, true, |p| Some(without(p) as f64)) {
-        says += &format!(", the best other planner, {}, {most}", name(page, best));
-    }
-    Some(says + ".")
-}
-
-fn time(page: &Page<'_>, others: &[usize]) -> Option<String> {
-    let typical = |p: usize| median(&page.values(Measure::Time, &p));
-    let own = typical(0)?;
-    let mut says = format!("Its runs that arrived took {own:.1} s (median)");
-    if let Some((fastest, least)) = extreme(others, false, typical) {
-        let sooner = others.iter().filter(|p| typical(**p).is_some_and(|time| time < own)).count();
+    if let (Some((worse, least)), Some((best, most))) =
+        (extreme(others, false, there), extreme(others, true, there))
+    {
         says += &format!(
-            "; {sooner} of the others took less, the least is {least:.1} s of {}",
-            name(page, fastest)
+            " and the others {least} ({}) to {most} ({}). Without these scenes it has {} of {}, and {} of the others have more",
+            name(page, worse),
+            name(page, best),
+            without(0),
+            all.runs - worst[0].runs,
+            others.iter().filter(|p| without(**p) > without(0)).count()
         );
     }
     Some(says + ".")
 }
 
+/// In the pairs of runs in which both arrived.
+fn time(page: &Page<'_>) -> Option<String> {
+    let of_time = page.tests.iter().filter(|((measure, _), _)| *measure == Measure::Time);
+    let differences: Vec<(usize, f64)> = of_time.map(|((_, p), paired)| (*p, paired.difference)).collect();
+    let (fastest, least) = differences.iter().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let sooner = differences.iter().filter(|(_, difference)| *difference < 0.0).count();
+    let by = if *least < 0.0 { format!("{:.1} s sooner", -least) } else { format!("{least:.1} s later") };
+    Some(format!(
+        "In pairs of runs in which both arrived, {sooner} of the others took less time than it; {} arrived {by} (mean over \
+         places).",
+        name(page, *fastest)
+    ))
+}
+
 fn people(page: &Page<'_>, others: &[usize]) -> Option<String> {
     let near = |p: usize| mean(&page.values(Measure::TdSeconds, &p));
     let own = near(0)?;
-    let mut says = format!("It was nearer than 1.5 m to people for {own:.1} s per run (mean)");
+    let mut says = format!(
+        "It was nearer than 1.5 m to people for {own:.1} s per run (mean of all runs, also of those that failed)"
+    );
     if let Some((best, least)) = extreme(others, false, near) {
         let less = others.iter().filter(|p| near(**p).is_some_and(|time| time < own)).count();
-        says += &format!("; {less} of the others for less, the least is {least:.1} s of {}", name(page, best));
+        says +=
+            &format!("; {less} of the others for less, the least is {least:.1} s of {}", name(page, best));
     }
     Some(says + ".")
 }
 
+/// How many claims hold, measure by measure.
 fn claims(page: &Page<'_>) -> Option<String> {
-    let all = page.bench.claims.len();
+    let all = &page.bench.claims;
+    let mut about: Vec<&str> = Vec::new();
+    for judged in all {
+        if !about.contains(&judged.about.as_str()) {
+            about.push(&judged.about);
+        }
+    }
+    let of = |what: &&str| {
+        let those = || all.iter().filter(|judged| judged.about == **what);
+        format!("{} of {} about {what}", those().filter(|judged| judged.holds).count(), those().count())
+    };
+    let each: Vec<String> = about.iter().map(of).collect();
     let few = page.claims_beyond_reach();
-    let beyond =
-        if few == 0 { String::new() } else { format!("; {few} could not be shown by any runs in so few places") };
-    (all > 0).then(|| {
-        format!("Of {} written down before, {} hold{beyond}.", count(all, "claim"), page.claims_that_hold())
+    let beyond = if few == 0 {
+        String::new()
+    } else {
+        format!(". {few} could not be shown by any runs in so few places")
+    };
+    (!all.is_empty()).then(|| {
+        let hold = page.claims_that_hold();
+        format!(
+            "Of {} written down before, {hold} hold: {}{beyond}.",
+            count(all.len(), "claim"),
+            each.join(", ")
+        )
     })
 }
 
 /// How many pairs of planners are in the paper's order, measure by measure.
 fn order(page: &Page<'_>) -> Option<String> {
     let totals = page.totals();
-    let (agree, pairs) = totals.iter().fold((0, 0), |(a, p), order| (a + order.agree, p + order.pairs));
-    let each = Measure::PAPER.iter().zip(totals).map(|(measure, order)| {
-        let label = measure.label().split(" (").next().unwrap_or_default();
-        format!("{label} {} of {}", order.agree, order.pairs)
-    });
+    let Order { agree, tied, pairs } = totals.into_iter().fold(Order::default(), Order::add);
+    let each =
+        Measure::PAPER.iter().zip(totals).filter(|(_, order)| order.pairs > 0).map(|(measure, order)| {
+            let label = measure.label().split(" (").next().unwrap_or_default();
+            format!("{label} {}", in_order(order))
+        });
     (pairs > 0).then(|| {
         format!(
-            "Of {pairs} pairs of planners and measures that the paper's tables tell apart, {agree} are in the same order here; \
-             by chance it would be about half. {}.",
+            "Of {pairs} pairs of planners and measures that the paper's tables tell apart, {tied} have equal means here, and {agree} \
+             of the other {} are in the paper's order; half of them would be so by chance. {}.",
+            pairs - tied,
             each.collect::<Vec<_>>().join(", ")
         )
     })
+}
+
+fn in_order(Order { agree, tied, pairs }: Order) -> String {
+    format!("{agree} of {}", pairs - tied)
 }
 
 fn places(page: &Page<'_>) -> String {

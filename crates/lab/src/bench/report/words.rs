@@ -10,9 +10,15 @@ pub(super) const PLANNERS: [(&str, &str); 13] = [
     ),
     ("cpc-only", "`curiosity` without CNC"),
     ("cnc-only", "`curiosity` without CPC"),
-    ("distance-only", "`curiosity` without either: the same candidates, judged by the distance to the goal alone"),
+    (
+        "distance-only",
+        "`curiosity` without either: the same candidates, judged by the distance to the goal alone",
+    ),
     ("risk-rrt", "Risk-RRT after the authors' package; five of its numbers differ, to its advantage"),
-    ("bi-risk-rrt", "Bi-Risk-RRT after its publication (Ma et al., 2022); how it follows its path is inferred"),
+    (
+        "bi-risk-rrt",
+        "Bi-Risk-RRT after its publication (Ma et al., 2022); how it follows its path is inferred",
+    ),
     (
         "human-space",
         "the paper's source [6] (Cai et al., 2022, \u{201c}Human-aware path planning with improved virtual Doppler method\u{201d}): \
