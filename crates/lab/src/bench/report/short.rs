@@ -9,8 +9,9 @@ use super::{Page, SIGNIFICANT};
 use crate::plural::count;
 use crate::statistics::mean;
 
-/// A kind of scenes is named if it has more than this share of the failures.
+/// A kind of scenes is named if it has more than this share of the failures, and there are so many at least.
 const MOST: f64 = 0.5;
+const SOME: usize = 5;
 
 /// Sentences about the first planner against the others, and about how far they reach.
 pub(super) fn sentences(page: &Page<'_>) -> Vec<String> {
@@ -62,15 +63,15 @@ fn failures(page: &Page<'_>, others: &[usize]) -> Option<String> {
     let failed = |tally: &Tally| tally.runs - tally.success;
     let all = page.tally(&0);
     let (kind, worst) = kinds.iter().max_by_key(|(_, tallies)| failed(&tallies[0]))?;
-    if failed(&worst[0]) as f64 <= MOST * failed(&all) as f64 {
+    if failed(&all) < SOME || failed(&worst[0]) as f64 <= MOST * failed(&all) as f64 {
         return None;
     }
     let there = |p: usize| Some(worst[p].success as f64);
     let without = |p: usize| page.tally(&p).success - worst[p].success;
     let mut says = format!(
-        "Of its {}, {} in scenes of the kind {kind}, where it has {} of {}",
-        count(failed(&all), "failure"),
-        if failed(&worst[0]) == 1 { "1 is".into() } else { format!("{} are", failed(&worst[0])) },
+        "Of its {} failures, {} are in scenes of the kind {kind}, where it has {} of {}",
+        failed(&all),
+        failed(&worst[0]),
         worst[0].success,
         count(worst[0].runs, "run")
     );
