@@ -233,6 +233,7 @@ fn a_generator_that_refuses_comes_after_those_that_refused_before_it() {
         let first = &replicas.preferred(keys::GENERATOR)[0];
         assert_eq!(*first, own[turn % 2]);
         replicas.failed(keys::GENERATOR, first, Failure::Overloaded, NOW, Clock::Lockstep);
+        replicas.wake(NOW);
     }
 }
 

@@ -23,8 +23,9 @@ const SETTLED: Duration = Duration::from_secs(2);
 const END: Duration = Duration::from_secs(12);
 /// Robots and replicas of each role. A replica answers a question within 4 to 11 ms, so two have time for some 15 robots.
 const CASES: [(usize, usize); 6] = [(4, 2), (16, 2), (32, 2), (64, 2), (32, 3), (64, 3)];
-/// Questions that may be asked twice, as a share, and those at once.
+/// Questions that may be asked twice, as a share, and what is left of the eight that may be at once.
 const ASKED_TWICE: f64 = 0.05;
+const LEFT_OF_EIGHT: f64 = 0.02;
 /// Jain's index of the answers per robot, at least.
 const FAIR: f64 = 0.95;
 
@@ -159,7 +160,7 @@ fn with_too_little_pool_every_robot_decides_in_time_and_gets_its_share() {
         for (role, count) in asked {
             let before = idle.asked[role].max(busy.asked[role]);
             assert!(
-                *count <= (1.0 + ASKED_TWICE) * before + 0.01,
+                *count <= (1.0 + ASKED_TWICE) * before + LEFT_OF_EIGHT,
                 "{role}: {count:.3} instead of {before:.3}"
             );
         }
