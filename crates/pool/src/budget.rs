@@ -12,8 +12,11 @@ const LONGEST: Duration = Duration::from_millis(MAX_BUDGET_MS as u64);
 /// Share of the time between two cycles that both stages have in real time: the rest is for deciding, and for what the
 /// machine does besides.
 const STAGES: f64 = 0.8;
-/// The stage that usually takes less still has this share of it: what is unusual needs time as well.
+/// Evaluation still has this share of it if it usually takes less: what is unusual needs time as well.
 const LEAST: f64 = 0.25;
+/// And generation this one: what it does not take is evaluation's. Generators with too much to do refuse at once; if that
+/// counted as needing little time, robots would give them less and less, and each another share.
+const LEAST_OF_GENERATION: f64 = 0.5;
 
 /// The time of one stage. The pool has the first half of it: a question unanswered after a quarter, and after longer
 /// than is usual, is late and may go to another replica as well, and at half the arbiter computes what is missing in
@@ -86,11 +89,12 @@ impl StageTimes {
         self.evaluation.took(evaluation);
     }
 
-    /// The share of the time of both stages that generation has.
+    /// The share of the time of both stages that generation has: at least a half, and more if it usually takes more.
     fn share_of_generation(&self) -> f64 {
         let (generation, evaluation) = (self.generation.time(), self.evaluation.time());
         let both = (generation + evaluation).as_secs_f64();
-        if both > 0.0 { (generation.as_secs_f64() / both).clamp(LEAST, 1.0 - LEAST) } else { 0.5 }
+        let usual = if both > 0.0 { generation.as_secs_f64() / both } else { 0.0 };
+        usual.clamp(LEAST_OF_GENERATION, 1.0 - LEAST)
     }
 }
 
@@ -110,7 +114,7 @@ mod tests {
         assert_eq!(StageTimes::default().share_of_generation(), 0.5);
         assert!((share(10, 10) - 0.5).abs() < 0.01);
         assert!((share(14, 7) - 2.0 / 3.0).abs() < 0.01, "{}", share(14, 7));
-        assert_eq!((share(100, 1), share(1, 100)), (1.0 - LEAST, LEAST));
+        assert_eq!((share(100, 1), share(1, 100)), (1.0 - LEAST, LEAST_OF_GENERATION));
     }
 
     #[test]

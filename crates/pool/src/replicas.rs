@@ -82,6 +82,8 @@ struct Replica {
     in_flight: u32,
     /// Questions it has failed since its last usable answer.
     failures: u32,
+    /// Which of its role's refusals was its last, counted from 1; zero before it has refused.
+    refused: u64,
     /// Probes it has failed since it was ready last.
     unanswered: u32,
     /// The batch of its role it had a part of last; zero before it has had any.
@@ -148,6 +150,7 @@ impl Replicas {
                 way: f64::INFINITY,
                 in_flight: 0,
                 failures: 0,
+                refused: 0,
                 unanswered: 0,
                 batch: 0,
             });
@@ -196,13 +199,20 @@ impl Replicas {
         due.into_iter().map(|(_, _, instance, at)| (instance, at)).collect()
     }
 
-    /// Those of `role` that may be given work, the ones that the robot prefers first.
+    /// Those of `role` that may be given work, the ones that the robot prefers first. Of those kept ready, one that has
+    /// refused a question as overloaded comes after the others: where all have too much to do, each robot goes from one
+    /// to the other, and it makes no difference how many robots prefer the same.
     pub fn preferred(&self, role: &str) -> Vec<String> {
-        let (Some(replicas), Some((order, _))) = (self.of.get(role), self.preferred.get(role)) else {
+        let (Some(replicas), Some((order, wanted))) = (self.of.get(role), self.preferred.get(role)) else {
             return Vec::new();
         };
-        let is_ready = |i: &&String| replicas.get(*i).is_some_and(|r| r.standing == Standing::Ready);
-        order.iter().filter(is_ready).cloned().collect()
+        let of = |instance: &'_ String| replicas.get(instance);
+        let is_ready = |i: &&String| of(i).is_some_and(|r| r.standing == Standing::Ready);
+        let mut ready: Vec<String> = order.iter().filter(is_ready).cloned().collect();
+        // The others prepared for this robot only while one of these was away.
+        let kept = ready.len().min(*wanted);
+        ready[..kept].sort_by_key(|instance| of(instance).map(|r| r.refused));
+        ready
     }
 
     /// A probe has come back: with the replica's slots, or not.
@@ -319,11 +329,14 @@ impl Replicas {
     /// In real time either is left alone the longer the more often it has failed. In lockstep the robot waits for those
     /// that work, and how fast its time passes must not matter.
     pub fn failed(&mut self, role: &str, instance: &str, failure: Failure, now: Duration, clock: Clock) {
+        let of_role = self.of.get(role).into_iter().flatten();
+        let refused = 1 + of_role.map(|(_, replica)| replica.refused).max().unwrap_or_default();
         let Some(replica) = self.find(role, instance) else { return };
         let pauses = if clock == Clock::Realtime { replica.failures.min(PAUSES_MAX) } else { 0 };
         match failure {
             Failure::Overloaded => {
                 replica.speed *= 0.5;
+                replica.refused = refused;
                 if replica.standing == Standing::Ready {
                     replica.standing = Standing::Rests(now + PROBE_PAUSE * pauses.min(RESTS_MAX));
                     replica.failures = replica.failures.saturating_add(1);

