@@ -234,10 +234,16 @@ impl<'a> Comparison<'a> {
         Some(Paired { pairs, units, nonzero, unit, differ, agree, difference, low, high, p, p_of_runs })
     }
 
-    /// Whether no other mean is better; several may share it.
+    /// Whether no other mean is better; several may share it. A planner that was not once sure of its place has not been
+    /// unsure again the least: where some of its runs have no NM or TCE, it has none here.
     pub(crate) fn is_best(&self, measure: Measure, scenario: usize, planner: usize) -> bool {
-        let Some(own) = self.mean(measure, scenario, planner) else { return false };
-        let others = (0..self.planners.len()).filter_map(|other| self.mean(measure, scenario, other));
+        let comparable = |p: usize| {
+            let spread = self.spread(measure, scenario, p)?;
+            let is_whole = spread.runs == self.runs(scenario, p).count();
+            (is_whole || !matches!(measure, Measure::Nm | Measure::Tce)).then_some(spread.mean)
+        };
+        let Some(own) = comparable(planner) else { return false };
+        let others = (0..self.planners.len()).filter_map(comparable);
         !others.into_iter().any(|other| measure.prefers(other, own))
     }
 

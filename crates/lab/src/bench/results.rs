@@ -27,6 +27,7 @@ fn results(rows: &[&Row]) -> String {
         "first_choice",
         "other_free",
         "only_slow",
+        "evading",
         "none_free",
         "no_candidates",
         "degraded",
@@ -35,11 +36,20 @@ fn results(rows: &[&Row]) -> String {
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let Tally { cycles, first_choices, other_free, only_slow, none_free, no_candidates, untold, .. } =
-            Tally::of(std::iter::once(*row));
+        let Tally {
+            cycles,
+            first_choices,
+            other_free,
+            only_slow,
+            evading,
+            none_free,
+            no_candidates,
+            untold,
+            ..
+        } = Tally::of(std::iter::once(*row));
         let told = |part: u64| if untold > 0 { String::new() } else { part.to_string() };
         let last = [cycles, first_choices].map(|n| n.to_string()).into_iter();
-        let last = last.chain([other_free, only_slow, none_free, no_candidates].map(told));
+        let last = last.chain([other_free, only_slow, evading, none_free, no_candidates].map(told));
         let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
@@ -106,7 +116,7 @@ mod tests {
         assert_eq!(text, results(&[&slow]));
         assert_ne!(timings(&[&row("a", "b", 1)]), timings(&[&slow]));
         let fields: Vec<usize> = text.lines().map(|line| line.split(',').count()).collect();
-        assert_eq!(fields, [28, 28]);
+        assert_eq!(fields, [29, 29]);
         assert!(text.lines().nth(1).is_some_and(|l| l.starts_with("a,b,1,reached,1,0.12,0.05,1,")), "{text}");
     }
 }

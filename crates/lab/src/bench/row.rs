@@ -61,6 +61,8 @@ pub(crate) struct Tally {
     pub(crate) timeouts: usize,
     pub(crate) lost: usize,
     pub(crate) collided: usize,
+    /// Runs in which it touched anything, also while it stood.
+    pub(crate) touched: usize,
     /// Collisions in all.
     pub(crate) contacts: u32,
     /// Runs with a cycle that was decided in a degraded mode.
@@ -73,6 +75,8 @@ pub(crate) struct Tally {
     pub(crate) other_free: u64,
     /// Cycles in which only slow candidates passed the final check.
     pub(crate) only_slow: u64,
+    /// Cycles in which all that was left collides later than it takes to think again, and the last to collide was followed.
+    pub(crate) evading: u64,
     /// Cycles in which no candidate passed it: the robot followed the last trajectory or stopped.
     pub(crate) none_free: u64,
     /// Cycles in which the planner had no candidate, so that there was nothing to choose.
@@ -118,12 +122,14 @@ impl Tally {
             timeouts: t.timeouts + usize::from(row.outcome == Outcome::Timeout),
             lost: t.lost + usize::from(row.outcome == Outcome::Lost),
             collided: t.collided + usize::from(row.measures.collisions > 0),
+            touched: t.touched + usize::from(row.measures.clearance_min_m <= 0.0),
             contacts: t.contacts + row.measures.collisions,
             degraded: t.degraded + usize::from(row.cycles.degraded > 0),
             cycles: t.cycles + row.cycles.count,
             first_choices: t.first_choices + row.cycles.first_choice,
             other_free: t.other_free + row.decided("least_cost_free"),
             only_slow: t.only_slow + row.decided("only_slow_free"),
+            evading: t.evading + row.decided("last_to_collide"),
             none_free: t.none_free + row.decided("none_free"),
             no_candidates: t.no_candidates + row.decided("no_candidates"),
             untold: t.untold

@@ -2,10 +2,10 @@
 
 use std::ops::Add;
 
-use super::super::comparison::Order;
+use super::super::comparison::{Order, Paired};
 use super::super::measure::Measure;
 use super::super::row::Tally;
-use super::{Page, SIGNIFICANT};
+use super::page::{Page, SIGNIFICANT};
 use crate::plural::count;
 use crate::statistics::mean;
 
@@ -35,7 +35,7 @@ fn success(page: &Page<'_>, others: &[usize]) -> String {
     let own = page.tally(&0);
     let Tally { success, runs, .. } = own;
     let mut says = format!(
-        "{} reached the goal without a collision in {success} of {} (95 %: {}).",
+        "{} reached the goal without a collision in {success} of {} (95 %, if runs were independent: {}).",
         name(page, 0),
         count(runs, "run"),
         page.success_interval(&own)
@@ -43,12 +43,17 @@ fn success(page: &Page<'_>, others: &[usize]) -> String {
     if let Some((best, most)) = extreme(others, true, |p| Some(page.tally(&p).success as f64)) {
         let better = others.iter().filter(|p| page.tally(p).success > success).count();
         let equal = others.iter().filter(|p| page.tally(p).success == success).count();
-        let shown = others.iter().filter(|p| {
-            page.tests.get(&(Measure::Success, **p)).is_some_and(|paired| paired.p < SIGNIFICANT)
-        });
+        let tests = || others.iter().filter_map(|p| page.tests.get(&(Measure::Success, *p)));
+        let shown = tests().filter(|paired| paired.p < SIGNIFICANT);
+        // What Holm makes of the least p of so many places that differ.
+        let could = |paired: &Paired| {
+            0.5_f64.powf(paired.nonzero as f64 - 1.0) * (page.tests.len() as f64) < SIGNIFICANT
+        };
+        let hopeless =
+            if tests().any(could) { "" } else { ", and with so few places that differ no result could be" };
         says += &format!(
             " Of the other {}, {better} did so more often and {equal} as often; the most is {most} of {}. By the paired tests \
-             below, with p < {SIGNIFICANT}, it can be told from chance for {} of them.",
+             below, with p < {SIGNIFICANT}, it can be told from chance for {} of them{hopeless}.",
             count(others.len(), "planner"),
             name(page, best),
             shown.count()
@@ -79,7 +84,7 @@ fn failures(page: &Page<'_>, others: &[usize]) -> Option<String> {
         (extreme(others, false, there), extreme(others, true, there))
     {
         says += &format!(
-            " and the others {least} ({}) to {most} ({}). Without these scenes it has {} of {}, and {} of the others have more",
+            " and the others {least} ({}) to {most} ({}). Without these, its worst, it has {} of {}, and {} of the others have more",
             name(page, worse),
             name(page, best),
             without(0),
@@ -93,14 +98,19 @@ fn failures(page: &Page<'_>, others: &[usize]) -> Option<String> {
 /// In the pairs of runs in which both arrived.
 fn time(page: &Page<'_>) -> Option<String> {
     let of_time = page.tests.iter().filter(|((measure, _), _)| *measure == Measure::Time);
-    let differences: Vec<(usize, f64)> = of_time.map(|((_, p), paired)| (*p, paired.difference)).collect();
-    let (fastest, least) = differences.iter().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
-    let sooner = differences.iter().filter(|(_, difference)| *difference < 0.0).count();
-    let by = if *least < 0.0 { format!("{:.1} s sooner", -least) } else { format!("{least:.1} s later") };
+    let tests: Vec<(usize, &Paired)> = of_time.map(|((_, p), paired)| (*p, paired)).collect();
+    let sooner = || tests.iter().filter(|(_, paired)| paired.difference < 0.0);
+    let shown = sooner().filter(|(_, paired)| paired.p < SIGNIFICANT).count();
+    let (fastest, most) = tests.iter().min_by(|(_, a), (_, b)| a.difference.total_cmp(&b.difference))?;
+    let least = most.difference;
+    let by = if least < 0.0 { format!("{:.1} s sooner", -least) } else { format!("{least:.1} s later") };
     Some(format!(
-        "In pairs of runs in which both arrived, {sooner} of the others took less time than it; {} arrived {by} (mean over \
-         places).",
-        name(page, *fastest)
+        "In pairs of runs in which both arrived, {} of the others took less time than it on the mean ({shown} with p < \
+         {SIGNIFICANT}); {} arrived {by} ({}, mean over {}).",
+        sooner().count(),
+        name(page, *fastest),
+        count(most.pairs, "pair"),
+        count(most.units, most.unit.into())
     ))
 }
 
@@ -112,8 +122,10 @@ fn people(page: &Page<'_>, others: &[usize]) -> Option<String> {
     );
     if let Some((best, least)) = extreme(others, false, near) {
         let less = others.iter().filter(|p| near(**p).is_some_and(|time| time < own)).count();
-        says +=
-            &format!("; {less} of the others for less, the least is {least:.1} s of {}", name(page, best));
+        says += &format!(
+            "; {less} of the others for less, and the least of the others is {least:.1} s ({})",
+            name(page, best)
+        );
     }
     Some(says + ".")
 }
@@ -129,22 +141,17 @@ fn claims(page: &Page<'_>) -> Option<String> {
     }
     let of = |what: &&str| {
         let those = || all.iter().filter(|judged| judged.about == **what);
-        format!("{} of {} about {what}", those().filter(|judged| judged.holds).count(), those().count())
+        let few = those().filter(|judged| !judged.holds && judged.too_few).count();
+        let beyond =
+            if few == 0 { String::new() } else { format!(" ({few} beyond what so few places can show)") };
+        let share = if *what == Measure::Td.label() { " of the run" } else { "" };
+        let hold = those().filter(|judged| judged.holds).count();
+        format!("{hold} of {} about {what}{share}{beyond}", those().count())
     };
     let each: Vec<String> = about.iter().map(of).collect();
-    let few = page.claims_beyond_reach();
-    let beyond = if few == 0 {
-        String::new()
-    } else {
-        format!(". {few} could not be shown by any runs in so few places")
-    };
     (!all.is_empty()).then(|| {
         let hold = page.claims_that_hold();
-        format!(
-            "Of {} written down before, {hold} hold: {}{beyond}.",
-            count(all.len(), "claim"),
-            each.join(", ")
-        )
+        format!("Of {} written down before, {hold} hold: {}.", count(all.len(), "claim"), each.join("; "))
     })
 }
 
