@@ -15,6 +15,7 @@ use curionav_runtime::locked::locked;
 use curionav_runtime::session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
+use zenoh::qos::CongestionControl;
 use zenoh::{Session, Wait};
 use zenoh_ext::{
     AdvancedPublisher, AdvancedPublisherBuilderExt, AdvancedSubscriber, AdvancedSubscriberBuilderExt,
@@ -115,7 +116,9 @@ impl Peer {
     pub(super) fn put<M: Message>(&self, topic: &str, message: &M) {
         let sent = outgoing(&DIALECT, message, self.attachment()).unwrap();
         let key = DIALECT.key(&self.topic(topic), &M::INTERFACE);
-        self.session.put(key, sent.payload()).attachment(sent.attachment()).wait().unwrap();
+        // What is said once must not be lost behind a map that is still on its way.
+        let put = self.session.put(key, sent.payload()).attachment(sent.attachment());
+        put.congestion_control(CongestionControl::Block).wait().unwrap();
     }
 
     /// A publisher of what is kept for late subscribers, with a first message.
