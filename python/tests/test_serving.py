@@ -291,7 +291,7 @@ def test_closing_the_connection_ends_what_was_served_and_played(up: Up) -> None:
     connection.close()
     assert server.wait(0.0)
     assert list(crowd) == []
-    assert threading.active_count() == before
+    assert threading.active_count() <= before
     server.close()
     crowd.close()
 

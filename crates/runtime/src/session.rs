@@ -61,14 +61,15 @@ const LINKS: &[&str] = &[
 ];
 
 /// What every node shares (`docs/operations.md` says why): no scouting, a lease of one second, blocked sends that give
-/// up after half a second, no message longer than a map of the most cells, no shared memory, short queries.
+/// up after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
+/// shared memory, short queries.
 const COMMON: &str = r#"{
   scouting: { multicast: { enabled: false }, gossip: { enabled: false } },
   queries_default_timeout: 1000,
   adminspace: { enabled: false },
   transport: {
     unicast: { open_timeout: 1000 },
-    link: { tx: { lease: 1000, keep_alive: 4, queue: { congestion_control: {
+    link: { tx: { lease: 1000, keep_alive: 4, queue: { size: { interactive_low: 16 }, congestion_control: {
       block: { wait_before_close: 500000 },
       drop: { wait_before_drop: 1000, max_wait_before_drop_fragments: 200000 } } } },
       rx: { max_message_size: 67174400 } },
