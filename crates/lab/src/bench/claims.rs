@@ -10,6 +10,7 @@ use super::comparison::{Comparison, Paired};
 use super::measure::Measure;
 use super::row::Tally;
 use crate::plural::count;
+use crate::statistics::least_p;
 
 /// A file of claims.
 #[derive(Debug, Clone, Deserialize)]
@@ -323,12 +324,10 @@ impl Judge<'_> {
         };
         let is_share = measure == Measure::Td;
         let seconds = is_share.then(|| self.in_seconds([planner, than])).flatten().unwrap_or_default();
-        let sign = if paired.difference > 0.0 { "+" } else { "" };
-        let difference = measure.show_with_unit(paired.difference);
-        let (low, high) = (measure.show(paired.low), measure.show(paired.high));
+        let [difference, bounds] = shown_difference(measure, &paired);
         let missing = self.runs.saturating_sub(paired.pairs);
         let without = if missing == 0 { String::new() } else { format!(", {missing} pairs without a value") };
-        let (unit, least): (&str, f64) = (paired.unit.into(), 0.5_f64.powf(paired.units as f64 - 1.0));
+        let (unit, least): (&str, f64) = (paired.unit.into(), least_p(paired.units));
         let units = count(paired.units, unit);
         let too_few = if least < p { String::new() } else { format!(", which can give no p below {least}") };
         Judged {
@@ -336,7 +335,7 @@ impl Judge<'_> {
             holds: measure.prefers(paired.difference, 0.0) && paired.p < p,
             too_few: least >= p,
             found: format!(
-                "{sign}{difference} on average, {low} to {high}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}{seconds}",
+                "{difference} on average, {bounds}; so in {} of {} that differ; {} by Holm of {units}{too_few}; {} of the runs in these{without}{seconds}",
                 paired.agree,
                 count(paired.differ, "scenario"),
                 shown_p(paired.p),
@@ -349,10 +348,8 @@ impl Judge<'_> {
     /// The difference in seconds beside that of a share of the run, which is smaller where a run takes longer.
     fn in_seconds(&self, [planner, than]: [&str; 2]) -> Option<String> {
         let (a, b) = (self.comparison.planner(planner)?, self.comparison.planner(than)?);
-        let Paired { difference, low, high, .. } = self.comparison.paired(Measure::TdSeconds, a, b, None)?;
-        let sign = if difference > 0.0 { "+" } else { "" };
-        let [low, high] = [low, high].map(|bound| Measure::TdSeconds.show(bound));
-        Some(format!("; in seconds {sign}{}, {low} to {high}", Measure::TdSeconds.show_with_unit(difference)))
+        let paired = self.comparison.paired(Measure::TdSeconds, a, b, None)?;
+        Some(format!("; in seconds {}", shown_difference(Measure::TdSeconds, &paired).join(", ")))
     }
 
     fn value(&self, key: &str, scenario: usize, planner: usize) -> Option<f64> {
@@ -372,6 +369,13 @@ impl Judge<'_> {
 
 fn label(key: &str) -> &str {
     measure(key).map_or(key, |measure| measure.label())
+}
+
+/// A difference with its sign and unit, and its interval.
+fn shown_difference(measure: Measure, paired: &Paired) -> [String; 2] {
+    let sign = if paired.difference > 0.0 { "+" } else { "" };
+    let bounds = format!("{} to {}", measure.show(paired.low), measure.show(paired.high));
+    [format!("{sign}{}", measure.show_with_unit(paired.difference)), bounds]
 }
 
 pub(crate) fn shown_p(p: f64) -> String {

@@ -85,6 +85,13 @@ pub(crate) struct Order {
     pub(crate) pairs: usize,
 }
 
+impl Order {
+    /// Pairs whose means differ in the paper and here.
+    pub(crate) fn apart(&self) -> usize {
+        self.pairs - self.tied
+    }
+}
+
 impl Add for Order {
     type Output = Self;
 

@@ -22,34 +22,15 @@ pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'s
 fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);
-    let mut text = csv_row(labels.into_iter().chain(measures).chain([
-        "cycles",
-        "first_choice",
-        "other_free",
-        "only_slow",
-        "evading",
-        "none_free",
-        "no_candidates",
-        "degraded",
-        "decisions_sha256",
-    ]));
+    let columns = ["cycles", "first_choice"].into_iter().chain(Tally::NOT_FIRST);
+    let columns = columns.chain(["degraded", "decisions_sha256"]);
+    let mut text = csv_row(labels.into_iter().chain(measures).chain(columns));
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let Tally {
-            cycles,
-            first_choices,
-            other_free,
-            only_slow,
-            evading,
-            none_free,
-            no_candidates,
-            untold,
-            ..
-        } = Tally::of(std::iter::once(*row));
-        let told = |part: u64| if untold > 0 { String::new() } else { part.to_string() };
-        let last = [cycles, first_choices].map(|n| n.to_string()).into_iter();
-        let last = last.chain([other_free, only_slow, evading, none_free, no_candidates].map(told));
+        let tally = Tally::of(std::iter::once(*row));
+        let last = [tally.cycles, tally.first_choices].map(|n| n.to_string()).into_iter();
+        let last = last.chain(tally.not_first().map_or_else(Default::default, |n| n.map(|n| n.to_string())));
         let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }

@@ -114,6 +114,16 @@ impl Blame {
 }
 
 impl Tally {
+    /// What [`Self::not_first`] counts, as columns are called.
+    pub(crate) const NOT_FIRST: [&str; 5] =
+        ["other_free", "only_slow", "evading", "none_free", "no_candidates"];
+
+    /// The cycles that did not follow the first choice, by their reason; nothing if a run does not tell.
+    pub(crate) fn not_first(&self) -> Option<[u64; 5]> {
+        let Self { other_free, only_slow, evading, none_free, no_candidates, untold, .. } = *self;
+        (untold == 0).then_some([other_free, only_slow, evading, none_free, no_candidates])
+    }
+
     pub(crate) fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
         rows.fold(Self::default(), |t, row| Self {
             runs: t.runs + 1,

@@ -4,7 +4,7 @@ mod bootstrap;
 mod signed_rank;
 
 pub(crate) use bootstrap::{cluster_interval, mean_interval};
-pub(crate) use signed_rank::signed_rank;
+pub(crate) use signed_rank::{least_p, signed_rank};
 
 /// Arithmetic mean; nothing of nothing.
 pub(crate) fn mean(values: &[f64]) -> Option<f64> {

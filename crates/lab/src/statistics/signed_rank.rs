@@ -21,6 +21,12 @@ pub(crate) fn signed_rank(differences: &[f64]) -> Option<f64> {
     Some(p.min(1.0))
 }
 
+/// The least p that so many differences can have: that of all in one direction. It is also the share of cases in which the
+/// median lies outside of all of so many samples.
+pub(crate) fn least_p(differences: usize) -> f64 {
+    0.5_f64.powf(differences as f64 - 1.0).min(1.0)
+}
+
 /// Twice the rank of each value by size, from 1: whole numbers also where ties share a mean rank.
 fn doubled_ranks(sorted: &[f64]) -> Vec<usize> {
     let mut ranks = Vec::with_capacity(sorted.len());

@@ -16,10 +16,10 @@ use super::super::measure::Measure;
 use super::super::plan::Scene;
 use super::super::published::{SLIPS, published};
 use super::super::row::{Blame, Tally};
-use super::words::{MEASURES, PLANNERS};
+use super::words::{KINDS, MEASURES, PLANNERS};
 use crate::paper::PUBLISHED;
 use crate::plural::count;
-use crate::statistics::{mean, median, share_interval};
+use crate::statistics::{least_p, mean, median, share_interval};
 
 /// A difference counts below this p.
 pub(super) const SIGNIFICANT: f64 = 0.01;
@@ -119,20 +119,10 @@ impl<'a> Page<'a> {
     /// refused it, because only slow candidates passed the check, because the last to collide was followed, because none
     /// passed, and because there was no candidate; per cent of its cycles.
     fn choices(&self, planner: &usize) -> [String; 2] {
-        let Tally {
-            cycles,
-            first_choices,
-            other_free,
-            only_slow,
-            evading,
-            none_free,
-            no_candidates,
-            untold,
-            ..
-        } = self.tally(planner);
-        let share = |part: u64| format!("{:.0}", 100.0 * part as f64 / cycles.max(1) as f64);
-        let split = [other_free, only_slow, evading, none_free, no_candidates].map(share).join(", ");
-        [share(first_choices), if untold > 0 { String::new() } else { split }]
+        let tally = self.tally(planner);
+        let share = |part: u64| format!("{:.0}", 100.0 * part as f64 / tally.cycles.max(1) as f64);
+        let split = tally.not_first().map_or_else(String::new, |parts| parts.map(share).join(", "));
+        [share(tally.first_choices), split]
     }
 
     /// The planners that something must be said of.
@@ -204,9 +194,14 @@ impl<'a> Page<'a> {
         kinds.into_iter().map(|(kind, scenarios)| (kind, tallies(scenarios))).collect()
     }
 
+    /// What a kind of scenes is, where its name does not say it.
+    fn meaning(&self, kind: &str) -> Option<&'static str> {
+        KINDS.iter().find(|(name, _)| *name == kind).map(|(_, meaning)| *meaning)
+    }
+
     /// The least p that a test of the places can have.
     pub(super) fn least_p(&self) -> f64 {
-        0.5_f64.powf(self.bench.comparison.count_places() as f64 - 1.0)
+        least_p(self.bench.comparison.count_places())
     }
 
     pub(super) fn claims_that_hold(&self) -> usize {
@@ -293,7 +288,7 @@ impl<'a> Page<'a> {
 
     /// How much of a 95 % interval of so few seeds can be: it lies between the least and the greatest of them.
     fn coverage(&self) -> Option<String> {
-        let covered = 1.0 - 0.5_f64.powi(self.bench.repeats.saturating_sub(1).min(64) as i32);
+        let covered = 1.0 - least_p(self.bench.repeats as usize);
         (covered < 0.95).then(|| format!("{:.1} %", 100.0 * covered))
     }
 

@@ -7,7 +7,7 @@ use super::super::measure::Measure;
 use super::super::row::Tally;
 use super::page::{Page, SIGNIFICANT};
 use crate::plural::count;
-use crate::statistics::mean;
+use crate::statistics::{least_p, mean};
 
 /// A kind of scenes is named if it has more than this share of the failures, and there are so many at least.
 const MOST: f64 = 0.5;
@@ -46,9 +46,7 @@ fn success(page: &Page<'_>, others: &[usize]) -> String {
         let tests = || others.iter().filter_map(|p| page.tests.get(&(Measure::Success, *p)));
         let shown = tests().filter(|paired| paired.p < SIGNIFICANT);
         // What Holm makes of the least p of so many places that differ.
-        let could = |paired: &Paired| {
-            0.5_f64.powf(paired.nonzero as f64 - 1.0) * (page.tests.len() as f64) < SIGNIFICANT
-        };
+        let could = |paired: &Paired| least_p(paired.nonzero) * (page.tests.len() as f64) < SIGNIFICANT;
         let hopeless =
             if tests().any(could) { "" } else { ", and with so few places that differ no result could be" };
         says += &format!(
@@ -158,24 +156,23 @@ fn claims(page: &Page<'_>) -> Option<String> {
 /// How many pairs of planners are in the paper's order, measure by measure.
 fn order(page: &Page<'_>) -> Option<String> {
     let totals = page.totals();
-    let Order { agree, tied, pairs } = totals.into_iter().fold(Order::default(), Order::add);
+    let all = totals.into_iter().fold(Order::default(), Order::add);
     let each =
         Measure::PAPER.iter().zip(totals).filter(|(_, order)| order.pairs > 0).map(|(measure, order)| {
             let label = measure.label().split(" (").next().unwrap_or_default();
-            format!("{label} {}", in_order(order))
+            format!("{label} {} of {}", order.agree, order.apart())
         });
-    (pairs > 0).then(|| {
+    (all.pairs > 0).then(|| {
         format!(
-            "Of {pairs} pairs of planners and measures that the paper's tables tell apart, {tied} have equal means here, and {agree} \
-             of the other {} are in the paper's order; half of them would be so by chance. {}.",
-            pairs - tied,
+            "Of {} pairs of planners and measures that the paper's tables tell apart, {} have equal means here, and {} of the \
+             other {} are in the paper's order; half of them would be so by chance. {}.",
+            all.pairs,
+            all.tied,
+            all.agree,
+            all.apart(),
             each.collect::<Vec<_>>().join(", ")
         )
     })
-}
-
-fn in_order(Order { agree, tied, pairs }: Order) -> String {
-    format!("{agree} of {}", pairs - tied)
 }
 
 fn places(page: &Page<'_>) -> String {

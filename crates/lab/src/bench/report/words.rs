@@ -45,6 +45,15 @@ pub(super) const PLANNERS: [(&str, &str); 13] = [
     ),
 ];
 
+/// Kinds of scenes whose names do not say what they are.
+pub(super) const KINDS: [(&str, &str); 5] = [
+    ("void", "halls with nothing to see but their rim, farther off than the laser sees"),
+    ("depot", "a map that a robot made"),
+    ("warehouse", "a map that a robot made"),
+    ("floor3", "a map of a building"),
+    ("floor5", "a map of a building"),
+];
+
 /// The measures as the tables name them.
 pub(super) const MEASURES: [(&str, &str); 11] = [
     ("RMSE", "root mean square of the distance between where the robot is and where it believes to be"),
