@@ -18,6 +18,8 @@ use super::world::{Name, World};
 pub(super) const QUEUE: usize = 16;
 /// A term that is not built in.
 pub(super) const FOREIGN: &str = "comfort";
+/// How the names of the robots of a flood begin.
+const OTHER: &str = "other-";
 /// What deriving the fields of the hall takes.
 const PREPARATION: Duration = Duration::from_millis(150);
 /// What a question takes besides its candidates, and what each of these takes.
@@ -74,6 +76,10 @@ impl Job {
 
     pub(super) fn again(&self, arrived: Duration) -> Self {
         Self::new(&self.robot, self.question.clone(), arrived).0
+    }
+
+    fn is_of_flood(&self) -> bool {
+        self.robot.starts_with(OTHER)
     }
 
     /// The time that the answer is of use, if the question is no probe.
@@ -163,7 +169,7 @@ impl Replica {
     /// Five other robots ask what was asked last, each eight times.
     pub(super) fn flood(&mut self, now: Duration) {
         let Some(question) = self.question.clone().filter(|_| self.is_up()) else { return };
-        for other in (0..40).map(|i| format!("other-{}", i % 5)) {
+        for other in (0..40).map(|i| format!("{OTHER}{}", i % 5)) {
             self.enqueue(Job::new(&other, question.clone(), now).0);
         }
     }
@@ -216,6 +222,7 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
             let took = answer.is_ok().then(|| world.executor.now() - begun);
             replica.queue.done(&job.robot, took, job.budget());
         }
+        world.state().flood_answered += usize::from(answer.is_ok() && job.is_of_flood());
         let answer = spoil(&world, &name, index, answer);
         if warms_up && let Some(replica) = world.state().replicas.get_mut(&name) {
             replica.prepared = true;

@@ -61,6 +61,8 @@ pub(super) struct State {
     pub(super) work_asked: BTreeMap<String, usize>,
     /// How often a robot, whose name comes first, was answered in time by replicas of a role.
     pub(super) work_answered: BTreeMap<(String, String), usize>,
+    /// Questions that replicas answered in a flood.
+    pub(super) flood_answered: usize,
     pub(super) robot: Robot,
     pub(super) checker: Checker,
     pub(super) arbiters_started: u64,
@@ -93,6 +95,7 @@ impl World {
             asked: Vec::new(),
             work_asked: BTreeMap::new(),
             work_answered: BTreeMap::new(),
+            flood_answered: 0,
             robot: Robot::new(&mission),
             checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
             arbiters_started: 0,

@@ -47,7 +47,7 @@ fn resident(pid: u32) -> f64 {
     usage(pid).map_or(0.0, |usage| usage.resident)
 }
 
-/// The memory of a deployment's processes, looked at until [`judge`](Self::judge).
+/// The memory of processes, looked at until [`judge`](Self::judge).
 pub(crate) struct Memory {
     /// Role and id of each.
     processes: Vec<(String, u32)>,
@@ -57,10 +57,14 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    pub(crate) fn watch(deployment: &Deployment) -> Self {
-        let role =
-            |name: &str| name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('-').to_owned();
-        let processes: Vec<_> = deployment.processes().map(|(name, pid)| (role(name), pid)).collect();
+    /// Of processes by name, which begins with the role.
+    pub(crate) fn watch<'a>(processes: impl Iterator<Item = (&'a str, u32)>) -> Self {
+        let ceilings = ceilings();
+        let role = |name: &str| {
+            let of_name = ceilings.keys().filter(|role| name.starts_with(role.as_str()));
+            of_name.max_by_key(|role| role.len()).unwrap_or_else(|| panic!("{name} has no ceiling")).clone()
+        };
+        let processes: Vec<_> = processes.map(|(name, pid)| (role(name), pid)).collect();
         let before = processes.iter().map(|(role, pid)| (role.clone(), resident(*pid))).collect();
         let looking = Arc::new(AtomicBool::new(true));
         let (on, of) = (Arc::clone(&looking), processes.clone());
@@ -177,7 +181,7 @@ fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
     let mission: Mission =
         runtime.block_on(fetch(&session, &keys::robot("robot", "mission").unwrap(), LIMIT)).unwrap();
 
-    let memory = Memory::watch(&deployment);
+    let memory = Memory::watch(deployment.processes());
     let end = Instant::now() + lasts;
     let sent: u64 = std::thread::scope(|scope| {
         let targets = all(&mission.order.map);

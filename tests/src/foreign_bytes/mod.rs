@@ -7,4 +7,4 @@ mod flood;
 mod impostor;
 mod spoilt;
 mod target;
-mod viewer;
+pub(crate) mod viewer;

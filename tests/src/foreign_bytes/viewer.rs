@@ -28,7 +28,7 @@ const ASKERS: usize = 4;
 const SKIPPED: f64 = 0.2;
 
 /// A flood that goes on until it is ended.
-struct Flood {
+pub(crate) struct Flood {
     session: Session,
     end: Arc<AtomicBool>,
     done: Arc<AtomicU64>,
@@ -37,7 +37,8 @@ struct Flood {
 }
 
 impl Flood {
-    fn begin(session: &Session, map: &MapId) -> Self {
+    /// Begins one over this link of a viewer.
+    pub(crate) fn begin(session: &Session, robot: &str, map: &MapId) -> Self {
         let (end, done) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let viewer: Name = "viewer".parse().unwrap();
         // What passes between programs of the deployment; what a router's key holds is asked for below.
@@ -67,7 +68,7 @@ impl Flood {
         }
         // What it may not, in the largest pieces that a command and a scan can have.
         for stream in ["cmd", "scan", "decision"] {
-            let key = keys::robot("robot", stream).unwrap();
+            let key = keys::robot(robot, stream).unwrap();
             flood.keep_doing(move |session| {
                 let put = session.put(&key, vec![0; 64 << 10]).congestion_control(CongestionControl::Block);
                 put.wait().unwrap();
@@ -87,7 +88,7 @@ impl Flood {
     }
 
     /// Ends it; gives how much was done.
-    fn end(self) -> u64 {
+    pub(crate) fn end(self) -> u64 {
         self.end.store(true, Ordering::Relaxed);
         self.threads.into_iter().for_each(|thread| thread.join().unwrap());
         self.done.load(Ordering::Relaxed)
@@ -116,11 +117,11 @@ fn a_viewer_at_full_speed_delays_no_decision_and_takes_no_role_above_its_ceiling
     let session = runtime.block_on(session::client(&config)).unwrap();
     let mission: Mission =
         runtime.block_on(fetch(&session, &keys::robot("robot", "mission").unwrap(), LIMIT)).unwrap();
-    let memory = Memory::watch(&deployment);
+    let memory = Memory::watch(deployment.processes());
     in_real_time(|speed| {
         // The flood is on the same machine as the robot.
         let speed = (0.5 * speed).to_string();
-        let flood = Flood::begin(&session, &mission.order.map);
+        let flood = Flood::begin(&session, "robot", &mission.order.map);
         let begun = Instant::now();
         let is_in_time = |json: &RunJson| {
             let cycles = &json.cycles;

@@ -119,7 +119,7 @@ fn the_largest_messages_of_ros_take_the_gateway_not_above_its_ceiling() {
         );
         let deployment = Deployment::of(&text, &[]);
         let robot = Robot::start(&endpoint, "/r1").await;
-        let memory = Memory::watch(&deployment);
+        let memory = Memory::watch(deployment.processes());
         let end = Instant::now() + FLOOD;
         std::thread::scope(|scope| {
             for (topic, name) in TOPICS {

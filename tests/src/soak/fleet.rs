@@ -53,7 +53,7 @@ fn certificates(robots: usize) -> TempDir {
     };
     let names = of_pool.map(|(role, instance)| Name::new(role, &[&instance]).unwrap());
     let names = names.chain((0..robots).map(robot).flat_map(of_robot));
-    let others = ["router", "operator"].map(|name| Name::new(name, &[]).unwrap());
+    let others = ["router", "operator", "viewer"].map(|name| Name::new(name, &[]).unwrap());
     names.chain(others).for_each(|name| folder.issue(&name, &[], days(1)).unwrap());
     directory
 }

@@ -13,4 +13,5 @@ pub(crate) mod process;
 mod robot;
 mod run;
 mod summary;
+mod viewer;
 mod watch;

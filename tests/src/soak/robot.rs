@@ -60,13 +60,8 @@ pub(super) struct Robot {
 
 impl Robot {
     /// Robot `name`, driving to and fro in a corridor of its own to the goals of its own.
-    pub(super) fn new(
-        name: &str,
-        seed: u64,
-        links: Links,
-        goals: Vec<Point2>,
-        Drive { pace, is_long }: Drive,
-    ) -> Self {
+    pub(super) fn new(name: &str, seed: u64, links: Links, goals: Vec<Point2>, drive: Drive) -> Self {
+        let pace = drive.pace;
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
@@ -82,7 +77,7 @@ impl Robot {
         let missions: Vec<Mission> = missions.collect();
         let mission = missions[0].clone();
         let prepare = |mission| Arc::new(PlanContext::new(mission, &fields, true).unwrap());
-        let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), is_long));
+        let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), drive));
         Self {
             links,
             mission_key: keys::robot(name, "mission").unwrap(),

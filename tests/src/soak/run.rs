@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::Point2;
 use curionav_planning::random::rng;
-use curionav_runtime::map_store::host;
+use curionav_runtime::map_store;
 use curionav_runtime::query::fetch;
-use curionav_runtime::serve::refusals;
+use curionav_runtime::serve::{Server, refusals};
 use curionav_runtime::{convert, session};
 use curionav_schemas::{ServiceStatus, keys};
 use tokio::task::JoinHandle;
@@ -130,15 +130,36 @@ fn robots_have_forty_goals_or_more_between_them() {
     }
 }
 
+/// A fleet, its map, and the links of an operator and of the one who has the map.
+pub(super) struct Site {
+    pub(super) fleet: Arc<Fleet>,
+    pub(super) operator: Session,
+    host: Session,
+    hosted: Server,
+}
+
+impl Site {
+    pub(super) async fn start(robots: usize, is_secure: bool) -> Self {
+        let fleet = Arc::new(Fleet::start(robots, is_secure));
+        let operator = session::client(&fleet.config("operator")).await.unwrap();
+        let host = session::client(&fleet.config(&format!("base.{}", robot(0)))).await.unwrap();
+        let known = corridor_map::fields();
+        let map = known.0.map(known.1).unwrap();
+        let hosted = map_store::host(&host, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
+        Self { fleet, operator, host, hosted }
+    }
+
+    pub(super) fn end(self) {
+        drop(self.hosted);
+        session::close(&self.host);
+        session::close(&self.operator);
+    }
+}
+
 async fn soak(lasts: Duration, is_secure: bool) {
     let count = ROBOTS[usize::from(lasts < LONG)];
-    let fleet = Arc::new(Fleet::start(count, is_secure));
-    let session = session::client(&fleet.config("operator")).await.unwrap();
-    let host_session = session::client(&fleet.config(&format!("base.{}", robot(0)))).await.unwrap();
-    let known = corridor_map::fields();
-    let map = known.0.map(known.1).unwrap();
-    let hosted = host(&host_session, convert::occupancy_grid_to_wire(&map.grid), &refusals()).unwrap();
-    let (pace, driving) = at_a_pace_that_is_kept(&fleet, lasts, count).await;
+    let site = Site::start(count, is_secure).await;
+    let (pace, driving) = at_a_pace_that_is_kept(&site.fleet, lasts, count).await;
     let over = if is_secure { ", over TLS" } else { "" };
     println!("seed {SEED}, {} s, {count} robots, pace {}{over}", lasts.as_secs(), pace.speed());
 
@@ -146,27 +167,26 @@ async fn soak(lasts: Duration, is_secure: bool) {
     let (window, mark) = if lasts >= LONG { (30, 300) } else { (5, wall.as_secs() / 3) };
     let mut memory = Memory::new(Duration::from_secs(window), Duration::from_secs(mark), wall);
     let (robots, violations) = (driving.robots.clone(), Violations::of("fleet"));
+    let fleet = Arc::clone(&site.fleet);
     let mut soak = Soak { fleet, lasts, pace, robots, violations, healing: BTreeMap::new() };
-    soak.suffer(&session, &mut memory, wall).await;
-    soak.settle(&session).await;
+    soak.suffer(&site.operator, &mut memory, wall).await;
+    soak.settle(&site.operator).await;
 
     driving.end().await;
-    drop(hosted);
-    session::close(&host_session);
-    session::close(&session);
+    site.end();
     soak.tell(&memory);
     soak.judge(&memory);
 }
 
 /// Robots that drive, each in a task of its own.
-struct Driving {
-    robots: Vec<Arc<Robot>>,
+pub(super) struct Driving {
+    pub(super) robots: Vec<Arc<Robot>>,
     tasks: Vec<JoinHandle<()>>,
     end: Arc<AtomicBool>,
 }
 
 impl Driving {
-    async fn start(fleet: &Fleet, count: usize, drive: Drive) -> Self {
+    pub(super) async fn start(fleet: &Fleet, count: usize, drive: Drive) -> Self {
         let mut robots = Vec::with_capacity(count);
         for i in 0..count {
             let (name, links) = (robot(i), links(fleet, &robot(i)).await);
@@ -186,7 +206,7 @@ impl Driving {
         Self { robots, tasks, end }
     }
 
-    async fn end(self) {
+    pub(super) async fn end(self) {
         self.end.store(true, Ordering::Relaxed);
         for task in self.tasks {
             task.await.unwrap();

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use curionav_pool::context::PlanContext;
 use curionav_schemas::{Action, CommandReason, CycleReport, Decision, Twist};
 
+use super::robot::Drive;
 use crate::invariants::{Checker, Violations};
 
 /// How long it takes on a machine that has the time until every process has seen that something is back, and planned
@@ -45,6 +46,8 @@ impl Recovery {
 pub(super) struct Counts {
     pub(super) ticks: u64,
     pub(super) decisions: u64,
+    /// Decisions that took longer than the time between two ticks.
+    pub(super) late: u64,
     pub(super) nominal: u64,
     pub(super) followed: u64,
     pub(super) reports: u64,
@@ -62,6 +65,7 @@ impl Sum for Counts {
         all.fold(Self::default(), |a, b| Self {
             ticks: a.ticks + b.ticks,
             decisions: a.decisions + b.decisions,
+            late: a.late + b.late,
             nominal: a.nominal + b.nominal,
             followed: a.followed + b.followed,
             reports: a.reports + b.reports,
@@ -77,6 +81,8 @@ impl Sum for Counts {
 /// One robot, watched.
 pub(super) struct Watch {
     checker: Checker,
+    /// Between two ticks.
+    period: Duration,
     decided: Option<(Instant, Decision)>,
     commanded: Option<(u64, u64, CommandReason)>,
     /// Of the robot's clock, seconds.
@@ -93,9 +99,10 @@ pub(super) struct Watch {
 
 impl Watch {
     /// Robot `name` on one of these missions.
-    pub(super) fn new(name: &str, contexts: Vec<Arc<PlanContext>>, is_long: bool) -> Self {
-        let slack = if is_long { 0.0 } else { SLOW_BRAKING };
+    pub(super) fn new(name: &str, contexts: Vec<Arc<PlanContext>>, drive: Drive) -> Self {
+        let slack = if drive.is_long { 0.0 } else { SLOW_BRAKING };
         Self {
+            period: drive.pace.tick(),
             checker: Checker::new(name, contexts, slack),
             decided: None,
             commanded: None,
@@ -125,6 +132,7 @@ impl Watch {
     pub(super) fn decided(&mut self, decision: Decision) {
         self.checker.decided(&decision);
         self.counts.decisions += 1;
+        self.counts.late += u64::from(decision.elapsed_us > self.period.as_micros() as u64);
         self.counts.nominal += u64::from(decision.degraded.is_empty());
         for why in &decision.degraded {
             *self.degraded.entry(why.code()).or_default() += 1;

@@ -235,7 +235,7 @@ impl<'a> TlsServerConfig<'a> {
             // when there are multiple quic links, and all but the first execution will fail.
             .ok();
 
-        let sc = if tls_server_client_auth {
+        let mut sc = if tls_server_client_auth {
             let root_cert_store = load_trust_anchors(config)?.map_or_else(
                 || Err(zerror!("Missing root certificates while mTLS is enabled.")),
                 Ok,
@@ -251,6 +251,8 @@ impl<'a> TlsServerConfig<'a> {
                 .with_single_cert(certs, keys.remove(0))
                 .map_err(|e| zerror!(e))?
         };
+        // curionav: a client makes its configuration anew for every link, so no session is ever resumed.
+        sc.send_tls13_tickets = 0;
 
         let tls_handshake_timeout = Duration::from_millis(
             config
@@ -367,7 +369,7 @@ impl<'a> TlsClientConfig<'a> {
             // when there are multiple quic links, and all but the first execution will fail.
             .ok();
 
-        let cc = if tls_client_server_auth {
+        let mut cc = if tls_client_server_auth {
             tracing::debug!("Loading client authentication key and certificate...");
             let tls_client_private_key = TlsClientConfig::load_tls_private_key(config).await?;
             let tls_client_certificate = TlsClientConfig::load_tls_certificate(config).await?;
@@ -432,6 +434,8 @@ impl<'a> TlsClientConfig<'a> {
                     .with_no_client_auth()
             }
         };
+        // curionav: without this, every link keeps room for 256 sessions that are never resumed.
+        cc.resumption = rustls::client::Resumption::disabled();
 
         let mut tcp_rx_buffer_size = None;
         if let Some(size) = config.get(TCP_SO_RCV_BUF) {
