@@ -25,9 +25,9 @@ mod status;
 mod up;
 
 use clap::{Parser, Subcommand};
+use curionav_runtime::environment::{self, Links};
 use curionav_runtime::exit::Exit;
 use curionav_runtime::process::ServiceOptions;
-use curionav_runtime::zenoh_threads::{self, Links};
 
 /// Cross crowds without getting lost and without bothering people.
 ///
@@ -83,8 +83,8 @@ fn main() -> std::process::ExitCode {
     let arguments = Arguments::parse();
     curionav_runtime::telemetry::init(&arguments.log);
     match &arguments.command {
-        Command::Router(_) => zenoh_threads::provide(Links::OfRouter),
-        Command::Service(_) => zenoh_threads::provide(Links::OfClient),
+        Command::Router(_) => environment::provide(Links::OfRouter),
+        Command::Service(_) => environment::provide(Links::OfClient),
         _ => {}
     }
     let mut runtime = tokio::runtime::Builder::new_multi_thread();
