@@ -15,7 +15,7 @@ use curionav_schemas::{
 };
 use zenoh::Session;
 
-use super::watch::Watch;
+use super::watch::{Drive, Watch};
 use crate::faults::base::{Base, TICK};
 use crate::faults::corridor_map::{self, START};
 use crate::invariants::HEALED;
@@ -25,14 +25,6 @@ use crate::pace::Pace;
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Longest without driving, whatever fails in between, and again: preparing for a new goal included. At 10 Hz.
 const STANDSTILL_MAX: Duration = Duration::from_secs(30);
-
-/// How robots drive.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Drive {
-    pub(super) pace: Pace,
-    /// In a long run, which is on a machine with the time for it.
-    pub(super) is_long: bool,
-}
 
 /// A robot's links to the router.
 #[derive(Debug, Clone)]

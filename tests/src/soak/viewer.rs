@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use curionav_runtime::session;
 
 use super::fleet::robot;
-use super::robot::Drive;
 use super::run::{Driving, Site};
-use super::watch::Counts;
+use super::watch::{Counts, Drive};
 use crate::end_to_end::program::turn;
 use crate::faults::base::TICK;
 use crate::faults::corridor_map;

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use curionav_pool::context::PlanContext;
 use curionav_schemas::{Action, CommandReason, CycleReport, Decision, Twist};
 
-use super::robot::Drive;
 use crate::invariants::{Checker, Violations};
+use crate::pace::Pace;
 
 /// How long it takes on a machine that has the time until every process has seen that something is back, and planned
 /// five times since: a link is found again within 0.4 s, a replica that did not answer is asked again after 0.2 s
@@ -20,6 +20,14 @@ const SETTLED: Duration = Duration::from_millis(2500);
 const SLOW_BRAKING: f64 = 1.0;
 /// A command older than this is none to the base, seconds.
 const COMMAND_AGE_MAX: f64 = 0.3;
+
+/// How robots drive.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Drive {
+    pub(super) pace: Pace,
+    /// In a long run, which is on a machine with the time for it.
+    pub(super) is_long: bool,
+}
 
 /// How a robot came back after something was mended.
 #[derive(Debug, Clone, Copy)]
