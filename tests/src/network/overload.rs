@@ -15,7 +15,7 @@ use tokio::task::JoinSet;
 
 use super::figures::Figures;
 use super::pace::{Kept, measured, play};
-use super::site::{Layout, NOMINAL_LIMIT, POOL, Site};
+use super::site::{Layout, NOMINAL_LIMIT, POOL, Site, is_over_tls};
 
 /// Cycles of the robot that the burst lasts: 2.5 s at 10 Hz.
 const BURST_CYCLES: usize = 25;
@@ -36,6 +36,10 @@ const DEGRADED_MIN: f64 = 0.3;
 
 #[test]
 fn after_a_burst_of_load_the_robot_is_nominal_within_a_second() {
+    if is_over_tls() {
+        curionav_testing::skip("no certificate asks in the names of forty robots");
+        return;
+    }
     play(&Layout::default(), |site| {
         let soon = site.pace.scaled(RECOVERY_MAX);
         let is_met = move |f: &Figures| f.recovered.is_some_and(|time| time <= soon);

@@ -1,6 +1,7 @@
 //! What can be seen from outside: decisions, commands, reports and odometry, with the time they arrived.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -76,10 +77,15 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Listens behind the first of these routers that answers.
-    pub(super) fn start(endpoints: &[String], pace: Pace) -> Self {
+    pub(super) fn start(endpoints: &[String], pace: Pace, secure: Option<PathBuf>) -> Self {
         let runtime =
             tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
-        let config = ServiceConfig { connect: endpoints.to_vec(), ..ServiceConfig::default() };
+        let config = ServiceConfig {
+            connect: endpoints.to_vec(),
+            secure,
+            certificates: vec!["viewer".parse().unwrap()],
+            ..ServiceConfig::default()
+        };
         let session = runtime.block_on(session::client(&config)).unwrap();
         let membership = Membership::follow(&session).unwrap();
         let recorder = Self { runtime, session, membership, record: Arc::default(), pace };
