@@ -1,6 +1,8 @@
 //! Tests that cross the workspace, in one binary because Zenoh links slowly. One line a module.
 
 #[cfg(test)]
+mod certificates;
+#[cfg(test)]
 mod deploy_containers;
 #[cfg(test)]
 mod deploy_files;

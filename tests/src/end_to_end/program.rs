@@ -52,6 +52,17 @@ pub(crate) fn command(arguments: &[&str]) -> Command {
     command
 }
 
+/// How long a test goes on that may be made longer: the seconds of `CURIONAV_SOAK_S`, or else so many.
+pub(crate) fn soak_time(usual: u64) -> Duration {
+    let seconds = std::env::var("CURIONAV_SOAK_S");
+    Duration::from_secs(seconds.map_or(usual, |s| s.parse().expect("CURIONAV_SOAK_S: seconds")))
+}
+
+/// A runtime for a test that talks to processes, which need the machine more.
+pub(crate) fn two_workers() -> tokio::runtime::Runtime {
+    tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap()
+}
+
 /// Starts `curionav` without reading what it says.
 pub(crate) fn spawn(arguments: &[&str]) -> Child {
     command(arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()

@@ -12,6 +12,7 @@ use serde_json::Value;
 use zenoh::Wait;
 
 use super::program::{Deployment, Serving, comes_true, command, curionav, is_alive, run, turn};
+use crate::certificates::issued;
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -23,11 +24,7 @@ fn json(arguments: &[&str]) -> Value {
 
 /// A folder with certificates of these names.
 fn folder(names: &[&str]) -> tempfile::TempDir {
-    let directory = tempfile::tempdir().unwrap();
-    let folder = Folder::new(directory.path());
-    folder.init(None).unwrap();
-    names.iter().for_each(|name| folder.issue(&name.parse().unwrap(), &[], days(1)).unwrap());
-    directory
+    issued(names.iter().map(|name| name.parse().unwrap()), &[])
 }
 
 #[test]

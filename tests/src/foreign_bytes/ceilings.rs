@@ -17,7 +17,7 @@ use zenoh::query::QueryTarget;
 use zenoh::{Session, Wait};
 
 use super::target::{Target, all};
-use crate::end_to_end::program::{Deployment, LIMIT, is_alive, root, run, turn};
+use crate::end_to_end::program::{Deployment, LIMIT, is_alive, root, run, soak_time, turn, two_workers};
 use crate::soak::process::usage;
 
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -52,6 +52,7 @@ pub(crate) struct Memory {
     /// Role and id of each.
     processes: Vec<(String, u32)>,
     before: BTreeMap<String, f64>,
+    ceilings: BTreeMap<String, f64>,
     looking: Arc<AtomicBool>,
     thread: JoinHandle<BTreeMap<String, f64>>,
 }
@@ -79,14 +80,14 @@ impl Memory {
             }
             most
         });
-        Self { processes, before, looking, thread }
+        Self { processes, before, ceilings, looking, thread }
     }
 
     /// Fails if a process has died, or one was above the ceiling of its role.
     pub(crate) fn judge(self) {
-        let Self { processes, before, looking, thread } = self;
+        let Self { processes, before, ceilings, looking, thread } = self;
         looking.store(false, Ordering::Relaxed);
-        let (most, ceilings) = (thread.join().unwrap(), ceilings());
+        let most = thread.join().unwrap();
         println!("role        before   most  ceiling, MiB");
         for (role, most) in &most {
             println!("{role:10} {:7.0} {most:6.0} {:8.0}", before[role], ceilings[role]);
@@ -168,15 +169,13 @@ pub(crate) fn flood(session: &Session, key: &str, is_asked: bool, loads: &[Load]
 #[test]
 fn the_largest_messages_at_full_speed_take_no_role_above_its_ceiling() {
     let _turn = turn();
-    let longer =
-        std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
-    let lasts = Duration::from_secs(longer.unwrap_or(10).min(60));
+    let lasts = soak_time(10).min(Duration::from_secs(60));
     let deployment = Deployment::start(1);
     let at = ["--connect", deployment.endpoint()];
     assert_eq!(run(QUICK, &at).1, 0);
     let config =
         ServiceConfig { connect: vec![deployment.endpoint().to_owned()], ..ServiceConfig::default() };
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    let runtime = two_workers();
     let session = runtime.block_on(session::client(&config)).unwrap();
     let mission: Mission =
         runtime.block_on(fetch(&session, &keys::robot("robot", "mission").unwrap(), LIMIT)).unwrap();

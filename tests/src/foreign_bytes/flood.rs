@@ -18,7 +18,7 @@ use zenoh::{Session, Wait};
 use super::impostor::Impostor;
 use super::spoilt::{Spoilt, below, spoilt};
 use super::target::{SERVICES, Target, all};
-use crate::end_to_end::program::{Deployment, LIMIT, is_alive, real_time, run, turn};
+use crate::end_to_end::program::{Deployment, LIMIT, is_alive, real_time, run, soak_time, turn, two_workers};
 
 const SEED: u64 = 1000;
 const QUICK: &str = "scenarios/quickstart.toml";
@@ -32,15 +32,13 @@ type Sent = BTreeMap<&'static str, u64>;
 #[test]
 fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
     let _turn = turn();
-    let longer =
-        std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
-    let lasts = Duration::from_secs(longer.unwrap_or(20).min(60));
+    let lasts = soak_time(20).min(Duration::from_secs(60));
     println!("seed {SEED}, {} s", lasts.as_secs());
     // The flood takes its share of the machine, too.
     let speed = 0.5 * real_time();
     let deployment = Deployment::start(1);
     let pids = deployment.pids();
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    let runtime = two_workers();
     let config =
         ServiceConfig { connect: vec![deployment.endpoint().to_owned()], ..ServiceConfig::default() };
     let session = runtime.block_on(session::client(&config)).unwrap();

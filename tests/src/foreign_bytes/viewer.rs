@@ -18,7 +18,9 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::{Session, Wait};
 
 use super::ceilings::Memory;
-use crate::end_to_end::program::{Deployment, LIMIT, RunJson, in_real_time, run, turn};
+use crate::end_to_end::program::{
+    Deployment, LIMIT, RunJson, in_real_time, run, soak_time, turn, two_workers,
+};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 /// Threads that ask for each key.
@@ -98,16 +100,14 @@ impl Flood {
 #[test]
 fn a_viewer_at_full_speed_delays_no_decision_and_takes_no_role_above_its_ceiling() {
     let _turn = turn();
-    let longer =
-        std::env::var("CURIONAV_SOAK_S").map(|s| s.parse::<u64>().expect("CURIONAV_SOAK_S: seconds"));
-    let lasts = Duration::from_secs(longer.unwrap_or(20).min(60));
+    let lasts = soak_time(20).min(Duration::from_secs(60));
     let place = tempfile::tempdir().unwrap();
     let pki = place.path().join("pki");
     let secure = ["--secure", pki.to_str().unwrap()];
     let deployment = Deployment::start_with(1, &secure);
     let at = [&["--connect", deployment.endpoint()], &secure[..]].concat();
     assert_eq!(run(QUICK, &at).1, 0);
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    let runtime = two_workers();
     let config = ServiceConfig {
         connect: vec![deployment.endpoint().to_owned()],
         secure: Some(pki.clone()),

@@ -5,12 +5,14 @@ use std::time::Duration;
 
 use curionav_runtime::secure;
 use curionav_runtime::session::{self, RouterSettings};
-use curionav_security::folder::{Folder, days};
+use curionav_security::folder::Folder;
 use curionav_security::name::Name;
 use curionav_security::rules::Rules;
 use curionav_security::table::TABLE;
 use tempfile::TempDir;
 use zenoh::{Config, Session, Wait};
+
+use crate::certificates::issued;
 
 /// What names are made of.
 pub(super) const PARTS: [(&str, &str); 3] = [("robot", "r1"), ("world", "w"), ("instance", "i")];
@@ -36,9 +38,6 @@ impl Drop for Router {
 
 impl Site {
     pub(super) fn new() -> Self {
-        let directory = tempfile::tempdir().unwrap();
-        let folder = Folder::new(directory.path());
-        folder.init(None).unwrap();
         let part = |what: &&str| PARTS.iter().find(|part| part.0 == *what).unwrap().1;
         let names: Vec<Name> = TABLE
             .iter()
@@ -47,7 +46,7 @@ impl Site {
                 Name::new(role, &row.names.iter().map(part).collect::<Vec<_>>()).unwrap()
             })
             .collect();
-        names.iter().for_each(|name| folder.issue(name, &[], days(1)).unwrap());
+        let directory = issued(names.clone(), &[]);
         Self { directory, names, runtime: tokio::runtime::Runtime::new().unwrap() }
     }
 

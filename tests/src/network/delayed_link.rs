@@ -11,7 +11,8 @@ use curionav_planning::random;
 
 /// Relays connections to a router, each way with the delay that is set.
 pub(super) struct DelayedLink {
-    address: String,
+    /// Where clients connect.
+    pub(super) address: String,
     state: Arc<State>,
 }
 
@@ -29,7 +30,7 @@ impl DelayedLink {
         let listener = TcpListener::bind((ours, 0)).unwrap();
         let address = listener.local_addr().unwrap().to_string();
         let state = Arc::new(State::default());
-        let (shared, to) = (Arc::clone(&state), to.trim_start_matches("tcp/").to_owned());
+        let (shared, to) = (Arc::clone(&state), to.split_once('/').unwrap().1.to_owned());
         std::thread::spawn(move || {
             for (stream, near) in (0..).zip(listener.incoming().map_while(Result::ok)) {
                 if shared.over.load(Ordering::Relaxed) {
@@ -42,11 +43,6 @@ impl DelayedLink {
             }
         });
         Self { address, state }
-    }
-
-    /// Where clients connect.
-    pub(super) fn endpoint(&self) -> String {
-        format!("tcp/{}", self.address)
     }
 
     /// From now on each piece is kept for `delay` and up to `jitter` more, each way, in order.

@@ -1,7 +1,6 @@
 //! What can be seen from outside: decisions, commands, reports and odometry, with the time they arrived.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -15,10 +14,12 @@ use curionav_runtime::topic::Inbox;
 use curionav_schemas::{
     Action, CycleReport, Decision, Message, Mission, Odometry, ServiceStatus, Twist, keys,
 };
+use tempfile::TempDir;
 use zenoh::Session;
 
 use super::figures::Figures;
 use super::pace::{Kept, Pace};
+use crate::end_to_end::program::two_workers;
 
 /// Cycles in a row that make a robot nominal.
 const NOMINAL_CYCLES: usize = 10;
@@ -77,12 +78,11 @@ pub(super) struct Recorder {
 
 impl Recorder {
     /// Listens behind the first of these routers that answers.
-    pub(super) fn start(endpoints: &[String], pace: Pace, secure: Option<PathBuf>) -> Self {
-        let runtime =
-            tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
+    pub(super) fn start(endpoints: &[String], pace: Pace, secure: Option<&TempDir>) -> Self {
+        let runtime = two_workers();
         let config = ServiceConfig {
             connect: endpoints.to_vec(),
-            secure,
+            secure: secure.map(|folder| folder.path().to_owned()),
             certificates: vec!["viewer".parse().unwrap()],
             ..ServiceConfig::default()
         };

@@ -6,13 +6,14 @@ use std::process::{Child, Command, Stdio};
 use std::sync::MutexGuard;
 use std::time::{Duration, Instant};
 
-use curionav_security::folder::{Folder, days};
 use curionav_security::name::Name;
+use tempfile::TempDir;
 
 use super::delayed_link::DelayedLink;
 use super::namespaces::Network;
 use super::pace::{Kept, Pace};
 use super::recorder::Recorder;
+use crate::certificates::{issued, secure};
 use crate::end_to_end::program::{program, ready_line, root, signal, spawn, turn};
 
 /// A hall with 27 people; the way takes the robot 45 s.
@@ -71,9 +72,9 @@ pub(super) struct Site {
     pub(super) recorder: Option<Recorder>,
     pub(super) delayed_link: Option<DelayedLink>,
     pub(super) network: Network,
-    directory: tempfile::TempDir,
+    directory: TempDir,
     /// Certificates, if links are over TLS.
-    pki: Option<PathBuf>,
+    pki: Option<TempDir>,
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -84,10 +85,8 @@ impl Site {
         let mut network = Network::new().unwrap();
         let hosts = layout.routers.iter().chain(["robot"].iter().filter(|h| !layout.routers.contains(h)));
         hosts.chain(&POOL).for_each(|host| network.add(host));
-        let directory = tempfile::tempdir().unwrap();
-        let addresses: Vec<String> = layout.routers.iter().map(|host| network.address(host)).collect();
-        let addresses = [addresses, vec![network.ours()]].concat();
-        let pki = is_over_tls().then(|| certificates(&directory.path().join("pki"), &addresses));
+        let addresses = layout.routers.iter().map(|host| network.address(host)).chain([network.ours()]);
+        let pki = is_over_tls().then(|| certificates(&addresses.collect::<Vec<_>>()));
         Self {
             pace,
             processes: BTreeMap::new(),
@@ -95,7 +94,7 @@ impl Site {
             recorder: None,
             delayed_link: None,
             network,
-            directory,
+            directory: tempfile::tempdir().unwrap(),
             pki,
             _turn: turn,
         }
@@ -110,20 +109,20 @@ impl Site {
         let of_robot = endpoints.clone();
         endpoints.reverse();
         // Access rules let nothing of a robot through to another router.
-        let listened_to = if is_over_tls() { of_robot } else { endpoints.clone() };
+        let listened_to = if self.pki.is_some() { of_robot } else { endpoints.clone() };
         let recorded = listened_to[0].clone();
         if layout.delayed {
-            let link = DelayedLink::new(&self.network.ours(), &recorded.replace("tls/", "tcp/"));
-            endpoints = vec![link.endpoint().replace("tcp/", self.protocol())];
+            let link = DelayedLink::new(&self.network.ours(), &recorded);
+            endpoints = vec![self.endpoint_at(&link.address)];
             self.delayed_link = Some(link);
         }
         self.spawn_pool(&endpoints);
         let names: Vec<String> = self.processes.keys().cloned().collect();
         names.iter().filter(|name| !name.starts_with("router")).for_each(|name| self.await_ready(name));
-        self.recorder = Some(Recorder::start(&listened_to, self.pace, self.pki.clone()));
+        self.recorder = Some(Recorder::start(&listened_to, self.pace, self.pki.as_ref()));
         let (scenario, speed) = (self.scenario(), self.pace.speed().to_string());
         let run = ["run", &scenario, "--connect", &recorded, "--speed", &speed, "--seed", SEED, "--json"];
-        let secure = self.secure();
+        let secure = secure(self.pki.as_ref());
         let secure: Vec<&str> = secure.iter().map(String::as_str).collect();
         self.run = Some(spawn(&[&run[..], &secure].concat()));
         let decides = |r: &Recorder| !r.record().decisions.is_empty();
@@ -162,17 +161,15 @@ impl Site {
     }
 
     fn endpoint(&self, host: &str) -> String {
-        format!("{}{}:{PORT}", self.protocol(), self.network.address(host))
+        self.endpoint_at(&format!("{}:{PORT}", self.network.address(host)))
+    }
+
+    fn endpoint_at(&self, address: &str) -> String {
+        format!("{}/{address}", self.protocol())
     }
 
     fn protocol(&self) -> &'static str {
-        if self.pki.is_some() { "tls/" } else { "tcp/" }
-    }
-
-    /// What every program is told of certificates.
-    fn secure(&self) -> Vec<String> {
-        let folder = self.pki.iter().map(|pki| pki.to_str().unwrap().to_owned());
-        folder.flat_map(|pki| ["--secure".to_owned(), pki]).collect()
+        if self.pki.is_some() { "tls" } else { "tcp" }
     }
 
     /// `deploy/router.json5` as it is; a router that is not alone knows the others, as that file says.
@@ -184,7 +181,7 @@ impl Site {
             let alone = "connect: { endpoints: [] }";
             assert!(shipped.contains(alone), "deploy/router.json5 has no `{alone}`");
             let text = shipped.replace(alone, &format!("connect: {{ endpoints: {others:?} }}"));
-            let text = text.replace("[\"tcp/0.0.0.0", &format!("[\"{}0.0.0.0", self.protocol()));
+            let text = text.replace("tcp/0.0.0.0", &format!("{}/0.0.0.0", self.protocol()));
             let file = self.directory.path().join(format!("{host}.json5"));
             std::fs::write(&file, text).unwrap();
             let config = file.to_str().unwrap().to_owned();
@@ -229,7 +226,7 @@ impl Site {
             .args(["-n", "-10"])
             .arg(program())
             .args(&arguments)
-            .args(self.secure())
+            .args(secure(self.pki.as_ref()))
             .args(["--supervised", "--log", "info"])
             .env("ZENOH_CONFIG", root().join("deploy/client.json5"))
             .env_remove("RUST_LOG")
@@ -274,18 +271,14 @@ pub(super) fn is_over_tls() -> bool {
 }
 
 /// Those of every process of a site; routers have these addresses.
-fn certificates(path: &Path, addresses: &[String]) -> PathBuf {
-    let folder = Folder::new(path);
-    folder.init(None).unwrap();
+fn certificates(addresses: &[String]) -> TempDir {
     let of_robot = ["simulator", "driver", "localizer", "arbiter"]
         .map(|role| Name::of_service(role, "robot", "world", "a").unwrap());
     let of_pool = ["generator", "cpc", "cnc"].into_iter().flat_map(|role| {
         (0..POOL.len()).map(move |index| Name::new(role, &[&format!("{role}-{index}")]).unwrap())
     });
     let others = ["router", "experimenter", "viewer"].map(|name| Name::new(name, &[]).unwrap());
-    let names = of_robot.into_iter().chain(of_pool).chain(others);
-    names.for_each(|name| folder.issue(&name, addresses, days(1)).unwrap());
-    path.to_owned()
+    issued(of_robot.into_iter().chain(of_pool).chain(others), addresses)
 }
 
 /// The name of the router's process on a host.

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard};
 
 use curionav_runtime::config::ServiceConfig;
-use curionav_security::folder::{Folder, days};
 use curionav_security::name::Name;
 use tempfile::TempDir;
 
 use super::process::{Process, port_for_a_restart};
+use crate::certificates::{issued, secure};
 
 /// Roles of the pool.
 pub(super) const POOL: [&str; 3] = ["generator", "cpc", "cnc"];
@@ -31,16 +31,9 @@ pub(super) fn robot(index: usize) -> String {
     format!("r{index:02}")
 }
 
-fn secure(folder: Option<&TempDir>) -> Vec<String> {
-    folder.map_or_else(Vec::new, |folder| vec!["--secure".into(), folder.path().display().to_string()])
-}
-
 /// Those of every process that there will ever be, and of what this test does as a robot's base and localiser and as
 /// an operator.
 fn certificates(robots: usize) -> TempDir {
-    let directory = tempfile::tempdir().unwrap();
-    let folder = Folder::new(directory.path());
-    folder.init(None).unwrap();
     // One more of each role joins late.
     let of_pool =
         POOL.into_iter().flat_map(|role| (0..=REPLICAS).map(move |i| (role, format!("{role}-{i}"))));
@@ -54,8 +47,7 @@ fn certificates(robots: usize) -> TempDir {
     let names = of_pool.map(|(role, instance)| Name::new(role, &[&instance]).unwrap());
     let names = names.chain((0..robots).map(robot).flat_map(of_robot));
     let others = ["router", "operator", "viewer"].map(|name| Name::new(name, &[]).unwrap());
-    names.chain(others).for_each(|name| folder.issue(&name, &[], days(1)).unwrap());
-    directory
+    issued(names.chain(others), &[])
 }
 
 impl Fleet {

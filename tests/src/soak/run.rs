@@ -20,7 +20,7 @@ use super::fleet::{Fleet, POOL, REPLICAS, robot};
 use super::memory::Memory;
 use super::robot::{Links, Robot};
 use super::watch::{Counts, Drive};
-use crate::end_to_end::program::turn;
+use crate::end_to_end::program::{soak_time, turn, two_workers};
 use crate::faults::base::TICK;
 use crate::faults::corridor_map::{self, GOAL, START};
 use crate::invariants::{BOUNDED, HEALED, Violations};
@@ -99,10 +99,8 @@ fn robots_keep_driving_over_tls_while_something_fails_every_five_seconds() {
 
 fn keep_driving(is_secure: bool) {
     let _turn = turn();
-    let seconds =
-        std::env::var("CURIONAV_SOAK_S").map_or(60, |s| s.parse().expect("CURIONAV_SOAK_S: seconds"));
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
-    runtime.block_on(soak(Duration::from_secs(seconds), is_secure));
+    let runtime = two_workers();
+    runtime.block_on(soak(soak_time(60), is_secure));
     runtime.shutdown_timeout(Duration::from_secs(2));
 }
 
