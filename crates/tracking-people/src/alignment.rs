@@ -2,8 +2,8 @@
 //!
 //! The belief of a localiser is wide, because it has to be right about many scans in a row. To tell people from walls, what
 //! counts is how well one scan fits the map, which is far better known: the walls in a scan are all off by the same error
-//! of the pose. A few steps of Gauss and Newton, with the belief as prior and a loss that takes no notice of beams that
-//! end far from walls, find the pose that fits, and how well it is determined in each direction.
+//! of the pose. A few steps of Gauss and Newton, with what is expected as prior and a loss that takes no notice of beams
+//! that end far from walls, find the pose that fits, and how well it is determined in each direction.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::StaticMap;
@@ -19,6 +19,11 @@ const MOST_BEAMS: usize = 180;
 const CORRELATION: f64 = 4.0;
 /// Errors of so many standard deviations count half and larger ones soon nothing.
 const SCALE: f64 = 2.0;
+/// Beams whose error is larger than the scale by the root of this end on something else. Without this limit many people
+/// would pull the robot along where no wall holds it.
+const CUT: f64 = 3.0;
+/// Beams whose ends are known no better than this say nothing, m2: they may belong to another wall.
+const LINEAR: f64 = 0.25;
 /// Added to the belief's variances, m2 and rad2: a prior that is certain could not be inverted.
 const LEAST_VARIANCE: f64 = 1e-6;
 
@@ -46,6 +51,9 @@ pub(crate) fn align(
             // At first the whole belief may be off, later what is left of it.
             let spread = sigma * sigma + wall.variance(&found);
             let size = wall.metres * wall.metres / (SCALE * SCALE * spread);
+            if size > CUT || wall.variance(covariance) > LINEAR {
+                continue;
+            }
             let weight = 1.0 / (CORRELATION * sigma * sigma * (1.0 + size) * (1.0 + size));
             information += wall.slope * wall.slope.transpose() * weight;
             pull -= wall.slope * (weight * wall.metres);

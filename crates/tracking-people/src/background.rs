@@ -1,9 +1,12 @@
 //! What the static map says about the ends of beams.
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::numerics::sin_cos;
+use curionav_planning::numerics::{hypot, sin_cos};
 use curionav_planning::occupancy::{Cell, StaticMap};
 use nalgebra::{Matrix3, Vector3};
+
+/// Most cells that a beam is traced back from inside of a wall to its face.
+const DEEPEST: u32 = 8;
 
 /// A pose that is known so well, ready to be compared with many beams.
 pub(crate) struct Posed<'a> {
@@ -14,7 +17,7 @@ pub(crate) struct Posed<'a> {
 
 /// How the end of a beam lies to the walls of the map.
 pub(crate) struct WallDistance {
-    /// Metres to the face of the nearest wall, 0 inside.
+    /// Metres to the face of the nearest wall, negative inside.
     pub(crate) metres: f64,
     /// What a metre or radian of error of the pose (x, y, heading) changes of it, to first order.
     pub(crate) slope: Vector3<f64>,
@@ -36,18 +39,24 @@ impl<'a> Posed<'a> {
         self.map.grid.at(self.on_map(end)) == Cell::Free
     }
 
-    /// Distance from the end of a beam, robot frame, to the nearest wall.
+    /// Distance from the end of a beam, robot frame, to the face of the nearest wall.
     pub(crate) fn to_wall(&self, end: Point2) -> WallDistance {
         let (grid, field) = (&self.map.grid, &self.map.to_occupied);
         let (p, step) = (self.on_map(end), grid.resolution());
-        let at = |dx: f64, dy: f64| field.between_cells(grid, Point2::new(p.x + dx, p.y + dy));
-        // A beam ends on the face of a cell, the field counts from its centre.
-        let metres = (at(0.0, 0.0) - 0.5 * step).max(0.0);
+        let arm = Point2::new(p.x - self.pose.x, p.y - self.pose.y);
+        let length = hypot(arm.x, arm.y).max(step);
+        let (back_x, back_y) = (-step * arm.x / length, -step * arm.y / length);
+        // Inside of a wall the field is flat; the face is where the beam came in.
+        let back = |k: f64| Point2::new(p.x + k * back_x, p.y + k * back_y);
+        let outside = |p: &Point2| grid.at(*p) != Cell::Occupied;
+        let face = (0..=DEEPEST).map(|k| back(f64::from(k))).find(outside).unwrap_or(p);
+        let at = |dx: f64, dy: f64| field.between_cells(grid, Point2::new(face.x + dx, face.y + dy));
         let (x, y) = (
             (at(step, 0.0) - at(-step, 0.0)) / (2.0 * step),
             (at(0.0, step) - at(0.0, -step)) / (2.0 * step),
         );
-        let arm = Point2::new(p.x - self.pose.x, p.y - self.pose.y);
+        // A beam ends on the face of a cell, the field counts from its centre.
+        let metres = at(0.0, 0.0) - 0.5 * step + x * (p.x - face.x) + y * (p.y - face.y);
         WallDistance { metres, slope: Vector3::new(x, y, y * arm.x - x * arm.y) }
     }
 }

@@ -41,6 +41,10 @@ pub struct Seen {
     pub detections: Vec<Detection>,
     /// Whether each beam ended on one of them.
     pub of_people: Vec<bool>,
+    /// Where the walls in the scan have shown the robot to be, map frame.
+    pub pose: Pose2,
+    /// Covariance of `pose`.
+    pub covariance: Matrix3<f64>,
 }
 
 /// Finds people in the scans of a laser on a known map.
@@ -80,7 +84,7 @@ impl Detector {
         let count = ranges.len().min(laser.beams as usize);
         let ranges = &ranges[..count];
         if count < 2 {
-            return Seen { of_people: vec![false; count], ..Seen::default() };
+            return Seen { of_people: vec![false; count], pose, covariance: *covariance, ..Seen::default() };
         }
         let met: Vec<bool> =
             ranges.iter().map(|r| *r > 0.0 && f64::from(*r) < laser.range_max - 1e-6).collect();
@@ -93,11 +97,15 @@ impl Detector {
             })
             .collect();
         let in_robot: Vec<Point2> = ends.iter().map(|end| laser.robot_from_laser.transform(*end)).collect();
-        let unexplained = self.unexplained(&met, &in_robot, laser, pose, covariance);
+        let sigma = hypot(laser.range_sigma, self.params.map_sigma);
+        let hits: Vec<Point2> =
+            in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
+        let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
+        let unexplained = self.unexplained(&met, &in_robot, sigma, pose, &covariance);
         let full = laser.fov >= std::f64::consts::TAU - 1e-9;
         let sweep =
             Sweep { ends: &ends, ranges, unexplained: &unexplained, gap, full, jump: self.params.jump };
-        let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count] };
+        let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };
         for segment in sweep.segments() {
             self.classify(&sweep, &met, segment, laser, CUTS, &mut seen);
         }
@@ -105,25 +113,20 @@ impl Detector {
     }
 
     /// Which beams ended where a person can be and the map has no wall, within some standard deviations of where the robot
-    /// is and how the laser measures.
+    /// is and how the laser measures (`sigma`, metres).
     fn unexplained(
         &self,
         met: &[bool],
         in_robot: &[Point2],
-        laser: &LaserModel,
+        sigma: f64,
         pose: Pose2,
         covariance: &Matrix3<f64>,
     ) -> Vec<bool> {
-        let params = &self.params;
-        let sigma = hypot(laser.range_sigma, params.map_sigma);
-        let hits: Vec<Point2> =
-            in_robot.iter().zip(met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
-        let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
         let posed = Posed::new(&self.map, pose);
         let of_beam = |(end, met): (&Point2, &bool)| {
             *met && posed.may_be_a_person(*end) && {
                 let wall = posed.to_wall(*end);
-                let reach = params.explained_sigmas * (sigma * sigma + wall.variance(&covariance)).sqrt();
+                let reach = self.params.explained_sigmas * (sigma * sigma + wall.variance(covariance)).sqrt();
                 wall.metres > reach
             }
         };

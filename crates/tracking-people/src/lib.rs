@@ -11,6 +11,7 @@ mod alignment;
 mod assignment;
 mod background;
 mod detector;
+mod ego_motion;
 mod params;
 mod segments;
 mod shape;

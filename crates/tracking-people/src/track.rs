@@ -1,11 +1,12 @@
 //! One person over time: a Kalman filter with constant velocity.
 
-use curionav_planning::geometry::Point2;
+use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::numerics::sin_cos;
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
 
 use crate::params::TrackerParams;
 
-/// What is known of a person, in the frame that the tracker was told the odometry in.
+/// What is known of a person, in the frame of the robot at the time of the scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// The same for as long as the person is followed.
@@ -26,7 +27,7 @@ pub struct Person {
 #[derive(Debug, Clone)]
 pub(crate) struct Track {
     pub(crate) id: u32,
-    /// (x, y, vx, vy).
+    /// (x, y, vx, vy), map frame.
     state: Vector4<f64>,
     covariance: Matrix4<f64>,
     /// When it was seen last, seconds.
@@ -122,16 +123,37 @@ impl Track {
         !self.confirmed && misses > params.confirm_of - params.needed()
     }
 
-    pub(crate) fn person(&self, stamp: f64) -> Person {
+    /// Goes along with a robot that turns out to be at `to` and not at `from`.
+    pub(crate) fn carry(&mut self, from: Pose2, to: Pose2) {
+        let position = to.transform(from.inverse_transform(self.position()));
+        let turn = rotation(to.heading - from.heading);
+        let velocity = turn * self.state.fixed_view::<2, 1>(2, 0);
+        self.state = Vector4::new(position.x, position.y, velocity.x, velocity.y);
+        let mut both = Matrix4::zeros();
+        both.fixed_view_mut::<2, 2>(0, 0).copy_from(&turn);
+        both.fixed_view_mut::<2, 2>(2, 2).copy_from(&turn);
+        self.covariance = both * self.covariance * both.transpose();
+    }
+
+    /// What is known of it at `stamp`, for a robot at `robot` on the map.
+    pub(crate) fn person(&self, stamp: f64, robot: Pose2) -> Person {
+        let turn = rotation(-robot.heading);
+        let velocity = turn * self.state.fixed_view::<2, 1>(2, 0);
+        let turned = |at: usize| turn * self.covariance.fixed_view::<2, 2>(at, at) * turn.transpose();
         Person {
             id: self.id,
-            position: self.position(),
-            velocity: self.velocity(),
-            position_covariance: self.covariance.fixed_view::<2, 2>(0, 0).into(),
-            velocity_covariance: self.covariance.fixed_view::<2, 2>(2, 2).into(),
+            position: robot.inverse_transform(self.position()),
+            velocity: Point2::new(velocity.x, velocity.y),
+            position_covariance: turned(0),
+            velocity_covariance: turned(2),
             age: stamp - self.seen,
         }
     }
+}
+
+fn rotation(angle: f64) -> Matrix2<f64> {
+    let (s, c) = sin_cos(angle);
+    Matrix2::new(c, -s, s, c)
 }
 
 #[cfg(test)]
@@ -147,14 +169,29 @@ mod tests {
             track.predict(0.1, &params);
             track.update(Point2::new(0.8 * t, 0.2 * t), 0.05, t, &params);
         }
-        let seen = track.person(1.0);
+        let seen = track.person(1.0, Pose2::default());
         assert!(seen.velocity.distance(Point2::new(0.8, 0.2)) < 0.1, "{seen:?}");
         track.predict(1.0, &params);
-        let hidden = track.person(2.0);
+        let hidden = track.person(2.0, Pose2::default());
         assert!(hidden.position.distance(Point2::new(1.6, 0.4)) < 0.15, "{hidden:?}");
         assert_eq!(hidden.age, 1.0);
         // At least a third of q t^3 more.
         assert!(hidden.position_covariance[(0, 0)] > seen.position_covariance[(0, 0)] + 0.5 / 3.0);
+    }
+
+    #[test]
+    fn who_is_carried_along_stays_where_the_robot_sees_it() {
+        let params = TrackerParams::default();
+        let mut track = Track::new(1, Point2::new(3.0, 1.0), 0.05, 0.0, &params);
+        track.predict(0.1, &params);
+        track.update(Point2::new(3.1, 1.0), 0.05, 0.1, &params);
+        let (from, to) = (Pose2::new(1.0, 1.0, 0.2), Pose2::new(-4.0, 2.0, 1.5));
+        let before = track.person(0.1, from);
+        track.carry(from, to);
+        let after = track.person(0.1, to);
+        assert!(before.position.distance(after.position) < 1e-12);
+        assert!(before.velocity.distance(after.velocity) < 1e-12);
+        assert!((before.velocity_covariance - after.velocity_covariance).norm() < 1e-12);
     }
 
     #[test]

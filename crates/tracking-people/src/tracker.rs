@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use curionav_planning::geometry::{Point2, Pose2};
+use curionav_planning::motion::OdometryNoise;
 use curionav_planning::numerics::{atan2, hypot};
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::scene::Belief;
@@ -10,6 +11,7 @@ use curionav_planning::sensor::LaserModel;
 
 use crate::assignment::assign;
 use crate::detector::{Detection, Detector, Kind, Seen};
+use crate::ego_motion::EgoMotion;
 use crate::params::TrackerParams;
 use crate::track::{Person, Track};
 
@@ -22,7 +24,7 @@ pub struct Observation<'a> {
     pub ranges: &'a [f32],
     /// The scanner.
     pub laser: &'a LaserModel,
-    /// Where odometry says the robot is: people are followed in its frame, in which the robot moves without jumps.
+    /// Where odometry says the robot is, in a frame of its own.
     pub odometry: Pose2,
     /// Where the robot believes it is on the map.
     pub belief: &'a Belief,
@@ -41,6 +43,7 @@ const SECOND_LEG: f64 = 1.0;
 pub struct Tracker {
     detector: Detector,
     params: TrackerParams,
+    ego: EgoMotion,
     /// By ascending id.
     tracks: Vec<Track>,
     next_id: u32,
@@ -48,38 +51,43 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A tracker that knows no people yet. `params` are such as their check passes.
-    pub fn new(map: Arc<StaticMap>, params: TrackerParams) -> Self {
-        Self { detector: Detector::new(map, params), params, tracks: Vec::new(), next_id: 1, stamp: None }
+    /// A tracker that knows no people yet, on a robot with this odometry. `params` are such as their check passes.
+    pub fn new(map: Arc<StaticMap>, params: TrackerParams, noise: OdometryNoise) -> Self {
+        let (detector, ego) = (Detector::new(map, params), EgoMotion::new(noise));
+        Self { detector, params, ego, tracks: Vec::new(), next_id: 1, stamp: None }
     }
 
     /// Forgets all people, as after a restart of the base; ids go on.
     pub fn restart(&mut self) {
         self.tracks.clear();
+        self.ego.restart();
         self.stamp = None;
     }
 
-    /// Takes in a scan; gives the people there are, by ascending id, in the frame of the odometry, and what was seen.
+    /// Takes in a scan; gives the people there are, by ascending id, and what was seen.
     pub fn update(&mut self, now: &Observation<'_>) -> (Vec<Person>, Seen) {
         let step = self.stamp.map_or(0.0, |last| now.stamp - last);
         if !(0.0..=LONGEST_STEP).contains(&step) {
-            self.tracks.clear();
+            self.restart();
         } else {
             self.tracks.iter_mut().for_each(|track| track.predict(step, &self.params));
         }
         self.stamp = Some(now.stamp);
-        let seen = self.detector.see(now.ranges, now.laser, now.belief.pose, &now.belief.covariance);
-        let found: Vec<Detection> = seen
-            .detections
-            .iter()
-            .map(|one| Detection { position: now.odometry.transform(one.position), ..*one })
-            .collect();
+        let expected = self.ego.expect(now.odometry, now.belief);
+        let seen = self.detector.see(now.ranges, now.laser, expected.pose, &expected.covariance);
+        let robot = seen.pose;
+        if let Some(from) = expected.instead_of {
+            self.tracks.iter_mut().for_each(|track| track.carry(from, robot));
+        }
+        self.ego.settle(now.odometry, robot, seen.covariance);
+        let on_map = |one: &Detection| Detection { position: robot.transform(one.position), ..*one };
+        let found: Vec<Detection> = seen.detections.iter().map(on_map).collect();
         let left = self.follow(&found, now.stamp);
         self.begin(&left, now.stamp);
-        self.forget(now);
+        self.forget(now, robot);
         self.merge();
-        let people = self.tracks.iter().filter(|track| track.confirmed).map(|track| track.person(now.stamp));
-        (people.collect(), seen)
+        let people = self.tracks.iter().filter(|track| track.confirmed);
+        (people.map(|track| track.person(now.stamp, robot)).collect(), seen)
     }
 
     /// Gives each track the detections that are most likely its own; gives back those of none.
@@ -160,11 +168,12 @@ impl Tracker {
     }
 
     /// Forgets who has not been seen for too long.
-    fn forget(&mut self, now: &Observation<'_>) {
+    fn forget(&mut self, now: &Observation<'_>, robot: Pose2) {
         let params = self.params;
         self.tracks.retain(|track| {
             let unseen = now.stamp - track.seen;
-            let most = if unseen > 0.0 && is_in_view(track.position(), now, &params) {
+            let most = if unseen > 0.0 && is_in_view(robot.inverse_transform(track.position()), now, &params)
+            {
                 params.coast_in_view
             } else {
                 params.coast
@@ -213,11 +222,11 @@ fn pair_of(a: &Detection, b: &Detection) -> (Point2, f64) {
     (a.position.toward(b.position, 0.5), hypot(a.sigma, b.sigma))
 }
 
-/// Whether a person at a place in the odometry's frame would be seen by this scan: in the laser's view, and with nothing
+/// Whether a person at a place in the robot's frame would be seen by this scan: in the laser's view, and with nothing
 /// nearer in the way.
 fn is_in_view(position: Point2, now: &Observation<'_>, params: &TrackerParams) -> bool {
     let laser = now.laser;
-    let p = now.odometry.compose(laser.robot_from_laser).inverse_transform(position);
+    let p = laser.robot_from_laser.inverse_transform(position);
     let distance = hypot(p.x, p.y);
     if distance - params.radius >= laser.range_max {
         return false;

@@ -1,41 +1,26 @@
 //! People as they are published: in the frame of the robot that sees them.
 
-use curionav_planning::geometry::Pose2;
-use curionav_planning::numerics::sin_cos;
 use curionav_schemas::limits::MAX_PEOPLE;
 use curionav_schemas::{Frame, Odometry, People};
 use curionav_tracking_people::Person;
 use nalgebra::Matrix2;
 
-/// The message of people in the frame of `odometry`. Of more than a message may hold, those who were seen last.
+/// The message of people who were seen as `odometry` was measured. Of more than a message may hold, those who were seen last.
 pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64) -> People {
     people.sort_by(|a, b| a.age.total_cmp(&b.age).then(a.id.cmp(&b.id)));
     people.truncate(MAX_PEOPLE);
     people.sort_by_key(|person| person.id);
-    let robot = Pose2::new(odometry.x, odometry.y, odometry.heading);
-    let (s, c) = sin_cos(robot.heading);
-    let turn = Matrix2::new(c, s, -s, c);
-    let entries = |covariance: &Matrix2<f64>| {
-        let turned = turn * covariance * turn.transpose();
-        [turned[(0, 0)].max(0.0), 0.5 * (turned[(0, 1)] + turned[(1, 0)]), turned[(1, 1)].max(0.0)]
-    };
-    let places: Vec<_> = people.iter().map(|person| robot.inverse_transform(person.position)).collect();
-    let velocities: Vec<_> = people
-        .iter()
-        .map(|person| {
-            (c * person.velocity.x + s * person.velocity.y, c * person.velocity.y - s * person.velocity.x)
-        })
-        .collect();
+    let entries = |m: &Matrix2<f64>| [m[(0, 0)].max(0.0), 0.5 * (m[(0, 1)] + m[(1, 0)]), m[(1, 1)].max(0.0)];
     People {
         tick: odometry.tick,
         stamp: odometry.stamp,
         frame: Frame::Robot,
         radius,
         id: people.iter().map(|person| person.id).collect(),
-        x: places.iter().map(|p| p.x).collect(),
-        y: places.iter().map(|p| p.y).collect(),
-        vx: velocities.iter().map(|v| v.0).collect(),
-        vy: velocities.iter().map(|v| v.1).collect(),
+        x: people.iter().map(|person| person.position.x).collect(),
+        y: people.iter().map(|person| person.position.y).collect(),
+        vx: people.iter().map(|person| person.velocity.x).collect(),
+        vy: people.iter().map(|person| person.velocity.y).collect(),
         position_covariance: Some(people.iter().flat_map(|p| entries(&p.position_covariance)).collect()),
         velocity_covariance: Some(people.iter().flat_map(|p| entries(&p.velocity_covariance)).collect()),
         age: Some(people.iter().map(|person| person.age.max(0.0) as f32).collect()),
@@ -44,7 +29,7 @@ pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64)
 
 #[cfg(test)]
 mod tests {
-    use curionav_planning::geometry::Point2;
+    use curionav_planning::geometry::{Point2, Pose2};
     use curionav_runtime::convert;
     use curionav_schemas::Message;
     use curionav_testing::golden;
@@ -67,8 +52,7 @@ mod tests {
         let odometry = golden::odometry();
         let sent = message(vec![person(2, 4.0), person(5, 6.0)], &odometry, 0.25);
         let read = People::decode(&sent.encode(), Some(People::ENCODING)).unwrap();
-        let robot = Pose2::new(odometry.x, odometry.y, odometry.heading);
-        let people = convert::people(&read, robot);
+        let people = convert::people(&read, Pose2::default());
         assert_eq!(people.id, [2, 5]);
         assert!(people.position(1).distance(Point2::new(6.0, 2.0)) < 1e-12, "{people:?}");
         assert!((people.vx[0] - 0.5).abs() < 1e-12 && (people.vy[0] + 0.25).abs() < 1e-12);

@@ -1,5 +1,6 @@
 //! What the tracker promises.
 
+use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
 
 use super::scene::{Bench, hall, scenario};
@@ -72,6 +73,30 @@ fn a_person_who_stands_beside_a_wall_is_found() {
         });
         let found = found.count();
         assert!(found >= 45, "{shape}: {found} of 50");
+    }
+}
+
+#[test]
+fn people_who_stand_do_not_walk_when_the_robot_turns() {
+    let people: String = [[12.0, 6.5], [11.0, 9.0], [11.5, 3.0], [5.0, 7.5], [6.0, 3.5], [13.5, 8.0]]
+        .map(|[x, y]| format!("[[walkers]]\nroute = [[{x}, {y}]]\nmode = \"stand\"\n"))
+        .concat();
+    for sigma in BELIEFS {
+        let mut speeds = Vec::new();
+        for seed in 1..=3 {
+            let scenario = scenario("disc", &people);
+            let mut bench = Bench::new(&scenario, hall(everywhere), hall(everywhere), sigma, seed);
+            (0..10).for_each(|_| drop(bench.tick()));
+            for _ in 0..60 {
+                speeds
+                    .extend(bench.tick().1.iter().map(|person| person.velocity.distance(Point2::default())));
+            }
+        }
+        assert!(speeds.len() > 3 * 60 * 5, "{} of 1080", speeds.len());
+        let rms = (speeds.iter().map(|speed| speed * speed).sum::<f64>() / speeds.len() as f64).sqrt();
+        eprintln!("sigma {sigma:?}: {rms:.3} m/s");
+        // With odometry alone it is 0.17 m/s.
+        assert!(rms <= 0.13, "sigma {sigma:?}: {rms} m/s");
     }
 }
 

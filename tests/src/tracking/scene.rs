@@ -65,7 +65,7 @@ impl Bench {
         seed: u64,
     ) -> Self {
         let world = World::new(scenario, map, Vec::new(), seed).unwrap();
-        let tracker = Tracker::new(Arc::new(known), TrackerParams::default());
+        let tracker = Tracker::new(Arc::new(known), TrackerParams::default(), scenario.odometry_noise);
         Self { world, tracker, sigma, noise: rng(seed, 91), took: Duration::ZERO }
     }
 
@@ -96,7 +96,7 @@ impl Bench {
         let (mut people, _) = self.tracker.update(&now);
         self.took = started.elapsed();
         for person in &mut people {
-            person.position = pose.transform(sensed.odometry.inverse_transform(person.position));
+            person.position = pose.transform(person.position);
         }
         let omega = if (self.world.tick() / 30).is_multiple_of(2) { 0.3 } else { -0.3 };
         self.world.step(Twist { v: 0.2, omega });

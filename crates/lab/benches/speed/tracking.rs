@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use curionav_crowdsim::{Observation as Sensed, Scenario, World};
 use curionav_planning::geometry::{Pose2, Twist};
+use curionav_planning::motion::OdometryNoise;
 use curionav_planning::nalgebra::Matrix3;
 use curionav_planning::numerics::sin_cos;
 use curionav_planning::occupancy::StaticMap;
@@ -41,7 +42,11 @@ fn case(shape: &str) -> anyhow::Result<Case> {
         let now = Observation { stamp, ranges: &seen.ranges, laser: &laser, odometry, belief: &belief };
         tracker.update(&now).0.len()
     };
-    let mut known = Tracker::new(Arc::new(StaticMap::new(hall::grid()?)), TrackerParams::default());
+    let mut known = Tracker::new(
+        Arc::new(StaticMap::new(hall::grid()?)),
+        TrackerParams::default(),
+        OdometryNoise::default(),
+    );
     sensed[..SCANS].iter().for_each(|seen| {
         scan(&mut known, seen);
     });
