@@ -78,6 +78,8 @@ pub struct ZenohPeers {
     membership: Membership,
     changes: Mutex<watch::Receiver<Members>>,
     started: Instant,
+    /// See [`curionav_runtime::config::ServiceConfig::takes_turns`].
+    takes_turns: bool,
     /// Questions sent, by role, probes and those asked twice included.
     pub questions: Tally,
     /// Bytes of these, and of the answers that came, by role; without what Zenoh and the link add.
@@ -87,8 +89,8 @@ pub struct ZenohPeers {
 }
 
 impl ZenohPeers {
-    /// Those behind `session`.
-    pub fn new(session: &Session) -> anyhow::Result<Arc<Self>> {
+    /// Those behind `session`. With `takes_turns` nothing else of this process waits to be done while one computes.
+    pub fn new(session: &Session, takes_turns: bool) -> anyhow::Result<Arc<Self>> {
         // Terms that are not built in are added with the missions that have them.
         let built_in: Vec<&str> = terms::NAMES
             .iter()
@@ -100,7 +102,7 @@ impl ZenohPeers {
         let changes = Mutex::new(membership.changes());
         let (session, started) = (session.clone(), Instant::now());
         let [questions, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
-        Ok(Arc::new(Self { session, membership, changes, started, questions, sent, received }))
+        Ok(Arc::new(Self { session, membership, changes, started, takes_turns, questions, sent, received }))
     }
 
     async fn ask<Q: Message, A: Message>(
@@ -130,7 +132,7 @@ impl Peers for ZenohPeers {
     }
 
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R {
-        tokio::task::block_in_place(work)
+        if self.takes_turns { work() } else { tokio::task::block_in_place(work) }
     }
 
     fn follow(&self, roles: &[&str]) {

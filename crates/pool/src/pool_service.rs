@@ -56,7 +56,7 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
         Ok(answer)
     };
     let key = keys::questions(role, &config.instance)?;
-    let slots_and_queue = (config.slots, config.queue);
+    let slots_and_queue = (if config.takes_turns { 0 } else { config.slots }, config.queue);
     let server = serve_in_time(session, &key, slots_and_queue, &refusals(), budget, handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);

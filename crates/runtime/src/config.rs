@@ -50,6 +50,10 @@ pub struct ServiceConfig {
     /// Whether the arbiter generates and evaluates itself when no replica answers. Without it the robot then
     /// drives the rest of its last trajectory and stops (arbiter).
     pub in_process: bool,
+    /// Whether the services of this process take turns, as on a robot in lockstep. Each then computes its answers on the
+    /// thread that asks, because to wake another one would take longer. Not part of a file.
+    #[serde(skip)]
+    pub takes_turns: bool,
     /// What the robot can do, and what no mission can widen (driver).
     pub limits: Option<RobotLimits>,
     /// Whether the base is a simulated one, which can do whatever its scenario says and has no limits of its own
@@ -80,6 +84,7 @@ impl Default for ServiceConfig {
             slots: 1,
             queue: 16,
             in_process: true,
+            takes_turns: false,
             limits: None,
             simulated_base: false,
             ros2: None,

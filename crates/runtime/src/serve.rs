@@ -1,7 +1,8 @@
 //! Typed queryables with admission control.
 //!
 //! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue (or refuses it
-//! as overloaded, at once); threads of our own compute and answer, one robot after the other.
+//! as overloaded, at once); threads of our own compute and answer, one robot after the other. Without threads, that is with
+//! 0 questions at once, the callback answers as well. Within one process that is the thread that asks.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -145,8 +146,13 @@ impl Waiting {
         refused.into_iter().map(|(query, _)| query).collect()
     }
 
-    /// The next query, waited for; nothing once the server ends.
+    /// The next query; nothing if there is none.
     fn pop(&self) -> Option<(Query, Instant)> {
+        locked(&self.queue).0.pop()
+    }
+
+    /// The next query, waited for; nothing once the server ends.
+    fn wait(&self) -> Option<(Query, Instant)> {
         let mut queue = locked(&self.queue);
         loop {
             if let Some(next) = queue.0.pop() {
@@ -159,7 +165,7 @@ impl Waiting {
         }
     }
 
-    /// A query is over that [`pop`](Self::pop) has given: what its answer took, and the time that it gave.
+    /// A query is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that it gave.
     fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         locked(&self.queue).0.done(robot, took, budget);
     }
@@ -308,19 +314,28 @@ fn serve_queries<A: Message>(
     let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
     let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
-    for slot in 0..slots.max(1) {
+    for slot in 0..slots {
         let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
         let own = own.clone();
-        let thread = std::thread::Builder::new()
-            .name(format!("serve-{slot}"))
-            .spawn(move || work(&waiting, &own, &*handler, &counts))
-            .map_err(|e| ServeError::new(key, e))?;
-        server.threads.push(thread);
+        let work = move || {
+            while let Some(next) = waiting.wait() {
+                answer(&waiting, &own, &*handler, &counts, next);
+            }
+        };
+        let thread = std::thread::Builder::new().name(format!("serve-{slot}")).spawn(work);
+        server.threads.push(thread.map_err(|e| ServeError::new(key, e))?);
     }
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
-        .callback(move |query| admit(&queue, admission, &counted, query))
+        .callback(move |query| {
+            admit(&queue, admission, &counted, query);
+            while slots == 0
+                && let Some(next) = queue.pop()
+            {
+                answer(&queue, &own, &*handler, &counted, next);
+            }
+        })
         .wait();
     server.queryable = Some(queryable.map_err(|e| ServeError::new(key, e))?);
     Ok(server)
@@ -348,40 +363,39 @@ fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
     reply_error(query, &reject);
 }
 
-fn work<A: Message>(
+fn answer<A: Message>(
     waiting: &Waiting,
     own: &KeyExpr<'static>,
     handler: &impl Fn(&Query, Instant) -> (Option<Duration>, Result<A, Reject>),
     counts: &ServeCounts,
+    (query, came): (Query, Instant),
 ) {
-    while let Some((query, came)) = waiting.pop() {
-        let begun = Instant::now();
-        // A handler that panics has answered nothing yet; the next question finds the service alive.
-        let failed = || Err(Refusal::failed("the service failed on this question").into());
-        let (budget, answered) =
-            catch_unwind(AssertUnwindSafe(|| handler(&query, came))).unwrap_or_else(|_| (None, failed()));
-        let took = answered.is_ok().then(|| begun.elapsed());
-        waiting.done(waiting.asker(query.key_expr()).unwrap_or_default(), took, budget);
-        match answered {
-            Ok(answer) => {
-                counts.answered.inc();
-                // A question to several is answered under the key of this one: access rules allow no other.
-                let asked = query.key_expr();
-                let key = if asked.is_wild() { own.clone() } else { asked.clone().into_owned() };
-                let sent = query.reply(key, answer.encode()).encoding(A::ENCODING).wait();
-                if let Err(error) = sent {
-                    tracing::debug!(%error, "reply not sent");
-                }
-            }
-            Err(reject) => {
-                counts.refuse(&reject);
-                tracing::debug!(key = %query.key_expr(), %reject, "question refused");
-                reply_error(&query, &reject);
+    let begun = Instant::now();
+    // A handler that panics has answered nothing yet; the next question finds the service alive.
+    let failed = || Err(Refusal::failed("the service failed on this question").into());
+    let (budget, answered) =
+        catch_unwind(AssertUnwindSafe(|| handler(&query, came))).unwrap_or_else(|_| (None, failed()));
+    let took = answered.is_ok().then(|| begun.elapsed());
+    waiting.done(waiting.asker(query.key_expr()).unwrap_or_default(), took, budget);
+    match answered {
+        Ok(answer) => {
+            counts.answered.inc();
+            // A question to several is answered under the key of this one: access rules allow no other.
+            let asked = query.key_expr();
+            let key = if asked.is_wild() { own.clone() } else { asked.clone().into_owned() };
+            let sent = query.reply(key, answer.encode()).encoding(A::ENCODING).wait();
+            if let Err(error) = sent {
+                tracing::debug!(%error, "reply not sent");
             }
         }
-        counts.took(came.elapsed());
-        counts.in_flight.dec();
+        Err(reject) => {
+            counts.refuse(&reject);
+            tracing::debug!(key = %query.key_expr(), %reject, "question refused");
+            reply_error(&query, &reject);
+        }
     }
+    counts.took(came.elapsed());
+    counts.in_flight.dec();
 }
 
 fn reply_error(query: &Query, reject: &Reject) {

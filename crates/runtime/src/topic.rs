@@ -2,12 +2,13 @@
 
 use std::marker::PhantomData;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use curionav_schemas::{Clock, Message, Reject};
 use zenoh::key_expr::KeyExpr;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
+use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 
 use crate::byte_ring::ByteRing;
@@ -96,21 +97,37 @@ impl<M: Message> Topic<M> {
 /// A typed publisher of what is not worth making unless something listens.
 pub struct OnDemand<M> {
     topic: Topic<M>,
-    /// Is told by the network whether there is a subscriber.
-    listeners: Publisher<'static>,
+    /// Knows the subscribers of this session. It cannot be asked about others: then Zenoh blocks, for which tokio gives the
+    /// work of this thread to another one.
+    here: Publisher<'static>,
+    /// Is told by the network whether there are others.
+    _elsewhere: Publisher<'static>,
+    is_heard_elsewhere: Arc<AtomicBool>,
 }
 
 impl<M: Message> OnDemand<M> {
     /// A publisher on `key`.
     pub fn new(session: &Session, key: &str, flow: Flow) -> Result<Self, TopicError> {
         let topic = Topic::new(session, key, flow)?;
-        let listeners = session.declare_publisher(key.to_owned()).wait().map_err(TopicError::on(key))?;
-        Ok(Self { topic, listeners })
+        let publisher = |destination| {
+            let declared = session.declare_publisher(key.to_owned()).allowed_destination(destination);
+            declared.wait().map_err(TopicError::on(key))
+        };
+        let (here, elsewhere) = (publisher(Locality::SessionLocal)?, publisher(Locality::Remote)?);
+        let is_heard_elsewhere = Arc::new(AtomicBool::new(false));
+        let told = Arc::clone(&is_heard_elsewhere);
+        let listener = elsewhere
+            .matching_listener()
+            .callback(move |status| told.store(status.matching(), Ordering::Relaxed))
+            .background();
+        listener.wait().map_err(TopicError::on(key))?;
+        Ok(Self { topic, here, _elsewhere: elsewhere, is_heard_elsewhere })
     }
 
     /// Whether something listens; no if that is not known.
     pub fn is_heard(&self) -> bool {
-        self.listeners.matching_status().wait().is_ok_and(|status| status.matching())
+        self.is_heard_elsewhere.load(Ordering::Relaxed)
+            || self.here.matching_status().wait().is_ok_and(|status| status.matching())
     }
 
     /// Sends one message, as [`Topic::publish`] does.

@@ -62,7 +62,10 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let mut arbiter = Arbiter {
             fields: fields.clone(),
             in_process: config.in_process,
-            pool: Arc::new(Pool::counted(ZenohPeers::new(session)?, service.counts.refused.clone())),
+            pool: Arc::new(Pool::counted(
+                ZenohPeers::new(session, config.takes_turns)?,
+                service.counts.refused.clone(),
+            )),
             keeping_ready: JoinSet::new(),
             beliefs: Latest::new(service.inbox("belief")?),
             people: Latest::new(service.inbox("people")?),

@@ -91,7 +91,7 @@ impl Crowd {
     fn begin(site: &Site, context: &Arc<PlanContext>, moment: &Arc<CycleReport>) -> Self {
         let recorder = site.recorder();
         let _inside = recorder.runtime.enter();
-        let peers = ZenohPeers::new(&recorder.session).unwrap();
+        let peers = ZenohPeers::new(&recorder.session, false).unwrap();
         let (mut asking, counts) = (JoinSet::new(), Arc::new(Counts::default()));
         for role in [keys::GENERATOR, "cpc", "cnc"] {
             for (index, robot) in (0..POOL.len()).flat_map(|i| (0..ROBOTS).map(move |r| (i, r))) {

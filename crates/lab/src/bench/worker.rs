@@ -26,7 +26,7 @@ pub(super) struct Refusal {
 
 /// Answers jobs until standard input ends; `program` is the digest of this program for the rows.
 pub async fn worker(program: &str) -> Result<u8, Exit> {
-    let config = ServiceConfig::default();
+    let config = ServiceConfig { takes_turns: true, ..ServiceConfig::default() };
     let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
     let mut jobs = jobs();
     while let Some(line) = jobs.recv().await {

@@ -66,7 +66,7 @@ pub(super) struct Robot {
 impl Robot {
     /// A robot on `session` with no replica ready yet.
     pub(super) fn on(session: &Session, context: Arc<PlanContext>) -> anyhow::Result<Self> {
-        let peers = ZenohPeers::new(session).map_err(Exit::network)?;
+        let peers = ZenohPeers::new(session, false).map_err(Exit::network)?;
         let pool = Arc::new(Pool::new(peers));
         let mut keeping = JoinSet::new();
         let (of, with) = (Arc::clone(&pool), Arc::clone(&context));
