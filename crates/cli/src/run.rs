@@ -133,7 +133,7 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         session::close(&session);
         finished?
     } else {
-        let config = ServiceConfig { takes_turns: clock == Clock::Lockstep, ..config };
+        let config = ServiceConfig { takes_turns: options.is_lockstep(), ..config };
         let mut embedded = Embedded::start(&config).await.map_err(Exit::network)?;
         let session = embedded.session.clone();
         let finished = tokio::select! {

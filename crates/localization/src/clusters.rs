@@ -149,17 +149,6 @@ pub(crate) fn moments(
     Some((mean, Matrix3::new(xx, xy, xa, xy, yy, ya, xa, ya, aa)))
 }
 
-/// `A Sigma A' + M'`: the covariance after a displacement of (dx, dy) metres in the map frame (eq. 7). A
-/// heading error swings the displacement around.
-pub(crate) fn propagate(
-    covariance: &Matrix3<f64>,
-    displacement: Vector3<f64>,
-    process: &Matrix3<f64>,
-) -> Matrix3<f64> {
-    let a = Matrix3::new(1.0, 0.0, -displacement.y, 0.0, 1.0, displacement.x, 0.0, 0.0, 1.0);
-    a * covariance * a.transpose() + process
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,8 +1,8 @@
 //! The filter: one call per tick.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
-use curionav_planning::geometry::{Pose2, Twist, wrap_angle};
+use curionav_planning::geometry::{Point2, Pose2, Twist, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::occupancy::StaticMap;
 use curionav_planning::parameters::{FieldError, Ranged};
@@ -10,7 +10,7 @@ use curionav_planning::random::{Rng, rng, standard_normal, uniform};
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
-use crate::clusters::{Clusters, propagate};
+use crate::clusters::Clusters;
 use crate::estimate::{Estimate, Health};
 use crate::likelihood_field::LikelihoodField;
 use crate::params::LocalizerParams;
@@ -190,10 +190,9 @@ impl Localizer {
         let motion = Motion::between(anchor.odometry, odometry, &self.noise);
         if !motion.is_none() {
             self.pose = anchor.pose.compose(motion.displacement);
-            let (dx, dy) = (self.pose.x - anchor.pose.x, self.pose.y - anchor.pose.y);
-            let displacement = Vector3::new(dx, dy, motion.displacement.heading);
-            let process = self.noise.process_covariance(motion.travel, motion.turn);
-            self.covariance = propagate(&anchor.covariance, displacement, &process);
+            let displacement = Point2::new(self.pose.x - anchor.pose.x, self.pose.y - anchor.pose.y);
+            self.covariance =
+                self.noise.propagate(&anchor.covariance, displacement, motion.travel, motion.turn);
         }
         let moved = (motion.travel / self.params.update_min_d).max(motion.turn / self.params.update_min_a);
         let waited = stamp - anchor.stamp;

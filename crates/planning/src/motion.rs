@@ -220,6 +220,19 @@ impl OdometryNoise {
     pub fn process_covariance(&self, travel: f64, turn: f64) -> Matrix3<f64> {
         Matrix3::from_diagonal(&self.variances(travel, turn))
     }
+
+    /// `A Sigma A' + M'`: the covariance of a pose after an increment of `travel` metres and `turn` radians that moved it by
+    /// `displacement` in the map frame (eq. 7). A heading error swings the displacement around.
+    pub fn propagate(
+        &self,
+        covariance: &Matrix3<f64>,
+        displacement: Point2,
+        travel: f64,
+        turn: f64,
+    ) -> Matrix3<f64> {
+        let a = Matrix3::new(1.0, 0.0, -displacement.y, 0.0, 1.0, displacement.x, 0.0, 0.0, 1.0);
+        a * covariance * a.transpose() + self.process_covariance(travel, turn)
+    }
 }
 
 #[cfg(test)]

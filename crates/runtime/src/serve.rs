@@ -165,7 +165,8 @@ impl Waiting {
         }
     }
 
-    /// A query is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that it gave.
+    /// A query is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
+    /// it gave.
     fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         locked(&self.queue).0.done(robot, took, budget);
     }

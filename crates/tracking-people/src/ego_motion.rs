@@ -53,11 +53,9 @@ impl EgoMotion {
         let Some(last) = self.last else { return believed };
         let motion = last.odometry.relative(odometry);
         let pose = last.pose.compose(motion);
-        let (dx, dy) = (pose.x - last.pose.x, pose.y - last.pose.y);
-        let carry = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
+        let displacement = Point2::new(pose.x - last.pose.x, pose.y - last.pose.y);
         let travel = motion.position().distance(Point2::default());
-        let noise = self.noise.process_covariance(travel, motion.heading);
-        let covariance = carry * last.covariance * carry.transpose() + noise;
+        let covariance = self.noise.propagate(&last.covariance, displacement, travel, motion.heading);
         let turned = wrap_angle(pose.heading - belief.pose.heading);
         let off = Vector3::new(pose.x - belief.pose.x, pose.y - belief.pose.y, turned);
         let known_better = covariance.trace() <= belief.covariance.trace();

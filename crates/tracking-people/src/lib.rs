@@ -3,9 +3,10 @@
 //! No I/O, no clock, no randomness: stamps are arguments, so the same scans, odometry and beliefs give the same people bit
 //! for bit. Units are SI and radians.
 //!
-//! Read [`Tracker`] first; it strings together, in the order of one scan: [`Detector`] with the beams that the map does not
-//! explain (`alignment`, `background`), the pieces they make (`segments`) and what those may be (`shape`); then which
-//! detection is of which person (`assignment`), and where each person is (`track`).
+//! Read [`Tracker`] first; it strings together, in the order of one scan: where the robot is to be expected (`ego_motion`);
+//! [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces they make (`segments`)
+//! and what those may be (`shape`); then which detection is of which person (`assignment`), and where each person is
+//! (`track`).
 
 mod alignment;
 mod assignment;

@@ -5,7 +5,8 @@ use curionav_schemas::{Frame, Odometry, People};
 use curionav_tracking_people::Person;
 use nalgebra::Matrix2;
 
-/// The message of people who were seen as `odometry` was measured. Of more than a message may hold, those who were seen last.
+/// The message of people who were seen as `odometry` was measured. Of more than a message may hold, those who were seen
+/// last.
 pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64) -> People {
     people.sort_by(|a, b| a.age.total_cmp(&b.age).then(a.id.cmp(&b.id)));
     people.truncate(MAX_PEOPLE);

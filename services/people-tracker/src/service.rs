@@ -91,11 +91,8 @@ impl MissionFollower for Tracking {
         let (fields, id) = (self.fields.clone(), order.map);
         let map = tokio::task::spawn_blocking(move || fields.map(id)).await;
         let map = map.map_err(|e| Refusal::failed(e).at("map"))??;
-        self.tracker = Some((
-            mission.run,
-            Tracker::new(map, params, convert::noise(&order.odometry_noise)),
-            params.radius,
-        ));
+        let tracker = Tracker::new(map, params, convert::noise(&order.odometry_noise));
+        self.tracker = Some((mission.run, tracker, params.radius));
         Ok(())
     }
 
