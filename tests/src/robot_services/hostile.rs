@@ -275,7 +275,14 @@ async fn no_decision_drives_a_real_base_beyond_its_limits_or_keeps_it_from_stopp
     let mut gentle = honest();
     (gentle.robot_model.a_max, gentle.robot_model.alpha_max) = (0.01, 0.01);
     gentle.require = vec!["arbiter".into()];
-    bench.request(MissionCommand::Set { order: Box::new(gentle) }).await;
+    let set = MissionCommand::Set { order: Box::new(gentle) };
+    bench.request(set.clone()).await;
     let ticks = base.ticks_to_stand(&[CommandReason::MissionNotRunning], |_| free(None)).await;
     assert!(from_full_speed.contains(&ticks), "{ticks} ticks to stop in a mission that brakes gently");
+
+    // Whatever it measures just as a mission begins is answered.
+    for _ in 0..100 {
+        bench.request(set.clone()).await;
+        assert_eq!(base.tick(free(None)).await.reason, CommandReason::MissionNotRunning);
+    }
 }
