@@ -550,7 +550,13 @@ def test_help_teaches(capsys: pytest.CaptureFixture[str]) -> None:
         assert word in text
 
 
-def test_the_page_and_its_server_end_with_the_program(tmp_path: Path) -> None:
+# Ctrl-C in a terminal reaches `curionav demo` as well, which then ends its viewer: that may be told twice.
+@pytest.mark.parametrize(
+    "signals",
+    [[signal.SIGINT], [signal.SIGINT, signal.SIGTERM], [signal.SIGTERM, signal.SIGTERM]],
+    ids=lambda signals: "-".join(number.name for number in signals),
+)
+def test_the_page_and_its_server_end_with_the_program(tmp_path: Path, signals: list[signal.Signals]) -> None:
     file = drive.record(tmp_path / "out.mcap", drive.drive(5))
     process = subprocess.Popen(
         [*PROGRAM, str(file), "--web", "--no-browser", "--port", "0", "--web-port", "0"],
@@ -565,7 +571,9 @@ def test_the_page_and_its_server_end_with_the_program(tmp_path: Path) -> None:
         )
         started = [int(pid) for pid in children.stdout.split()]
         assert started
-        process.send_signal(signal.SIGINT)
+        for number in signals:
+            process.send_signal(number)
+            time.sleep(0.02)
         assert process.wait(20) == 0
     finally:
         process.kill()

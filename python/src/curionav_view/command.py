@@ -114,15 +114,26 @@ def main(arguments: list[str] | None = None) -> int:
 
 @contextlib.contextmanager
 def _interruptible() -> Iterator[None]:
-    """SIGTERM ends it as Ctrl-C does; what was started is ended on the way out."""
+    """SIGTERM ends it as Ctrl-C does; what was started is ended on the way out.
+
+    From then on SIGTERM is ignored: the program that started this one may hear the same Ctrl-C and end it as well, and
+    that would leave Rerun's program behind. Another Ctrl-C is not ignored.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+    def end(number: int, frame: object) -> None:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    before = [(number, signal.signal(number, end)) for number in (signal.SIGINT, signal.SIGTERM)]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        if signal.getsignal(signal.SIGTERM) is end:
+            for number, handler in before:
+                signal.signal(number, handler)
 
 
 def _end_with_supervisor() -> None:
