@@ -12,7 +12,7 @@
 mod avoiding;
 mod crowds;
 mod legs;
-mod lidar;
+pub mod lidar;
 pub mod measures;
 mod motion;
 pub mod outcome;

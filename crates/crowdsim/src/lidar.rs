@@ -8,16 +8,17 @@ use curionav_planning::scene::People;
 use curionav_planning::sensor::LaserModel;
 
 /// What the laser meets of people: upright cylinders of one radius.
-pub(crate) struct Bodies {
+#[derive(Debug, Clone)]
+pub struct Bodies {
     /// Map frame.
-    pub(crate) centres: Vec<Point2>,
+    pub centres: Vec<Point2>,
     /// Metres.
-    pub(crate) radius: f64,
+    pub radius: f64,
 }
 
 impl Bodies {
     /// The disc that stands for each of them.
-    pub(crate) fn discs(people: &People) -> Self {
+    pub fn discs(people: &People) -> Self {
         Self { centres: (0..people.len()).map(|i| people.position(i)).collect(), radius: people.radius }
     }
 }
@@ -25,13 +26,7 @@ impl Bodies {
 /// One scan from the robot's true pose: a range for each beam, metres, `range_max` where nothing is
 /// met. One normal number is drawn for each beam, hit or not, so that the noise of a beam does
 /// not depend on what the others see.
-pub(crate) fn scan(
-    laser: &LaserModel,
-    map: &StaticMap,
-    robot: Pose2,
-    people: &Bodies,
-    rng: &mut Rng,
-) -> Vec<f32> {
+pub fn scan(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies, rng: &mut Rng) -> Vec<f32> {
     let range_max = laser.range_max;
     let noisy = |range: f64| {
         let noise = laser.range_sigma * standard_normal(rng);

@@ -1,8 +1,11 @@
 //! A simulated base with a watchdog, what its localiser says, and the people around it.
 
+use curionav_crowdsim::lidar;
 use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::motion::{RobotModel, step};
+use curionav_planning::occupancy::StaticMap;
 use curionav_planning::random::{Rng, rng, standard_normal};
+use curionav_planning::sensor::LaserModel;
 use curionav_runtime::convert;
 use curionav_schemas::{Belief, Frame, Health, Mission, Odometry, People, Scan};
 use curionav_testing::golden;
@@ -108,5 +111,20 @@ impl Base {
         let range_max = scan.range_max as f32;
         scan.ranges.0.fill(range_max);
         scan
+    }
+
+    /// What a laser measures of the walls and the people.
+    pub(crate) fn measured(&mut self, laser: &LaserModel, map: &StaticMap) -> Scan {
+        let bodies = lidar::Bodies::discs(&convert::people(&self.people, Pose2::default()));
+        let ranges = lidar::scan(laser, map, self.pose, &bodies, &mut self.rng);
+        Scan {
+            tick: self.tick,
+            stamp: self.now(),
+            angle_min: laser.bearing(0),
+            angle_increment: laser.bearing(1) - laser.bearing(0),
+            range_max: laser.range_max,
+            laser: convert::pose_to_wire(laser.robot_from_laser),
+            ranges: ranges.into(),
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
 
-use super::fleet::{Fleet, POOL, REPLICAS, robot};
+use super::fleet::{Fleet, POOL, REPLICAS, robot, tracked};
 use crate::pace::Pace;
 
 /// Something that fails and is mended.
@@ -18,6 +18,8 @@ pub(super) enum Fault {
     Router,
     /// An arbiter is killed, and started again.
     Arbiter(String),
+    /// A tracker is killed, and started again: meanwhile its robot knows of no one.
+    Tracker(String),
     /// One replica more, which leaves again.
     LateJoiner(String),
     /// The whole pool: most of it killed, the rest standing still.
@@ -32,17 +34,21 @@ pub(super) struct Outage {
 }
 
 impl Outage {
-    /// Any fault. Replicas number 0, every driver and the arbiters of even robots are never killed, so that
-    /// what they keep in memory can be seen to stay the same.
+    /// Any fault. Replicas number 0, every driver, the arbiters of even robots and the tracker of the first are never
+    /// killed, so that what they keep in memory can be seen to stay the same.
     pub(super) fn any(rng: &mut Rng, robots: usize, pace: Pace) -> Self {
         let mut which = |n: usize| ((uniform(rng) * n as f64) as usize).min(n - 1);
         let role = POOL[which(POOL.len())];
-        let fault = match which(6) {
+        let fault = match which(7) {
             0 => Fault::Killed(format!("{role}-{}", 1 + which(REPLICAS - 1))),
             1 => Fault::Hung(format!("{role}-{}", which(REPLICAS))),
             2 => Fault::Router,
             3 => Fault::Arbiter(format!("arbiter-{}", robot(2 * which(robots / 2) + 1))),
-            4 => Fault::LateJoiner(format!("{role}-{REPLICAS}")),
+            4 => {
+                let later: Vec<usize> = tracked(robots).skip(1).collect();
+                Fault::Tracker(format!("tracker-{}", robot(later[which(later.len())])))
+            }
+            5 => Fault::LateJoiner(format!("{role}-{REPLICAS}")),
             _ => Fault::MassLeave,
         };
         Self { fault, lasts: pace.scaled(Duration::from_secs_f64(0.3 + uniform(rng))) }
@@ -52,7 +58,7 @@ impl Outage {
     pub(super) fn happen(&self, fleet: &Fleet) {
         let wait = || std::thread::sleep(self.lasts);
         match &self.fault {
-            Fault::Killed(name) | Fault::Arbiter(name) => {
+            Fault::Killed(name) | Fault::Arbiter(name) | Fault::Tracker(name) => {
                 fleet.kill(name);
                 wait();
                 fleet.revive(name);
@@ -83,6 +89,7 @@ impl Outage {
             Fault::Hung(_) => "replica hung",
             Fault::Router => "router killed",
             Fault::Arbiter(_) => "arbiter killed",
+            Fault::Tracker(_) => "tracker killed",
             Fault::LateJoiner(_) => "late joiner",
             Fault::MassLeave => "mass leave",
         }

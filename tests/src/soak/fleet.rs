@@ -1,4 +1,5 @@
-//! Every process of the soak, by name: one router, the pool, and an arbiter and a driver a robot.
+//! Every process of the soak, by name: one router, the pool, an arbiter and a driver per robot, and a tracker for every
+//! fourth one.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard};
@@ -31,6 +32,11 @@ pub(super) fn robot(index: usize) -> String {
     format!("r{index:02}")
 }
 
+/// The robots that know people by their tracker alone. Their arbiters are never killed.
+pub(super) fn tracked(robots: usize) -> impl Iterator<Item = usize> {
+    (0..robots).step_by(4)
+}
+
 /// Those of every process that there will ever be, and of what this test does as a robot's base and localiser and as
 /// an operator.
 fn certificates(robots: usize) -> TempDir {
@@ -46,6 +52,9 @@ fn certificates(robots: usize) -> TempDir {
     };
     let names = of_pool.map(|(role, instance)| Name::new(role, &[&instance]).unwrap());
     let names = names.chain((0..robots).map(robot).flat_map(of_robot));
+    let trackers = tracked(robots)
+        .map(|i| Name::of_service("tracker", &robot(i), "world", &format!("tracker-{}", robot(i))).unwrap());
+    let names = names.chain(trackers);
     let others = ["router", "operator", "viewer"].map(|name| Name::new(name, &[]).unwrap());
     issued(names.chain(others), &[])
 }
@@ -63,7 +72,8 @@ impl Fleet {
         let fleet = Self { endpoint, pki, running: Mutex::new(BTreeMap::from([("router".into(), router)])) };
         let replicas = POOL.into_iter().flat_map(|role| (0..REPLICAS).map(move |i| format!("{role}-{i}")));
         let of_robots = (0..robots).flat_map(|i| ["driver", "arbiter"].map(|r| format!("{r}-{}", robot(i))));
-        let names: Vec<String> = replicas.chain(of_robots).collect();
+        let trackers = tracked(robots).map(|i| format!("tracker-{}", robot(i)));
+        let names: Vec<String> = replicas.chain(of_robots).chain(trackers).collect();
         names.chunks(AT_ONCE).for_each(|names| fleet.revive_all(names));
         fleet
     }
@@ -95,7 +105,7 @@ impl Fleet {
             return ["router".into(), "--listen".into(), endpoint].into_iter().chain(secure).collect();
         };
         let mut arguments = vec![role.into(), "--connect".into(), endpoint, "--instance".into(), name.into()];
-        if matches!(role, "arbiter" | "driver") {
+        if matches!(role, "arbiter" | "driver" | "tracker") {
             arguments.extend(["--robot".into(), of.into()]);
         }
         if role == "driver" {

@@ -1,10 +1,13 @@
-//! One robot at 10 Hz: its base, its localiser, its missions.
+//! One robot at 10 Hz: its base, its localiser, its missions. Of a robot with a tracker, the base has a laser that measures
+//! walls and people; any other is told of all people.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
+use curionav_planning::occupancy::StaticMap;
+use curionav_planning::sensor::LaserModel;
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
 use curionav_runtime::query::{Urgency, ask, fetch};
@@ -39,6 +42,8 @@ pub(super) struct Links {
 
 pub(super) struct Robot {
     links: Links,
+    /// Its laser, and the walls that it measures, if it has a tracker.
+    eyes: Option<(LaserModel, Arc<StaticMap>)>,
     mission_key: String,
     command_key: String,
     mission: Mission,
@@ -51,14 +56,25 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    /// Robot `name`, driving to and fro in a corridor of its own to the goals of its own.
-    pub(super) fn new(name: &str, seed: u64, links: Links, goals: Vec<Point2>, drive: Drive) -> Self {
+    /// Robot `name`, driving to and fro in a corridor of its own to the goals of its own, with a tracker or without.
+    pub(super) fn new(
+        name: &str,
+        seed: u64,
+        links: Links,
+        goals: Vec<Point2>,
+        is_tracked: bool,
+        drive: Drive,
+    ) -> Self {
         let pace = drive.pace;
         let (fields, map) = corridor_map::fields();
+        let eyes = is_tracked.then(|| (LaserModel::default(), fields.map(map).unwrap()));
         let mut mission = corridor_map::mission(map, seed, Clock::Realtime, 1);
         mission.order.robot = name.to_owned();
         (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (TICK, pace.speed(), 1);
         mission.order.require = vec!["arbiter".into()];
+        if is_tracked {
+            mission.order.require.push("tracker".into());
+        }
         let start = Pose2::new(START.x, goals[0].y, 0.0);
         mission.order.initial_pose = convert::pose_to_wire(start);
         let missions = goals.iter().map(|goal| {
@@ -72,6 +88,7 @@ impl Robot {
         let watch = Mutex::new(Watch::new(name, missions.into_iter().map(prepare).collect(), drive));
         Self {
             links,
+            eyes,
             mission_key: keys::robot(name, "mission").unwrap(),
             command_key: keys::mission_command(name).unwrap(),
             mission,
@@ -174,8 +191,13 @@ impl Robot {
             let driven = command.as_ref().map(|c: &wire::Twist| (c.stamp, Twist { v: c.v, omega: c.omega }));
             let metres = base.roll(driven);
             self.watch().rolled(base.now(), metres, base.twist.v, command.as_ref());
-            people.publish(&base.people(), Clock::Realtime);
-            scans.publish(&base.scan(), Clock::Realtime);
+            let here = base.people();
+            if let Some((laser, walls)) = &self.eyes {
+                scans.publish(&base.measured(laser, walls), Clock::Realtime);
+            } else {
+                people.publish(&here, Clock::Realtime);
+                scans.publish(&base.scan(), Clock::Realtime);
+            }
             beliefs.publish(&base.belief(), Clock::Realtime);
             odometry.publish(&base.odometry(), Clock::Realtime);
             let (preparing, stands) = {
