@@ -76,21 +76,90 @@ pub(crate) fn unit(root_distance: f64) -> f64 {
 /// Distances are compared with at least this one, metres, so that the goal itself has a finite cost.
 const LEAST_DISTANCE: f64 = 0.01;
 
-/// Probabilities that a person lies within `contact` metres, by the distances from the means of eight Gaussian forecasts
-/// with standard deviation `sigma`, metres; none beyond four of these from contact.
-pub(crate) fn contact_probabilities(
-    level: Level,
+/// The chances to touch people who may be far or near, computed for eight near ones at a time.
+#[derive(Debug)]
+pub(crate) struct Contacts {
+    /// Metres at which robot and person touch.
     contact: f64,
+    /// The greatest chance of each person so far.
+    worst: Vec<f64>,
+    /// Those who wait: how many, distances and standard deviations of their forecasts, metres, and who they are.
+    waiting: usize,
     distances: [f64; LANES],
-    sigma: f64,
-) -> [f64; LANES] {
-    let reach = contact + overlap::CUT * sigma;
-    if distances.iter().all(|distance| *distance >= reach) {
-        return [0.0; LANES];
+    sigmas: [f64; LANES],
+    who: [usize; LANES],
+}
+
+impl Contacts {
+    /// Nothing yet, of so many people.
+    pub(crate) fn new(contact: f64, people: usize) -> Self {
+        let (distances, sigmas) = ([0.0; LANES], [1.0; LANES]);
+        Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, who: [0; LANES] }
     }
-    let near = distances.map(|distance| distance.min(reach));
-    let found = dispatch!(level, simd => overlap::disc_probability(simd, contact, near, sigma));
-    std::array::from_fn(|lane| if distances[lane] < reach { found[lane] } else { 0.0 })
+
+    /// Adds the chance that the robot touches any of eight people from `first` on, whose forecasts have these means and the
+    /// standard deviation `sigma`, with the robot at `p`. Beyond contact and four of these there is none.
+    #[inline(always)]
+    pub(crate) fn add<S: Simd>(
+        &mut self,
+        simd: S,
+        p: Point2,
+        means: &[[f64; LANES]; 2],
+        first: usize,
+        sigma: f64,
+    ) {
+        let [x, y] = means.map(|of| f64x8::load_array(simd, of));
+        let (dx, dy) = (p.x - x, p.y - y);
+        let distances = (dx * dx + dy * dy).sqrt();
+        let mut near = distances.simd_lt(self.contact + overlap::CUT * sigma).to_bitmask();
+        while near != 0 {
+            let lane = near.trailing_zeros() as usize;
+            near &= near - 1;
+            if sigma <= 0.0 {
+                self.worst[first + lane] = 1.0;
+                continue;
+            }
+            self.distances[self.waiting] = distances[lane];
+            self.sigmas[self.waiting] = sigma;
+            self.who[self.waiting] = first + lane;
+            self.waiting += 1;
+            if self.waiting == LANES {
+                self.flush(simd);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn flush<S: Simd>(&mut self, simd: S) {
+        let found = overlap::disc_probability(simd, self.contact, self.distances, self.sigmas);
+        for (&who, chance) in self.who.iter().zip(found).take(self.waiting) {
+            self.worst[who] = chance.max(self.worst[who]);
+        }
+        self.waiting = 0;
+    }
+
+    /// The chance to touch nobody, each person counted at the worst, and a new beginning.
+    #[inline(always)]
+    pub(crate) fn free<S: Simd>(&mut self, simd: S) -> f64 {
+        if self.waiting > 0 {
+            self.flush(simd);
+        }
+        let free = self.worst.iter().fold(1.0, |free, chance| free * (1.0 - chance));
+        self.worst.fill(0.0);
+        free
+    }
+}
+
+/// Mean positions of all people after `t` seconds, eight by eight, x and y; at infinity beyond the last.
+pub(crate) fn means_after(people: &People, t: f64) -> Vec<[[f64; LANES]; 2]> {
+    let mean = |i: usize| {
+        if i < people.len() { people.position_after(i, t) } else { Point2::new(f64::INFINITY, f64::INFINITY) }
+    };
+    let group = |first: usize| {
+        let means: [Point2; LANES] = std::array::from_fn(|lane| mean(first + lane));
+        [means.map(|p| p.x), means.map(|p| p.y)]
+    };
+    (0..people.len()).step_by(LANES).map(group).collect()
 }
 
 /// The probability of touching people at given moments, ready for many positions.
@@ -134,18 +203,9 @@ impl CollisionRisk {
         let contact = radius + people.radius;
         let of_moment = |t: f64| {
             let t = t.max(0.0);
-            let mean = |i: usize| {
-                if i < people.len() {
-                    people.position_after(i, t)
-                } else {
-                    Point2::new(f64::INFINITY, f64::INFINITY)
-                }
-            };
-            let eight = |first: usize| std::array::from_fn(|lane| mean(first + lane));
-            let split = |means: [Point2; LANES]| [means.map(|p| p.x), means.map(|p| p.y)];
             let needed = params.model == RiskModel::Gaussian && !people.is_empty();
             Moment {
-                means: (0..people.len()).step_by(LANES).map(|first| split(eight(first))).collect(),
+                means: means_after(people, t),
                 overlap: if needed {
                     OverlapTable::new(level, contact, forecast.variance(t).sqrt())
                 } else {
@@ -241,6 +301,55 @@ mod tests {
         let (one, two) = (risk(&one, RiskModel::Gaussian), risk(&two, RiskModel::Gaussian));
         let (p, q) = (one.at(2, Point2::default()), two.at(2, Point2::default()));
         assert!((q - (1.0 - (1.0 - p) * (1.0 - p))).abs() < 1e-12 && q > p && q < 2.0 * p);
+    }
+
+    #[test]
+    fn contacts_have_the_bits_of_each_person_and_place_alone_with_every_kind_of_vectors() {
+        let mut r = rng(6, 0);
+        for _ in 0..50 {
+            let rows: Vec<[f64; 4]> = (0..1 + (20.0 * uniform(&mut r)) as usize)
+                .map(|_| [6.0 * uniform(&mut r), 6.0 * uniform(&mut r), uniform(&mut r), -uniform(&mut r)])
+                .collect();
+            let people = People::walking(0.25, &rows);
+            let way: Vec<(f64, Point2, f64)> = (1..=9)
+                .map(|k| {
+                    let p = Point2::new(6.0 * uniform(&mut r), 6.0 * uniform(&mut r));
+                    // The last is known without error.
+                    (0.3 * f64::from(k), p, if k < 9 { 0.05 + 0.6 * uniform(&mut r) } else { 0.0 })
+                })
+                .collect();
+            let chance = |distance: f64, sigma: f64| match sigma {
+                _ if distance >= 0.55 + overlap::CUT * sigma => 0.0,
+                0.0 => 1.0,
+                _ => dispatch!(Level::baseline(), simd => {
+                    overlap::disc_probability(simd, 0.55, [distance; LANES], [sigma; LANES])[0]
+                }),
+            };
+            let worst = |i: usize| {
+                let chances =
+                    way.iter().map(|&(t, p, sigma)| chance(people.position_after(i, t).distance(p), sigma));
+                chances.fold(0.0, f64::max)
+            };
+            let expected = (0..people.len()).fold(1.0, |free, i| free * (1.0 - worst(i)));
+            for level in levels() {
+                let mut contacts = Contacts::new(0.55, people.len());
+                // The second time nothing of the first is left.
+                for _ in 0..2 {
+                    let found = dispatch!(level, simd => free(simd, &mut contacts, &people, &way));
+                    assert_eq!(found.to_bits(), expected.to_bits());
+                }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn free<S: Simd>(simd: S, contacts: &mut Contacts, people: &People, way: &[(f64, Point2, f64)]) -> f64 {
+        for &(t, p, sigma) in way {
+            for (group, means) in means_after(people, t).iter().enumerate() {
+                contacts.add(simd, p, means, group * LANES, sigma);
+            }
+        }
+        contacts.free(simd)
     }
 
     #[test]

@@ -30,7 +30,11 @@ impl OverlapTable {
         let mut table = Self { reach_squared: reach * reach, per_metre: 1.0 / step, ..Self::default() };
         for (group, probability) in table.probability.chunks_exact_mut(LANES).enumerate() {
             let distances = std::array::from_fn(|lane| (group * LANES + lane) as f64 * step);
-            let found = dispatch!(level, simd => disc_probability(simd, contact, distances, sigma));
+            let found = if sigma > 0.0 {
+                dispatch!(level, simd => disc_probability(simd, contact, distances, [sigma; LANES]))
+            } else {
+                distances.map(|distance| if distance < contact { 1.0 } else { 0.0 })
+            };
             probability.copy_from_slice(&found);
         }
         table
@@ -56,8 +60,8 @@ impl OverlapTable {
     }
 }
 
-/// Shares of an isotropic Gaussian of standard deviation `sigma` inside a disc of `radius` whose centre
-/// is at each of `distances` from its mean, all in metres.
+/// Shares of isotropic Gaussians inside a disc of `radius` whose centre is at each of `distances` from the mean of the
+/// one with the standard deviation in `sigmas`, which is positive; all in metres.
 ///
 /// Strips across the line of centres: the one at `x = radius sin u` has the closed form
 /// `density(x) erf(radius cos u / (sigma sqrt 2))`; Simpson's rule in `u`, in which it is smooth.
@@ -66,19 +70,16 @@ pub(super) fn disc_probability<S: Simd>(
     simd: S,
     radius: f64,
     distances: [f64; LANES],
-    sigma: f64,
+    sigmas: [f64; LANES],
 ) -> [f64; LANES] {
     const INTERVALS: u32 = 24;
-    if sigma <= 0.0 {
-        return distances.map(|distance| if distance < radius { 1.0 } else { 0.0 });
-    }
     let limit = |by: f64| {
-        let angle = distances.map(|distance| asin(((distance + by * sigma) / radius).clamp(-1.0, 1.0)));
-        f64x8::load_array(simd, angle)
+        let bound = |lane: usize| ((distances[lane] + by * sigmas[lane]) / radius).clamp(-1.0, 1.0);
+        f64x8::load_array(simd, std::array::from_fn(|lane| asin(bound(lane))))
     };
     let (low, high) = (limit(-6.0), limit(6.0));
     let h = (high - low) / f64::from(INTERVALS);
-    let distance = f64x8::load_array(simd, distances);
+    let (distance, sigma) = (f64x8::load_array(simd, distances), f64x8::load_array(simd, sigmas));
     let mut sum = f64x8::splat(simd, 0.0);
     for k in 0..=INTERVALS {
         let (s, c) = library::sin_cos(low + f64::from(k) * h);

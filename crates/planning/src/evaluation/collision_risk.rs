@@ -2,11 +2,12 @@
 //! its way.
 
 use crate::candidates::CandidateSet;
-use crate::collision_risk::contact_probabilities;
+use crate::collision_risk::{Contacts, means_after};
 use crate::evaluation::cpc::CpcEvaluator;
-use crate::evaluation::{Costs, Evaluator, each};
+use crate::evaluation::{Costs, Evaluator, Stopped};
 use crate::forecast::ForecastParams;
-use crate::lanes::{LANES, Level};
+use crate::geometry::Point2;
+use crate::lanes::{LANES, Level, Simd, dispatch};
 use crate::scene::Scene;
 
 /// Term `collision-risk`: `1 - prod_i (1 - max_k P_ik)`, a probability. `P_ik` is the mass of person i's forecast for
@@ -33,27 +34,48 @@ impl Evaluator for CollisionRiskEvaluator {
                 }
             })?;
         }
-        let contact = self.radius + people.radius;
-        each(candidates, should_stop, |i| {
-            let mut free = 1.0;
-            for first in (0..people.len()).step_by(LANES) {
-                let mut worst = [0.0; LANES];
-                for (k, state) in candidates.range(i).enumerate() {
-                    let t = (k + 1) as f64 * candidates.dt();
-                    let sigma = (self.forecast.variance(t) + variances[state]).sqrt();
-                    let p = states.position(state);
-                    let distances = std::array::from_fn(|lane| match first + lane {
-                        person if person < people.len() => people.position_after(person, t).distance(p),
-                        _ => f64::INFINITY,
-                    });
-                    let chances = contact_probabilities(level, contact, distances, sigma);
-                    (0..LANES).for_each(|lane| worst[lane] = chances[lane].max(worst[lane]));
-                }
-                free = worst.iter().fold(free, |free, chance| free * (1.0 - chance));
+        let moments = (0..candidates.steps()).map(|k| {
+            let t = (k + 1) as f64 * candidates.dt();
+            Moment { means: means_after(people, t), variance: self.forecast.variance(t) }
+        });
+        let moments: Vec<Moment> = moments.collect();
+        let mut contacts = Contacts::new(self.radius + people.radius, people.len());
+        let mut costs = Vec::with_capacity(candidates.len());
+        for (x, (y, variances)) in (states.x.chunks(moments.len()))
+            .zip(states.y.chunks(moments.len()).zip(variances.chunks(moments.len())))
+        {
+            if should_stop() {
+                return Err(Stopped);
             }
-            1.0 - free
-        })
+            costs.push(dispatch!(level, simd => cost(simd, &mut contacts, &moments, [x, y, variances])));
+        }
+        Ok(costs)
     }
+}
+
+/// What is known of people at the time of a state.
+struct Moment {
+    /// As [`means_after`] has them.
+    means: Vec<[[f64; LANES]; 2]>,
+    /// Of the forecast, m2.
+    variance: f64,
+}
+
+/// The cost of one candidate with states at these moments, positions `x` and `y`, and variances of the robot's position.
+#[inline(always)]
+fn cost<S: Simd>(
+    simd: S,
+    contacts: &mut Contacts,
+    moments: &[Moment],
+    [x, y, variances]: [&[f64]; 3],
+) -> f64 {
+    for (k, moment) in moments.iter().enumerate() {
+        let (p, sigma) = (Point2::new(x[k], y[k]), (moment.variance + variances[k]).sqrt());
+        for (group, means) in moment.means.iter().enumerate() {
+            contacts.add(simd, p, means, group * LANES, sigma);
+        }
+    }
+    1.0 - contacts.free(simd)
 }
 
 #[cfg(test)]

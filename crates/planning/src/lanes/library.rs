@@ -191,7 +191,7 @@ pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     unless(x.simd_ge(-700.0) & x.simd_le(0.0), close, |lane| numerics::exp(x[lane]))
 }
 
-/// [`numerics::erf`], fastest below 0.84.
+/// [`numerics::erf`].
 #[inline(always)]
 pub(crate) fn erf<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     const P: [f64; 5] = [
@@ -209,10 +209,109 @@ pub(crate) fn erf<S: Simd>(x: f64x8<S>) -> f64x8<S> {
         0.000_132_494_738_004_321_64,
         -3.960_228_278_775_368e-6,
     ];
+    // Between 0.84375 and 1.25, in powers of what is above 1.
+    const AT_1: f64 = 0.845_062_911_510_467_5;
+    const PA: [f64; 7] = [
+        -0.002_362_118_560_752_659_4,
+        0.414_856_118_683_748_33,
+        -0.372_207_876_035_701_3,
+        0.318_346_619_901_161_75,
+        -0.110_894_694_282_396_68,
+        0.035_478_304_325_618_236,
+        -0.002_166_375_594_868_791,
+    ];
+    const QA: [f64; 7] = [
+        1.0,
+        0.106_420_880_400_844_23,
+        0.540_397_917_702_171,
+        0.071_828_654_414_196_27,
+        0.126_171_219_808_761_64,
+        0.013_637_083_912_029_05,
+        0.011_984_499_846_799_107,
+    ];
+    let size = x.abs();
     let z = x * x;
     let y = x + x * (rising(z, P) / rising(z, Q));
-    let usual = x.abs().simd_lt(0.84375) & x.abs().simd_ge(1e-8);
+    let (is_small, is_far) = (size.simd_lt(upper(0x3feb_0000)), size.simd_ge(upper(0x3ff4_0000)));
+    let usual = size.simd_ge(1e-8) & size.simd_lt(f64::INFINITY);
+    if is_small.all_true() {
+        return unless(usual, y, |lane| numerics::erf(x[lane]));
+    }
+    let s = size - 1.0;
+    let mut larger = 1.0 - ((1.0 - AT_1) - rising(s, PA) / rising(s, QA));
+    if is_far.any_true() {
+        let beyond = 1.0 - erfc(is_far.select(size, f64x8::splat(x.simd, 2.0)));
+        larger = is_far.select(beyond, larger);
+    }
+    let y = is_small.select(y, larger.copysign(x));
     unless(usual, y, |lane| numerics::erf(x[lane]))
+}
+
+/// One less the error function, from 1.25 on; from 6 on it is too small to count beside one.
+#[inline(always)]
+fn erfc<S: Simd>(x: f64x8<S>) -> f64x8<S> {
+    // Below 1 / 0.35, and beyond, where there is one coefficient less.
+    const R: [[f64; 8]; 2] = [
+        [
+            -0.009_864_944_034_847_148,
+            -0.693_858_572_707_181_8,
+            -10.558_626_225_323_291,
+            -62.375_332_450_326_006,
+            -162.396_669_462_573_47,
+            -184.605_092_906_711_04,
+            -81.287_435_506_306_6,
+            -9.814_329_344_169_145,
+        ],
+        [
+            -0.009_864_942_924_700_1,
+            -0.799_283_237_680_523,
+            -17.757_954_917_754_752,
+            -160.636_384_855_821_92,
+            -637.566_443_368_389_6,
+            -1_025.095_131_611_077_2,
+            -483.519_191_608_651_4,
+            0.0,
+        ],
+    ];
+    const T: [[f64; 9]; 2] = [
+        [
+            1.0,
+            19.651_271_667_439_257,
+            137.657_754_143_519_04,
+            434.565_877_475_229_23,
+            645.387_271_733_267_9,
+            429.008_140_027_567_83,
+            108.635_005_541_779_44,
+            6.570_249_770_319_282,
+            -0.060_424_415_214_858_1,
+        ],
+        [
+            1.0,
+            30.338_060_743_482_46,
+            325.792_512_996_573_9,
+            1_536.729_586_084_437,
+            3_199.858_219_508_595_5,
+            2_553.050_406_433_164_4,
+            474.528_541_206_955_37,
+            -22.440_952_446_585_82,
+            0.0,
+        ],
+    ];
+    let all = |number: f64| f64x8::splat(x.simd, number);
+    let is_near = x.simd_lt(upper(0x4006_db6d));
+    let either = |[near, far]: [f64; 2]| is_near.select(all(near), all(far));
+    let s = 1.0 / (x * x);
+    let (mut r, mut big) = (either([R[0][7], R[1][7]]), either([T[0][8], T[1][8]]));
+    for k in (0..7).rev() {
+        r = either([R[0][k], R[1][k]]) + s * r;
+    }
+    for k in (0..8).rev() {
+        big = either([T[0][k], T[1][k]]) + s * big;
+    }
+    let bits: u64x8<S> = x.bitcast();
+    let z: f64x8<S> = (bits & 0xffff_ffff_0000_0000).bitcast();
+    let tail = exp(-z * z - 0.5625) * exp((z - x) * (z + x) + r / big) / x;
+    x.simd_lt(6.0).select(tail, all(0.0))
 }
 
 /// The least positive number with these upper 32 bits.
@@ -250,6 +349,8 @@ mod tests {
             1e-300,
             1e300,
             upper(0x3fe9_21fb),
+            upper(0x3ff4_0000),
+            upper(0x4006_db6d),
             upper(0x3ff9_21fb),
             upper(0x3ff9_21fc),
             upper(0x4002_d97c),
