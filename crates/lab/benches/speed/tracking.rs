@@ -60,7 +60,7 @@ fn case(shape: &str) -> anyhow::Result<Case> {
 fn world(shape: &str) -> anyhow::Result<World> {
     let mut text = format!(
         "name = \"around\"\nmap = {{ file = \"none.yaml\" }}\n\
-         robot = {{ start = [16.0, 16.0, 0.7], goal = [28.0, 28.0], start_noise = 0.0 }}\n\
+         robot = {{ start = [16.0, 16.0, 0.7], goal = [18.0, 16.0], start_noise = 0.0 }}\n\
          laser = {{ fov = 4.71238898038469, beams = 1081, range_max = 10.0 }}\npeople = {{ shape = \"{shape}\" }}\n"
     );
     for k in 0..PEOPLE {
