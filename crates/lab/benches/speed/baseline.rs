@@ -49,7 +49,7 @@ impl Baseline {
         self.0.extend(ratios);
         let mut text = String::from(HEAD);
         for (name, ratio) in &self.0 {
-            writeln!(text, "{name} {ratio:.4}")?;
+            writeln!(text, "{name} {ratio:.6}")?;
         }
         std::fs::write(file(), text).with_context(|| file().display().to_string())
     }
