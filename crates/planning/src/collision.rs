@@ -36,6 +36,14 @@ crate::parameters! {
     }
 }
 
+impl CollisionParams {
+    /// Whether what is free for so many seconds is driven where nothing is free for longer ([`Self::evade`]).
+    pub fn evades(&self, seconds: f64) -> bool {
+        // Three steps of 0.3 s are a rounding less than 0.9 s.
+        seconds >= self.evade - 1e-9
+    }
+}
+
 /// What a trajectory runs into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Obstacle {

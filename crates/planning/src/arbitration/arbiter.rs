@@ -4,7 +4,7 @@ use crate::arbitration::{
     Action, Decision, Lack, Previous, PreviousState, Reason, Rejection, Scores, Totals, total_costs,
 };
 use crate::candidates::CandidateSet;
-use crate::collision::{Collision, CollisionChecker};
+use crate::collision::{Collision, CollisionChecker, CollisionParams};
 use crate::geometry::{Point2, wrap_angle};
 use crate::motion::RobotModel;
 use crate::occupancy::StaticMap;
@@ -85,9 +85,9 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
             }
         }
     }
-    let evade = profile.collision.evade;
-    let evading = chosen.is_none() && evade < profile.collision.horizon;
-    if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, evade)).flatten() {
+    let collision = &profile.collision;
+    let evading = chosen.is_none() && collision.evade < collision.horizon;
+    if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
         rejected[index] = None;
         chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
     }
@@ -119,10 +119,14 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     Verdict { decision, totals, rejected, chosen: Some(index) }
 }
 
-/// The candidate that is free for longest, if for so many seconds; of several the cheapest.
-fn last_to_collide(order: &[Contender], rejected: &[Option<Rejection>], least: f64) -> Option<usize> {
+/// The candidate that is free for longest, if for long enough; of several the cheapest.
+fn last_to_collide(
+    order: &[Contender],
+    rejected: &[Option<Rejection>],
+    params: &CollisionParams,
+) -> Option<usize> {
     let free_for = |contender: &Contender| match rejected[contender.index] {
-        Some(Rejection::Collides(collision)) if collision.time >= least => Some(collision.time),
+        Some(Rejection::Collides(collision)) if params.evades(collision.time) => Some(collision.time),
         _ => None,
     };
     let mut last: Option<(f64, usize)> = None;

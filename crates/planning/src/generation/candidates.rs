@@ -330,13 +330,13 @@ impl<'a> Finder<'a> {
 
     /// The rollouts that are free for long enough to evade, the longest first.
     fn evading(&self) -> Vec<&Timed> {
-        let (least, steps) = (self.input.params.collision.evade, self.from.steps);
+        let (collision, steps) = (&self.input.params.collision, self.from.steps);
         let free_for = |t: &Timed| {
             let poses = self.states.poses(t.index * steps..(t.index + 1) * steps);
             self.trajectories.first_collision(poses).map_or(f64::INFINITY, |collision| collision.time)
         };
         let mut evading: Vec<(f64, &Timed)> = self.timed.iter().map(|t| (free_for(t), t)).collect();
-        evading.retain(|(seconds, _)| *seconds >= least);
+        evading.retain(|(seconds, _)| collision.evades(*seconds));
         evading.sort_by(|(a, t), (b, u)| b.total_cmp(a).then(t.index.cmp(&u.index)));
         evading.truncate(self.params.max_candidates as usize);
         evading.into_iter().map(|(_, t)| t).collect()

@@ -254,6 +254,10 @@ fn where_all_collide_what_is_free_for_longest_is_followed_if_the_profile_evades(
     assert_eq!((verdict.decision.action, verdict.decision.reason), (Action::Follow, Reason::LastToCollide));
     assert_eq!((verdict.decision.candidate, verdict.chosen), (Some(8), Some(2)));
     assert_eq!(verdict.rejected[2], None);
+    // Seven steps of 0.3 s, whatever the rounding.
+    hall.profile.collision.evade = 7.0 * 0.3;
+    let collides = |_: &Trajectory| Some(Collision { time: 0.3 * 7.0 - 1e-15, with: Obstacle::Person(1) });
+    assert_eq!(decide(&hall.context(&candidates, None), &s, &collides).decision.action, Action::Follow);
     hall.profile.collision.evade = 2.2;
     assert_eq!(decide(&hall.context(&candidates, None), &s, &collides).decision.action, Action::Stop);
 }
