@@ -229,15 +229,7 @@ impl Streams {
             PeopleFrame::Map => people,
             PeopleFrame::Robot => convert::people_seen_from(world.truth().pose, people),
         });
-        let scan = Scan {
-            tick,
-            stamp,
-            angle_min: laser.bearing(0),
-            angle_increment: laser.bearing(1) - laser.bearing(0),
-            range_max: laser.range_max,
-            laser: convert::pose_to_wire(laser.robot_from_laser),
-            ranges: ranges.into(),
-        };
+        let scan = convert::scan_to_wire(laser, ranges, tick, stamp);
         valid(&scan)?;
         let Pose2 { x, y, heading } = odometry;
         let Twist { v, omega } = twist;

@@ -117,14 +117,6 @@ impl Base {
     pub(crate) fn measured(&mut self, laser: &LaserModel, map: &StaticMap) -> Scan {
         let bodies = lidar::Bodies::discs(&convert::people(&self.people, Pose2::default()));
         let ranges = lidar::scan(laser, map, self.pose, &bodies, &mut self.rng);
-        Scan {
-            tick: self.tick,
-            stamp: self.now(),
-            angle_min: laser.bearing(0),
-            angle_increment: laser.bearing(1) - laser.bearing(0),
-            range_max: laser.range_max,
-            laser: convert::pose_to_wire(laser.robot_from_laser),
-            ranges: ranges.into(),
-        }
+        convert::scan_to_wire(laser, ranges, self.tick, self.now())
     }
 }

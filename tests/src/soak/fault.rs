@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
 
-use super::fleet::{Fleet, POOL, REPLICAS, robot, tracked};
+use super::fleet::{Fleet, POOL, REPLICAS, is_tracked, robot};
 use crate::pace::Pace;
 
 /// Something that fails and is mended.
@@ -45,7 +45,7 @@ impl Outage {
             2 => Fault::Router,
             3 => Fault::Arbiter(format!("arbiter-{}", robot(2 * which(robots / 2) + 1))),
             4 => {
-                let later: Vec<usize> = tracked(robots).skip(1).collect();
+                let later: Vec<usize> = (1..robots).filter(|&robot| is_tracked(robot)).collect();
                 Fault::Tracker(format!("tracker-{}", robot(later[which(later.len())])))
             }
             5 => Fault::LateJoiner(format!("{role}-{REPLICAS}")),

@@ -32,9 +32,14 @@ pub(super) fn robot(index: usize) -> String {
     format!("r{index:02}")
 }
 
-/// The robots that know people by their tracker alone. Their arbiters are never killed.
-pub(super) fn tracked(robots: usize) -> impl Iterator<Item = usize> {
-    (0..robots).step_by(4)
+/// Whether a robot knows people by a tracker of its own alone.
+pub(super) fn is_tracked(robot: usize) -> bool {
+    robot.is_multiple_of(4)
+}
+
+/// The services of one robot, by role.
+fn services(robot: usize) -> impl Iterator<Item = &'static str> {
+    ["driver", "arbiter"].into_iter().chain(is_tracked(robot).then_some("tracker"))
 }
 
 /// Those of every process that there will ever be, and of what this test does as a robot's base and localiser and as
@@ -43,18 +48,15 @@ fn certificates(robots: usize) -> TempDir {
     // One more of each role joins late.
     let of_pool =
         POOL.into_iter().flat_map(|role| (0..=REPLICAS).map(move |i| (role, format!("{role}-{i}"))));
-    let of_robot = |robot: String| {
-        let services = ["driver", "arbiter"].map(|role| (role, format!("{role}-{robot}")));
-        let names =
-            services.map(|(role, instance)| Name::of_service(role, &robot, "world", &instance).unwrap());
+    let of_robot = |i: usize| {
+        let robot = robot(i);
         let own = ["base", "localizer"].map(|role| Name::new(role, &[&robot]).unwrap());
-        names.into_iter().chain(own)
+        let names = services(i)
+            .map(move |role| Name::of_service(role, &robot, "world", &format!("{role}-{robot}")).unwrap());
+        names.chain(own)
     };
     let names = of_pool.map(|(role, instance)| Name::new(role, &[&instance]).unwrap());
-    let names = names.chain((0..robots).map(robot).flat_map(of_robot));
-    let trackers = tracked(robots)
-        .map(|i| Name::of_service("tracker", &robot(i), "world", &format!("tracker-{}", robot(i))).unwrap());
-    let names = names.chain(trackers);
+    let names = names.chain((0..robots).flat_map(of_robot));
     let others = ["router", "operator", "viewer"].map(|name| Name::new(name, &[]).unwrap());
     issued(names.chain(others), &[])
 }
@@ -71,9 +73,8 @@ impl Fleet {
         let endpoint = ready["endpoints"][0].as_str().unwrap().to_owned();
         let fleet = Self { endpoint, pki, running: Mutex::new(BTreeMap::from([("router".into(), router)])) };
         let replicas = POOL.into_iter().flat_map(|role| (0..REPLICAS).map(move |i| format!("{role}-{i}")));
-        let of_robots = (0..robots).flat_map(|i| ["driver", "arbiter"].map(|r| format!("{r}-{}", robot(i))));
-        let trackers = tracked(robots).map(|i| format!("tracker-{}", robot(i)));
-        let names: Vec<String> = replicas.chain(of_robots).chain(trackers).collect();
+        let of_robots = (0..robots).flat_map(|i| services(i).map(move |role| format!("{role}-{}", robot(i))));
+        let names: Vec<String> = replicas.chain(of_robots).collect();
         names.chunks(AT_ONCE).for_each(|names| fleet.revive_all(names));
         fleet
     }

@@ -16,7 +16,7 @@ use tokio::task::JoinHandle;
 use zenoh::Session;
 
 use super::fault::Outage;
-use super::fleet::{Fleet, POOL, REPLICAS, robot, tracked};
+use super::fleet::{Fleet, POOL, REPLICAS, is_tracked, robot};
 use super::memory::Memory;
 use super::robot::{Links, Robot};
 use super::watch::{Counts, Drive};
@@ -188,8 +188,8 @@ impl Driving {
         let mut robots = Vec::with_capacity(count);
         for i in 0..count {
             let (name, links) = (robot(i), links(fleet, &robot(i)).await);
-            let (seed, is_tracked) = (SEED + i as u64, tracked(count).any(|robot| robot == i));
-            robots.push(Arc::new(Robot::new(&name, seed, links, goals(i, count), is_tracked, drive)));
+            let seed = SEED + i as u64;
+            robots.push(Arc::new(Robot::new(&name, seed, links, goals(i, count), is_tracked(i), drive)));
         }
         let begun: Vec<_> =
             robots.iter().cloned().map(|r| tokio::spawn(async move { r.begin().await })).collect();

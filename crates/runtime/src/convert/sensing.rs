@@ -6,7 +6,7 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::sensor::LaserModel;
 use curionav_schemas::{Reject, Scan};
 
-use super::{checked, pose};
+use super::{checked, pose, pose_to_wire};
 
 /// The ranges of a scan in order of rising bearing, without what a full turn sees twice, and the scanner as the scan
 /// itself describes it, with noise of `range_sigma` metres.
@@ -35,6 +35,19 @@ pub fn scan(scan: &Scan, range_sigma: f64) -> Result<(Cow<'_, [f32]>, LaserModel
     Ok((ranges, checked("scan", laser)?))
 }
 
+/// What a scanner like `laser` has measured: a range for each of its beams, metres.
+pub fn scan_to_wire(laser: &LaserModel, ranges: Vec<f32>, tick: u64, stamp: f64) -> Scan {
+    Scan {
+        tick,
+        stamp,
+        angle_min: laser.bearing(0),
+        angle_increment: laser.bearing(1) - laser.bearing(0),
+        range_max: laser.range_max,
+        laser: pose_to_wire(laser.robot_from_laser),
+        ranges: ranges.into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -54,6 +67,23 @@ mod tests {
         assert!(refused(&swept(0.0, 0.01, 1)));
         assert!(refused(&swept(0.0, 0.0, 100)));
         assert!(refused(&Scan { range_max: 1e12, ..swept(-0.5, 0.01, 101) }));
+    }
+
+    #[test]
+    fn what_a_scanner_measured_is_read_as_it_was_written() {
+        let mounted = LaserModel { robot_from_laser: Pose2::new(0.2, -0.1, 0.3), ..LaserModel::default() };
+        let around = LaserModel { fov: std::f64::consts::TAU, beams: 360, ..mounted };
+        for laser in [mounted, around] {
+            let ranges: Vec<f32> = (0..laser.beams).map(|i| 0.01 * i as f32).collect();
+            let sent = scan_to_wire(&laser, ranges.clone(), 7, 0.7);
+            let (read, found) = scan(&sent, laser.range_sigma).unwrap();
+            assert_eq!((&*read, sent.tick, sent.stamp), (&ranges[..], 7, 0.7));
+            assert_eq!((found.beams, found.range_max), (laser.beams, laser.range_max));
+            assert!((found.fov - laser.fov).abs() < 1e-9, "{found:?}");
+            let aims = |l: &LaserModel| l.robot_from_laser.compose(Pose2::new(0.0, 0.0, l.bearing(0)));
+            assert!((aims(&found).heading - aims(&laser).heading).abs() < 1e-9, "{found:?}");
+            assert_eq!(found.robot_from_laser.position(), laser.robot_from_laser.position());
+        }
     }
 
     #[test]
