@@ -122,12 +122,10 @@ def test_a_tree_leads_to_a_root() -> None:
     root = 2**32 - 1
     two = Tree.decode(golden("tree.two_roots"))
     assert two.parent.tolist() == [root, 0, root]
-    assert two.extra["side"].ravel().tolist() == [0, 0, 1]
+    assert two.columns["omega"].tolist() == [-0.1, 0, 0]
 
     def with_parents(*parents: int) -> Tree:
-        none = np.zeros(len(parents))
-        parent = np.array(parents, np.uint32)
-        return replace(tree, x=none, y=none, heading=none, cost=none, parent=parent, extra={})
+        return replace(tree, parent=np.array(parents, np.uint32), columns={})
 
     for good in [(), (root,), (root, 0, 0, 2), (1, 2, root), (root, root, 1)]:
         assert Tree.decode(with_parents(*good).encode()).parent.tolist() == list(good)

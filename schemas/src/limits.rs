@@ -15,10 +15,10 @@ pub const MAX_PEOPLE: usize = 1024;
 pub const MAX_BEAMS: usize = 8192;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.
 pub const MAX_TREE_NODES: usize = 16_384;
-/// Numbers per node in a further array of a search tree.
-pub const MAX_COLUMN_WIDTH: usize = 256;
-/// Further arrays of a search tree, one per generator-specific quantity.
-pub const MAX_TREE_EXTRAS: usize = 16;
+/// Columns of a search tree, one per quantity of the generator.
+pub const MAX_TREE_COLUMNS: usize = 8;
+/// Numbers in such a column: two for each of the most nodes.
+pub const MAX_TREE_COLUMN: usize = 2 * MAX_TREE_NODES;
 /// Search trees an arbiter carries on: a profile may ask for eight.
 pub const MAX_TREES: usize = 8;
 /// Particles in a message: more than a localiser starts with; of more, an even choice shows the same cloud.

@@ -64,11 +64,11 @@ messages! {
     Twist "twist" 2 * KIB;
     Scene "scene" 132 * KIB;
     CandidateSet "candidate_set" 12 * MIB;
-    Tree "tree" 12 * MIB;
+    Tree "tree" 3 * MIB;
     CycleReport "cycle_report" 20 * MIB;
-    Memory "memory" 25 * MIB;
-    GenerateRequest "generate_request" 13 * MIB;
-    GenerateReply "generate_reply" 25 * MIB;
+    Memory "memory" 20 * MIB;
+    GenerateRequest "generate_request" 4 * MIB;
+    GenerateReply "generate_reply" 15 * MIB;
     EvaluateRequest "evaluate_request" 13 * MIB;
     Scores "scores" 64 * KIB;
     OccupancyGrid "occupancy_grid" MAX_MAP_CELLS + 4 * KIB;

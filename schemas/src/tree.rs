@@ -1,7 +1,7 @@
 //! A generator's search tree, which travels with the requests so that generators keep nothing.
 
-use crate::check::{array, checks, keys, length, numbers, shape, size};
-use crate::limits::{MAX_COLUMN_WIDTH, MAX_TREE_EXTRAS, MAX_TREE_NODES};
+use crate::check::{checks, keys, length, numbers, size};
+use crate::limits::{MAX_TREE_COLUMN, MAX_TREE_COLUMNS, MAX_TREE_NODES};
 use crate::{F64Array, Refusal, Reject, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -9,39 +9,26 @@ use std::collections::BTreeMap;
 /// Parent of a root.
 pub const NO_PARENT: u32 = u32::MAX;
 
-/// Nodes as a structure of arrays, one entry per node unless said otherwise; map frame. May have several roots.
+/// A search tree, or whatever else a generator goes on with: what it cannot work out again. May have several roots.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tree {
-    /// Metres.
-    pub x: F64Array,
-    /// Metres.
-    pub y: F64Array,
-    /// Radians.
-    pub heading: F64Array,
-    /// Cost from the root, in the generator's own unit.
-    pub cost: F64Array,
-    /// Index of the parent; [`NO_PARENT`] for a root.
+    /// Of each node the index of the parent; [`NO_PARENT`] for a root.
     pub parent: U32Array,
-    /// Further quantities by name (time, depth, risk, ...), each `[nodes, width]` with a width of its own.
-    pub extra: BTreeMap<String, F64Array>,
+    /// Numbers by name; the names are the generator's own, and tell one kind of tree from another.
+    pub columns: BTreeMap<String, F64Array>,
 }
 
 checks! { tree: Tree {
     parent: length(0, MAX_TREE_NODES);
-    x, y, heading, cost: array(tree.parent.len());
-    extra: keys(MAX_TREE_EXTRAS);
-    extra: |_: &str, extra: &BTreeMap<String, F64Array>| check_columns(extra, tree.parent.len());
+    columns: keys(MAX_TREE_COLUMNS);
+    columns: |_: &str, columns: &BTreeMap<String, F64Array>| check_columns(columns);
     parent: |_: &str, parent: &U32Array| check_rooted(parent);
 }}
 
-/// The length of every column is a multiple of the number of nodes.
-fn check_columns(extra: &BTreeMap<String, F64Array>, nodes: usize) -> Result<(), Reject> {
-    extra.iter().try_for_each(|(name, column)| {
-        let field = format!("extra.{name}");
-        size(&field, column.len(), 0, nodes * MAX_COLUMN_WIDTH)?;
-        if nodes > 0 {
-            shape(&field, column.len(), column.len().next_multiple_of(nodes))?;
-        }
+fn check_columns(columns: &BTreeMap<String, F64Array>) -> Result<(), Reject> {
+    columns.iter().try_for_each(|(name, column)| {
+        let field = format!("columns.{name}");
+        size(&field, column.len(), 0, MAX_TREE_COLUMN)?;
         numbers(&field, column)
     })
 }

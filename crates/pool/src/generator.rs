@@ -123,7 +123,7 @@ mod tests {
             // What warms a replica up.
             let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
             let tree = answer("a", &fields, request, &Duration::default).unwrap().tree;
-            assert!(tree.x.iter().chain(&tree.y[..]).all(|number| number.is_finite()), "{}", kind.name);
+            assert!(convert::tree(tree).is_sound(), "{}", kind.name);
         }
         let answered = |generator: &str, is_short: bool| {
             let request = GenerateRequest { generator: generator.into(), ..request.clone() };
@@ -132,7 +132,7 @@ mod tests {
             let elapsed = || Duration::from_secs(u64::from(asked.replace(true) && is_short));
             let reply = answer("a", &fields, request, &elapsed).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
-            reply.tree.x.len() + reply.candidates.count as usize
+            reply.tree.parent.len() + reply.candidates.count as usize
         };
         for generator in generation::GENERATORS.iter().map(|kind| kind.name) {
             let [short, whole] = [true, false].map(|is_short| answered(generator, is_short));

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use curionav_planning::collision::{CollisionChecker, CollisionParams};
 use curionav_planning::forecast::ForecastParams;
-use curionav_planning::generation::{Landmarks, Pace, RrtStar, RrtStarParams, SampleSpace, Tree};
+use curionav_planning::generation::{Landmarks, Pace, PoseTree, RrtStar, RrtStarParams, SampleSpace};
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::motion::RobotModel;
 use curionav_planning::nalgebra::Matrix3;
@@ -83,7 +83,7 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
         landmarks: &Landmarks::default(),
     };
 
-    let mut search = RrtStar::new(params, &checker, &space, Tree::rooted(scene.belief.pose));
+    let mut search = RrtStar::new(params, &checker, &space, PoseTree::rooted(scene.belief.pose));
     let (mut random, mut samples, pace) = (rng(1, 0), 0, Pace::new(&|| 0.0));
     let started = Instant::now();
     while started.elapsed() < time {

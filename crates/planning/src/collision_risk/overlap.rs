@@ -28,16 +28,28 @@ impl OverlapTable {
         let reach = contact + CUT * sigma;
         let step = reach / ENTRIES as f64;
         let mut table = Self { reach_squared: reach * reach, per_metre: 1.0 / step, ..Self::default() };
-        for (group, probability) in table.probability.chunks_exact_mut(LANES).enumerate() {
-            let distances = std::array::from_fn(|lane| (group * LANES + lane) as f64 * step);
-            let found = if sigma > 0.0 {
-                dispatch!(level, simd => disc_probability(simd, contact, distances, [sigma; LANES]))
+        if sigma > 0.0 {
+            dispatch!(level, simd => table.fill(simd, contact, sigma, step));
+        } else {
+            for (k, probability) in table.probability.iter_mut().enumerate() {
+                *probability = f64::from(u8::from(k as f64 * step < contact));
+            }
+        }
+        table
+    }
+
+    #[inline(always)]
+    fn fill<S: Simd>(&mut self, simd: S, contact: f64, sigma: f64, step: f64) {
+        let whole = WholeDisc::new(simd, contact, sigma);
+        for (group, probability) in self.probability.chunks_exact_mut(LANES).enumerate() {
+            let distances: [f64; LANES] = std::array::from_fn(|lane| (group * LANES + lane) as f64 * step);
+            let found = if distances.iter().all(|distance| whole.is_near(*distance)) {
+                whole.probability(simd, distances)
             } else {
-                distances.map(|distance| if distance < contact { 1.0 } else { 0.0 })
+                disc_probability(simd, contact, distances, [sigma; LANES])
             };
             probability.copy_from_slice(&found);
         }
-        table
     }
 
     /// `free` times the probability of touching none of eight people at these squared distances, linear between
@@ -60,6 +72,11 @@ impl OverlapTable {
     }
 }
 
+/// Intervals of Simpson's rule.
+const INTERVALS: u32 = 24;
+/// Standard deviations from the mean of a Gaussian at which nothing is left of it.
+const WIDEST: f64 = 6.0;
+
 /// Shares of isotropic Gaussians inside a disc of `radius` whose centre is at each of `distances` from the mean of the
 /// one with the standard deviation in `sigmas`, which is positive; all in metres.
 ///
@@ -72,25 +89,83 @@ pub(super) fn disc_probability<S: Simd>(
     distances: [f64; LANES],
     sigmas: [f64; LANES],
 ) -> [f64; LANES] {
-    const INTERVALS: u32 = 24;
     let limit = |by: f64| {
         let bound = |lane: usize| ((distances[lane] + by * sigmas[lane]) / radius).clamp(-1.0, 1.0);
         f64x8::load_array(simd, std::array::from_fn(|lane| asin(bound(lane))))
     };
-    let (low, high) = (limit(-6.0), limit(6.0));
+    let (low, high) = (limit(-WIDEST), limit(WIDEST));
     let h = (high - low) / f64::from(INTERVALS);
     let (distance, sigma) = (f64x8::load_array(simd, distances), f64x8::load_array(simd, sigmas));
     let mut sum = f64x8::splat(simd, 0.0);
     for k in 0..=INTERVALS {
         let (s, c) = library::sin_cos(low + f64::from(k) * h);
-        let z = (radius * s - distance) / sigma;
-        let density = library::exp(-0.5 * z * z);
-        let strip = density * library::erf(radius * c / (sigma * std::f64::consts::SQRT_2)) * radius * c;
-        let weight = if k == 0 || k == INTERVALS { 1.0 } else { f64::from(2 + 2 * (k % 2)) };
-        sum += weight * strip;
+        let erf = library::erf(radius * c / (sigma * std::f64::consts::SQRT_2));
+        sum += strip(k, (radius * s - distance) / sigma, erf, radius, c);
     }
+    share(sum, h, sigma)
+}
+
+/// What strip `k` adds to the sum: `z` is where it is, in standard deviations, and `radius * c` half its length.
+#[inline(always)]
+fn strip<S: Simd>(k: u32, z: f64x8<S>, erf: f64x8<S>, radius: f64, c: f64x8<S>) -> f64x8<S> {
+    let weight = if k == 0 || k == INTERVALS { 1.0 } else { f64::from(2 + 2 * (k % 2)) };
+    weight * (library::exp(-0.5 * z * z) * erf * radius * c)
+}
+
+/// The share inside the disc, from the sum over strips that are `h` radians apart.
+#[inline(always)]
+fn share<S: Simd>(sum: f64x8<S>, h: f64x8<S>, sigma: f64x8<S>) -> [f64; LANES] {
     let share: [f64; LANES] = (sum * h / 3.0 / (sigma * std::f64::consts::TAU.sqrt())).into();
     share.map(|share| share.clamp(0.0, 1.0))
+}
+
+/// The strips of a disc of which no part is too far away to matter: the same for all distances.
+struct WholeDisc {
+    radius: f64,
+    sigma: f64,
+    /// Between two strips, radians.
+    h: f64,
+    x: [f64; STRIPS],
+    erf: [f64; STRIPS],
+    cos: [f64; STRIPS],
+}
+
+/// Strips, in whole groups of lanes.
+const STRIPS: usize = (INTERVALS as usize + 1).next_multiple_of(LANES);
+
+impl WholeDisc {
+    #[inline(always)]
+    fn new<S: Simd>(simd: S, radius: f64, sigma: f64) -> Self {
+        let (low, high) = (asin(-1.0), asin(1.0));
+        let h = (high - low) / f64::from(INTERVALS);
+        let [mut x, mut erf, mut cos] = [[0.0; STRIPS]; 3];
+        for first in (0..STRIPS).step_by(LANES) {
+            let group = first..first + LANES;
+            let (s, c) = library::sin_cos(low + f64x8::from_fn(simd, |lane| (first + lane) as f64) * h);
+            (radius * s).store_slice(&mut x[group.clone()]);
+            c.store_slice(&mut cos[group.clone()]);
+            let sigma = f64x8::splat(simd, sigma);
+            library::erf(radius * c / (sigma * std::f64::consts::SQRT_2)).store_slice(&mut erf[group]);
+        }
+        Self { radius, sigma, h, x, erf, cos }
+    }
+
+    fn is_near(&self, distance: f64) -> bool {
+        let bound = |by: f64| (distance + by * self.sigma) / self.radius;
+        bound(-WIDEST) <= -1.0 && bound(WIDEST) >= 1.0
+    }
+
+    /// [`disc_probability`] at distances that are near.
+    #[inline(always)]
+    fn probability<S: Simd>(&self, simd: S, distances: [f64; LANES]) -> [f64; LANES] {
+        let (distance, sigma) = (f64x8::load_array(simd, distances), f64x8::splat(simd, self.sigma));
+        let mut sum = f64x8::splat(simd, 0.0);
+        for k in 0..=INTERVALS {
+            let [x, erf, c] = [&self.x, &self.erf, &self.cos].map(|of| f64x8::splat(simd, of[k as usize]));
+            sum += strip(k, (x - distance) / sigma, erf, self.radius, c);
+        }
+        share(sum, f64x8::splat(simd, self.h), sigma)
+    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::generation::dubins::Dubins;
 use crate::generation::path::Path;
-use crate::generation::tree::Tree;
+use crate::generation::pose_tree::PoseTree;
 use crate::geometry::{Point2, bearing};
 
 /// Branches shorter than this lead nowhere, metres.
@@ -28,7 +28,7 @@ struct Branch {
 /// for every pair of cells (an early one and the end's, of side `end_cell`), the directions taking turns,
 /// in each the one first whose way on to the goal is shortest by `to_go`.
 pub fn branches(
-    tree: &Tree,
+    tree: &PoseTree,
     most: usize,
     reach: f64,
     end_cell: f64,
@@ -94,7 +94,7 @@ pub(super) fn cell(p: Point2, side: f64) -> Cell {
 }
 
 /// The first node of the branch to `end` at or beyond [`FORK`].
-fn fork(tree: &Tree, end: usize) -> usize {
+fn fork(tree: &PoseTree, end: usize) -> usize {
     let mut node = end;
     while let Some(p) = tree.parent(node).filter(|&p| tree.cost[p] >= FORK) {
         node = p;
@@ -104,7 +104,7 @@ fn fork(tree: &Tree, end: usize) -> usize {
 
 /// The edges of a tree as points, each rebuilt once however many branches share it.
 struct Edges<'a> {
-    tree: &'a Tree,
+    tree: &'a PoseTree,
     turning_radius: f64,
     points: Vec<Point2>,
     /// Where in `points` the edge to each node is; empty until it has been rebuilt.
@@ -112,7 +112,7 @@ struct Edges<'a> {
 }
 
 impl<'a> Edges<'a> {
-    fn new(tree: &'a Tree, turning_radius: f64) -> Self {
+    fn new(tree: &'a PoseTree, turning_radius: f64) -> Self {
         Self { tree, turning_radius, points: Vec::new(), ranges: vec![0..0; tree.len()] }
     }
 

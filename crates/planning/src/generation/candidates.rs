@@ -8,8 +8,8 @@ use crate::collision::{CollisionChecker, TrajectoryChecker};
 use crate::generation::branches::{Cell, branches, cell, in_turns, sector};
 use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
+use crate::generation::pose_tree::PoseTree;
 use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
-use crate::generation::tree::Tree;
 use crate::generation::{GenerationInput, Pace};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
@@ -71,7 +71,7 @@ struct Timed {
 /// Once told to stop, it still offers the first of these and the arcs, a few dozen rollouts, and no branches.
 pub fn find_candidates(
     input: &GenerationInput<'_>,
-    tree: &Tree,
+    tree: &PoseTree,
     way: &[Point2],
     checker: &CollisionChecker<'_>,
     pace: &Pace<'_>,
@@ -100,7 +100,7 @@ pub(super) fn go_on(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>)
 pub(super) fn find_candidates_by(
     input: &GenerationInput<'_>,
     insists: bool,
-    (tree, way): (&Tree, &[Point2]),
+    (tree, way): (&PoseTree, &[Point2]),
     checker: &CollisionChecker<'_>,
     pace: &Pace<'_>,
 ) -> CandidateSet {

@@ -20,6 +20,7 @@ mod neighbours;
 mod pace;
 mod params;
 pub mod path;
+pub mod pose_tree;
 mod recovery;
 mod registry;
 pub mod risk_rrt;
@@ -36,6 +37,7 @@ pub use commanded_params::{DwaParams, HrvoRobotParams, MppiParams, TransientGoal
 pub use generator::{Generated, GenerationInput};
 pub use pace::Pace;
 pub use params::{Besides, CandidateParams, GenerationParams, GeneratorPart, RecoveryParams};
+pub use pose_tree::PoseTree;
 pub use registry::{GENERATORS, GeneratorKind, find, known, tables_of_others};
 pub use risk_rrt::RiskRrtParams;
 pub use rollout::RolloutParams;

@@ -22,8 +22,8 @@ const SLOWER: [f64; 2] = [0.7, 0.45];
 const FELT_M: f64 = 1.0;
 /// Rollouts between two looks at the time.
 const BATCH: u32 = 32;
-/// The columns of the tree that carries the sequence, one node per command.
-const COLUMNS: [&str; 3] = ["omega", "time", "v"];
+/// What carries the sequence: when its first command begins, seconds of the robot's clock, and the commands.
+const COLUMNS: [&str; 3] = ["omega", "since", "v"];
 
 /// The candidates of one cycle.
 pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
@@ -75,10 +75,11 @@ fn nominal(input: &GenerationInput<'_>, tree: Option<Tree>) -> Vec<Twist> {
     let params = &input.params.generation.mppi;
     let length = params.commands as usize;
     let now = input.scene.belief.twist;
-    let sequence = tree.filter(|t| t.len() == length && t.is_sound() && t.has_columns(&COLUMNS));
-    let Some(tree) = sequence else { return vec![now; length] };
-    let [omega, time, v] = COLUMNS.map(|name| &tree.extra[name]);
-    let passed = ((input.scene.stamp - time[0]) / params.period).round();
+    let carried = tree.as_ref().and_then(|tree| tree.columns(COLUMNS));
+    let carried =
+        carried.filter(|[omega, since, v]| [omega.len(), since.len(), v.len()] == [length, 1, length]);
+    let Some([omega, since, v]) = carried else { return vec![now; length] };
+    let passed = ((input.scene.stamp - since[0]) / params.period).round();
     if !(0.0..length as f64).contains(&passed) {
         return vec![now; length];
     }
@@ -109,20 +110,15 @@ fn deviation(params: &MppiParams, wanted: Twist, twist: Twist) -> f64 {
         + wanted.omega * (twist.omega - wanted.omega) / (params.sigma_omega * params.sigma_omega)
 }
 
-/// The sequence as a tree: one node per command, where the robot is after it.
+/// The sequence as a value.
 fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
-    let period = input.params.generation.mppi.period;
-    let (mut pose, mut twist) = input.scene.belief.motion();
-    let (mut tree, mut columns) = (Tree::default(), <[Vec<f64>; 3]>::default());
-    for (k, wanted) in mean.iter().enumerate() {
-        twist = input.robot.limit(twist, *wanted, period);
-        pose = step(pose, twist, period);
-        tree.push(pose, 0.0, if k == 0 { Tree::NO_PARENT } else { k as u32 - 1 });
-        let numbers = [wanted.omega, input.scene.stamp + k as f64 * period, wanted.v];
-        columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
-    }
-    tree.extra = COLUMNS.map(String::from).into_iter().zip(columns).collect();
-    tree
+    let columns = [
+        mean.iter().map(|twist| twist.omega).collect(),
+        vec![input.scene.stamp],
+        mean.iter().map(|twist| twist.v).collect(),
+    ];
+    let [omega, since, v] = columns;
+    Tree::new(Vec::new(), [("omega", omega), ("since", since), ("v", v)])
 }
 
 /// What rollouts are judged by.

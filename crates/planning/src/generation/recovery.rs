@@ -7,7 +7,8 @@ use crate::candidates::CandidateSet;
 use crate::generation::candidates::SOMEWHERE;
 use crate::generation::candidates::{find_candidates_by, go_on};
 use crate::generation::params::Besides;
-use crate::generation::{GenerationInput, Pace, Tree};
+use crate::generation::pose_tree::PoseTree;
+use crate::generation::{GenerationInput, Pace};
 
 /// The shortest way and straight ways in all directions, with turns on the spot and slow ones, those that end nearest to
 /// the goal first; none of them stands if there is another. `None` while the robot's time in its place is not over, and
@@ -29,6 +30,6 @@ pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<C
     let here = input.scene.belief.pose.position();
     let way = input.geodesic.descend_for(here, 0.2, input.robot.v_max * horizon);
     let input = GenerationInput { params: &params, ..*input };
-    let found = find_candidates_by(&input, recovery.insist, (&Tree::default(), &way), &checker, pace);
+    let found = find_candidates_by(&input, recovery.insist, (&PoseTree::default(), &way), &checker, pace);
     Some(found).filter(|found| !found.is_empty())
 }

@@ -10,6 +10,7 @@ use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
 use crate::generation::neighbours::Neighbours;
 use crate::generation::pace::Pace;
+use crate::generation::pose_tree::PoseTree;
 use crate::generation::tree::Tree;
 use crate::geometry::{Direction, Facing, Point2, Pose2, Twist};
 use crate::motion::step_facing;
@@ -129,7 +130,7 @@ pub struct RrtStar<'a> {
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
     space: &'a SampleSpace<'a>,
-    tree: Tree,
+    tree: PoseTree,
     neighbours: Neighbours,
     direction: Vec<Direction>,
     /// Radius of a disc around each node that is known to be free, metres.
@@ -149,7 +150,7 @@ impl<'a> RrtStar<'a> {
         params: &'a RrtStarParams,
         checker: &'a CollisionChecker<'a>,
         space: &'a SampleSpace<'a>,
-        tree: Tree,
+        tree: PoseTree,
     ) -> Self {
         let samples = (params.iterations + params.warm_up) as usize;
         let room = (tree.len() + samples).min(params.max_nodes as usize);
@@ -157,7 +158,7 @@ impl<'a> RrtStar<'a> {
             params,
             checker,
             space,
-            tree: Tree::with_room_for(room),
+            tree: PoseTree::with_room_for(room),
             neighbours: Neighbours::new(space.centre, space.radius, params.eta),
             direction: Vec::with_capacity(room),
             free: Vec::with_capacity(room),
@@ -174,8 +175,8 @@ impl<'a> RrtStar<'a> {
         search
     }
 
-    /// The tree as a value, parents first.
-    pub fn into_tree(self) -> Tree {
+    /// The tree, parents first.
+    pub fn into_tree(self) -> PoseTree {
         self.tree.compact(|_| true)
     }
 

@@ -1,5 +1,6 @@
 //! The paper's generator (Alg. 1): a tree of Dubins edges that follows the robot, and its branches as candidates.
 
+use crate::generation::pose_tree::Nodes;
 use crate::generation::{
     Generated, GenerationInput, Landmarks, Pace, RrtStar, SampleSpace, Tree, find_candidates, update,
 };
@@ -12,9 +13,9 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let radius = input.robot.v_max * horizon + params.disc_margin;
     let way = input.geodesic.descend_for(pose.position(), 0.2, radius);
 
-    let old = tree.filter(|t| t.is_sound() && t.has_columns(&[])).unwrap_or_default();
+    let old = tree.as_ref().and_then(Nodes::of).unwrap_or_default();
     let room = params.max_nodes.saturating_sub(params.iterations) as usize;
-    let tree = update::reroot(&old, pose, radius, params, &checker);
+    let tree = update::reroot(old, pose, radius, params, &checker);
     let tree = update::thin(tree, room, |t, n| t.cost[n] + input.geodesic.at(t.position(n)));
 
     let warm_up = if old.is_empty() { params.warm_up } else { 0 };
@@ -27,5 +28,5 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let tree = search.into_tree();
 
     let candidates = find_candidates(input, &tree, &way, &checker, pace);
-    Generated { candidates, tree }
+    Generated { candidates, tree: tree.into_value() }
 }

@@ -22,8 +22,8 @@ const FOLLOWED: (f64, f64) = (3.0, std::f64::consts::FRAC_PI_6);
 /// Mean speed to a goal, as a share of the greatest.
 const MEAN_SPEED: f64 = 0.6;
 
-/// The columns of the tree by which the goal is kept: one node, the goal.
-pub(super) const SINCE: &str = "since";
+/// The column by which the goal is kept: x, y (m), and since when, seconds of the robot's clock.
+const GOAL: &str = "goal";
 
 /// The candidates of one cycle.
 pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
@@ -39,7 +39,7 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         };
     };
     let checker = input.checker();
-    let kept = kept(tree).filter(|&(goal, since)| {
+    let kept = kept(tree.as_ref()).filter(|&(goal, since)| {
         let age = input.scene.stamp - since;
         (0.0..params.keep).contains(&age)
             && goal.distance(here) > params.reached
@@ -63,18 +63,15 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         chosen = chosen.or(Some((goal, since)));
         offered.add(|_, pose, _| command(input, pose, goal));
     }
-    let tree = chosen.map_or_else(Tree::default, |(goal, since)| {
-        let mut tree = Tree::rooted(Pose2::new(goal.x, goal.y, 0.0));
-        tree.extra.insert(SINCE.to_owned(), vec![since]);
-        tree
-    });
-    Generated { candidates: offered.into_candidates(), tree }
+    let carried = |(goal, since): (Point2, f64)| Tree::new(Vec::new(), [(GOAL, vec![goal.x, goal.y, since])]);
+    Generated { candidates: offered.into_candidates(), tree: chosen.map(carried).unwrap_or_default() }
 }
 
 /// The goal of the last cycle, and since when it is one.
-fn kept(tree: Option<Tree>) -> Option<(Point2, f64)> {
-    let tree = tree.filter(|t| t.len() == 1 && t.is_sound() && t.has_columns(&[SINCE]))?;
-    Some((tree.position(0), tree.extra[SINCE][0]))
+pub(super) fn kept(tree: Option<&Tree>) -> Option<(Point2, f64)> {
+    let [goal] = tree?.columns([GOAL])?;
+    let &[x, y, since] = goal else { return None };
+    Some((Point2::new(x, y), since))
 }
 
 /// Those in sight and free of people on arrival, and the goal itself if it is near.

@@ -3,6 +3,7 @@
 use crate::collision::CollisionChecker;
 use crate::generation::dubins::Dubins;
 use crate::generation::neighbours::Neighbours;
+use crate::generation::pose_tree::{Nodes, PoseTree};
 use crate::generation::rrt_star::{RrtStarParams, clear};
 use crate::generation::tree::Tree;
 use crate::geometry::{Facing, Pose2};
@@ -18,16 +19,17 @@ const FOSTERS: usize = 4;
 /// gone hangs on the new root, or on a near node, if a sensible edge leads there, and is dropped otherwise. Costs are
 /// those from the new root.
 pub fn reroot(
-    old: &Tree,
+    old: Nodes<'_>,
     root: Pose2,
     radius: f64,
     params: &RrtStarParams,
     checker: &CollisionChecker<'_>,
-) -> Tree {
+) -> PoseTree {
     let room = old.len() + 1;
     let mut neighbours = Neighbours::new(root.position(), radius, params.eta);
     neighbours.reserve(room);
-    let (tree, index, nodes) = (Tree::with_room_for(room), vec![None; old.len()], Vec::with_capacity(room));
+    let (tree, index, nodes) =
+        (PoseTree::with_room_for(room), vec![None; old.len()], Vec::with_capacity(room));
     let mut moved = Rerooting { old, params, checker, index, tree, nodes, neighbours };
     moved.put(root.into(), 0.0, Tree::NO_PARENT);
     let is_inside = |n: &usize| old.position(*n).distance_squared(root.position()) <= radius * radius;
@@ -54,12 +56,12 @@ pub fn reroot(
 }
 
 struct Rerooting<'a> {
-    old: &'a Tree,
+    old: Nodes<'a>,
     params: &'a RrtStarParams,
     checker: &'a CollisionChecker<'a>,
     /// Where each old node is in the new tree.
     index: Vec<Option<usize>>,
-    tree: Tree,
+    tree: PoseTree,
     /// The new tree's nodes, with their directions and the radius of a disc around each that is known to be free.
     nodes: Vec<(Facing, f64)>,
     neighbours: Neighbours,
@@ -92,7 +94,7 @@ impl Rerooting<'_> {
 
 /// The tree without its least promising leaves: those with the greatest `length through the node`, until
 /// at most `target` nodes are left.
-pub fn thin(tree: Tree, target: usize, length_through: impl Fn(&Tree, usize) -> f64) -> Tree {
+pub fn thin(tree: PoseTree, target: usize, length_through: impl Fn(&PoseTree, usize) -> f64) -> PoseTree {
     if tree.len() <= target {
         return tree;
     }

@@ -123,24 +123,16 @@ pub fn previous_to_wire(p: &Previous) -> wire::Previous {
 /// A search tree; the schema has checked that its parents exist and form no cycle.
 pub fn tree(t: wire::Tree) -> Tree {
     Tree {
-        x: t.x.0,
-        y: t.y.0,
-        heading: t.heading.0,
-        cost: t.cost.0,
         parent: t.parent.0,
-        extra: t.extra.into_iter().map(|(name, values)| (name, values.0)).collect(),
+        columns: t.columns.into_iter().map(|(name, numbers)| (name, numbers.0)).collect(),
     }
 }
 
 /// A search tree.
 pub fn tree_to_wire(t: Tree) -> wire::Tree {
     wire::Tree {
-        x: t.x.into(),
-        y: t.y.into(),
-        heading: t.heading.into(),
-        cost: t.cost.into(),
         parent: t.parent.into(),
-        extra: t.extra.into_iter().map(|(name, values)| (name, values.into())).collect(),
+        columns: t.columns.into_iter().map(|(name, numbers)| (name, numbers.into())).collect(),
     }
 }
 
@@ -151,14 +143,10 @@ mod tests {
 
     #[test]
     fn every_kind_of_tree_crosses_the_wire_unchanged() {
-        let mut one = Tree::rooted(curionav_planning::geometry::Pose2::new(1.0, 2.0, 0.1));
-        one.push(curionav_planning::geometry::Pose2::new(1.5, 2.0, -0.3), 0.5, 0);
-        let mut two = one.clone();
-        two.push(curionav_planning::geometry::Pose2::new(9.0, 7.0, 3.0), 0.0, Tree::NO_PARENT);
-        for (k, name) in ["omega", "risk", "side", "time", "v"].into_iter().enumerate() {
-            two.extra.insert(name.to_owned(), vec![0.1 * k as f64, 1.0 / 3.0, 1.0]);
-        }
-        for sent in [Tree::default(), one, two] {
+        let one = Tree::new(vec![Tree::NO_PARENT, 0], [("x", vec![1.0, 1.5]), ("y", vec![2.0, 1.0 / 3.0])]);
+        let two = Tree::new(vec![Tree::NO_PARENT, 0, Tree::NO_PARENT], [("root", vec![0.1, 1.0 / 3.0])]);
+        let none = Tree::new(Vec::new(), [("goal", vec![9.0, 7.0, 3.0])]);
+        for sent in [Tree::default(), one, two, none] {
             let bytes = tree_to_wire(sent.clone()).encode();
             let arrived = tree(wire::Tree::decode(&bytes, None).expect("a valid tree"));
             assert_eq!(arrived, sent);

@@ -368,7 +368,7 @@ class Memory(Message):
     """
 
     NAME: ClassVar[str] = "memory"
-    MAX_BYTES: ClassVar[int] = 25600 << 10
+    MAX_BYTES: ClassVar[int] = 20480 << 10
 
     robot: Name
     epoch: Uint

@@ -62,21 +62,16 @@ class CandidateShard(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Tree(Message):
-    """A generator's search tree, which travels with the requests.
+    """A generator's search tree, or whatever else it goes on with; it travels with the requests.
 
-    ``x, y`` (m), ``heading`` (rad), ``cost`` (from the root, the generator's unit) and ``parent`` (`NO_PARENT` for a
-    root) have shape [nodes]; each of ``extra`` has shape [nodes, a width of its own].
+    ``parent`` has shape [nodes], with `NO_PARENT` for a root; the names of ``columns`` are the generator's own.
     """
 
     NAME: ClassVar[str] = "tree"
-    MAX_BYTES: ClassVar[int] = 12288 << 10
+    MAX_BYTES: ClassVar[int] = 3072 << 10
 
-    x: Annotated[F64, Array("f64", "nodes", limit=16384)]
-    y: Annotated[F64, Array("f64", "nodes")]
-    heading: Annotated[F64, Array("f64", "nodes")]
-    cost: Annotated[F64, Array("f64", "nodes")]
-    parent: Annotated[U32, Array("u32", "nodes", high=2**32 - 1)]
-    extra: Annotated[dict[str, Annotated[F64, Array("f64", "nodes", "*")]], {"limit": 16}]
+    parent: Annotated[U32, Array("u32", "nodes", high=2**32 - 1, limit=16384)]
+    columns: Annotated[dict[str, Annotated[F64, Array("f64", "*", limit=32768)]], {"limit": 8}]
 
     def check(self) -> None:
         """Every node leads to a root."""
@@ -101,7 +96,7 @@ class GenerateRequest(Message):
     """
 
     NAME: ClassVar[str] = "generate_request"
-    MAX_BYTES: ClassVar[int] = 13312 << 10
+    MAX_BYTES: ClassVar[int] = 4096 << 10
 
     epoch: Uint
     seq: Uint
@@ -124,7 +119,7 @@ class GenerateReply(Message):
     """Candidates, and the tree to hand back with the next request; ``cut`` if the budget ended its growth."""
 
     NAME: ClassVar[str] = "generate_reply"
-    MAX_BYTES: ClassVar[int] = 25600 << 10
+    MAX_BYTES: ClassVar[int] = 15360 << 10
 
     epoch: Uint
     seq: Uint

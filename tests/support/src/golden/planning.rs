@@ -24,35 +24,30 @@ pub fn candidate_set() -> CandidateSet {
     }
 }
 
-/// A root with two children, and a time for each node.
+/// A root with two children.
 pub fn tree() -> Tree {
     Tree {
-        x: vec![1.3, 2.0, 2.2].into(),
-        y: vec![-0.45, -0.3, 0.1].into(),
-        heading: vec![0.31, 0.2, 0.6].into(),
-        cost: vec![0.0, 0.72, 1.05].into(),
         parent: vec![NO_PARENT, 0, 0].into(),
-        extra: BTreeMap::from([("time".into(), vec![0.0, 0.9, 1.3].into())]),
+        columns: columns([("x", vec![1.3, 2.0, 2.2]), ("y", vec![-0.45, -0.3, 0.1])]),
     }
 }
 
-/// What a generator that searches from both ends sends: two roots, told apart by a column.
+/// What a generator that searches from both ends sends: two roots.
 pub fn tree_of_two_roots() -> Tree {
-    let column = |name: &str, numbers: Vec<f64>| (name.to_owned(), numbers.into());
     Tree {
-        x: vec![1.3, 1.54, 8.0].into(),
-        y: vec![-0.45, -0.37, 6.5].into(),
-        heading: vec![0.31, 0.31, -2.34].into(),
-        cost: vec![0.0, 0.25, 0.0].into(),
         parent: vec![NO_PARENT, 0, NO_PARENT].into(),
-        extra: BTreeMap::from([
-            column("omega", vec![-0.1, 0.0, 0.0]),
-            column("risk", vec![0.0, 0.02, 0.0]),
-            column("side", vec![0.0, 0.0, 1.0]),
-            column("time", vec![4.2, 4.5, 0.0]),
-            column("v", vec![0.8, 0.85, 0.0]),
+        columns: columns([
+            ("found", vec![0.0]),
+            ("omega", vec![-0.1, 0.0, 0.0]),
+            ("risk", vec![0.0]),
+            ("root", vec![1.3, -0.45, 0.31, 4.2, 8.0, 6.5, -2.34, 0.0]),
+            ("v", vec![0.8, 0.85, 0.0]),
         ]),
     }
+}
+
+fn columns<const N: usize>(columns: [(&str, Vec<f64>); N]) -> BTreeMap<String, F64Array> {
+    columns.map(|(name, numbers)| (name.to_owned(), numbers.into())).into()
 }
 
 /// A request that hands back a tree.

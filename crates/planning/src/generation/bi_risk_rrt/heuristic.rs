@@ -2,7 +2,8 @@
 //! around.
 
 use super::params::BiRiskRrtParams;
-use crate::generation::risk_rrt::{TimeTree, control_lattice::ControlLattice, time_tree::Node};
+use crate::generation::risk_rrt::control_lattice::ControlLattice;
+use crate::generation::risk_rrt::time_tree::{Node, TimeNodes, TimeTree};
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2, Twist, bearing};
 
@@ -16,9 +17,9 @@ pub struct Heuristic {
 }
 
 impl Heuristic {
-    /// Column of the value that tells forward nodes (0) from those of the reverse tree (1) and of the
-    /// path (2).
-    pub const COLUMN: &'static str = "side";
+    /// Columns of the value of both trees, the tree in time first: those of a [`TimeTree`], whether a path is found (1) or
+    /// not (0), and the risks of the second tree's nodes, which are not read anew.
+    pub const COLUMNS: [&'static str; 5] = ["found", "omega", "risk", "root", "v"];
     /// Path nodes looked at for the one that the robot has come to.
     const WINDOW: usize = 10;
 
@@ -60,19 +61,10 @@ impl Heuristic {
 
     /// Appends its nodes to the value of a tree in time.
     pub fn append_to(&self, value: &mut Tree) {
-        let side = if self.is_found { 2.0 } else { 1.0 };
-        let mut sides = vec![0.0; value.len()];
-        let offset = value.len() as u32;
-        let own = self.tree.to_value();
-        for node in 0..own.len() {
-            let parent = own.parent(node).map_or(Tree::NO_PARENT, |p| p as u32 + offset);
-            value.push(own.pose(node), own.cost[node], parent);
-            sides.push(side);
-        }
-        for (name, numbers) in own.extra {
-            value.extra.entry(name).or_default().extend(numbers);
-        }
-        value.extra.insert(Self::COLUMN.to_owned(), sides);
+        self.tree.append_to(value);
+        let found = vec![f64::from(u8::from(self.is_found))];
+        let risks = self.tree.nodes.iter().map(|node| node.risk).collect();
+        value.columns.extend([("found".to_owned(), found), ("risk".to_owned(), risks)]);
     }
 
     /// Takes a value apart into the tree in time and the heuristic, if it is of that kind.
@@ -82,32 +74,21 @@ impl Heuristic {
         max_depth: u32,
         params: &BiRiskRrtParams,
     ) -> Option<(TimeTree, Self)> {
-        let sides = value.extra.get(Self::COLUMN).filter(|sides| sides.len() == value.len())?;
-        let first = sides.iter().position(|side| *side != 0.0)?;
-        let side = sides[first];
-        if !value.is_sound() || sides[first..].iter().any(|s| *s != side) {
+        let [found, omega, risk, root, v] = value.columns(Self::COLUMNS)?;
+        let first = 1 + value.parent.iter().skip(1).position(|&parent| parent == Tree::NO_PARENT)?;
+        let (is_found, (root, second_root)) = (found == [1.0], root.split_at_checked(root.len() / 2)?);
+        let ((omega, second_omega), (v, second_v)) =
+            (omega.split_at_checked(first)?, v.split_at_checked(first)?);
+        let (parent, second_parent) = value.parent.split_at(first);
+        let forward = TimeNodes { parent, first: 0, omega, v, root }.grown(lattice, max_depth)?;
+        let second =
+            TimeNodes { parent: second_parent, first, omega: second_omega, v: second_v, root: second_root };
+        let mut tree = second.grown(lattice, params.reverse_depth)?;
+        if risk.len() != tree.nodes.len() {
             return None;
         }
-        let forward = TimeTree::from_value(&part(value, 0, first)?, lattice, max_depth)?;
-        let reverse = part(value, first, value.len())?;
-        let reverse = TimeTree::from_value(&reverse, lattice, params.reverse_depth)?;
-        let is_chain = reverse.nodes.iter().enumerate().all(|(k, n)| n.depth as usize == k);
-        let is_found = side == 2.0 && is_chain;
-        (side == 1.0 || is_found).then_some((forward, Self { tree: reverse, is_found }))
+        tree.nodes.iter_mut().zip(risk).for_each(|(node, risk)| node.risk = *risk);
+        let is_chain = tree.nodes.iter().enumerate().all(|(k, node)| node.depth as usize == k);
+        (is_chain || !is_found).then_some((forward, Self { tree, is_found }))
     }
-}
-
-/// Nodes `first..end` of a value as a value of one side, if no node's parent is outside.
-fn part(value: &Tree, first: usize, end: usize) -> Option<Tree> {
-    let mut part = Tree::default();
-    for node in first..end {
-        let parent = match value.parent(node) {
-            Some(p) => p.checked_sub(first)? as u32,
-            None => Tree::NO_PARENT,
-        };
-        part.push(value.pose(node), value.cost[node], parent);
-    }
-    let columns = value.extra.iter().filter(|(name, _)| *name != Heuristic::COLUMN);
-    part.extra = columns.map(|(name, numbers)| (name.clone(), numbers[first..end].to_vec())).collect();
-    Some(part)
 }

@@ -44,6 +44,12 @@ impl<'a> Ground<'a> {
         let tree = old
             .and_then(|tree| follow(&tree, scene.stamp, pose, self.input.previous, off_path))
             .unwrap_or_else(|| TimeTree::rooted(scene.stamp, params.dt, pose, twist));
+        self.growth_of(tree)
+    }
+
+    /// A tree in time that is gone on with, its risks read anew.
+    pub(in crate::generation) fn growth_of(&self, tree: TimeTree) -> Growth<'_> {
+        let (scene, params) = (self.input.scene, self.input.params);
         // At every depth, and while braking after the deepest.
         let moments = (0..=params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();

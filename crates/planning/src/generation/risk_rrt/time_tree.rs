@@ -43,8 +43,9 @@ pub struct TimeTree {
 }
 
 impl TimeTree {
-    /// Columns of the value it becomes, besides the poses.
-    pub const COLUMNS: [&'static str; 4] = ["omega", "risk", "time", "v"];
+    /// Columns of the value it becomes: the twist that led to each node (of the root what the robot did there), and the
+    /// root's x, y, heading and time. All else follows from these.
+    pub const COLUMNS: [&'static str; 3] = ["omega", "root", "v"];
 
     /// The tree that is only a root.
     pub fn rooted(stamp: f64, dt: f64, pose: Pose2, twist: Twist) -> Self {
@@ -105,39 +106,68 @@ impl TimeTree {
         kept
     }
 
-    /// The value that travels (D15).
+    /// The value that travels (D15). Risks are left out: they are read anew in every cycle.
     pub fn to_value(&self) -> Tree {
         let mut value = Tree::default();
-        let mut columns: [Vec<f64>; 4] = Default::default();
-        for (index, node) in self.nodes.iter().enumerate() {
-            let travelled = self.parent(index).map_or(0.0, |p| value.cost[p] + node.twist.v * self.dt);
-            value.push(node.pose, travelled, node.parent);
-            let numbers = [node.twist.omega, node.risk, self.time(index), node.twist.v];
-            columns.iter_mut().zip(numbers).for_each(|(column, number)| column.push(number));
-        }
-        value.extra = Self::COLUMNS.map(String::from).into_iter().zip(columns).collect();
+        self.append_to(&mut value);
         value
     }
 
-    /// The tree of a value, if it is one that a generator with this lattice could have made: the right
-    /// columns, one root, no node deeper than `max_depth`, and children a control away from their parents.
-    /// A value from elsewhere can therefore lead nowhere the robot cannot go.
+    /// Adds its nodes to a value, after those that are there.
+    pub(in crate::generation) fn append_to(&self, value: &mut Tree) {
+        let first = value.parent.len() as u32;
+        let move_on = |parent: u32| if parent == Tree::NO_PARENT { parent } else { first + parent };
+        value.parent.extend(self.nodes.iter().map(|node| move_on(node.parent)));
+        let mut extend = |name: &str, numbers: &mut dyn Iterator<Item = f64>| {
+            value.columns.entry(name.to_owned()).or_default().extend(numbers);
+        };
+        extend("omega", &mut self.nodes.iter().map(|node| node.twist.omega));
+        extend("v", &mut self.nodes.iter().map(|node| node.twist.v));
+        let root = self.nodes[0].pose;
+        extend("root", &mut [root.x, root.y, root.heading, self.stamp].into_iter());
+    }
+
+    /// The tree of a value, if it is one that a generator with this lattice could have made: the right columns, one
+    /// root, no node deeper than `max_depth`, and children a control away from their parents. So a value from elsewhere
+    /// can lead nowhere the robot cannot go.
     pub fn from_value(value: &Tree, lattice: &ControlLattice<'_>, max_depth: u32) -> Option<Self> {
-        if value.is_empty() || !value.has_columns(&Self::COLUMNS) || !value.is_sound() {
+        let [omega, root, v] = value.columns(Self::COLUMNS)?;
+        let nodes = TimeNodes { parent: &value.parent, first: 0, omega, v, root };
+        nodes.grown(lattice, max_depth)
+    }
+}
+
+/// The nodes of a value, or those from `first` on as far as they are of one tree.
+pub(in crate::generation) struct TimeNodes<'a> {
+    pub(in crate::generation) parent: &'a [u32],
+    pub(in crate::generation) first: usize,
+    pub(in crate::generation) omega: &'a [f64],
+    pub(in crate::generation) v: &'a [f64],
+    pub(in crate::generation) root: &'a [f64],
+}
+
+impl TimeNodes<'_> {
+    /// The tree that they are of; `None` as for [`TimeTree::from_value`].
+    pub(in crate::generation) fn grown(
+        &self,
+        lattice: &ControlLattice<'_>,
+        max_depth: u32,
+    ) -> Option<TimeTree> {
+        let &[x, y, heading, stamp] = self.root else { return None };
+        let count = self.parent.len();
+        if count == 0 || self.parent[0] != Tree::NO_PARENT || [self.omega.len(), self.v.len()] != [count; 2] {
             return None;
         }
-        let column = |name: &str| &value.extra[name];
-        let (omega, risk, time, v) = (column("omega"), column("risk"), column("time"), column("v"));
-        let twist = |node: usize| Twist { v: v[node], omega: omega[node] };
-        let mut tree = Self::rooted(time[0], lattice.dt, value.pose(0), twist(0));
-        tree.nodes.reserve(value.len());
-        for node in 1..value.len() {
-            let (parent, twist) = (value.parent(node)?, twist(node));
-            let control = lattice.control(tree.nodes[parent].twist, twist)?;
-            let pose = step_facing(tree.nodes[parent].facing(), twist, lattice.dt).pose;
-            tree.push(parent, control, twist, pose, risk[node]);
-            let on_time = (tree.time(node) - time[node]).abs() < 1e-6;
-            if pose != value.pose(node) || !on_time || tree.nodes[node].depth > max_depth {
+        let twist = |node: usize| Twist { v: self.v[node], omega: self.omega[node] };
+        let mut tree = TimeTree::rooted(stamp, lattice.dt, Pose2::new(x, y, heading), twist(0));
+        tree.nodes.reserve(count);
+        for node in 1..count {
+            let parent = (self.parent[node] as usize).checked_sub(self.first)?;
+            let (above, twist) = (tree.nodes.get(parent)?, twist(node));
+            let control = lattice.control(above.twist, twist)?;
+            let pose = step_facing(above.facing(), twist, lattice.dt).pose;
+            tree.push(parent, control, twist, pose, 0.0);
+            if tree.nodes[node].depth > max_depth {
                 return None;
             }
         }

@@ -3,6 +3,7 @@
 use super::*;
 use crate::generation::bi_risk_rrt::heuristic::Heuristic;
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
+use crate::generation::risk_rrt::time_tree::{Node, TimeTree};
 
 fn params(nodes: u32) -> GeneratorPart {
     let mut params = Profile::builtin("bi-risk-rrt").unwrap().generator_part();
@@ -20,8 +21,10 @@ fn deep(nodes: u32) -> GeneratorPart {
     params
 }
 
-fn sides(tree: &Tree) -> Vec<f64> {
-    tree.extra[Heuristic::COLUMN].clone()
+/// The tree in time of an answer, and the other tree or the path found with it.
+fn both(tree: &Tree, world: &World, params: &GeneratorPart) -> (TimeTree, Heuristic) {
+    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
+    Heuristic::split(tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap()
 }
 
 /// A wall of 4 m between start and goal, 18 m apart.
@@ -39,20 +42,21 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
     let (world, scene) = walled();
     let input = world.input(&scene, None);
     let budgets = [1000, 1400, 2000, 2800, 4000, 5600, 7900];
-    let (mut both, mut alone) = (0, 0);
+    let (mut together, mut alone) = (0, 0);
     for seed in 1..=4 {
-        let of_bi =
-            |nodes| Generator::new("bi-risk-rrt", deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
-        let of_one =
-            |nodes| Generator::new("risk-rrt", deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
-        let met = budgets.iter().map(|&n| of_bi(n)).find(|tree| sides(tree).contains(&2.0)).unwrap();
-        let in_time = sides(&met).iter().filter(|side| **side == 0.0).count();
-        let at_goal = |tree: &Tree| (0..tree.len()).any(|n| tree.position(n).distance(world.goal) < 1.0);
-        let reached = budgets.iter().map(|&n| of_one(n)).find(at_goal).map_or(7900, |tree| tree.len());
+        let of = |name, nodes| Generator::new(name, deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
+        let of_bi = |nodes| both(&of("bi-risk-rrt", nodes), &world, &deep(nodes));
+        let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
+        let of_one = |nodes| TimeTree::from_value(&of("risk-rrt", nodes), &lattice, 300).unwrap();
+        let met = budgets.iter().map(|&n| of_bi(n)).find(|(_, heuristic)| heuristic.is_found).unwrap();
+        let in_time = met.0.nodes.len();
+        let at_goal =
+            |tree: &TimeTree| tree.nodes.iter().any(|n| n.pose.position().distance(world.goal) < 1.0);
+        let reached = budgets.iter().map(|&n| of_one(n)).find(at_goal).map_or(7900, |tree| tree.nodes.len());
         println!("seed {seed}: {in_time} nodes in time until the trees met, {reached} until the goal alone");
-        (both, alone) = (both + in_time, alone + reached);
+        (together, alone) = (together + in_time, alone + reached);
     }
-    assert!(both < alone, "{both} {alone}");
+    assert!(together < alone, "{together} {alone}");
 }
 
 #[test]
@@ -60,14 +64,15 @@ fn the_heuristic_leads_from_the_goal_to_the_tree_and_keeps_clear_of_walls() {
     let (world, scene) = walled();
     let input = world.input(&scene, None);
     let tree = Generator::new("bi-risk-rrt", deep(7900)).generate(&input, None, 1, &|| 0.0).tree;
-    let path: Vec<usize> = (0..tree.len()).filter(|&n| sides(&tree)[n] == 2.0).collect();
-    assert_eq!(tree.position(path[0]), world.goal);
-    assert!(path.windows(2).all(|w| tree.parent(w[1]) == Some(w[0])));
-    for &n in &path[1..] {
-        assert!(world.map.to_obstacle.clearance(&world.map.grid, tree.position(n)) >= world.robot.radius());
+    let (forward, heuristic) = both(&tree, &world, &deep(7900));
+    let path: Vec<Point2> = heuristic.tree.nodes.iter().map(|n| n.pose.position()).collect();
+    assert!(heuristic.is_found && path[0] == world.goal);
+    assert!((1..path.len()).all(|n| heuristic.tree.parent(n) == Some(n - 1)));
+    for &p in &path[1..] {
+        assert!(world.map.to_obstacle.clearance(&world.map.grid, p) >= world.robot.radius());
     }
-    let end = tree.position(path[path.len() - 1]);
-    let nearest = (0..path[0]).map(|n| tree.position(n).distance(end)).fold(f64::INFINITY, f64::min);
+    let end = path[path.len() - 1];
+    let nearest = forward.nodes.iter().map(|n| n.pose.position().distance(end)).fold(f64::INFINITY, f64::min);
     assert!(nearest < 1.0, "{nearest}");
 }
 
@@ -88,12 +93,11 @@ fn people_are_in_the_way_of_the_robot_alone() {
     let near = |scene: &Scene| {
         let generator = Generator::new("bi-risk-rrt", deep(500));
         let tree = generator.generate(&world.input(scene, None), None, 1, &|| 0.0).tree;
-        let is_near = |n: &usize| {
-            (0..people.len()).any(|i| tree.position(*n).distance(Point2::new(people.x[i], people.y[i])) < 0.5)
+        let (robots, goals) = both(&tree, &world, &deep(500));
+        let is_near = |n: &&Node| {
+            (0..people.len()).any(|i| n.pose.position().distance(Point2::new(people.x[i], people.y[i])) < 0.5)
         };
-        let side = sides(&tree);
-        let of = |goals: bool| (0..tree.len()).filter(|&n| (side[n] > 0.0) == goals).filter(is_near).count();
-        [of(false), of(true)]
+        [robots, goals.tree].map(|tree| tree.nodes.iter().filter(is_near).count())
     };
     let [robots, goals] = near(&scene);
     assert!(robots == 0 && goals > 0, "{robots} {goals}");
@@ -110,16 +114,16 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
     let scene = scene(0, Pose2::new(15.0, 11.0, 1.57), Twist { v: 0.6, omega: 0.0 }, &no_people);
     let answer =
         Generator::new("bi-risk-rrt", params(200)).generate(&world.input(&scene, None), None, 1, &|| 0.0);
-    let (tree, set) = (&answer.tree, &answer.candidates);
-    let side = sides(tree);
-    assert!(side.contains(&2.0) && !set.is_empty());
+    let set = &answer.candidates;
+    let (forward, heuristic) = both(&answer.tree, &world, &params(200));
+    assert!(heuristic.is_found && !set.is_empty());
     for i in 0..set.len() {
         let states = set.range(i);
         let at = |k: usize| set.all_states().pose(k);
-        let first = (0..tree.len()).find(|&n| tree.pose(n) == at(states.start)).unwrap();
-        assert_eq!((side[first], tree.parent(first)), (0.0, Some(0)));
+        let first = forward.nodes.iter().find(|n| n.pose == at(states.start)).unwrap();
+        assert_eq!(first.parent, 0);
         for k in states {
-            assert!((0..tree.len()).all(|n| side[n] == 0.0 || tree.pose(n) != at(k)));
+            assert!(heuristic.tree.nodes.iter().all(|n| n.pose != at(k)));
         }
     }
 }
@@ -127,13 +131,9 @@ fn no_candidate_holds_a_part_of_the_reverse_tree() {
 #[test]
 fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
     let (world, scene) = walled();
-    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
-    let params = deep(7900);
-    let tree = Generator::new("bi-risk-rrt", params.clone())
-        .generate(&world.input(&scene, None), None, 1, &|| 0.0)
-        .tree;
-    let (forward, mut heuristic) =
-        Heuristic::split(&tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap();
+    let generator = Generator::new("bi-risk-rrt", deep(7900));
+    let tree = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).tree;
+    let (forward, mut heuristic) = both(&tree, &world, &generator.params);
     let whole = heuristic.tree.clone();
     let mut back = forward.to_value();
     heuristic.append_to(&mut back);
@@ -152,8 +152,8 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
 
 #[test]
 fn same_seed_same_trees_over_cycles() {
+    let (world, scene) = walled();
     let run = |seed: u64| {
-        let (world, scene) = walled();
         let generator = Generator::new("bi-risk-rrt", params(200));
         let first = generator.generate(&world.input(&scene, None), None, seed, &|| 0.0);
         generator.generate(&world.input(&scene, None), Some(first.tree), seed + 1, &|| 0.0)
@@ -162,6 +162,7 @@ fn same_seed_same_trees_over_cycles() {
     assert_eq!(answer, run(3));
     assert!(answer.tree.is_sound());
     // The reverse tree goes on growing although the robot starts anew.
-    assert!(sides(&answer.tree).iter().filter(|s| **s == 1.0).count() > 110);
+    let (_, heuristic) = both(&answer.tree, &world, &params(200));
+    assert!(!heuristic.is_found && heuristic.tree.nodes.len() > 110);
     assert_ne!(answer.tree, run(4).tree);
 }

@@ -1,7 +1,7 @@
 //! Claims about generators that choose by themselves: `dwa`, `hrvo-robot`, `mppi` and `transient-goal`.
 
 use super::*;
-use crate::generation::transient_goal::SINCE;
+use crate::generation::transient_goal::kept;
 use crate::geometry::bearing;
 
 const NAMES: [&str; 4] = ["dwa", "hrvo-robot", "mppi", "transient-goal"];
@@ -109,9 +109,9 @@ fn the_same_input_gives_the_same_answer_and_a_tree_of_others_is_replaced() {
     for name in NAMES {
         let fresh = once(name, &world, &scene);
         assert_eq!(once(name, &world, &scene), fresh, "{name}");
-        let broken = Tree { parent: vec![7; 3], ..Tree::default() };
+        let broken = Tree { parent: vec![7; 3], ..fresh.tree.clone() };
         let input = world.input(&scene, None);
-        for tree in [broken, Tree::rooted(Pose2::default())] {
+        for tree in [broken, PoseTree::rooted(Pose2::default()).into_value()] {
             assert_eq!(generator(name).generate(&input, Some(tree), 1, &|| 0.0), fresh, "{name}");
         }
     }
@@ -231,7 +231,7 @@ fn hrvo_robot_takes_the_side_that_the_law_takes() {
 fn a_transient_goal_is_kept_for_two_seconds_unless_it_is_reached_or_blocked() {
     let (world, scene) = northwards(&people(&[]));
     let chosen = once("transient-goal", &world, &scene).tree;
-    let goal = chosen.position(0);
+    let (goal, _) = kept(Some(&chosen)).unwrap();
     let next = |seconds: f64, at: Point2, people: People| {
         let mut scene = scene.clone();
         scene.stamp += seconds;
@@ -239,7 +239,7 @@ fn a_transient_goal_is_kept_for_two_seconds_unless_it_is_reached_or_blocked() {
         scene.people = people;
         let input = world.input(&scene, None);
         let tree = generator("transient-goal").generate(&input, Some(chosen.clone()), 1, &|| 0.0).tree;
-        (tree.position(0), tree.extra[SINCE][0])
+        kept(Some(&tree)).unwrap()
     };
     let here = scene.belief.pose.position();
     assert_eq!(next(1.9, here, people(&[])), (goal, scene.stamp));
@@ -254,7 +254,7 @@ fn transient_goals_behind_a_wall_are_left_out_and_a_person_ahead_is_followed() {
     let wall = (14.0, 14.0, 16.0, 14.5);
     let world = World::new(hall(&[wall]), Point2::new(15.0, 24.0));
     let (_, alone) = northwards(&people(&[]));
-    let goal = once("transient-goal", &world, &alone).tree.position(0);
+    let (goal, _) = kept(Some(&once("transient-goal", &world, &alone).tree)).unwrap();
     let straight = Pose2::new(goal.x, goal.y, bearing(alone.belief.pose.position(), goal));
     let input = world.input(&alone, None);
     assert!(input.checker().segment_wall_clear(alone.belief.pose, straight), "{goal:?} is behind the wall");
@@ -263,7 +263,7 @@ fn transient_goals_behind_a_wall_are_left_out_and_a_person_ahead_is_followed() {
     let stands = [15.0, 14.5, 0.0, 0.0];
     let side = |x: f64| {
         let (world, scene) = northwards(&people(&[stands, [x, 14.2, 0.0, 0.9]]));
-        once("transient-goal", &world, &scene).tree.position(0).x - 15.0
+        kept(Some(&once("transient-goal", &world, &scene).tree)).unwrap().0.x - 15.0
     };
     assert!(side(14.3) < 0.0 && side(15.7) > 0.0, "{} and {}", side(14.3), side(15.7));
 }

@@ -268,7 +268,7 @@ fn a_broken_tree_from_outside_is_replaced() {
     let scene = scene(0, Pose2::new(15.0, 3.0, 1.5), Twist::default(), &crowd(1));
     let generator = Generator::rrt_star();
     let fresh = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0);
-    let broken = Tree { parent: vec![7; 3], ..Tree::default() };
+    let broken = Tree { parent: vec![7; 3], ..fresh.tree.clone() };
     assert_eq!(generator.generate(&world.input(&scene, None), Some(broken), 1, &|| 0.0), fresh);
 }
 

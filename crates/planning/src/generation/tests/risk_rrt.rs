@@ -4,6 +4,7 @@ use super::*;
 use crate::collision_risk::CollisionRisk;
 use crate::generation::risk_rrt::TimeTree;
 use crate::generation::risk_rrt::control_lattice::ControlLattice;
+use crate::generation::risk_rrt::growth::Ground;
 
 const DEPTH: u32 = 50;
 
@@ -19,6 +20,13 @@ fn lattice(robot: &RobotModel) -> ControlLattice<'_> {
 
 fn read(value: &Tree, robot: &RobotModel) -> TimeTree {
     TimeTree::from_value(value, &lattice(robot), DEPTH).unwrap()
+}
+
+/// The tree with the risks that are seen in `scene`.
+fn with_risks(value: &Tree, world: &World, scene: &Scene) -> TimeTree {
+    let params = generator(0).params;
+    let input = GenerationInput { params: &params, ..world.input(scene, None) };
+    Ground::new(&input).growth_of(read(value, &world.robot)).tree
 }
 
 /// The poses of a candidate, from state `from` on.
@@ -62,8 +70,8 @@ fn walk_in<'g>(
 #[test]
 fn risk_never_falls_along_a_branch_and_nothing_grows_beyond_the_threshold() {
     let mut risky = 0;
-    walk(&generator(200), 12, 3, |world, _, answer| {
-        let tree = read(&answer.tree, &world.robot);
+    walk(&generator(200), 12, 3, |world, scene, answer| {
+        let tree = with_risks(&answer.tree, world, scene);
         for (index, node) in tree.nodes.iter().enumerate().skip(1) {
             let parent = &tree.nodes[node.parent as usize];
             assert!(node.risk >= parent.risk && node.depth == parent.depth + 1 && node.depth <= DEPTH);
@@ -81,7 +89,7 @@ fn risk_never_falls_along_a_branch_and_nothing_grows_beyond_the_threshold() {
 fn no_offered_path_runs_a_greater_risk_than_the_threshold() {
     let mut risky = 0;
     walk(&generator(200), 12, 3, |world, scene, answer| {
-        let tree = read(&answer.tree, &world.robot);
+        let tree = with_risks(&answer.tree, world, scene);
         let moments = (0..=DEPTH).map(|d| 0.3 * f64::from(d));
         let risk = CollisionRisk::new(
             &scene.people,
@@ -156,7 +164,7 @@ fn the_path_that_the_term_prefers_comes_first_and_no_node_is_better() {
         6,
         3,
         |world, scene, answer| {
-            let tree = read(&answer.tree, &world.robot);
+            let tree = with_risks(&answer.tree, world, scene);
             let weighing = crate::collision_risk::RiskParams::default();
             let (radius, forecast) = (world.robot.radius(), ForecastParams::default());
             let map = std::sync::Arc::new(world.map.clone());
@@ -247,12 +255,15 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     for other in others {
         assert_eq!(generator(200).generate(&input, Some(other), 1, &|| 0.0), fresh);
     }
-    let mut moved = fresh.tree.clone();
-    moved.x[150] += 0.1;
-    assert_eq!(TimeTree::from_value(&moved, &lattice(&world.robot), DEPTH), None);
     let mut faster = fresh.tree.clone();
-    faster.extra.get_mut("v").unwrap()[150] = 3.0;
+    faster.columns.get_mut("v").unwrap()[150] = 3.0;
     assert_eq!(TimeTree::from_value(&faster, &lattice(&world.robot), DEPTH), None);
+    let mut shorter = fresh.tree.clone();
+    shorter.columns.get_mut("omega").unwrap().pop();
+    assert_eq!(TimeTree::from_value(&shorter, &lattice(&world.robot), DEPTH), None);
+    let mut without_heading = fresh.tree.clone();
+    without_heading.columns.get_mut("root").unwrap().pop();
+    assert_eq!(TimeTree::from_value(&without_heading, &lattice(&world.robot), DEPTH), None);
     assert_eq!(TimeTree::from_value(&fresh.tree, &lattice(&world.robot), 2), None);
     // And the paper's planner does not go on with this one.
     let star = Generator::rrt_star();

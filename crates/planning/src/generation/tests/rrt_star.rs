@@ -19,11 +19,11 @@ fn checker<'a>(map: &'a StaticMap, scene: &'a Scene) -> CollisionChecker<'a> {
 fn grown(
     map: &StaticMap,
     scene: &Scene,
-    tree: Tree,
+    tree: PoseTree,
     params: &RrtStarParams,
     iterations: u32,
     seed: u64,
-) -> Tree {
+) -> PoseTree {
     let checker = checker(map, scene);
     let centre = scene.belief.pose.position();
     let space =
@@ -37,8 +37,8 @@ fn grown(
 fn edges_are_clear_and_costs_are_their_lengths() {
     let (map, params) = (furnished(), RrtStarParams::default());
     let scene = alone(Pose2::new(12.0, 12.0, 1.2));
-    let tree = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 600, 3);
-    assert!(tree.is_sound());
+    let tree = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 600, 3);
+    assert!(tree.clone().into_value().is_sound());
     assert!(tree.len() > 200, "{}", tree.len());
     let checker = checker(&map, &scene);
     for n in 1..tree.len() {
@@ -55,7 +55,7 @@ fn more_samples_only_shorten_the_ways_there_are() {
     let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
     let params = RrtStarParams { max_nodes: 3000, ..RrtStarParams::default() };
     for seed in 0..5 {
-        let early = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 300, seed);
+        let early = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 300, seed);
         let late = grown(&map, &scene, early.clone(), &params, 2000, seed + 100);
         // poses never move, so each early node is found again among the late ones
         let cost = |pose: Pose2| (0..late.len()).find(|&n| late.pose(n) == pose).map(|n| late.cost[n]);
@@ -73,8 +73,8 @@ fn more_samples_only_shorten_the_ways_there_are() {
 fn a_full_tree_stays_within_its_bound() {
     let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
     let params = RrtStarParams { max_nodes: 100, ..RrtStarParams::default() };
-    let tree = grown(&map, &scene, Tree::rooted(scene.belief.pose), &params, 1000, 1);
+    let tree = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 1000, 1);
     assert_eq!(tree.len(), 100);
     let thin = crate::generation::update::thin(tree, 40, |t, n| t.cost[n]);
-    assert!(thin.len() == 40 && thin.is_sound());
+    assert!(thin.len() == 40 && thin.into_value().is_sound());
 }

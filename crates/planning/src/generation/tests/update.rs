@@ -1,6 +1,7 @@
 //! Claims about taking the tree over.
 
 use super::*;
+use crate::generation::pose_tree::Nodes;
 
 #[test]
 fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
@@ -19,7 +20,8 @@ fn standing_still_loses_nothing_and_a_far_jump_starts_afresh() {
             ForecastParams::default(),
             &params.collision,
         );
-        crate::generation::update::reroot(&tree, pose, 4.9, &params.generation.tree, &checker)
+        let nodes = Nodes::of(&tree).unwrap();
+        crate::generation::update::reroot(nodes, pose, 4.9, &params.generation.tree, &checker)
     };
     let same = reroot(pose);
     // a node may stick out of the disc it was sampled in
@@ -52,15 +54,15 @@ fn moving_on_keeps_most_of_the_tree() {
                 &params.collision,
             );
             // reachable: still in the disc and not behind the robot's turning circles
-            let reachable = (1..answer.tree.len())
+            let nodes = Nodes::of(&answer.tree).unwrap();
+            let reachable = (1..nodes.len())
                 .filter(|&n| {
-                    let p = next.inverse_transform(answer.tree.position(n));
-                    answer.tree.position(n).distance(next.position()) < 4.9 && p.x > 0.0
+                    let p = next.inverse_transform(nodes.position(n));
+                    nodes.position(n).distance(next.position()) < 4.9 && p.x > 0.0
                 })
                 .count();
-            let kept =
-                crate::generation::update::reroot(&answer.tree, next, 4.9, &params.generation.tree, &checker);
-            assert!(kept.is_sound());
+            let kept = crate::generation::update::reroot(nodes, next, 4.9, &params.generation.tree, &checker);
+            assert!(kept.clone().into_value().is_sound());
             println!(
                 "seed {seed} cycle {k}: {} nodes, {reachable} reachable, {} kept",
                 answer.tree.len(),
