@@ -15,10 +15,10 @@ pub const MAX_PEOPLE: usize = 1024;
 pub const MAX_BEAMS: usize = 8192;
 /// Nodes in a search tree: some ten times what a cycle's budget grows.
 pub const MAX_TREE_NODES: usize = 16_384;
-/// Columns of a search tree, one per quantity of the generator.
+/// Columns of a search tree: the generator that has most has five.
 pub const MAX_TREE_COLUMNS: usize = 8;
-/// Numbers in such a column: two for each of the most nodes.
-pub const MAX_TREE_COLUMN: usize = 2 * MAX_TREE_NODES;
+/// Numbers in such a column: two per node, as a generator of one's own may have points.
+pub const MAX_COLUMN_NUMBERS: usize = 2 * MAX_TREE_NODES;
 /// Search trees an arbiter carries on: a profile may ask for eight.
 pub const MAX_TREES: usize = 8;
 /// Particles in a message: more than a localiser starts with; of more, an even choice shows the same cloud.

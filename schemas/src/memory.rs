@@ -38,7 +38,7 @@ pub struct Memory {
     /// The driver's newest command; absent until one is heard.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub driven: Option<Twist>,
-    /// Those of the generators; one without nodes is not yet grown.
+    /// Those of the generators; an empty one has nothing to go on with.
     pub trees: Vec<Tree>,
 }
 

@@ -1,7 +1,7 @@
 //! A generator's search tree, which travels with the requests so that generators keep nothing.
 
 use crate::check::{checks, keys, length, numbers, size};
-use crate::limits::{MAX_TREE_COLUMN, MAX_TREE_COLUMNS, MAX_TREE_NODES};
+use crate::limits::{MAX_COLUMN_NUMBERS, MAX_TREE_COLUMNS, MAX_TREE_NODES};
 use crate::{F64Array, Refusal, Reject, U32Array};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ checks! { tree: Tree {
 fn check_columns(columns: &BTreeMap<String, F64Array>) -> Result<(), Reject> {
     columns.iter().try_for_each(|(name, column)| {
         let field = format!("columns.{name}");
-        size(&field, column.len(), 0, MAX_TREE_COLUMN)?;
+        size(&field, column.len(), 0, MAX_COLUMN_NUMBERS)?;
         numbers(&field, column)
     })
 }
@@ -61,6 +61,23 @@ fn check_rooted(parent: &[u32]) -> Result<(), Reject> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Message;
+
+    #[test]
+    fn a_tree_has_no_more_nodes_columns_and_numbers_than_the_limits_say() {
+        let tree = |nodes: usize, columns: usize, numbers: usize| Tree {
+            parent: vec![NO_PARENT; nodes].into(),
+            columns: (0..columns).map(|k| (format!("column {k}"), vec![0.0; numbers].into())).collect(),
+        };
+        let field = |tree: &Tree| {
+            Tree::decode(&tree.encode(), None).map(|_| ()).map_err(|reject| reject.field.unwrap_or_default())
+        };
+        let (nodes, columns, numbers) = (MAX_TREE_NODES, MAX_TREE_COLUMNS, MAX_COLUMN_NUMBERS);
+        assert_eq!(field(&tree(nodes, columns, numbers)), Ok(()));
+        assert_eq!(field(&tree(nodes + 1, 0, 0)), Err("parent".to_owned()));
+        assert_eq!(field(&tree(0, columns + 1, 0)), Err("columns".to_owned()));
+        assert_eq!(field(&tree(0, 1, numbers + 1)), Err("columns.column 0".to_owned()));
+    }
 
     #[test]
     fn a_tree_leads_to_a_root_or_is_refused() {

@@ -125,7 +125,7 @@ fn unknown_keys_are_ignored_anywhere() {
         let message = fixed_form(parse(&golden.bytes));
         let plain = decode(&golden.message, &message).unwrap();
         let extended = changed(&message, &|value| match value {
-            // Maps whose keys are data have no unknown keys; `extra`, `evaluated`, `social`,
+            // Maps whose keys are data have no unknown keys; `columns`, `evaluated`, `social`,
             // `other_choice`, `degraded_by` and `metrics` are left here.
             Value::Map(entries) if entries.iter().all(|(key, entry)| is_data(entry) || is_measure(key)) => {
                 Vec::new()

@@ -68,6 +68,7 @@ pub fn answer(
         return Err(Refusal::UnknownName { found: request.generator.clone(), known }.at("generator"));
     };
     *(kind.iterations)(&mut params.generation) = request.iterations;
+    let params = if warms_up { params } else { convert::checked("params.profile", params)? };
     let scene = convert::scene(&request.scene);
     let previous: Vec<Pose2> =
         previous.into_iter().map(|[x, y, heading]| Pose2::new(x, y, heading)).collect();
@@ -105,6 +106,28 @@ mod tests {
     use curionav_testing::golden;
 
     use super::*;
+
+    #[test]
+    fn more_iterations_than_a_profile_may_ask_for_are_refused() {
+        let params = GeneratorParams { profile: Profile::default().generator_part(), previous: Vec::new() };
+        let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
+        let request = GenerateRequest {
+            map: MapId(grid.hash()),
+            tree: None,
+            params: convert::to_value(&params).unwrap(),
+            ..golden::generate_request()
+        };
+        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        let ask = |iterations: u32, generator: &str| {
+            let request = GenerateRequest { iterations, generator: generator.into(), ..request.clone() };
+            answer("a", &fields, request, &Duration::default)
+        };
+        for kind in generation::GENERATORS {
+            ask(0, kind.name).unwrap();
+            let refused = ask(u32::MAX, kind.name).unwrap_err();
+            assert!(refused.to_string().contains("4294967295"), "{}: {refused}", kind.name);
+        }
+    }
 
     #[test]
     fn a_tree_that_the_budget_cuts_short_says_so() {

@@ -112,13 +112,9 @@ fn deviation(params: &MppiParams, wanted: Twist, twist: Twist) -> f64 {
 
 /// The sequence as a value.
 fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
-    let columns = [
-        mean.iter().map(|twist| twist.omega).collect(),
-        vec![input.scene.stamp],
-        mean.iter().map(|twist| twist.v).collect(),
-    ];
-    let [omega, since, v] = columns;
-    Tree::new(Vec::new(), [("omega", omega), ("since", since), ("v", v)])
+    let omega = mean.iter().map(|twist| twist.omega).collect();
+    let v = mean.iter().map(|twist| twist.v).collect();
+    Tree::new(Vec::new(), [("omega", omega), ("since", vec![input.scene.stamp]), ("v", v)])
 }
 
 /// What rollouts are judged by.

@@ -9,8 +9,8 @@ use crate::geometry::Point2;
 const CROWDED: usize = 4;
 /// Most cells along a side of the square at first: a large square has few nodes in it.
 const FIRST_CELLS: f64 = 64.0;
-/// A way is compared with a distance that is less by this factor.
-const SLACK: f64 = 1.0 - 1e-9;
+/// Share of a squared distance that is more than rounding may change.
+const SLACK: f64 = 1e-9;
 /// Ends the list of a cell's nodes.
 const NONE: u32 = u32::MAX;
 
@@ -112,8 +112,7 @@ impl Neighbours {
                 break;
             }
             let mut offer = |node: usize, at: Point2| {
-                // The slack is more than rounding may differ by.
-                if best.is_some_and(|(way, _)| at.distance_squared(p) * SLACK > way * way) {
+                if best.is_some_and(|(way, _)| at.distance_squared(p) * (1.0 - SLACK) > way * way) {
                     return;
                 }
                 let way = way(node, at);

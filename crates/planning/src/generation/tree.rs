@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub struct Tree {
     /// Index of each node's parent, [`Tree::NO_PARENT`] for a root. Parents come before their children.
     pub parent: Vec<u32>,
-    /// Numbers by name: one per node, or of the whole. A value without any is that of a generator that has not begun.
+    /// Numbers by name: one per node, or of the whole.
     pub columns: BTreeMap<String, Vec<f64>>,
 }
 
@@ -26,12 +26,7 @@ impl Tree {
 
     /// Whether there is nothing to go on with.
     pub fn is_empty(&self) -> bool {
-        self.columns.is_empty()
-    }
-
-    /// Number of nodes.
-    pub fn len(&self) -> usize {
-        self.parent.len()
+        self.parent.is_empty() && self.columns.is_empty()
     }
 
     /// The columns of these names, if they are all there are, and the value is sound.

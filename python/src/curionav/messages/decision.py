@@ -364,7 +364,7 @@ class Memory(Message):
     ``uncertain`` and ``members`` (ids of people) are those of the scene before, ``place`` what the robot has not left,
     ``unseen`` what only the driver sees,
     ``previous`` the trajectory being driven, ``driven`` the driver's newest command, ``trees`` those of the generators,
-    one without nodes if it is not yet grown. Published only while something listens.
+    an empty one if there is nothing to go on with. Published only while something listens.
     """
 
     NAME: ClassVar[str] = "memory"

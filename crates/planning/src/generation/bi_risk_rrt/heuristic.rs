@@ -17,8 +17,8 @@ pub struct Heuristic {
 }
 
 impl Heuristic {
-    /// Columns of the value of both trees, the tree in time first: those of a [`TimeTree`], whether a path is found (1) or
-    /// not (0), and the risks of the second tree's nodes, which are not read anew.
+    /// Columns of the value of both trees, the tree in time first: those of a [`TimeTree`], whether a path is found (1)
+    /// or not (0), and the risks of the second tree's nodes, which are not read anew.
     pub const COLUMNS: [&'static str; 5] = ["found", "omega", "risk", "root", "v"];
     /// Path nodes looked at for the one that the robot has come to.
     const WINDOW: usize = 10;
@@ -76,9 +76,14 @@ impl Heuristic {
     ) -> Option<(TimeTree, Self)> {
         let [found, omega, risk, root, v] = value.columns(Self::COLUMNS)?;
         let first = 1 + value.parent.iter().skip(1).position(|&parent| parent == Tree::NO_PARENT)?;
-        let (is_found, (root, second_root)) = (found == [1.0], root.split_at_checked(root.len() / 2)?);
-        let ((omega, second_omega), (v, second_v)) =
-            (omega.split_at_checked(first)?, v.split_at_checked(first)?);
+        let is_found = match found {
+            [0.0] => false,
+            [1.0] => true,
+            _ => return None,
+        };
+        let (root, second_root) = root.split_at(root.len() / 2);
+        let (omega, second_omega) = omega.split_at_checked(first)?;
+        let (v, second_v) = v.split_at_checked(first)?;
         let (parent, second_parent) = value.parent.split_at(first);
         let forward = TimeNodes { parent, first: 0, omega, v, root }.grown(lattice, max_depth)?;
         let second =

@@ -137,7 +137,8 @@ impl TimeTree {
     }
 }
 
-/// The nodes of a value, or those from `first` on as far as they are of one tree.
+/// Nodes of a value that make one tree. Parents are counted from the beginning of the value, where the first of these is
+/// node `first`.
 pub(in crate::generation) struct TimeNodes<'a> {
     pub(in crate::generation) parent: &'a [u32],
     pub(in crate::generation) first: usize,

@@ -22,7 +22,8 @@ pub fn follow(
 ) -> Option<TimeTree> {
     let next = driven?.first()?;
     let elapsed = (now - tree.stamp) / tree.dt;
-    if !(elapsed > -1e-6 && elapsed < f64::from(u32::MAX)) {
+    // No branch has more steps than there are nodes.
+    if !(elapsed > -1e-6 && elapsed < tree.nodes.len() as f64) {
         return None;
     }
     let passed = (elapsed + 1e-6).floor();

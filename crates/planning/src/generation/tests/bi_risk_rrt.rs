@@ -151,6 +151,37 @@ fn what_lies_behind_the_robot_is_dropped_from_the_heuristic() {
 }
 
 #[test]
+fn a_value_that_no_generator_has_made_is_not_taken_apart() {
+    let (world, scene) = walled();
+    let generator = Generator::new("bi-risk-rrt", params(200));
+    let tree = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).tree;
+    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
+    let split = |tree: &Tree| Heuristic::split(tree, &lattice, 300, &params(200).generation.bi_risk_rrt);
+    assert!(split(&tree).is_some());
+    let first = tree.parent.iter().rposition(|parent| *parent == Tree::NO_PARENT).unwrap();
+    let with_parent = |node: usize, parent: u32| {
+        let mut tree = tree.clone();
+        tree.parent[node] = parent;
+        tree
+    };
+    // A third root, a child of the other tree, and one tree alone.
+    assert!(split(&with_parent(first + 5, Tree::NO_PARENT)).is_none());
+    assert!(split(&with_parent(first + 5, 0)).is_none());
+    assert!(split(&with_parent(first, 0)).is_none());
+    let with = |name: &str, numbers: Vec<f64>| {
+        let mut tree = tree.clone();
+        tree.columns.insert(name.to_owned(), numbers);
+        split(&tree)
+    };
+    for name in Heuristic::COLUMNS {
+        let mut longer = tree.columns[name].clone();
+        longer.push(0.0);
+        assert!(with(name, Vec::new()).is_none() && with(name, longer).is_none(), "{name}");
+    }
+    assert!(with("found", vec![0.5]).is_none());
+}
+
+#[test]
 fn same_seed_same_trees_over_cycles() {
     let (world, scene) = walled();
     let run = |seed: u64| {

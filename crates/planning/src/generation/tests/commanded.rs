@@ -111,7 +111,9 @@ fn the_same_input_gives_the_same_answer_and_a_tree_of_others_is_replaced() {
         assert_eq!(once(name, &world, &scene), fresh, "{name}");
         let broken = Tree { parent: vec![7; 3], ..fresh.tree.clone() };
         let input = world.input(&scene, None);
-        for tree in [broken, PoseTree::rooted(Pose2::default()).into_value()] {
+        let mut longer = fresh.tree.clone();
+        longer.columns.values_mut().for_each(|column| column.push(0.0));
+        for tree in [broken, PoseTree::rooted(Pose2::default()).into_value(), longer] {
             assert_eq!(generator(name).generate(&input, Some(tree), 1, &|| 0.0), fresh, "{name}");
         }
     }

@@ -77,7 +77,7 @@ fn risk_never_falls_along_a_branch_and_nothing_grows_beyond_the_threshold() {
             assert!(node.risk >= parent.risk && node.depth == parent.depth + 1 && node.depth <= DEPTH);
             risky += usize::from(node.risk > 0.9);
             // Those that were free when they were grown from may have become risky since.
-            if answer.tree.len() == 201 {
+            if answer.tree.parent.len() == 201 {
                 assert!(parent.risk <= 0.9, "node {index} grew from a risk of {}", parent.risk);
             }
         }
@@ -218,7 +218,7 @@ fn candidates_can_be_driven_and_end_standing() {
 fn cycles_shorter_than_a_step_follow_the_same_tree() {
     can_be_driven(&generator(200), 1);
     let mut sizes = Vec::new();
-    walk(&generator(50), 6, 1, |_, _, answer| sizes.push(answer.tree.len()));
+    walk(&generator(50), 6, 1, |_, _, answer| sizes.push(answer.tree.parent.len()));
     // Within the first step nothing is left behind: 50 more nodes a cycle.
     assert_eq!(sizes[..3], [51, 101, 151]);
 }
@@ -272,6 +272,23 @@ fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
 }
 
 #[test]
+fn a_tree_of_any_other_time_is_not_gone_on_with() {
+    let world = World::new(furnished(), Point2::new(14.0, 26.0));
+    let pose = Pose2::new(12.0, 8.0, 1.2);
+    let scene = scene(0, pose, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
+    let fresh = generator(50).generate(&world.input(&scene, None), None, 1, &|| 0.0);
+    let driven = poses(&fresh.candidates, 0, 0);
+    let input = world.input(&scene, Some(&driven));
+    // So long ago that steps since then do not fit into 32 bits, with the robot's next pose for a root.
+    for ago in [1e3, 0.3 * f64::from(u32::MAX) - 0.15, 1e12] {
+        let mut tree = fresh.tree.clone();
+        let next = driven[0];
+        tree.columns.insert("root".to_owned(), vec![next.x, next.y, next.heading, scene.stamp - ago]);
+        assert_eq!(generator(50).generate(&input, Some(tree), 1, &|| 0.0).tree, fresh.tree, "{ago}");
+    }
+}
+
+#[test]
 fn off_its_path_the_robot_starts_a_new_tree() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     let start = Pose2::new(12.0, 8.0, 1.2);
@@ -285,7 +302,7 @@ fn off_its_path_the_robot_starts_a_new_tree() {
             .generate(&world.input(&second, Some(&driven)), Some(answer.tree.clone()), 1, &|| 0.0)
             .tree
     };
-    assert!(tree_at(0.0).len() > 1);
+    assert!(tree_at(0.0).parent.len() > 1);
     assert_eq!(tree_at(0.29), tree_at(0.0));
-    assert_eq!(tree_at(0.31).len(), 1);
+    assert_eq!(tree_at(0.31).parent.len(), 1);
 }
