@@ -67,7 +67,7 @@ mod tests {
     fn a_tree_has_no_more_nodes_columns_and_numbers_than_the_limits_say() {
         let tree = |nodes: usize, columns: usize, numbers: usize| Tree {
             parent: vec![NO_PARENT; nodes].into(),
-            columns: (0..columns).map(|k| (format!("column {k}"), vec![0.0; numbers].into())).collect(),
+            columns: (0..columns).map(|k| (format!("c{k}"), vec![0.0; numbers].into())).collect(),
         };
         let field = |tree: &Tree| {
             Tree::decode(&tree.encode(), None).map(|_| ()).map_err(|reject| reject.field.unwrap_or_default())
@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(field(&tree(nodes, columns, numbers)), Ok(()));
         assert_eq!(field(&tree(nodes + 1, 0, 0)), Err("parent".to_owned()));
         assert_eq!(field(&tree(0, columns + 1, 0)), Err("columns".to_owned()));
-        assert_eq!(field(&tree(0, 1, numbers + 1)), Err("columns.column 0".to_owned()));
+        assert_eq!(field(&tree(0, 1, numbers + 1)), Err("columns.c0".to_owned()));
     }
 
     #[test]
