@@ -107,9 +107,10 @@ mod tests {
 
     use super::*;
 
-    #[test]
-    fn more_iterations_than_a_profile_may_ask_for_are_refused() {
-        let params = GeneratorParams { profile: Profile::default().generator_part(), previous: Vec::new() };
+    /// An empty room of 12 m by 12 m, a question without a tree, and what its parameters take from the profile.
+    fn first_question() -> (Fields, GenerateRequest, GeneratorPart) {
+        let profile = Profile::builtin("curiosity").unwrap().generator_part();
+        let params = GeneratorParams { profile: profile.clone(), previous: Vec::new() };
         let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
         let request = GenerateRequest {
             map: MapId(grid.hash()),
@@ -117,7 +118,12 @@ mod tests {
             params: convert::to_value(&params).unwrap(),
             ..golden::generate_request()
         };
-        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        (Fields::of_maps([StaticMap::new(grid)]), request, profile)
+    }
+
+    #[test]
+    fn more_iterations_than_a_profile_may_ask_for_are_refused() {
+        let (fields, request, _) = first_question();
         let ask = |iterations: u32, generator: &str| {
             let request = GenerateRequest { iterations, generator: generator.into(), ..request.clone() };
             answer("a", &fields, request, &Duration::default)
@@ -132,17 +138,7 @@ mod tests {
 
     #[test]
     fn a_tree_that_the_budget_cuts_short_says_so() {
-        let profile = Profile::builtin("curiosity").unwrap();
-        let params = GeneratorParams { profile: profile.generator_part(), previous: Vec::new() };
-        // An empty room of 12 m by 12 m.
-        let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), vec![0; 14_400]).unwrap();
-        let request = GenerateRequest {
-            map: MapId(grid.hash()),
-            tree: None,
-            params: convert::to_value(&params).unwrap(),
-            ..golden::generate_request()
-        };
-        let fields = Fields::of_maps([StaticMap::new(grid)]);
+        let (fields, request, profile) = first_question();
         for kind in generation::GENERATORS {
             // What warms a replica up.
             let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
@@ -151,7 +147,7 @@ mod tests {
         }
         let answered = |generator: &str, is_short: bool| {
             let kind = generation::find(generator).unwrap();
-            let iterations = *(kind.iterations)(&mut params.profile.generation.clone());
+            let iterations = *(kind.iterations)(&mut profile.generation.clone());
             let request = GenerateRequest { iterations, generator: generator.into(), ..request.clone() };
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);

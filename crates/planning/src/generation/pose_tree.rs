@@ -81,8 +81,7 @@ impl PoseTree {
 
     /// Parent of a node, `None` for a root.
     pub fn parent(&self, node: usize) -> Option<usize> {
-        let p = self.parent[node];
-        (p != Tree::NO_PARENT).then_some(p as usize)
+        Tree::parent_of(self.parent[node])
     }
 
     /// Appends a node and returns its index.
@@ -175,8 +174,7 @@ impl<'a> Nodes<'a> {
 
     /// Parent of a node, `None` for a root.
     pub fn parent(&self, node: usize) -> Option<usize> {
-        let p = self.parent[node];
-        (p != Tree::NO_PARENT).then_some(p as usize)
+        Tree::parent_of(self.parent[node])
     }
 }
 

@@ -24,6 +24,11 @@ impl Tree {
         Self { parent, columns: columns.map(|(name, numbers)| (name.to_owned(), numbers)).into() }
     }
 
+    /// The index of a node's parent by its entry in [`Self::parent`], `None` for a root.
+    pub(super) fn parent_of(entry: u32) -> Option<usize> {
+        (entry != Self::NO_PARENT).then_some(entry as usize)
+    }
+
     /// Whether there is nothing to go on with.
     pub fn is_empty(&self) -> bool {
         self.parent.is_empty() && self.columns.is_empty()
@@ -44,7 +49,7 @@ impl Tree {
     /// Whether it is what a value that came from elsewhere must be: finite numbers, and every parent before its
     /// children.
     pub fn is_sound(&self) -> bool {
-        let comes_first = |(node, &parent)| parent == Self::NO_PARENT || (parent as usize) < node;
+        let comes_first = |(node, &entry)| Self::parent_of(entry).is_none_or(|parent| parent < node);
         self.columns.values().flatten().all(|number| number.is_finite())
             && self.parent.iter().enumerate().all(comes_first)
     }

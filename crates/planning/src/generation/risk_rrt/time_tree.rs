@@ -61,8 +61,7 @@ impl TimeTree {
 
     /// Parent of a node, `None` for the root.
     pub fn parent(&self, node: usize) -> Option<usize> {
-        let parent = self.nodes[node].parent;
-        (parent != Tree::NO_PARENT).then_some(parent as usize)
+        Tree::parent_of(self.nodes[node].parent)
     }
 
     /// Appends the child of `parent` that control number `control` leads to, and closes that control.

@@ -21,10 +21,17 @@ fn deep(nodes: u32) -> GeneratorPart {
     params
 }
 
+fn lattice(world: &World) -> ControlLattice<'_> {
+    ControlLattice::new(&world.robot, 0.3, 5, 9)
+}
+
 /// The tree in time of an answer, and the other tree or the path found with it.
+fn split(tree: &Tree, world: &World, params: &GeneratorPart) -> Option<(TimeTree, Heuristic)> {
+    Heuristic::split(tree, &lattice(world), 300, &params.generation.bi_risk_rrt)
+}
+
 fn both(tree: &Tree, world: &World, params: &GeneratorPart) -> (TimeTree, Heuristic) {
-    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
-    Heuristic::split(tree, &lattice, 300, &params.generation.bi_risk_rrt).unwrap()
+    split(tree, world, params).unwrap()
 }
 
 /// A wall of 4 m between start and goal, 18 m apart.
@@ -46,8 +53,7 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
     for seed in 1..=4 {
         let of = |name, nodes| Generator::new(name, deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
         let of_bi = |nodes| both(&of("bi-risk-rrt", nodes), &world, &deep(nodes));
-        let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
-        let of_one = |nodes| TimeTree::from_value(&of("risk-rrt", nodes), &lattice, 300).unwrap();
+        let of_one = |nodes| TimeTree::from_value(&of("risk-rrt", nodes), &lattice(&world), 300).unwrap();
         let met = budgets.iter().map(|&n| of_bi(n)).find(|(_, heuristic)| heuristic.is_found).unwrap();
         let in_time = met.0.nodes.len();
         let at_goal =
@@ -155,8 +161,7 @@ fn a_value_that_no_generator_has_made_is_not_taken_apart() {
     let (world, scene) = walled();
     let generator = Generator::new("bi-risk-rrt", params(200));
     let tree = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).tree;
-    let lattice = ControlLattice::new(&world.robot, 0.3, 5, 9);
-    let split = |tree: &Tree| Heuristic::split(tree, &lattice, 300, &params(200).generation.bi_risk_rrt);
+    let split = |tree: &Tree| split(tree, &world, &generator.params);
     assert!(split(&tree).is_some());
     let first = tree.parent.iter().rposition(|parent| *parent == Tree::NO_PARENT).unwrap();
     let with_parent = |node: usize, parent: u32| {
