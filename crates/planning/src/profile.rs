@@ -230,6 +230,19 @@ crate::parameters! {
     pub struct GoalTolerance {
         /// The arbiter ends when the estimated position is nearer than this, metres (D13).
         pub arrive_distance: f64 [in Range::GOAL_TOLERANCE] = 0.3,
+        /// Error of position with which the robot still is at the goal, metres.
+        pub tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
+        /// A robot that is nearer than `arrive_distance` goes on until the distance and this many standard deviations of
+        /// its position are within `tolerance`, or until nothing that it could drive brings it nearer.
+        pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.0,
+    }
+}
+
+impl GoalTolerance {
+    /// Whether a robot that believes to be `distance` metres from the goal, with this standard deviation of position, is
+    /// taken to be there.
+    pub(crate) fn is_sure(&self, distance: f64, sigma: f64) -> bool {
+        self.sigma_factor == 0.0 || distance + self.sigma_factor * sigma <= self.tolerance
     }
 }
 

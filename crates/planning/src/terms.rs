@@ -30,7 +30,7 @@ use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
 use crate::parameters::{Field, FieldError, Ranged};
-use crate::profile::{Profile, UncertaintySwitch};
+use crate::profile::{GoalTolerance, Profile, UncertaintySwitch};
 use crate::sensor::LaserModel;
 use crate::states::Columns;
 
@@ -165,6 +165,8 @@ crate::parameters! {
     pub struct InformationToGoTermParams {
         /// What counts as uncertain.
         pub uncertainty: UncertaintySwitch [table],
+        /// What counts as arriving.
+        pub goal: GoalTolerance [table],
         /// What predicts how uncertain the robot will be.
         pub prediction: CpcTermParams [table],
         /// What that costs.
@@ -180,7 +182,7 @@ impl InformationToGoTermParams {
         information: &InformationField,
         task: &Task,
     ) -> InformationToGoField {
-        let way = (task.goal, task.robot.radius());
+        let way = (task.goal, self.goal.tolerance, task.robot.radius());
         let UncertaintySwitch { threshold, release_ratio } = self.uncertainty;
         let traces = (threshold * release_ratio, threshold);
         InformationToGoField::new(map, information, way, &task.noise, traces, &self.information_to_go)
@@ -197,6 +199,7 @@ impl BuiltIn for InformationToGo {
     fn params(profile: &Profile) -> Self::Params {
         InformationToGoTermParams {
             uncertainty: profile.uncertainty,
+            goal: profile.goal,
             prediction: CpcTermParams::of(profile),
             information_to_go: profile.information_to_go,
         }

@@ -12,6 +12,9 @@ use crate::profile::Profile;
 use crate::scene::Scene;
 use crate::trajectory::Trajectory;
 
+/// Metres by which a robot at its goal must come nearer for it to go on.
+const NEARER: f64 = 0.05;
+
 /// What a decision depends on besides the candidates' scores.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a> {
@@ -54,7 +57,8 @@ pub struct Verdict {
 
 /// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
-/// trajectory while it is valid and free; else stop. Same inputs, same verdict.
+/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on while it is not sure of being
+/// there and comes nearer. Same inputs, same verdict.
 ///
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
@@ -69,9 +73,11 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     let totals = total_costs(profile, scene.uncertain, candidates.steps(), scores);
     let mut rejected: Vec<Option<Rejection>> =
         (0..candidates.len()).map(|i| reject_unseen(context, &totals, i)).collect();
-    if scene.belief.pose.position().distance(goal) < profile.goal.arrive_distance {
-        let decision = Decision::stop(Reason::Arrived, candidates.dt());
-        return Verdict { decision, totals, rejected, chosen: None };
+    let to_go = scene.belief.pose.position().distance(goal);
+    let at_goal = to_go < profile.goal.arrive_distance;
+    let arrived = || Decision::stop(Reason::Arrived, candidates.dt());
+    if at_goal && profile.goal.is_sure(to_go, scene.belief.position_sigma()) {
+        return Verdict { decision: arrived(), totals, rejected, chosen: None };
     }
     let order = preference(context, &totals, &rejected);
     let mut chosen = None;
@@ -90,6 +96,10 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
         rejected[index] = None;
         chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
+    }
+    let nearer = |trajectory: &Trajectory| trajectory.nearest(goal) < to_go - NEARER;
+    if at_goal && !chosen.as_ref().is_some_and(|(_, _, trajectory)| nearer(trajectory)) {
+        return Verdict { decision: arrived(), totals, rejected, chosen: None };
     }
     let Some((index, slow, trajectory)) = chosen else {
         let decision = hold_or_stop(context, lack(&rejected), first_collision);

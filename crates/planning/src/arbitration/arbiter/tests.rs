@@ -120,6 +120,28 @@ fn near_the_goal_the_robot_has_arrived() {
 }
 
 #[test]
+fn a_robot_that_is_not_sure_to_be_at_its_goal_goes_on_while_it_comes_nearer() {
+    let mut hall = Hall::new();
+    hall.goal = Point2::new(20.2, 20.0);
+    hall.profile.goal.sigma_factor = 2.0;
+    let (ahead, aside) = (fan(&[(4, 0.0, 0.05)]), fan(&[(4, 2.0, 0.05)]));
+    let s = scores(&[("cnc", &[0.0]), ("distance", &[0.0])]);
+    let arrives = |hall: &Hall, candidates| {
+        let decision = hall.arbitrate(candidates, &s, None).decision;
+        assert_eq!(decision.arrived, decision.reason == Reason::Arrived);
+        decision.arrived
+    };
+    // sigma is 0.03 m here: 0.2 m and twice that are within the tolerance of 0.5 m
+    assert!(arrives(&hall, &ahead));
+    hall.scene.belief.covariance *= 40.0;
+    assert!(!arrives(&hall, &ahead));
+    assert!(arrives(&hall, &aside), "what leads away is no reason to go on");
+    hall.add_person(20.4, 20.0);
+    assert!(arrives(&hall, &ahead), "what collides is neither");
+    assert!(arrives(&hall, &CandidateSet::empty(STEPS, DT)));
+}
+
+#[test]
 fn a_candidate_that_leaps_is_unreachable() {
     // 0.3 m in a step at top speed, 0.3 m of tolerance
     let candidates = fan(&[(0, 0.0, 2.1), (1, 0.0, 1.9)]);

@@ -22,10 +22,8 @@ crate::parameters! {
         /// Thresholds beyond which more uncertainty costs no more.
         pub most_excess: f64 [0.0, 1e6, "thresholds", "no filter is that uncertain"] = 5.0,
         /// Metres that count for arriving where the goal is not. The chance of it is that of a position error greater
-        /// than `tolerance`.
+        /// than the goal's tolerance.
         pub miss: f64 [0.0, 1e6, "m", "ways longer than that are on no map"] = 20.0,
-        /// Error of position with which the robot still arrives at the goal, metres.
-        pub tolerance: f64 [0.01, 100.0, "m", "a goal that is farther off is another one"] = 0.5,
         /// A place has landmarks if one scan there tells the heading to this standard deviation, radians, and ...
         pub heading_sigma: f64 [1e-4, 10.0, "rad", "no scan is better, and beyond it says nothing"] = 0.05,
         /// ... the position, across the wall that it tells most about, to this one, metres. They are enough to find the
@@ -70,12 +68,12 @@ enum Sight {
 }
 
 impl InformationToGoField {
-    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. The position counts as
-    /// certain below a trace of `certain`, and what is above one of `threshold` is in excess, m2 + rad2.
+    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. It arrives with an error
+    /// of position up to `tolerance` metres. The position counts as certain below a trace of `certain`, and what is above one of `threshold` is in excess, m2 + rad2.
     pub fn new(
         map: &StaticMap,
         information: &InformationField,
-        (goal, radius): (Point2, f64),
+        (goal, tolerance, radius): (Point2, f64, f64),
         noise: &OdometryNoise,
         (certain, threshold): (f64, f64),
         params: &InformationToGoParams,
@@ -95,8 +93,7 @@ impl InformationToGoField {
         let mut field =
             Self { grid: Arc::clone(&map.grid), roadmap, sight, metres: Vec::new(), trace: trace.clone() };
         let Some(end) = field.roadmap.nearest(goal) else { return field };
-        let missing =
-            |l: &f64| (params.miss * exp(-params.tolerance * params.tolerance / l.max(1e-9))) as f32;
+        let missing = |l: &f64| (params.miss * exp(-tolerance * tolerance / l.max(1e-9))) as f32;
         let search =
             Search { field: &field, edges: &edges, rates: rates.collect(), recovery: params.recovery };
         let uncertain = search.run(end, &trace.iter().map(missing).collect::<Vec<_>>());

@@ -27,7 +27,7 @@ fn seen(map: &StaticMap) -> Arc<InformationField> {
 
 fn field(map: &StaticMap, goal: Point2) -> InformationToGoField {
     let (noise, params) = (OdometryNoise::default(), InformationToGoParams::default());
-    InformationToGoField::new(map, &seen(map), (goal, RADIUS), &noise, (0.08, 0.1), &params)
+    InformationToGoField::new(map, &seen(map), (goal, 0.5, RADIUS), &noise, (0.08, 0.1), &params)
 }
 
 #[test]
