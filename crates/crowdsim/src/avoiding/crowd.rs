@@ -177,8 +177,12 @@ impl AvoidingCrowd {
             wall_distance(map, end) < keep - ROUNDING_M
         });
         let bump = |(j, other): (usize, &Body)| {
+            let touch = body.radius + other.radius;
+            if end.distance_squared(other.position) >= touch * touch {
+                return None;
+            }
             let (before, after) = (body.position.distance(other.position), end.distance(other.position));
-            let keep = before.min(body.radius + other.radius);
+            let keep = before.min(touch);
             (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
                 let (dx, dy) = (other.position.x - body.position.x, other.position.y - body.position.y);
                 Velocity::new(dx / before, dy / before)

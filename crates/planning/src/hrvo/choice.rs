@@ -35,8 +35,14 @@ fn neighbors(me: usize, bodies: &[Body], params: &HrvoParams) -> impl Iterator<I
     if near.iter().any(overlaps) {
         near.retain(overlaps);
     }
-    near.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    near.into_iter().take(params.max_neighbors as usize).map(|(_, index)| index)
+    let nearer = |(a, i): &(f64, usize), (b, j): &(f64, usize)| a.total_cmp(b).then(i.cmp(j));
+    let most = params.max_neighbors as usize;
+    if near.len() > most {
+        near.select_nth_unstable_by(most, nearer);
+        near.truncate(most);
+    }
+    near.sort_unstable_by(nearer);
+    near.into_iter().map(|(_, index)| index)
 }
 
 /// The velocity of at most `max_speed` outside every obstacle that is nearest to `preferred`.
