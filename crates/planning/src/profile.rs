@@ -230,16 +230,17 @@ crate::parameters! {
     pub struct GoalTolerance {
         /// The arbiter ends when the estimated position is nearer than this, metres (D13).
         pub arrive_distance: f64 [in Range::GOAL_TOLERANCE] = 0.3,
-        /// Error of position with which the robot still is at the goal, metres.
+        /// Error of position with which the robot still counts as being at the goal, metres: the mission's
+        /// `goal_tolerance`.
         pub tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
         /// A robot that is nearer than `arrive_distance` goes on until the distance and this many standard deviations of
-        /// its position are within `tolerance`, or until nothing that it could drive brings it nearer.
+        /// its position are within `tolerance`, or until what it would drive no longer ends nearer to the goal.
         pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.0,
     }
 }
 
 impl GoalTolerance {
-    /// Whether a robot that believes to be `distance` metres from the goal, with this standard deviation of position, is
+    /// Whether a robot that believes it is `distance` metres from the goal, with this standard deviation of position, is
     /// taken to be there.
     pub(crate) fn is_sure(&self, distance: f64, sigma: f64) -> bool {
         self.sigma_factor == 0.0 || distance + self.sigma_factor * sigma <= self.tolerance

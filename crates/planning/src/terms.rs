@@ -29,8 +29,8 @@ use crate::forecast::ForecastParams;
 use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
-use crate::parameters::{Field, FieldError, Ranged};
-use crate::profile::{GoalTolerance, Profile, UncertaintySwitch};
+use crate::parameters::{Field, FieldError, Range, Ranged};
+use crate::profile::{Profile, UncertaintySwitch};
 use crate::sensor::LaserModel;
 use crate::states::Columns;
 
@@ -165,8 +165,8 @@ crate::parameters! {
     pub struct InformationToGoTermParams {
         /// What counts as uncertain.
         pub uncertainty: UncertaintySwitch [table],
-        /// What counts as arriving.
-        pub goal: GoalTolerance [table],
+        /// Error of position with which the robot still counts as being at the goal, metres.
+        pub tolerance: f64 [in Range::GOAL_TOLERANCE],
         /// What predicts how uncertain the robot will be.
         pub prediction: CpcTermParams [table],
         /// What that costs.
@@ -182,7 +182,7 @@ impl InformationToGoTermParams {
         information: &InformationField,
         task: &Task,
     ) -> InformationToGoField {
-        let way = (task.goal, self.goal.tolerance, task.robot.radius());
+        let way = (task.goal, self.tolerance, task.robot.radius());
         let UncertaintySwitch { threshold, release_ratio } = self.uncertainty;
         let traces = (threshold * release_ratio, threshold);
         InformationToGoField::new(map, information, way, &task.noise, traces, &self.information_to_go)
@@ -199,7 +199,7 @@ impl BuiltIn for InformationToGo {
     fn params(profile: &Profile) -> Self::Params {
         InformationToGoTermParams {
             uncertainty: profile.uncertainty,
-            goal: profile.goal,
+            tolerance: profile.goal.tolerance,
             prediction: CpcTermParams::of(profile),
             information_to_go: profile.information_to_go,
         }

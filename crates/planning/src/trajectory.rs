@@ -4,7 +4,7 @@
 //! driven.
 
 use crate::candidates::CandidateSet;
-use crate::geometry::{Point2, Pose2, Twist, wrap_angle};
+use crate::geometry::{Pose2, Twist, wrap_angle};
 use crate::states::{Columns, States, StatesError};
 
 /// A motion from a start through K states; state k (from 0) is due `(k + 1) * dt` seconds after the stamp of
@@ -62,12 +62,6 @@ impl Trajectory {
     /// Candidate `index` of a set, driven from `start`.
     pub fn of(candidates: &CandidateSet, index: usize, start: (Pose2, Twist)) -> Self {
         Self { dt: candidates.dt(), start, states: candidates.states(index) }
-    }
-
-    /// Distance of the nearest state from `p`, metres; infinite without states.
-    pub fn nearest(&self, p: Point2) -> f64 {
-        let distances = (0..self.len()).map(|k| self.states.position(k).distance(p));
-        distances.fold(f64::INFINITY, f64::min)
     }
 
     /// Number of states, K.

@@ -12,8 +12,11 @@ use crate::profile::Profile;
 use crate::scene::Scene;
 use crate::trajectory::Trajectory;
 
-/// Metres by which a robot at its goal must come nearer for it to go on.
+/// Metres by which what a robot at its goal would drive must end nearer for it to go on.
 const NEARER: f64 = 0.05;
+
+/// Seconds in one place after which a robot at its goal no longer tries to come nearer.
+const LINGERING: f64 = 5.0;
 
 /// What a decision depends on besides the candidates' scores.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +60,8 @@ pub struct Verdict {
 
 /// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
-/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on while it is not sure of being
-/// there and comes nearer. Same inputs, same verdict.
+/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on for a while if it is not sure to
+/// be there and its way ends nearer. Same inputs, same verdict.
 ///
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
@@ -76,7 +79,8 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     let to_go = scene.belief.pose.position().distance(goal);
     let at_goal = to_go < profile.goal.arrive_distance;
     let arrived = || Decision::stop(Reason::Arrived, candidates.dt());
-    if at_goal && profile.goal.is_sure(to_go, scene.belief.position_sigma()) {
+    let sure = profile.goal.is_sure(to_go, scene.belief.position_sigma());
+    if at_goal && (sure || scene.in_place >= LINGERING) {
         return Verdict { decision: arrived(), totals, rejected, chosen: None };
     }
     let order = preference(context, &totals, &rejected);
@@ -94,17 +98,17 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     let collision = &profile.collision;
     let evading = chosen.is_none() && collision.evade < collision.horizon;
     if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
-        rejected[index] = None;
         chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
     }
-    let nearer = |trajectory: &Trajectory| trajectory.nearest(goal) < to_go - NEARER;
-    if at_goal && !chosen.as_ref().is_some_and(|(_, _, trajectory)| nearer(trajectory)) {
+    let ends_nearer = |index: usize| end(candidates, index).distance(goal) < to_go - NEARER;
+    if at_goal && !chosen.as_ref().is_some_and(|(index, ..)| ends_nearer(*index)) {
         return Verdict { decision: arrived(), totals, rejected, chosen: None };
     }
     let Some((index, slow, trajectory)) = chosen else {
         let decision = hold_or_stop(context, lack(&rejected), first_collision);
         return Verdict { decision, totals, rejected, chosen: None };
     };
+    rejected[index] = None;
     if !slow {
         for rank in order.iter().filter(|rank| rank.slow) {
             rejected[rank.index] = Some(Rejection::Slow);
@@ -213,14 +217,18 @@ fn preference(context: &Context<'_>, totals: &Totals, rejected: &[Option<Rejecti
 fn is_slow(context: &Context<'_>, index: usize) -> bool {
     let Context { profile, candidates, .. } = *context;
     let states = candidates.range(index);
-    let last = states.end - 1;
-    let end = candidates.all_states().position(last);
-    let turn = wrap_angle(candidates.all_states().heading[last] - context.scene.belief.pose.heading);
+    let turn =
+        wrap_angle(candidates.all_states().heading[states.end - 1] - context.scene.belief.pose.heading);
     let mean_speed = candidates.all_states().v[states].iter().sum::<f64>() / candidates.steps() as f64;
     let v = context.scene.belief.twist.v;
     mean_speed < context.robot.slow_below(profile.min_speed, v, candidates.steps(), candidates.dt())
         && turn.abs() < profile.min_turn
-        && end.distance(context.goal) >= profile.goal.arrive_distance
+        && end(candidates, index).distance(context.goal) >= profile.goal.arrive_distance
+}
+
+/// Where a candidate ends.
+fn end(candidates: &CandidateSet, index: usize) -> Point2 {
+    candidates.all_states().position(candidates.range(index).end - 1)
 }
 
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {

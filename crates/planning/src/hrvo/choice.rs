@@ -19,7 +19,7 @@ pub fn velocity(
 }
 
 /// The nearest others within reach, nearest first, the lower index of equals; only those that overlap
-/// if any do: parting comes first. A scan, because a crowd is some forty people.
+/// if any do: parting comes first. A scan, because a crowd is some tens of people.
 fn neighbors(me: usize, bodies: &[Body], params: &HrvoParams) -> impl Iterator<Item = usize> {
     let Body { position, radius, .. } = bodies[me];
     let reach = params.neighbor_distance * params.neighbor_distance;

@@ -136,6 +136,12 @@ fn a_robot_that_is_not_sure_to_be_at_its_goal_goes_on_while_it_comes_nearer() {
     hall.scene.belief.covariance *= 40.0;
     assert!(!arrives(&hall, &ahead));
     assert!(arrives(&hall, &aside), "what leads away is no reason to go on");
+    assert!(arrives(&hall, &fan(&[(4, 0.0, 0.3)])), "neither is what leads past the goal");
+    hall.scene.in_place = 4.9;
+    assert!(!arrives(&hall, &ahead));
+    hall.scene.in_place = 5.1;
+    assert!(arrives(&hall, &ahead), "and it does not try for ever");
+    hall.scene.in_place = 0.0;
     hall.add_person(20.4, 20.0);
     assert!(arrives(&hall, &ahead), "what collides is neither");
     assert!(arrives(&hall, &CandidateSet::empty(STEPS, DT)));

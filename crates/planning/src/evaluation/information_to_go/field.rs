@@ -68,8 +68,9 @@ enum Sight {
 }
 
 impl InformationToGoField {
-    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. It arrives with an error
-    /// of position up to `tolerance` metres. The position counts as certain below a trace of `certain`, and what is above one of `threshold` is in excess, m2 + rad2.
+    /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. With an error of position
+    /// up to `tolerance` metres it is still at the goal. The position counts as certain below a trace of `certain`, and what
+    /// is above one of `threshold` is in excess, m2 + rad2.
     pub fn new(
         map: &StaticMap,
         information: &InformationField,
