@@ -124,9 +124,9 @@ fn a_robot_that_is_not_sure_to_be_at_its_goal_goes_on_while_it_comes_nearer() {
     let mut hall = Hall::new();
     hall.goal = Point2::new(20.2, 20.0);
     hall.profile.goal.sigma_factor = 2.0;
-    let (ahead, aside) = (fan(&[(4, 0.0, 0.05)]), fan(&[(4, 2.0, 0.05)]));
+    let [ahead, aside, past] = [(0.0, 0.05), (2.0, 0.05), (0.0, 0.3)].map(|(to, v)| fan(&[(4, to, v)]));
     let s = scores(&[("cnc", &[0.0]), ("distance", &[0.0])]);
-    let arrives = |hall: &Hall, candidates| {
+    let arrives = |hall: &Hall, candidates: &CandidateSet| {
         let decision = hall.arbitrate(candidates, &s, None).decision;
         assert_eq!(decision.arrived, decision.reason == Reason::Arrived);
         decision.arrived
@@ -136,7 +136,7 @@ fn a_robot_that_is_not_sure_to_be_at_its_goal_goes_on_while_it_comes_nearer() {
     hall.scene.belief.covariance *= 40.0;
     assert!(!arrives(&hall, &ahead));
     assert!(arrives(&hall, &aside), "what leads away is no reason to go on");
-    assert!(arrives(&hall, &fan(&[(4, 0.0, 0.3)])), "neither is what leads past the goal");
+    assert!(arrives(&hall, &past), "neither is what leads past the goal");
     hall.scene.in_place = 4.9;
     assert!(!arrives(&hall, &ahead));
     hall.scene.in_place = 5.1;
