@@ -76,8 +76,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let candidates = FAN.generate(&input, None, &|| 0.0).0.candidates;
     println!("{} of {ARCS} arcs are free; they end at", candidates.len());
     for i in 0..candidates.len() {
-        let last = candidates.range(i).end - 1;
-        println!("  ({:.2}, {:.2})", candidates.all_states().x[last], candidates.all_states().y[last]);
+        let end = candidates.end(i);
+        println!("  ({:.2}, {:.2})", end.x, end.y);
     }
     if candidates.is_empty() || candidates.len() == ARCS as usize {
         return Err("the pillar should be in the way of some arcs".into());

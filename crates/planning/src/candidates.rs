@@ -1,5 +1,6 @@
 //! Candidate trajectories as a structure of arrays.
 
+use crate::geometry::Pose2;
 use crate::states::{Columns, States, StatesError};
 
 /// `count` trajectories of exactly `steps` states each; state k (from 0) is at time `(k + 1) * dt` after
@@ -89,6 +90,11 @@ impl CandidateSet {
     /// Where candidate `i` lies in each array of [`Self::all_states`].
     pub fn range(&self, i: usize) -> std::ops::Range<usize> {
         i * self.steps..(i + 1) * self.steps
+    }
+
+    /// Where candidate `i` ends; of a set that has all columns.
+    pub fn end(&self, i: usize) -> Pose2 {
+        self.states.pose(self.range(i).end - 1)
     }
 
     /// The candidates with these indices, in this order.

@@ -234,7 +234,8 @@ crate::parameters! {
         /// `goal_tolerance`.
         pub tolerance: f64 [in Range::GOAL_TOLERANCE] = 0.5,
         /// A robot that is nearer than `arrive_distance` goes on until the distance and this many standard deviations of
-        /// its position are within `tolerance`, or until what it would drive no longer ends nearer to the goal.
+        /// its position are within `tolerance`, or until what it would drive no longer ends nearer to the goal, for 5 s
+        /// at most.
         pub sigma_factor: f64 [0.0, 10.0, "standard deviations", "ten are certainty"] = 0.0,
     }
 }

@@ -60,8 +60,8 @@ pub struct Verdict {
 
 /// Eq. 4: the candidate of least L' that is scored by every active term, reachable and free, ties to
 /// the lower id; slow ones only if no faster one is free (D4). Without one, the tail of the previous
-/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on for a while if it is not sure to
-/// be there and its way ends nearer. Same inputs, same verdict.
+/// trajectory while it is valid and free; else stop. At the goal the robot stops, or goes on for a while
+/// if it is not sure to be there and its way ends nearer. Same inputs, same verdict.
 ///
 /// Candidates beyond the length of `scores` count as not scored.
 pub fn arbitrate(context: &Context<'_>, scores: &Scores) -> Verdict {
@@ -100,7 +100,7 @@ fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionChe
     if let Some(index) = evading.then(|| last_to_collide(&order, &rejected, collision)).flatten() {
         chosen = Some((index, false, Trajectory::of(candidates, index, scene.belief.motion())));
     }
-    let ends_nearer = |index: usize| end(candidates, index).distance(goal) < to_go - NEARER;
+    let ends_nearer = |index: usize| candidates.end(index).position().distance(goal) < to_go - NEARER;
     if at_goal && !chosen.as_ref().is_some_and(|(index, ..)| ends_nearer(*index)) {
         return Verdict { decision: arrived(), totals, rejected, chosen: None };
     }
@@ -216,19 +216,14 @@ fn preference(context: &Context<'_>, totals: &Totals, rejected: &[Option<Rejecti
 /// being slow is what is wanted, nor turns towards a way that lies elsewhere.
 fn is_slow(context: &Context<'_>, index: usize) -> bool {
     let Context { profile, candidates, .. } = *context;
-    let states = candidates.range(index);
-    let turn =
-        wrap_angle(candidates.all_states().heading[states.end - 1] - context.scene.belief.pose.heading);
-    let mean_speed = candidates.all_states().v[states].iter().sum::<f64>() / candidates.steps() as f64;
+    let end = candidates.end(index);
+    let turn = wrap_angle(end.heading - context.scene.belief.pose.heading);
+    let speeds = &candidates.all_states().v[candidates.range(index)];
+    let mean_speed = speeds.iter().sum::<f64>() / candidates.steps() as f64;
     let v = context.scene.belief.twist.v;
     mean_speed < context.robot.slow_below(profile.min_speed, v, candidates.steps(), candidates.dt())
         && turn.abs() < profile.min_turn
-        && end(candidates, index).distance(context.goal) >= profile.goal.arrive_distance
-}
-
-/// Where a candidate ends.
-fn end(candidates: &CandidateSet, index: usize) -> Point2 {
-    candidates.all_states().position(candidates.range(index).end - 1)
+        && end.position().distance(context.goal) >= profile.goal.arrive_distance
 }
 
 fn mean_distance(candidates: &CandidateSet, index: usize, tail: &Trajectory) -> f64 {

@@ -146,7 +146,7 @@ fn a_robot_that_does_not_get_away_is_offered_ways_out() {
         assert!(!late.candidates.is_empty(), "{name}");
         drivable_and_free(&world, &scene, &late.candidates);
         for i in 0..late.candidates.len() {
-            let end = late.candidates.all_states().position(late.candidates.range(i).end - 1);
+            let end = late.candidates.end(i).position();
             assert!(end.distance(north.position()) > 0.1, "{name}: a way out ends at {end:?}");
         }
         let mut never = generator(name);
@@ -165,7 +165,7 @@ fn a_way_out_that_has_been_begun_is_gone_to_its_end() {
     let offered = insisting.generate(&world.input(&stuck, None), None, 1, &|| 0.0).candidates;
     assert!(offered.len() > 1, "{} ways out", offered.len());
     let here = stuck.belief.pose.position();
-    let end = |set: &CandidateSet, i: usize| set.all_states().position(set.range(i).end - 1);
+    let end = |set: &CandidateSet, i: usize| set.end(i).position();
     assert!((0..offered.len()).all(|i| end(&offered, i).distance(here) > 0.29), "one leads nowhere");
     // Whichever was chosen, it alone is offered next, with each speed.
     for chosen in [0, offered.len() - 1] {

@@ -280,8 +280,7 @@ fn a_way_that_lies_behind_can_be_turned_to_on_the_spot() {
     let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
     let turning = (0..set.len()).filter(|&i| {
         let r = set.range(i);
-        (set.all_states().x[r.end - 8] - 15.0).abs() < 0.1
-            && (set.all_states().heading[r.end - 1] + 1.5).abs() > 0.8
+        (set.all_states().x[r.end - 8] - 15.0).abs() < 0.1 && (set.end(i).heading + 1.5).abs() > 0.8
     });
     assert!(turning.count() >= 1);
 }
@@ -294,7 +293,7 @@ fn cells_of_candidates_cover_many_directions() {
     let set = Generator::rrt_star().generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
     let sectors: BTreeSet<i64> = (0..set.len())
         .map(|i| {
-            let end = set.all_states().position(set.range(i).end - 1);
+            let end = set.end(i).position();
             (crate::geometry::bearing(Point2::new(15.0, 15.0), end) / 0.5).floor() as i64
         })
         .collect();
@@ -313,7 +312,7 @@ fn where_not_all_can_be_offered_no_direction_is_left_out() {
         let generator = Generator::new("rrt-star", world.params.clone());
         let set = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
         assert!(set.len() <= max_candidates as usize);
-        let end = |i: usize| set.all_states().position(set.range(i).end - 1);
+        let end = |i: usize| set.end(i).position();
         (0..set.len()).map(|i| branches::sector(from, end(i))).collect()
     };
     let all = directions(512);
