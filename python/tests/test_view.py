@@ -296,7 +296,7 @@ def with_unseen(report: CycleReport, ahead: float) -> CycleReport:
         vx=np.append(people.vx, 0.0),
         vy=np.append(people.vy, 0.0),
     )
-    return replace(report, scene=replace(report.scene, people=seen, in_place_s=4.2))
+    return replace(report, scene=replace(report.scene, people=seen, in_place_s=4.2, impatient=True))
 
 
 def test_what_only_the_driver_sees_is_drawn_and_said_and_has_no_number() -> None:
@@ -310,6 +310,7 @@ def test_what_only_the_driver_sees_is_drawn_and_said_and_has_no_number() -> None
     said = words.decision(report, None, None)
     assert "something unseen that the driver braked for 0.5 m away" in said
     assert "in one place for 4 s" in said
+    assert "**impatient**" in said
     assert str(UNSEEN) not in said
 
 

@@ -188,7 +188,7 @@ fn true_cost(context: &PlanContext, report: &CycleReport, index: usize) -> (f64,
         };
         scores.insert(term, 0, &cost).unwrap();
     }
-    let totals = total_costs(&context.profile, scene.uncertain, candidate.steps(), &scores);
+    let totals = total_costs(&context.profile, &scene, candidate.steps(), &scores);
     let by_term = totals.terms.iter().map(|term| term.cost[0].unwrap()).collect();
     (totals.total[0].unwrap(), by_term)
 }

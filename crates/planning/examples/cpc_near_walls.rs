@@ -45,8 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let start = Pose2::new(15.0, y, 0.0);
         let covariance = Matrix3::from_diagonal(&[0.15, 0.15, 0.02].into());
         let belief = Belief { pose: start, covariance, twist: Twist { v: 1.0, omega: 0.0 } };
-        let scene =
-            Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: true, in_place: 0.0 };
+        let scene = Scene { uncertain: true, ..Scene::new(belief, People::default()) };
         let cost = evaluator.evaluate(&scene, &straight(start)?, &|| false)?[0];
         println!("{:>4.1} m from the wall: zeta = {cost:.3}, {:.3} per state", y - 2.0, cost / STEPS as f64);
         costs.push(cost);

@@ -44,7 +44,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         vy: vec![-0.4],
         ..Default::default()
     };
-    let scene = Observer::default().form_scene(&profile, &task.robot, 0, 0.0, belief, &people);
+    let to_go = geodesic.at(belief.pose.position());
+    let scene = Observer::default().form_scene(&profile, &task.robot, (0, 0.0), belief, to_go, &people);
 
     // Generate.
     let input = GenerationInput {

@@ -59,8 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         covariance: Matrix3::from_diagonal_element(0.01),
         twist: Twist::default(),
     };
-    let scene =
-        Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false, in_place: 0.0 };
+    let scene = Scene::new(belief, People::default());
     let (profile, task) = (Profile::default(), Task { goal: Point2::new(7.0, 4.0), ..Task::default() });
     let input = GenerationInput {
         params: &profile.generator_part(),

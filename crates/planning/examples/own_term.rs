@@ -13,7 +13,7 @@ use curionav_planning::geometry::{Pose2, Twist};
 use curionav_planning::nalgebra::Matrix3;
 use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
 use curionav_planning::parameters;
-use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_planning::profile::{Profile, Term};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::states::States;
 use curionav_planning::terms::{BuildError, Built, BuiltIn, DerivedFields, Task};
@@ -79,20 +79,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         covariance: Matrix3::from_diagonal_element(0.01),
         twist: Twist::default(),
     };
-    let scene =
-        Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false, in_place: 0.0 };
+    let scene = Scene::new(belief, People::default());
     let candidates = ways(&[0.5, 1.0, 2.0])?;
 
     let mut profile = Profile::default();
     profile.terms.clear();
     // 0.5 m below comfort, in every state, costs one.
-    profile
-        .terms
-        .insert(Clearance::NAME.to_owned(), Term { scale: 0.5, weight: 1.0, when: Condition::Always });
+    profile.terms.insert(Clearance::NAME.to_owned(), Term::new(0.5, 1.0));
     let evaluator = Clearance::evaluator(Clearance::params(&profile), &Task::default(), &map)?;
     let mut scores = Scores::new(candidates.len());
     scores.insert(Clearance::NAME, 0, &evaluator.evaluate(&scene, &candidates, &|| false)?)?;
-    let totals = total_costs(&profile, scene.uncertain, candidates.steps(), &scores);
+    let totals = total_costs(&profile, &scene, candidates.steps(), &scores);
     for (index, total) in totals.total.iter().enumerate() {
         println!(
             "{:.1} m from the wall costs {:.2}",

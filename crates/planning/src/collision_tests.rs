@@ -31,6 +31,7 @@ fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
         },
         uncertain: false,
         in_place: 0.0,
+        impatient: false,
     }
 }
 

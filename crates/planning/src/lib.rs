@@ -24,7 +24,7 @@
 //!
 //! let (pose, covariance) = (Pose2::new(6.0, 6.0, 0.0), Matrix3::from_diagonal_element(0.01));
 //! let belief = Belief { pose, covariance, twist: Twist { v: 0.5, omega: 0.0 } };
-//! let scene = Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false, in_place: 0.0 };
+//! let scene = Scene::new(belief, People::default());
 //!
 //! let input = GenerationInput {
 //!     params: &profile.generator_part(), map: &map, goal: task.goal, geodesic: &geodesic, information: None,

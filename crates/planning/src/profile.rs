@@ -51,9 +51,9 @@ crate::parameters! {
         pub distance: DistanceMeasure [words] = DistanceMeasure::Geodesic,
         /// The terms of the cost, by name (eqs. 5 and 6).
         pub terms: BTreeMap<String, Term> [table; 1.0, 16.0, "each is a question in every cycle"] = BTreeMap::from([
-            ("cnc".to_owned(), Term { scale: 0.106, weight: 2.2, when: Condition::Always }),
-            ("cpc".to_owned(), Term { scale: 0.1, weight: 2.2, when: Condition::Uncertain }),
-            ("distance".to_owned(), Term { scale: 2.0, weight: 1.0, when: Condition::Always }),
+            ("cnc".to_owned(), Term::new(0.106, 2.2)),
+            ("cpc".to_owned(), Term { when: Condition::Uncertain, ..Term::new(0.1, 2.2) }),
+            ("distance".to_owned(), Term::new(2.0, 1.0)),
         ]),
         /// When the position counts as uncertain (eq. 5).
         pub uncertainty: UncertaintySwitch [table] = UncertaintySwitch::default(),
@@ -63,6 +63,8 @@ crate::parameters! {
         pub goal: GoalTolerance [table] = GoalTolerance::default(),
         /// How far a decision outlives the cycle that made it.
         pub hold: HoldLimits [table] = HoldLimits::default(),
+        /// When the robot has come no nearer to its goal for too long.
+        pub patience: Patience [table] = Patience::default(),
         /// How reluctantly the robot changes its mind.
         pub persistence: Persistence [table] = Persistence::default(),
         /// What is believed of something that only the driver sees.
@@ -130,6 +132,11 @@ impl Profile {
             .map(|(name, term)| (name.as_str(), term))
     }
 
+    /// What `term` weighs for a robot that is impatient or not.
+    pub fn weight(&self, term: &Term, impatient: bool) -> f64 {
+        if impatient && term.gives_way { term.weight * self.patience.share } else { term.weight }
+    }
+
     /// What a check of each number alone does not find.
     fn agrees(&self) -> Result<(), FieldError> {
         if self.terms.keys().any(String::is_empty) {
@@ -158,6 +165,16 @@ crate::parameters! {
         /// When the term counts.
         #[serde(default)]
         pub when: Condition [words],
+        /// Whether it counts less while the robot is impatient (`patience`).
+        #[serde(default)]
+        pub gives_way: bool,
+    }
+}
+
+impl Term {
+    /// One that always counts.
+    pub fn new(scale: f64, weight: f64) -> Self {
+        Self { scale, weight, when: Condition::Always, gives_way: false }
     }
 }
 
@@ -262,6 +279,27 @@ crate::parameters! {
         /// Metres by which a candidate may leap between states beyond what the robot's top speed covers;
         /// a candidate that leaps farther is unreachable (Alg. 2, line 4).
         pub reach_tolerance: f64 [0.0, 100.0, "m", "leaps beyond it are no trajectory"] = 0.3,
+    }
+}
+
+crate::parameters! {
+    /// When the robot has come no nearer to its goal for too long. For a while it is then impatient: terms with
+    /// `gives_way` count less, so that it passes people from whom it would otherwise turn away. Then it is patient again,
+    /// and lets people pass.
+    #[derive(Copy)]
+    #[non_exhaustive]
+    pub struct Patience {
+        /// Seconds by which the robot has to lag behind `pace`. At 0 it is never impatient, as in the paper.
+        pub after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
+        /// The pace at which the robot does not lag, m/s, at most half its top speed: each metre that it is nearer to its
+        /// goal than ever before takes 1 / `pace` seconds off.
+        pub pace: f64 [0.01, 10.0, "m/s", "a slower robot gets nowhere, and none is faster"] = 0.25,
+        /// Seconds for which the robot is impatient.
+        pub lasts: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 8.0,
+        /// Seconds in one place after which it is so no longer: something stands right before it, and it has to give way.
+        pub stands: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 2.0,
+        /// What a term that gives way weighs while the robot is impatient, as a share of its weight.
+        pub share: f64 [0.01, 1.0, "", "a term that counts for nothing is left out, and none counts for more"] = 0.2,
     }
 }
 

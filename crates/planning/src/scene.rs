@@ -160,4 +160,14 @@ pub struct Scene {
     /// For how long the robot has not left the place where it is, seconds
     /// ([`crate::generation::RecoveryParams::radius`]).
     pub in_place: f64,
+    /// Whether the robot has come no nearer to its goal for so long that terms which give way count less
+    /// ([`crate::profile::Patience`]).
+    pub impatient: bool,
+}
+
+impl Scene {
+    /// The scene at the beginning: the position counts as certain, and the robot has just come to where it is.
+    pub fn new(belief: Belief, people: People) -> Self {
+        Self { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0, impatient: false }
+    }
 }

@@ -211,7 +211,7 @@ impl PlanContext {
     fn empty_scene(&self) -> Scene {
         let belief = convert::initial_belief(&self.mission);
         let people = convert::people_to_wire(&planning::People::default(), 0, 0.0);
-        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place_s: 0.0 }
+        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place_s: 0.0, impatient: false }
     }
 }
 

@@ -149,6 +149,8 @@ class Explanation:
             yield _line("unseen", person=UNSEEN, distance=unseen)
         if report.scene.in_place_s >= IN_PLACE:
             yield _line("in_place", time=report.scene.in_place_s)
+        if report.scene.impatient:
+            yield _line("impatient")
         if report.driven is not None and report.driven.reason != "tracking":
             time = report.scene.stamp - report.driven.since
             yield _line("driven", time=time, command_reason=report.driven.reason)

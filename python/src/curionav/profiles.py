@@ -22,7 +22,7 @@ DEFAULT = "curionav"
 """The profile of a scenario that names none."""
 _BASE = "curiosity"
 """The profile that has the value of every field that another one leaves out."""
-_TERM = {"scale": 0.0, "weight": 1.0, "when": "always"}
+_TERM = {"scale": 0.0, "weight": 1.0, "when": "always", "gives_way": False}
 """Fields that a term leaves out; a scale must be given, and the services refuse one of 0."""
 
 

@@ -50,6 +50,8 @@ def _place(report: CycleReport, mission: Mission | None, nearest: float | None) 
         parts.append(f"{say('person', 'unseen')} {unseen:.1f} m away")
     if report.scene.in_place_s >= IN_PLACE:
         parts.append(f"in one place for {report.scene.in_place_s:.0f} s")
+    if report.scene.impatient:
+        parts.append("**impatient**")
     sure = "**uncertain**, so curious" if made.uncertain else "sure of the place"
     limit = threshold(mission)
     parts.append(f"{sure} (l = {made.uncertainty:.3f}" + (f", Thr' = {limit:g})" if limit else ")"))

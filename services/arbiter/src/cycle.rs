@@ -38,7 +38,9 @@ pub async fn plan<P: Peers>(
         let now = (belief.pose, stamp);
         memory.observer.observe_braking(&context.profile, &context.robot, now, seconds);
     }
-    let scene = memory.observer.form_scene(&context.profile, &context.robot, tick, stamp, belief, &people);
+    let to_go = context.geodesic.at(belief.pose.position());
+    let (profile, robot) = (&context.profile, &context.robot);
+    let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, to_go, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
     // Generate: replicas grow the trees, which travel with the questions.
@@ -120,7 +122,7 @@ pub async fn decide<P: Peers>(
         Ok((decision, outcome)) => (decision, Some(outcome)),
         Err((reason, degraded)) => {
             // A robot that was told to stop does not stay where it is for want of a way.
-            memory.observer.place = None;
+            (memory.observer.place, memory.observer.progress) = (None, None);
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }

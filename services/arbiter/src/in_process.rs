@@ -80,7 +80,7 @@ fn promising(
 ) -> Vec<usize> {
     let mut profile = context.profile.clone();
     profile.terms.retain(|term, _| !missing.contains(&term.as_str()));
-    let total = total_costs(&profile, scene.uncertain, candidates.steps(), scores).total;
+    let total = total_costs(&profile, scene, candidates.steps(), scores).total;
     let cost = |i: usize| total.get(i).copied().flatten().unwrap_or(f64::INFINITY);
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     order.sort_by(|&a, &b| cost(a).total_cmp(&cost(b)).then(a.cmp(&b)));

@@ -46,6 +46,7 @@ impl Memory {
                 members: memory.members.0,
                 place: memory.place.map(convert::place),
                 unseen: memory.unseen.map(convert::place),
+                progress: memory.progress.map(convert::progress),
             },
             trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
             previous,
@@ -66,6 +67,7 @@ impl Memory {
             members: self.observer.members.as_slice().into(),
             place: self.observer.place.map(convert::place_to_wire),
             unseen: self.observer.unseen.map(convert::place_to_wire),
+            progress: self.observer.progress.map(convert::progress_to_wire),
             previous: self.previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
             trees: trees.map(convert::tree_to_wire).collect(),
@@ -109,7 +111,19 @@ impl Memory {
 
 #[cfg(test)]
 mod tests {
+    use curionav_testing::golden;
+
     use super::*;
+
+    #[test]
+    fn what_was_carried_into_a_recorded_cycle_is_carried_on() {
+        let (recorded, mission) = (golden::memory(), golden::mission());
+        let carried = Memory::recall(recorded.clone()).unwrap().to_wire(&mission);
+        let (run, revision, seq) = (mission.run, mission.revision, recorded.seq + 1);
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let robot = mission.order.robot;
+        assert_eq!(carried, wire::Memory { robot, run, revision, seq, version, ..recorded });
+    }
 
     #[test]
     fn a_gap_is_what_has_no_cycle() {

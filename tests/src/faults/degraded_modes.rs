@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_planning::profile::{Profile, Term};
 use curionav_runtime::convert;
 use curionav_schemas::{Action, Clock, CommandReason, Decision, Degradation, Evaluated};
 
@@ -45,7 +45,7 @@ impl Mode {
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, 1001, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+        let term = Term::new(1.0, 1.0);
         profile.terms.insert(FOREIGN.to_owned(), term);
         mission.order.profile = convert::to_value(&profile).unwrap();
         let world = World::new(&fields, mission, in_process, [2, 2, 2]);

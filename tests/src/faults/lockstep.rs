@@ -6,9 +6,11 @@ use std::time::Duration;
 
 use curionav_arbiter::cycle;
 use curionav_arbiter::memory::Memory;
+use curionav_planning::profile::Profile;
 use curionav_planning::random::rng;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
+use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
 use super::base::TICK;
@@ -106,7 +108,11 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
 #[test]
 fn a_robot_that_was_told_to_stop_has_not_stayed_for_want_of_a_way() {
     let (fields, map) = corridor_map::fields();
-    let world = World::new(&fields, corridor_map::mission(map, 1000, Clock::Lockstep, 1), true, [0, 0, 0]);
+    let mut mission = corridor_map::mission(map, 1000, Clock::Lockstep, 1);
+    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
+    (profile.patience.after, profile.patience.stands, profile.hold.max_age) = (2.5, 100.0, 4.0);
+    mission.order.profile = convert::to_value(&profile).unwrap();
+    let world = World::new(&fields, mission, true, [0, 0, 0]);
     let seat = Arc::new(ArbiterSeat::default());
     let (context, pool) = ready(&world, seat);
     let deciding = Arc::clone(&world);
@@ -116,15 +122,19 @@ fn a_robot_that_was_told_to_stop_has_not_stayed_for_want_of_a_way() {
             let mut state = deciding.state();
             (state.robot.base.belief(), state.robot.base.people())
         };
-        for (stamp, sees, in_place) in
-            [(0.0, true, 0.0), (3.0, true, 3.0), (6.0, false, 0.0), (9.0, true, 0.0)]
-        {
+        for (stamp, sees, in_place, impatient) in [
+            (0.0, true, 0.0, false),
+            (3.0, true, 3.0, true),
+            (6.0, false, 0.0, false),
+            (9.0, true, 0.0, false),
+        ] {
             let belief = curionav_schemas::Belief { stamp, ..belief.clone() };
             let people = sees.then(|| curionav_schemas::People { stamp, ..people.clone() });
             let (decision, outcome) =
                 cycle::decide(&pool, Some(&context), &mut memory, &deciding.mission, belief, people).await;
-            let found = outcome.map(|outcome| outcome.report(&context, decision).scene.in_place_s);
-            assert_eq!(found, sees.then_some(in_place), "at {stamp} s");
+            let scene = outcome.map(|outcome| outcome.report(&context, decision).scene);
+            let found = scene.map(|scene| (scene.in_place_s, scene.impatient));
+            assert_eq!(found, sees.then_some((in_place, impatient)), "at {stamp} s");
         }
         deciding.stop();
     });

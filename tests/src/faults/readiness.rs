@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use curionav_arbiter::readiness::await_pool;
-use curionav_planning::profile::{Condition, Profile, Term};
+use curionav_planning::profile::{Profile, Term};
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
@@ -35,7 +35,7 @@ impl PoolAtStart {
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
         let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+        let term = Term::new(1.0, 1.0);
         profile.terms.insert(FOREIGN.to_owned(), term);
         mission.order.profile = convert::to_value(&profile).unwrap();
         mission.has_run = self.has_run;
@@ -134,7 +134,7 @@ fn a_term_whose_name_is_no_part_of_a_key_is_refused_at_once() {
     let (fields, map) = corridor_map::fields();
     let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
     let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-    let term = Term { scale: 1.0, weight: 1.0, when: Condition::Always };
+    let term = Term::new(1.0, 1.0);
     profile.terms.insert("com/fort".to_owned(), term);
     mission.order.profile = convert::to_value(&profile).unwrap();
     let refused = PlanContext::new(mission, &fields, true).err();

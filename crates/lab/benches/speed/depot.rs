@@ -70,7 +70,7 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
         twist: Twist::default(),
     };
     let people = People { radius: 0.25, ..People::default() };
-    let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 };
+    let scene = Scene::new(belief, people);
     let (forecast, collision) = (ForecastParams::default(), CollisionParams::default());
     let robot = RobotModel::default();
     let checker = CollisionChecker::new(map, &robot, &scene, forecast, &collision);

@@ -66,7 +66,7 @@ pub(crate) fn scene() -> Scene {
     };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.1, 0.1, 0.02));
     let belief = Belief { pose: START, covariance, twist: Twist { v: 0.5, omega: 0.0 } };
-    Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true, in_place: 0.0 }
+    Scene { uncertain: true, ..Scene::new(belief, people) }
 }
 
 /// `count` smooth random drives of `steps` states, `dt` seconds apart: the turn rate wanders, the speed keeps to one

@@ -223,7 +223,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn curionav_alone_has_margins_a_final_check_and_an_arrival_of_its_own() {
+    fn curionav_alone_has_margins_a_final_check_an_arrival_and_patience_of_its_own() {
         let tuned = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenarios/tuned");
         let sources = profiles(Path::new(tuned)).unwrap().into_iter().map(|file| {
             let text = std::fs::read_to_string(&file).unwrap();
@@ -235,6 +235,7 @@ mod tests {
         for (source, profile) in &all {
             assert_eq!(profile.collision == papers.collision, profile.name != "curionav", "{source}");
             assert_eq!(profile.goal == papers.goal, profile.name != "curionav", "{source}");
+            assert_eq!(profile.patience == papers.patience, profile.name != "curionav", "{source}");
             assert_eq!(profile.forecast, papers.forecast, "{source}");
             assert_eq!((profile.hold, profile.dt), (papers.hold, papers.dt), "{source}");
         }

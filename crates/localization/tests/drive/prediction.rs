@@ -146,7 +146,7 @@ fn among_people_who_hide_a_wall_the_prediction_is_off_by_little_more_than_half_i
                 ..People::default()
             };
             let belief = Belief { pose: start, covariance: before, twist };
-            let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true, in_place: 0.0 };
+            let scene = Scene { uncertain: true, ..Scene::new(belief, people) };
             let realised = estimate.covariance.trace();
             let ratio = |predicted: Vec<Matrix3<f64>>| (predicted[STEPS - 1].trace() / realised).ln().abs();
             plain_off.push(ratio(cpc.predicted(&before, &set, 0)));

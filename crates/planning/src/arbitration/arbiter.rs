@@ -73,7 +73,7 @@ pub(super) type CollisionCheck<'a> = dyn Fn(&Trajectory) -> Option<Collision> + 
 
 fn decide(context: &Context<'_>, scores: &Scores, first_collision: &CollisionCheck<'_>) -> Verdict {
     let Context { profile, scene, goal, candidates, .. } = *context;
-    let totals = total_costs(profile, scene.uncertain, candidates.steps(), scores);
+    let totals = total_costs(profile, scene, candidates.steps(), scores);
     let mut rejected: Vec<Option<Rejection>> =
         (0..candidates.len()).map(|i| reject_unseen(context, &totals, i)).collect();
     let to_go = scene.belief.pose.position().distance(goal);

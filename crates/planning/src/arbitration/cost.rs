@@ -3,6 +3,7 @@
 use crate::arbitration::Scores;
 use crate::numerics::ln;
 use crate::profile::{Normalisation, Profile, Term};
+use crate::scene::Scene;
 
 /// Greatest cost a term may add: a cost beyond it is as good as none, and no sum of terms overflows.
 const MAX_COST: f64 = 1e300;
@@ -42,11 +43,11 @@ impl Totals {
     }
 }
 
-/// Weighs the scores of a scene that is `uncertain` or not, of candidates with `steps` states each.
+/// Weighs the scores of candidates with `steps` states each, for the terms that count in `scene`.
 /// Under fixed scales a candidate's total depends on its own scores alone.
-pub fn total_costs(profile: &Profile, uncertain: bool, steps: usize, scores: &Scores) -> Totals {
+pub fn total_costs(profile: &Profile, scene: &Scene, steps: usize, scores: &Scores) -> Totals {
     let count = scores.len();
-    let active: Vec<(&str, &Term)> = profile.active_terms(uncertain).collect();
+    let active: Vec<(&str, &Term)> = profile.active_terms(scene.uncertain).collect();
     let complete: Vec<bool> =
         (0..count).map(|i| active.iter().all(|(name, _)| scores.cost(name, i).is_some())).collect();
     let raw: Vec<Vec<Option<f64>>> =
@@ -61,7 +62,7 @@ pub fn total_costs(profile: &Profile, uncertain: bool, steps: usize, scores: &Sc
             Normalisation::Fixed => (0.0, term.scale * steps as f64),
             Normalisation::MinMax | Normalisation::Entropy => span(&raw, &complete),
         };
-        let weight = term.weight * share;
+        let weight = profile.weight(term, scene.impatient) * share;
         let scaled = |raw: f64| Some(weight * ((raw - origin) / unit)).filter(|cost| *cost <= MAX_COST);
         let cost = raw.into_iter().map(|raw| raw.and_then(scaled)).collect();
         terms.push(TermCosts { term: name.to_owned(), cost });
@@ -108,7 +109,14 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::profile::Condition;
+    use crate::geometry::{Pose2, Twist};
+    use crate::scene::{Belief, People};
+
+    fn scene(uncertain: bool) -> Scene {
+        let (pose, twist) = (Pose2::default(), Twist::default());
+        let belief = Belief { pose, covariance: nalgebra::Matrix3::zeros(), twist };
+        Scene { uncertain, ..Scene::new(belief, People::default()) }
+    }
 
     fn scores(columns: &[(&str, &[f64])]) -> Scores {
         let mut scores = Scores::new(columns[0].1.len());
@@ -128,13 +136,11 @@ mod tests {
     #[test]
     fn by_entropy_a_term_counts_as_much_as_it_tells_candidates_apart() {
         let mut profile = profile(Normalisation::Entropy);
-        profile.terms = ["even", "flat", "sharp"]
-            .map(|name| (name.to_owned(), Term { scale: 1.0, weight: 1.0, when: Condition::Always }))
-            .into();
+        profile.terms = ["even", "flat", "sharp"].map(|name| (name.to_owned(), Term::new(1.0, 1.0))).into();
         // One candidate stands out under `sharp`; `even` spreads them; `flat` says nothing.
         let columns: [(&str, &[f64]); 3] =
             [("even", &[0.0, 1.0, 2.0, 3.0]), ("flat", &[7.0; 4]), ("sharp", &[9.0, 9.0, 9.0, 0.0])];
-        let totals = total_costs(&profile, true, 1, &scores(&columns));
+        let totals = total_costs(&profile, &scene(true), 1, &scores(&columns));
         let greatest = |term: usize| totals.terms[term].cost.iter().flatten().copied().fold(0.0, f64::max);
         // s of `even` is 1/2, 1/3, 1/6 and 0, its entropy 1.0114 of ln 4; s of `sharp` is 0, 0, 0 and 1.
         let [even, flat, sharp] = [0, 1, 2].map(greatest);
@@ -150,7 +156,10 @@ mod tests {
         for count in [0, 1] {
             let few = columns.map(|(name, costs)| (name, &costs[..count]));
             assert!(
-                total_costs(&profile, true, 1, &scores(&few)).total.iter().all(|total| *total == Some(0.0))
+                total_costs(&profile, &scene(true), 1, &scores(&few))
+                    .total
+                    .iter()
+                    .all(|total| *total == Some(0.0))
             );
         }
     }
@@ -179,23 +188,36 @@ mod tests {
         let profile = profile(Normalisation::Fixed);
         let s = scores(&[("cnc", &[1.378]), ("cpc", &[2.6]), ("distance", &[52.0])]);
         // K = 13: 1.378 / (13 * 0.106) = 1, 52 / (13 * 2) = 2, 2.6 / (13 * 0.1) = 2
-        let sure = total_costs(&profile, false, 13, &s).total[0].unwrap();
-        let unsure = total_costs(&profile, true, 13, &s).total[0].unwrap();
+        let sure = total_costs(&profile, &scene(false), 13, &s).total[0].unwrap();
+        let unsure = total_costs(&profile, &scene(true), 13, &s).total[0].unwrap();
         assert!((sure - 3.0).abs() < 1e-12 && (unsure - 5.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_term_that_gives_way_counts_less_while_the_robot_is_impatient() {
+        let mut profile = profile(Normalisation::Fixed);
+        profile.terms.get_mut("cnc").unwrap().gives_way = true;
+        profile.patience.share = 0.25;
+        let s = scores(&[("cnc", &[1.378]), ("distance", &[52.0])]);
+        let total = |impatient| {
+            let scene = Scene { impatient, ..scene(false) };
+            total_costs(&profile, &scene, 13, &s).total[0].unwrap()
+        };
+        assert!((total(false) - 3.0).abs() < 1e-12 && (total(true) - 2.25).abs() < 1e-12);
     }
 
     #[test]
     fn min_max_stretches_each_term_over_the_batch() {
         let profile = profile(Normalisation::MinMax);
         let s = scores(&[("cnc", &[0.5, 0.5, 0.5]), ("distance", &[10.0, 12.0, 11.0])]);
-        assert_eq!(total_costs(&profile, false, 13, &s).total, [Some(0.0), Some(1.0), Some(0.5)]);
+        assert_eq!(total_costs(&profile, &scene(false), 13, &s).total, [Some(0.0), Some(1.0), Some(0.5)]);
     }
 
     #[test]
     fn a_candidate_without_every_score_has_no_total_and_no_say_in_min_max() {
         let profile = profile(Normalisation::MinMax);
         let s = scores(&[("cnc", &[0.0, 1.0, f64::NAN]), ("distance", &[10.0, 12.0, 9999.0])]);
-        let totals = total_costs(&profile, false, 13, &s);
+        let totals = total_costs(&profile, &scene(false), 13, &s);
         assert_eq!(totals.total, [Some(0.0), Some(2.0), None]);
         assert_eq!(totals.missing_term(2), Some("cnc"));
         assert_eq!(totals.missing_term(1), None);
@@ -215,7 +237,7 @@ mod tests {
             let mut s = Scores::new(cnc.len());
             s.insert("cnc", 0, &cnc).unwrap();
             s.insert("distance", 0, &vec![distance; cnc.len()]).unwrap();
-            for total in total_costs(&profile, false, 13, &s).total.into_iter().flatten() {
+            for total in total_costs(&profile, &scene(false), 13, &s).total.into_iter().flatten() {
                 prop_assert!(total.is_finite());
                 prop_assert!(total >= 0.0);
             }
@@ -229,9 +251,9 @@ mod tests {
             let profile = Profile::default();
             let i = at.index(cnc.len());
             let distance: Vec<f64> = cnc.iter().map(|c| 10.0 - c).collect();
-            let all = total_costs(&profile, false, 13, &scores(&[("cnc", &cnc), ("distance", &distance)]));
+            let all = total_costs(&profile, &scene(false), 13, &scores(&[("cnc", &cnc), ("distance", &distance)]));
             let own = scores(&[("cnc", &cnc[i..=i]), ("distance", &distance[i..=i])]);
-            prop_assert_eq!(all.total[i], total_costs(&profile, false, 13, &own).total[0]);
+            prop_assert_eq!(all.total[i], total_costs(&profile, &scene(false), 13, &own).total[0]);
         }
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
-use crate::profile::Profile;
+use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, People, Scene};
 
-/// What the arbiter remembers between cycles to form scenes: the two hystereses, and where the robot has stayed. A new
-/// observer, as after a restart, is certain, knows no people, and has just come to where it is.
+/// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and how it
+/// comes nearer to its goal. A new observer, as after a restart, is certain, knows no people, and has just come to where it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observer {
     /// Whether the last scene was uncertain.
@@ -17,6 +17,8 @@ pub struct Observer {
     pub place: Option<Place>,
     /// Where something stands that only the driver sees, and since when the driver has not braked for it.
     pub unseen: Option<Place>,
+    /// How the robot comes nearer to its goal; nothing for a planner that never loses patience.
+    pub progress: Option<Progress>,
 }
 
 /// Somewhere that the robot came to.
@@ -28,16 +30,50 @@ pub struct Place {
     pub since: f64,
 }
 
+/// How a robot comes nearer to its goal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// The least distance to go so far, metres.
+    pub nearest: f64,
+    /// Seconds by which it lags behind the pace of [`Patience`].
+    pub lag: f64,
+    /// When it was observed last, seconds of the robot's clock.
+    pub stamp: f64,
+    /// Since when it is impatient.
+    pub impatient_since: Option<f64>,
+}
+
+impl Progress {
+    /// What follows from it at `stamp` with `to_go` metres left, after `in_place` seconds in one place.
+    fn next(&self, patience: &Patience, robot: &RobotModel, stamp: f64, to_go: f64, in_place: f64) -> Self {
+        // Stamps are sums of steps: a rounding error must not add a cycle.
+        let is_over = |seconds: f64, limit: f64| seconds >= limit - 1e-6;
+        let nearest = self.nearest.min(to_go);
+        let gained = (self.nearest - to_go).max(0.0);
+        let pace = patience.pace.min(0.5 * robot.v_max);
+        let lag = (self.lag + (stamp - self.stamp) - gained / pace).max(0.0);
+        let (lag, impatient_since) = match self.impatient_since {
+            Some(since) if !is_over(stamp - since, patience.lasts) && !is_over(in_place, patience.stands) => {
+                (0.0, Some(since))
+            }
+            None if is_over(lag, patience.after) && !is_over(in_place, patience.stands) => (0.0, Some(stamp)),
+            None => (lag, None),
+            Some(_) => (0.0, None),
+        };
+        Self { nearest, lag, stamp, impatient_since }
+    }
+}
+
 impl Observer {
-    /// The scene at `stamp` seconds of the robot's clock. `people` are all that the tracker reports, in
-    /// any order; the scene holds those inside the Working Zone, by ascending id.
+    /// The scene at `stamp` seconds of the robot's clock, with `to_go` metres left to the goal by the shortest way. `people`
+    /// are all that the tracker reports, in any order; the scene holds those inside the Working Zone, by ascending id.
     pub fn form_scene(
         &mut self,
         profile: &Profile,
         robot: &RobotModel,
-        tick: u64,
-        stamp: f64,
+        (tick, stamp): (u64, f64),
         belief: Belief,
+        to_go: f64,
         people: &People,
     ) -> Scene {
         self.uncertain = self.next_uncertain(profile, belief.uncertainty());
@@ -52,7 +88,10 @@ impl Observer {
         let stays = |place: &Place| place.position.distance(here) < radius && place.since <= stamp;
         let place = self.place.filter(stays).unwrap_or(Place { position: here, since: stamp });
         self.place = Some(place);
-        Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place: stamp - place.since }
+        let (uncertain, in_place) = (self.uncertain, stamp - place.since);
+        self.progress = self.next_progress(profile, robot, stamp, to_go, in_place);
+        let impatient = self.progress.is_some_and(|progress| progress.impatient_since.is_some());
+        Scene { tick, stamp, belief, people, uncertain, in_place, impatient }
     }
 
     /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at
@@ -68,6 +107,29 @@ impl Observer {
             let ahead = robot.radius() + People::UNSEEN_RADIUS;
             let position = pose.transform(Point2::new(ahead, 0.0));
             self.unseen = Some(Place { position, since: stamp });
+        }
+    }
+
+    /// How the robot comes nearer to its goal. It begins anew after a time without cycles, and where there has been no way.
+    fn next_progress(
+        &self,
+        profile: &Profile,
+        robot: &RobotModel,
+        stamp: f64,
+        to_go: f64,
+        in_place: f64,
+    ) -> Option<Progress> {
+        let patience = &profile.patience;
+        if patience.after <= 0.0 {
+            return None;
+        }
+        let is_recent = |last: &Progress| (0.0..=profile.hold.max_age).contains(&(stamp - last.stamp));
+        match self.progress.filter(is_recent) {
+            Some(last) => Some(last.next(patience, robot, stamp, to_go, in_place)),
+            None if to_go.is_finite() => {
+                Some(Progress { nearest: to_go, lag: 0.0, stamp, impatient_since: None })
+            }
+            None => None,
         }
     }
 
@@ -127,7 +189,7 @@ mod tests {
 
     fn form(observer: &mut Observer, trace: f64, at: &[(u32, f64)]) -> Scene {
         let (profile, robot) = (Profile::default(), RobotModel::default());
-        observer.form_scene(&profile, &robot, 7, 2.1, belief(trace), &people(at))
+        observer.form_scene(&profile, &robot, (7, 2.1), belief(trace), 9.0, &people(at))
     }
 
     #[test]
@@ -152,16 +214,57 @@ mod tests {
 
     #[test]
     fn time_in_a_place_counts_until_the_robot_has_left_it() {
-        let (mut observer, profile, robot) = Default::default();
+        let (mut observer, profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let mut seconds = |stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-            Observer::form_scene(&mut observer, &profile, &robot, 7, stamp, belief, &people(&[])).in_place
+            observer.form_scene(&profile, &robot, (7, stamp), belief, 9.0, &people(&[])).in_place
         };
         // The place is where it came to, not where it was last; half a metre away is another one.
         assert_eq!([seconds(2.0, 1.0), seconds(3.0, 1.4), seconds(4.0, 0.6)], [0.0, 1.0, 2.0]);
         assert_eq!([seconds(5.0, 1.6), seconds(6.0, 1.3)], [0.0, 1.0]);
         // The robot's clock has started over.
         assert_eq!([seconds(0.5, 1.3), seconds(1.0, 1.3)], [0.0, 0.5]);
+    }
+
+    #[test]
+    fn a_robot_that_comes_no_nearer_loses_patience_for_a_while() {
+        let (mut observer, mut profile, robot): (Observer, Profile, RobotModel) = Default::default();
+        let paper = profile.clone();
+        profile.hold.max_age = 2.0;
+        profile.patience = Patience { after: 2.0, pace: 0.4, lasts: 1.5, stands: 1.0, ..profile.patience };
+        let mut impatient = |profile: &Profile, stamp: f64, x: f64, to_go: f64| {
+            let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
+            observer.form_scene(profile, &robot, (7, stamp), belief, to_go, &people(&[])).impatient
+        };
+        // Seconds of the clock, where the robot is, metres to go, and whether it is impatient then.
+        for (stamp, x, to_go, expected) in [
+            (1.0, 0.0, 9.0, false),
+            // It lags for 1.5 s. 0.4 m make up for one of them; farther away, and where there is no way, for none.
+            (2.5, 1.0, 9.0, false),
+            (2.5, 2.0, 8.6, false),
+            (3.5, 3.0, 8.8, false),
+            (3.9, 4.0, f64::INFINITY, false),
+            (4.0, 5.0, 8.6, true),
+            // Whatever it gains now, it lasts for 1.5 s. Then it begins anew.
+            (5.4, 6.0, 5.0, true),
+            (5.5, 7.0, 5.0, false),
+            (6.5, 8.0, 5.0, false),
+            (7.5, 9.0, 5.0, true),
+            // It stands for 1 s, and gives way.
+            (8.4, 9.1, 5.0, true),
+            (8.5, 9.1, 5.0, false),
+            (9.9, 9.1, 5.0, false),
+            // Nothing was planned for longer than decisions hold.
+            (12.0, 9.1, 5.0, false),
+            (13.5, 11.0, 5.0, false),
+            (14.0, 12.0, 5.0, true),
+            // The robot's clock has started over.
+            (0.5, 13.0, 5.0, false),
+            (2.5, 14.0, 5.0, true),
+        ] {
+            assert_eq!(impatient(&profile, stamp, x, to_go), expected, "at {stamp} s");
+        }
+        assert!(!impatient(&paper, 2.6, 15.0, 5.0), "the paper's planner never is");
     }
 
     #[test]
@@ -176,7 +279,7 @@ mod tests {
         observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
         let mut people_at = |stamp: f64| {
             let belief = Belief { pose, ..belief(0.0) };
-            observer.form_scene(&profile, &robot, 7, stamp, belief, &people(&[(3, 1.0)])).people
+            observer.form_scene(&profile, &robot, (7, stamp), belief, 9.0, &people(&[(3, 1.0)])).people
         };
         let seen = people_at(5.0);
         assert_eq!(seen.id, [3, People::UNSEEN]);

@@ -94,7 +94,7 @@ mod tests {
     fn scene(people: People, variance: f64) -> Scene {
         let covariance = nalgebra::Matrix3::identity() * variance;
         let belief = Belief { pose: Pose2::new(1.0, 5.0, 0.0), covariance, twist: Twist::default() };
-        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 }
+        Scene::new(belief, people)
     }
 
     /// A robot that goes from (1, 5) to (4, 5).

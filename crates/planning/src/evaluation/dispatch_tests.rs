@@ -94,6 +94,7 @@ fn scene(r: &mut Rng, pose: Pose2, twist: Twist) -> Scene {
         people,
         uncertain: true,
         in_place: 0.0,
+        impatient: false,
     }
 }
 

@@ -109,7 +109,7 @@ mod tests {
             covariance: nalgebra::Matrix3::zeros(),
             twist: Twist::default(),
         };
-        Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: false, in_place: 0.0 }
+        Scene::new(belief, People::default())
     }
 
     fn points(of: &[[(f64, f64); 2]]) -> CandidateSet {

@@ -68,7 +68,7 @@ fn random_candidates(r: &mut Rng, count: usize, steps: usize, dt: f64, side: f64
 fn scene(people: People) -> Scene {
     let belief =
         Belief { pose: Pose2::default(), covariance: Matrix3::identity() * 0.01, twist: Twist::default() };
-    Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 }
+    Scene::new(belief, people)
 }
 
 fn evaluate(params: HccdmParams, people: &People, candidates: &CandidateSet) -> Vec<f64> {

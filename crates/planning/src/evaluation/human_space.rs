@@ -163,7 +163,7 @@ mod tests {
     fn scene(people: People) -> Scene {
         let covariance = nalgebra::Matrix3::zeros();
         let belief = Belief { pose: Pose2::default(), covariance, twist: Twist::default() };
-        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 }
+        Scene::new(belief, people)
     }
 
     /// A robot that stands at (x, y), or goes on along x with 0.8 m/s.

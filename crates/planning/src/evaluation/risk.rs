@@ -104,7 +104,7 @@ mod tests {
             covariance: nalgebra::Matrix3::zeros(),
             twist: Twist::default(),
         };
-        Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 }
+        Scene::new(belief, people)
     }
 
     fn person(x: f64, y: f64) -> People {

@@ -37,7 +37,7 @@ fn no_term_reads_a_column_that_it_does_not_declare() {
         Belief { pose: Pose2::default(), covariance: Matrix3::identity() * 0.04, twist: Twist::default() };
     // One near the way of each candidate.
     let people = People::walking(0.3, &[[3.0, 3.5, 0.2, -0.1], [1.5, 1.0, 0.0, 0.0], [6.0, 5.0, 0.0, 0.0]]);
-    let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true, in_place: 0.0 };
+    let scene = Scene { uncertain: true, ..Scene::new(belief, people) };
     let row = |scale: f64| (1..=20).map(|k| scale * f64::from(k)).collect::<Vec<f64>>();
     let all = States { x: row(0.3), y: row(0.29), heading: row(0.1), v: row(0.05), omega: row(0.03) };
     let candidates = CandidateSet::new(5, 0.3, vec![0, 1, 2, 3], all.clone()).unwrap();

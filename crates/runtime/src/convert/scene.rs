@@ -135,7 +135,15 @@ pub fn people_seen_from(robot: Pose2, mut p: wire::People) -> wire::People {
 pub fn scene(s: &wire::Scene) -> Scene {
     let belief = belief(&s.belief);
     let people = people(&s.people, belief.pose);
-    Scene { tick: s.tick, stamp: s.stamp, belief, people, uncertain: s.uncertain, in_place: s.in_place_s }
+    Scene {
+        tick: s.tick,
+        stamp: s.stamp,
+        belief,
+        people,
+        uncertain: s.uncertain,
+        in_place: s.in_place_s,
+        impatient: s.impatient,
+    }
 }
 
 /// A scene; `health` is that of the belief it was formed from.
@@ -147,6 +155,7 @@ pub fn scene_to_wire(s: &Scene, health: wire::Health) -> wire::Scene {
         people: people_to_wire(&s.people, s.tick, s.stamp),
         uncertain: s.uncertain,
         in_place_s: s.in_place,
+        impatient: s.impatient,
     }
 }
 

@@ -158,7 +158,8 @@ def check_variances(field: str, covariance: F64) -> None:
 class Scene(Message):
     """One moment as the planner sees it: the belief, the people in the map frame, whether localisation is uncertain.
 
-    ``in_place_s`` are the seconds for which the robot has not left the place where it is.
+    ``in_place_s`` are the seconds for which the robot has not left the place where it is. ``impatient`` says that it
+    has come no nearer to its goal for so long that terms which give way count less.
     """
 
     NAME: ClassVar[str] = "scene"
@@ -170,6 +171,7 @@ class Scene(Message):
     people: People
     uncertain: bool
     in_place_s: NonNegative
+    impatient: bool = False
 
     def check(self) -> None:
         """The people are in the map frame."""

@@ -107,7 +107,15 @@ pub fn particles() -> Particles {
 
 /// The belief and the people of one moment.
 pub fn scene() -> Scene {
-    Scene { tick: 42, stamp: 4.2, belief: belief(), people: people(), uncertain: true, in_place_s: 0.6 }
+    Scene {
+        tick: 42,
+        stamp: 4.2,
+        belief: belief(),
+        people: people(),
+        uncertain: true,
+        in_place_s: 0.6,
+        impatient: false,
+    }
 }
 
 fn laser() -> LaserModel {

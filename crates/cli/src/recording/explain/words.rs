@@ -73,6 +73,9 @@ fn decided(report: &CycleReport) -> Vec<String> {
     if scene.in_place_s >= IN_PLACE_S {
         lines.push(line("in_place", json!({ "time": scene.in_place_s })));
     }
+    if scene.impatient {
+        lines.push(line("impatient", json!({})));
+    }
     // That it has just followed them need not be said.
     if let Some(driven) = report.driven.as_ref().filter(|driven| driven.reason != CommandReason::Tracking) {
         let time = scene.stamp - driven.since;
@@ -198,6 +201,7 @@ mod tests {
         report.decision.reason = Reason::LastToCollide;
         report.rejected[0].why = Rejection::HitsPerson { person: UNSEEN_PERSON, after_s: 1.26 };
         report.scene.in_place_s = 4.04;
+        report.scene.impatient = true;
         let people = &mut report.scene.people;
         let near = people.id.len();
         let (x, y) = (report.scene.belief.x, report.scene.belief.y);
@@ -219,6 +223,7 @@ mod tests {
             format!("({:.3}); {near} people are near.", report.decision.uncertainty)
                 .replace('(', "(uncertainty "),
             "It also keeps clear of something unseen that the driver braked for, 0.5 m away.".to_owned(),
+            "It has come no nearer to its goal for too long:".to_owned(),
             "It has not left its place for 4.0 s;".to_owned(),
             "The others collide after 1.3 s at most.".to_owned(),
             "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %."

@@ -37,7 +37,7 @@ pub(super) fn evaluator(map: &StaticMap, laser: LaserModel) -> CpcEvaluator {
 
 pub(super) fn scene(covariance: Matrix3<f64>) -> Scene {
     let belief = Belief { pose: Pose2::default(), covariance, twist: Twist::default() };
-    Scene { tick: 0, stamp: 0.0, belief, people: People::default(), uncertain: true, in_place: 0.0 }
+    Scene { uncertain: true, ..Scene::new(belief, People::default()) }
 }
 
 pub(super) fn uncertain() -> Scene {

@@ -89,7 +89,7 @@ fn sharding_changes_no_cost() {
     let set = drives(&starts, 13, |i, _| Twist { v: 0.1 * (i % 9) as f64, omega: 0.05 * (i % 5) as f64 });
     let belief = Belief { pose: starts[0], covariance: Matrix3::identity() * 0.05, twist: Twist::default() };
     let people = People::default();
-    let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: true, in_place: 0.0 };
+    let scene = Scene { uncertain: true, ..Scene::new(belief, people) };
     let whole = term.evaluate(&scene, &set, &|| false).unwrap();
     let shards = [0..1, 1..8, 8..20].map(|range| term.evaluate(&scene, &set.pick(range), &|| false).unwrap());
     assert_eq!(whole, shards.concat());

@@ -218,7 +218,7 @@ mod tests {
             let covariance = nalgebra::Matrix3::identity() * 0.0025;
             let (pose, twist) = (Pose2::new(12.0, 11.0, 1.2), Twist { v: 0.6, omega: 0.0 });
             let belief = Belief { pose, covariance, twist };
-            let scene = Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 };
+            let scene = Scene::new(belief, people);
             let (params, previous) = (&params, None);
             let input = GenerationInput {
                 params,

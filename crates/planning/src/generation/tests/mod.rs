@@ -67,6 +67,7 @@ fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
         people: people.pick((0..people.len()).filter(near)),
         uncertain: false,
         in_place: 0.0,
+        impatient: false,
     }
 }
 

@@ -8,7 +8,7 @@ const RADIUS: f64 = 4.9;
 fn alone(pose: Pose2) -> Scene {
     let belief = Belief { pose, covariance: Matrix3::zeros(), twist: Twist::default() };
     let people = People { radius: 0.3, ..People::default() };
-    Scene { tick: 0, stamp: 0.0, belief, people, uncertain: false, in_place: 0.0 }
+    Scene::new(belief, people)
 }
 
 fn checker<'a>(map: &'a StaticMap, scene: &'a Scene) -> CollisionChecker<'a> {

@@ -39,6 +39,7 @@ impl Hall {
                 people: People { radius: 0.3, ..People::default() },
                 uncertain: false,
                 in_place: 0.0,
+                impatient: false,
             },
             map: StaticMap::new(grid),
             robot: RobotModel::default(),

@@ -36,7 +36,7 @@ fn exhaustive(hall: &Hall, candidates: &CandidateSet, scores: &Scores) -> Option
         hall.profile.forecast,
         &hall.profile.collision,
     );
-    let total = total_costs(&hall.profile, hall.scene.uncertain, STEPS, scores).total;
+    let total = total_costs(&hall.profile, &hall.scene, STEPS, scores).total;
     let free = (0..candidates.len())
         .filter(|&i| total[i].is_some() && checker.first_collision(&candidates.states(i), DT).is_none());
     let speed = |i: usize| candidates.all_states().v[candidates.range(i)].iter().sum::<f64>() / STEPS as f64;
