@@ -72,7 +72,7 @@ def test_a_scenario_changes_single_fields_and_leaves_its_tables_as_they_were(tmp
 def test_a_further_term_joins_those_of_the_profile(tmp_path: Path) -> None:
     profile = scenario(tmp_path, profile={"terms": {"comfort": {"scale": 1}}}).profile()
     assert profile["terms"].keys() == BUILT_IN["curionav"]["terms"].keys() | {"comfort"}
-    assert profile["terms"]["comfort"] == {"scale": 1.0, "weight": 1.0, "when": "always"}
+    assert profile["terms"]["comfort"] == {"scale": 1.0, "weight": 1.0, "when": "always", "gives_way": False}
     assert scenario(tmp_path).with_term("comfort", 2.0).profile()["terms"]["comfort"]["weight"] == 2.0
 
 
@@ -85,7 +85,8 @@ def test_a_profile_of_ones_own_is_completed_but_for_its_terms(tmp_path: Path) ->
     for profile in (scenario(tmp_path).profile(file), scenario(tmp_path).profile(str(file)),
                     scenario(tmp_path).profile(tables),
                     scenario(tmp_path, planner={"profile": "mine.toml"}).profile()):  # fmt: skip
-        assert profile["terms"] == {"distance": {"scale": 2.0, "weight": 1.0, "when": "always"}}
+        distance = {"scale": 2.0, "weight": 1.0, "when": "always", "gives_way": False}
+        assert profile["terms"] == {"distance": distance}
         assert (profile["name"], profile["steps"]) == ("mine", 20)
         assert profile["goal"] == BUILT_IN["curiosity"]["goal"] | {"arrive_distance": 1.0}
         assert profile["hold"] == BUILT_IN["curiosity"]["hold"]
