@@ -16,23 +16,17 @@ fn map() -> StaticMap {
 }
 
 fn scene(pose: Pose2, people: &[(f64, f64, f64, f64)]) -> Scene {
-    Scene {
-        tick: 0,
-        stamp: 0.0,
-        belief: Belief { pose, covariance: Matrix3::identity() * 0.01, twist: Twist::default() },
-        people: People {
-            id: (0..people.len() as u32).map(|i| 10 + i).collect(),
-            x: people.iter().map(|p| p.0).collect(),
-            y: people.iter().map(|p| p.1).collect(),
-            vx: people.iter().map(|p| p.2).collect(),
-            vy: people.iter().map(|p| p.3).collect(),
-            radius: 0.3,
-            ..People::default()
-        },
-        uncertain: false,
-        in_place: 0.0,
-        impatient: false,
-    }
+    let belief = Belief { pose, covariance: Matrix3::identity() * 0.01, twist: Twist::default() };
+    let people = People {
+        id: (0..people.len() as u32).map(|i| 10 + i).collect(),
+        x: people.iter().map(|p| p.0).collect(),
+        y: people.iter().map(|p| p.1).collect(),
+        vx: people.iter().map(|p| p.2).collect(),
+        vy: people.iter().map(|p| p.3).collect(),
+        radius: 0.3,
+        ..People::default()
+    };
+    Scene::new(belief, people)
 }
 
 /// Straight along +x from (5, 10) at `v` for 10 steps of 0.3 s.

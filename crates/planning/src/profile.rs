@@ -284,8 +284,8 @@ crate::parameters! {
 
 crate::parameters! {
     /// When the robot has come no nearer to its goal for too long. For a while it is then impatient: terms with
-    /// `gives_way` count less, so that it passes people from whom it would otherwise turn away. Then it is patient again,
-    /// and lets people pass.
+    /// `gives_way` count less, so that it passes people from whom it would otherwise turn away. Then it is patient
+    /// again, and lets people pass.
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct Patience {

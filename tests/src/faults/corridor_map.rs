@@ -52,6 +52,13 @@ fn profile(trees: u32) -> Profile {
     profile
 }
 
+/// Gives a mission another profile.
+pub(crate) fn change_profile(mission: &mut Mission, change: impl FnOnce(&mut Profile)) {
+    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
+    change(&mut profile);
+    mission.order.profile = convert::to_value(&profile).unwrap();
+}
+
 /// The mission to drive to the far end, with that many trees.
 pub(crate) fn mission(map: MapId, seed: u64, clock: Clock, trees: u32) -> Mission {
     let laser = LaserModel { range_max: 5.0, beams: 31, ..LaserModel::default() };

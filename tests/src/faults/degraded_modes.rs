@@ -5,8 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use curionav_planning::profile::{Profile, Term};
-use curionav_runtime::convert;
+use curionav_planning::profile::Term;
 use curionav_schemas::{Action, Clock, CommandReason, Decision, Degradation, Evaluated};
 
 use super::base::TICK;
@@ -44,10 +43,9 @@ impl Mode {
     fn with_foreign_term(fault: Option<Fault>, in_process: bool) -> Self {
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, 1001, Clock::Realtime, 1);
-        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        let term = Term::new(1.0, 1.0);
-        profile.terms.insert(FOREIGN.to_owned(), term);
-        mission.order.profile = convert::to_value(&profile).unwrap();
+        corridor_map::change_profile(&mut mission, |profile| {
+            profile.terms.insert(FOREIGN.to_owned(), Term::new(1.0, 1.0));
+        });
         let world = World::new(&fields, mission, in_process, [2, 2, 2]);
         world.start_replica((FOREIGN.to_owned(), format!("{FOREIGN}-0")));
         Self::in_world(world, fault)

@@ -6,11 +6,9 @@ use std::time::Duration;
 
 use curionav_arbiter::cycle;
 use curionav_arbiter::memory::Memory;
-use curionav_planning::profile::Profile;
 use curionav_planning::random::rng;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
-use curionav_runtime::convert;
 use curionav_schemas::Clock;
 
 use super::base::TICK;
@@ -109,9 +107,9 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
 fn a_robot_that_was_told_to_stop_has_not_stayed_for_want_of_a_way() {
     let (fields, map) = corridor_map::fields();
     let mut mission = corridor_map::mission(map, 1000, Clock::Lockstep, 1);
-    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-    (profile.patience.after, profile.patience.stands, profile.hold.max_age) = (2.5, 100.0, 4.0);
-    mission.order.profile = convert::to_value(&profile).unwrap();
+    corridor_map::change_profile(&mut mission, |profile| {
+        (profile.patience.after, profile.patience.stands, profile.hold.max_age) = (2.5, 100.0, 4.0);
+    });
     let world = World::new(&fields, mission, true, [0, 0, 0]);
     let seat = Arc::new(ArbiterSeat::default());
     let (context, pool) = ready(&world, seat);

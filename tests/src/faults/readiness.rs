@@ -5,10 +5,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use curionav_arbiter::readiness::await_pool;
-use curionav_planning::profile::{Profile, Term};
+use curionav_planning::profile::Term;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
-use curionav_runtime::convert;
 use curionav_schemas::{Clock, Refusal, Reject};
 
 use super::corridor_map;
@@ -34,10 +33,9 @@ impl PoolAtStart {
     fn outcome(&self) -> Option<(Result<(), Reject>, f64)> {
         let (fields, map) = corridor_map::fields();
         let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
-        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        let term = Term::new(1.0, 1.0);
-        profile.terms.insert(FOREIGN.to_owned(), term);
-        mission.order.profile = convert::to_value(&profile).unwrap();
+        corridor_map::change_profile(&mut mission, |profile| {
+            profile.terms.insert(FOREIGN.to_owned(), Term::new(1.0, 1.0));
+        });
         mission.has_run = self.has_run;
         let world = World::new(&fields, mission.clone(), self.in_process, self.pool);
         for i in 0..self.foreign {
@@ -133,10 +131,9 @@ fn a_replica_that_never_gets_ready_beside_one_that_is_holds_a_mission_up_for_fiv
 fn a_term_whose_name_is_no_part_of_a_key_is_refused_at_once() {
     let (fields, map) = corridor_map::fields();
     let mut mission = corridor_map::mission(map, 1000, Clock::Realtime, 1);
-    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-    let term = Term::new(1.0, 1.0);
-    profile.terms.insert("com/fort".to_owned(), term);
-    mission.order.profile = convert::to_value(&profile).unwrap();
+    corridor_map::change_profile(&mut mission, |profile| {
+        profile.terms.insert("com/fort".to_owned(), Term::new(1.0, 1.0));
+    });
     let refused = PlanContext::new(mission, &fields, true).err();
     assert_eq!(refused, Some(Refusal::NotAName { found: "com/fort".into() }.at("profile.terms")));
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use curionav_planning::profile::Profile;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::{Call, Peers, ZenohPeers};
 use curionav_runtime::convert;
@@ -16,6 +15,7 @@ use tokio::task::JoinSet;
 use super::figures::Figures;
 use super::pace::{Kept, measured, play};
 use super::site::{Layout, NOMINAL_LIMIT, POOL, Site, is_over_tls};
+use crate::faults::corridor_map::change_profile;
 
 /// Cycles of the robot that the burst lasts: 2.5 s at 10 Hz.
 const BURST_CYCLES: usize = 25;
@@ -51,9 +51,9 @@ fn burst(site: &mut Site) -> Kept<Figures> {
     let recorder = site.recorder();
     recorder.await_nominal("nominal before the burst", NOMINAL_LIMIT)?;
     let mut mission = recorder.mission();
-    let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-    (profile.generation.tree.iterations, profile.generation.tree.max_nodes) = (ITERATIONS, NODES);
-    mission.order.profile = convert::to_value(&profile).unwrap();
+    change_profile(&mut mission, |profile| {
+        (profile.generation.tree.iterations, profile.generation.tree.max_nodes) = (ITERATIONS, NODES);
+    });
     let context = Arc::new(recorder.context(mission));
     let moment = recorder.record().reports.last().unwrap().1.clone();
     let from = Instant::now();

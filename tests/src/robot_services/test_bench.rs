@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use curionav_planning::profile::Profile;
 use curionav_runtime::config::ServiceConfig;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
@@ -112,9 +111,9 @@ impl TestBench {
     /// The order of that mission, in which time passes as it does.
     pub(super) fn order(clock: Clock, require: &[&str]) -> MissionOrder {
         let mut mission = corridor_map::mission(corridor_map::fields().1, 1000, clock, 1);
-        let mut profile: Profile = convert::from_value("profile", &mission.order.profile).unwrap();
-        profile.terms.retain(|term, _| term == "distance");
-        mission.order.profile = convert::to_value(&profile).unwrap();
+        corridor_map::change_profile(&mut mission, |profile| {
+            profile.terms.retain(|term, _| term == "distance");
+        });
         mission.order.robot = ROBOT.to_owned();
         (mission.order.tick_s, mission.order.time_scale, mission.order.plan_every) = (0.1, 1.0, 1);
         mission.order.require = require.iter().map(|role| (*role).to_owned()).collect();

@@ -251,7 +251,8 @@ mod tests {
             let profile = Profile::default();
             let i = at.index(cnc.len());
             let distance: Vec<f64> = cnc.iter().map(|c| 10.0 - c).collect();
-            let all = total_costs(&profile, &scene(false), 13, &scores(&[("cnc", &cnc), ("distance", &distance)]));
+            let all = scores(&[("cnc", &cnc), ("distance", &distance)]);
+            let all = total_costs(&profile, &scene(false), 13, &all);
             let own = scores(&[("cnc", &cnc[i..=i]), ("distance", &distance[i..=i])]);
             prop_assert_eq!(all.total[i], total_costs(&profile, &scene(false), 13, &own).total[0]);
         }

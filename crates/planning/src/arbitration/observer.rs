@@ -6,7 +6,8 @@ use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, People, Scene};
 
 /// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and how it
-/// comes nearer to its goal. A new observer, as after a restart, is certain, knows no people, and has just come to where it is.
+/// comes nearer to its goal. A new observer, as after a restart, is certain, knows no people, and has just come to where
+/// it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observer {
     /// Whether the last scene was uncertain.
@@ -52,21 +53,22 @@ impl Progress {
         let gained = (self.nearest - to_go).max(0.0);
         let pace = patience.pace.min(0.5 * robot.v_max);
         let lag = (self.lag + (stamp - self.stamp) - gained / pace).max(0.0);
-        let (lag, impatient_since) = match self.impatient_since {
-            Some(since) if !is_over(stamp - since, patience.lasts) && !is_over(in_place, patience.stands) => {
-                (0.0, Some(since))
-            }
-            None if is_over(lag, patience.after) && !is_over(in_place, patience.stands) => (0.0, Some(stamp)),
-            None => (lag, None),
-            Some(_) => (0.0, None),
+        let is_wanted = match self.impatient_since {
+            Some(since) => !is_over(stamp - since, patience.lasts),
+            None => is_over(lag, patience.after),
         };
+        let is_impatient = is_wanted && !is_over(in_place, patience.stands);
+        let impatient_since = is_impatient.then(|| self.impatient_since.unwrap_or(stamp));
+        // What it lags behind begins anew with its impatience, and again with its end.
+        let lag = if is_impatient || self.impatient_since.is_some() { 0.0 } else { lag };
         Self { nearest, lag, stamp, impatient_since }
     }
 }
 
 impl Observer {
-    /// The scene at `stamp` seconds of the robot's clock, with `to_go` metres left to the goal by the shortest way. `people`
-    /// are all that the tracker reports, in any order; the scene holds those inside the Working Zone, by ascending id.
+    /// The scene at `stamp` seconds of the robot's clock, with `to_go` metres left to the goal by the shortest way.
+    /// `people` are all that the tracker reports, in any order; the scene holds those inside the Working Zone, by
+    /// ascending id.
     pub fn form_scene(
         &mut self,
         profile: &Profile,
@@ -110,7 +112,8 @@ impl Observer {
         }
     }
 
-    /// How the robot comes nearer to its goal. It begins anew after a time without cycles, and where there has been no way.
+    /// How the robot comes nearer to its goal. It begins anew after a time without cycles, and where there has been no
+    /// way.
     fn next_progress(
         &self,
         profile: &Profile,
@@ -124,13 +127,9 @@ impl Observer {
             return None;
         }
         let is_recent = |last: &Progress| (0.0..=profile.hold.max_age).contains(&(stamp - last.stamp));
-        match self.progress.filter(is_recent) {
-            Some(last) => Some(last.next(patience, robot, stamp, to_go, in_place)),
-            None if to_go.is_finite() => {
-                Some(Progress { nearest: to_go, lag: 0.0, stamp, impatient_since: None })
-            }
-            None => None,
-        }
+        let begun = Progress { nearest: to_go, lag: 0.0, stamp, impatient_since: None };
+        let last = self.progress.filter(is_recent).or(to_go.is_finite().then_some(begun))?;
+        Some(last.next(patience, robot, stamp, to_go, in_place))
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A

@@ -87,15 +87,7 @@ fn scene(r: &mut Rng, pose: Pose2, twist: Twist) -> Scene {
         ..People::default()
     };
     let covariance = Matrix3::from_diagonal(&Vector3::new(0.15, 0.1, 0.03));
-    Scene {
-        tick: 0,
-        stamp: 0.0,
-        belief: Belief { pose, covariance, twist },
-        people,
-        uncertain: true,
-        in_place: 0.0,
-        impatient: false,
-    }
+    Scene { uncertain: true, ..Scene::new(Belief { pose, covariance, twist }, people) }
 }
 
 /// Drives from anywhere, also outside the map.

@@ -60,15 +60,9 @@ pub(super) fn furnished() -> StaticMap {
 
 fn scene(tick: u64, pose: Pose2, twist: Twist, people: &People) -> Scene {
     let near = |i: &usize| people.position(*i).distance(pose.position()) <= 9.5;
-    Scene {
-        tick,
-        stamp: 0.1 * tick as f64,
-        belief: Belief { pose, covariance: Matrix3::identity() * 0.0025, twist },
-        people: people.pick((0..people.len()).filter(near)),
-        uncertain: false,
-        in_place: 0.0,
-        impatient: false,
-    }
+    let people = people.pick((0..people.len()).filter(near));
+    let belief = Belief { pose, covariance: Matrix3::identity() * 0.0025, twist };
+    Scene { tick, stamp: 0.1 * tick as f64, ..Scene::new(belief, people) }
 }
 
 /// A generator with its parameters.

@@ -26,21 +26,15 @@ impl Hall {
         let mut profile = Profile::default();
         profile.terms.values_mut().for_each(|term| term.weight = 1.0);
         let grid = OccupancyGrid::new(80, 80, 0.5, Pose2::default(), vec![0; 80 * 80]).unwrap();
+        let belief = Belief {
+            pose: Pose2::new(20.0, 20.0, 0.0),
+            covariance: Matrix3::identity() * 0.001,
+            twist: Twist { v: 0.8, omega: 0.0 },
+        };
+        let people = People { radius: 0.3, ..People::default() };
         Self {
             profile,
-            scene: Scene {
-                tick: 3,
-                stamp: 0.3,
-                belief: Belief {
-                    pose: Pose2::new(20.0, 20.0, 0.0),
-                    covariance: Matrix3::identity() * 0.001,
-                    twist: Twist { v: 0.8, omega: 0.0 },
-                },
-                people: People { radius: 0.3, ..People::default() },
-                uncertain: false,
-                in_place: 0.0,
-                impatient: false,
-            },
+            scene: Scene { tick: 3, stamp: 0.3, ..Scene::new(belief, people) },
             map: StaticMap::new(grid),
             robot: RobotModel::default(),
             goal: Point2::new(35.0, 20.0),
