@@ -1,8 +1,8 @@
 //! Asking a generator for candidates.
 
-use crate::check::{checks, count, id, number, optional, parameters, part};
-use crate::limits::MAX_BUDGET_MS;
-use crate::{CandidateSet, LaserModel, MapId, RobotModel, Scene, Tree};
+use crate::check::{checks, count, fraction, id, list, number, optional, parameters, part};
+use crate::limits::{MAX_BUDGET_MS, MAX_LIST};
+use crate::{CandidateSet, Clock, LaserModel, MapId, RobotModel, Scene, Tree};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,43 @@ pub struct GenerateRequest {
     pub laser: LaserModel,
     /// The generator's parameters: a map.
     pub params: Value,
+    /// What the generator is to send besides its answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub offers: Option<OffersTo>,
 }
+
+/// Evaluators that are asked at the same time, and wait for their parts of the candidates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OffersTo {
+    /// How the robot's time passes: in real time an offer is dropped rather than stalling a link.
+    pub clock: Clock,
+    /// Who waits for which part.
+    pub to: Vec<OfferTo>,
+}
+
+checks! { offers: OffersTo {
+    to: list(MAX_LIST, part);
+}}
+
+/// Who waits for which part of the candidates.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OfferTo {
+    /// The term.
+    pub term: String,
+    /// Which of its replicas.
+    pub instance: String,
+    /// Number of the shard in the question to that replica.
+    pub shard: u32,
+    /// Share of the candidates that come before the shard.
+    pub from: f64,
+    /// The same with the shard. It has the candidates from `round(from * count)` up to `round(to * count)`.
+    pub to: f64,
+}
+
+checks! { part: OfferTo {
+    term, instance: id;
+    from, to: fraction;
+}}
 
 checks! { request: GenerateRequest {
     budget_ms: count(0, MAX_BUDGET_MS as usize);
@@ -49,6 +85,7 @@ checks! { request: GenerateRequest {
     robot_model: part;
     laser: part;
     params: parameters;
+    offers: optional(part);
 }}
 
 /// Candidates, and the tree to hand back next time.
@@ -68,6 +105,9 @@ pub struct GenerateReply {
     pub elapsed_us: u64,
     /// Whether the budget ended its growth: another machine would have grown another tree.
     pub cut: bool,
+    /// Whether the candidates have gone to all that wait for them ([`GenerateRequest::offers`]).
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub offered: bool,
 }
 
 checks! { reply: GenerateReply {

@@ -63,6 +63,25 @@ pub fn questions(role: &str, instance: &str) -> Result<String, KeyError> {
     Ok(format!("{}/{instance}/*", pool_of(role)?))
 }
 
+/// Where `generator` sends `robot`'s candidates to one replica of a term, which has been asked about them.
+pub fn offer(generator: &str, robot: &str, term: &str, instance: &str) -> Result<String, KeyError> {
+    [generator, robot, term, instance].into_iter().try_for_each(check_id)?;
+    Ok(format!("{ROOT}/offer/{generator}/{robot}/{term}/{instance}"))
+}
+
+/// Where one replica of a term gets candidates from every generator, about every robot.
+pub fn offers(term: &str, instance: &str) -> Result<String, KeyError> {
+    [term, instance].into_iter().try_for_each(check_id)?;
+    Ok(format!("{ROOT}/offer/*/*/{term}/{instance}"))
+}
+
+/// The (generator, robot) that an offer's key names; nothing if it is the key of something else.
+pub fn offerer(key: &str) -> Option<(&str, &str)> {
+    let names = key.strip_prefix(ROOT)?.strip_prefix("/offer/")?;
+    let mut names = names.split('/').filter(|name| check_id(name).is_ok());
+    Some((names.next()?, names.next()?))
+}
+
 /// The robot that a question's key names; nothing if its last chunk is not a plain name.
 pub fn asker(key: &str) -> Option<&str> {
     key.rsplit_once('/').map(|(_, robot)| robot).filter(|robot| check_id(robot).is_ok())
@@ -138,6 +157,8 @@ mod tests {
         assert_eq!(question("cpc", "a", "r1").unwrap(), "curionav/@v1/evaluate/cpc/a/r1");
         assert_eq!(questions("generator", "g-0").unwrap(), "curionav/@v1/generate/g-0/*");
         assert_eq!(questions("cnc", "a").unwrap(), "curionav/@v1/evaluate/cnc/a/*");
+        assert_eq!(offer("g-0", "r1", "cpc", "a").unwrap(), "curionav/@v1/offer/g-0/r1/cpc/a");
+        assert_eq!(offers("cpc", "a").unwrap(), "curionav/@v1/offer/*/*/cpc/a");
         assert_eq!(map(&MapId([0xab; 32])), format!("curionav/@v1/map/{}", "ab".repeat(32)));
         assert_eq!(world("w", "run").unwrap(), "curionav/@v1/world/w/run");
         assert_eq!(live("arbiter", "x_1").unwrap(), "curionav/@v1/live/arbiter/x_1");
@@ -160,6 +181,14 @@ mod tests {
         for key in [&questions("cpc", "a").unwrap(), "curionav/@v1/evaluate/cpc/a/**", "curionav/@v1/x/R", ""]
         {
             assert_eq!(asker(key), None, "{key}");
+        }
+    }
+
+    #[test]
+    fn an_offer_names_its_generator_and_robot() {
+        assert_eq!(offerer(&offer("g-0", "r1", "cpc", "a").unwrap()), Some(("g-0", "r1")));
+        for key in [&offers("cpc", "a").unwrap(), &question("cpc", "a", "r1").unwrap(), ""] {
+            assert_eq!(offerer(key), None, "{key}");
         }
     }
 

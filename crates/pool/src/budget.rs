@@ -40,6 +40,14 @@ impl Budget {
         Self::new(now, mission, |both| (began + both).saturating_sub(now).max(both.mul_f64(LEAST)))
     }
 
+    /// For a question that is asked `now`, ahead of its candidates: how long its answer is waited for, and the milliseconds
+    /// that it has from when they are there, if both stages take what they usually take.
+    pub fn ahead(now: Duration, mission: &Mission, stages: &StageTimes) -> (Duration, u32) {
+        let generation = Self::of_generation(now, mission, stages).total;
+        let evaluation = Self::of_evaluation(now, now + generation, mission).total;
+        (generation + evaluation, Self::ms(evaluation / 2))
+    }
+
     /// In lockstep a slow machine must never change a decision, so a budget only catches what hangs.
     fn new(start: Duration, mission: &Mission, share: impl Fn(Duration) -> Duration) -> Self {
         let order = &mission.order;

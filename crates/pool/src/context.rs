@@ -109,6 +109,12 @@ impl PlanContext {
         terms.map(|(m, _)| m.as_str()).filter(|m| !terms::is_local(m))
     }
 
+    /// Terms asked of pools in a scene, in order.
+    pub fn active_pool_terms(&self, scene: &planning::Scene) -> Vec<String> {
+        let active = self.profile.active_terms(scene.uncertain).map(|(term, _)| term);
+        active.filter(|term| !terms::is_local(term)).map(str::to_owned).collect()
+    }
+
     /// All pools that are asked: the generators', then those of the terms.
     pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
         std::iter::once(keys::GENERATOR).chain(self.pool_terms())
@@ -165,7 +171,7 @@ impl PlanContext {
         index: usize,
         tree: Option<&Tree>,
         previous: &[Pose2],
-    ) -> GenerateQuestion {
+    ) -> GenerateQuestion<'static> {
         self.fields.generate(id, scene, tree, previous, (self.tree_seed(index), self.profile.iterations()))
     }
 
@@ -199,12 +205,17 @@ impl PlanContext {
 
     /// Questions without candidates: a replica that answers one is warm.
     pub fn warm_up(&self) -> EvaluateQuestions<'_> {
+        self.questions_ahead((0, 0), &self.empty_scene())
+    }
+
+    /// Questions of cycle `id` before there are candidates.
+    pub fn questions_ahead(&self, id: (u64, u64), scene: &Scene) -> EvaluateQuestions<'_> {
         let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
-        self.fields.evaluate((0, 0), &self.empty_scene(), Cow::Owned(none))
+        self.fields.evaluate(id, scene, Cow::Owned(none))
     }
 
     /// A question for no growth at all: a replica that answers it is warm.
-    pub fn warm_up_generator(&self) -> GenerateQuestion {
+    pub fn warm_up_generator(&self) -> GenerateQuestion<'static> {
         self.fields.generate((0, 0), &self.empty_scene(), None, &[], (self.tree_seed(0), 0))
     }
 

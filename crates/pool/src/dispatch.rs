@@ -4,30 +4,46 @@
 //! answers changes nothing about the result.
 
 use std::ops::Range;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use curionav_planning::generation::Generated;
 use curionav_runtime::convert;
+use curionav_runtime::locked::locked;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{GenerateReply, Scores, keys};
 use futures_util::StreamExt;
 use futures_util::stream::FuturesUnordered;
 
+use crate::ahead::{Ahead, Early};
 use crate::budget::Budget;
+use crate::parts::{part_of, shares};
 use crate::peers::{Call, Peers};
 use crate::pool::{Answer, Pool};
 use crate::question::{EvaluateQuestion, EvaluateQuestions, GenerateQuestion};
 
-/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle; also says whether the
-/// budget has cut its growth short, as [`PlanContext::generate`](crate::context::PlanContext::generate) does.
+/// What a generator has answered.
+#[derive(Debug)]
+pub struct Grown {
+    /// Candidates and tree.
+    pub generated: Generated,
+    /// Whether the budget has cut its growth short, as
+    /// [`PlanContext::generate`](crate::context::PlanContext::generate) says it.
+    pub cut: bool,
+    /// Whether it has offered the candidates to those that wait for them.
+    pub offered: bool,
+}
+
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
     robot: &str,
-    question: &GenerateQuestion,
+    question: &GenerateQuestion<'_>,
     index: usize,
     shape: (usize, f64),
     budget: Budget,
-) -> Option<(Generated, bool)> {
+) -> Option<Grown> {
     // Each tree has its own, which has prepared for the goal; any other takes over the tree, which travels with the
     // request.
     let preferred = {
@@ -48,7 +64,7 @@ fn usable(
     instance: &str,
     (epoch, seq): (u64, u64),
     shape: (usize, f64),
-) -> Result<Answer<(Generated, bool)>, AskError> {
+) -> Result<Answer<Grown>, AskError> {
     let busy = Duration::from_micros(reply.elapsed_us);
     if (reply.epoch, reply.seq, reply.instance.as_str()) != (epoch, seq, instance) {
         return Err(AskError::Malformed("candidates of another cycle or replica".into()));
@@ -58,8 +74,9 @@ fn usable(
         return Err(AskError::Malformed("candidates of another shape".into()));
     }
     let count = candidates.len();
-    let value = (Generated { candidates, tree: convert::tree(reply.tree) }, reply.cut);
-    Ok(Answer { count, value, busy })
+    let generated = Generated { candidates, tree: convert::tree(reply.tree) };
+    let value = Grown { generated, cut: reply.cut, offered: reply.offered };
+    Ok(Answer { count, value, busy, ahead: None })
 }
 
 /// Scores of one shard.
@@ -75,34 +92,49 @@ pub struct Shard {
     pub elapsed: Duration,
 }
 
-/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once.
+/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once. Those that
+/// were asked `ahead` have been offered the candidates.
 pub async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     terms: &[String],
     robot: &str,
     questions: &EvaluateQuestions<'_>,
     budget: Budget,
+    ahead: Ahead<'_>,
 ) -> Vec<Shard> {
     let count = questions.count();
     let started = pool.peers.now();
     pool.replicas().wake(started);
+    pool.replicas().count_batch(count);
     let mut work = Vec::new();
+    let (mut early, asked) = (ahead.0, |early: &[Early<'_>], term: &str| early.iter().any(|e| e.part.term == term));
     for term in terms {
+        if asked(&early, term) {
+            for early in early.extract_if(.., |early| early.part.term == *term) {
+                let range = part_of(count, (early.part.from, early.part.to));
+                if !range.is_empty() {
+                    let (instance, index) = (early.part.instance.clone(), early.part.shard);
+                    work.push((range.len() as f64, term, instance, index, range, Some(early)));
+                }
+            }
+            continue;
+        }
         let slots = pool.replicas().choose_slots(term, robot, count);
         let speeds: Vec<f64> = slots.iter().map(|slot| slot.speed).collect();
-        for (index, (slot, range)) in slots.into_iter().zip(shards(count, &speeds)).enumerate() {
+        for (index, (slot, share)) in slots.into_iter().zip(shares(&speeds)).enumerate() {
+            let range = part_of(count, share);
             if !range.is_empty() {
-                work.push((range.len() as f64 / slot.speed, term, slot.instance, index as u32, range));
+                work.push((range.len() as f64 / slot.speed, term, slot.instance, index as u32, range, None));
             }
         }
     }
     // What takes longest goes first: questions leave one after the other.
     work.sort_by(|a, b| b.0.total_cmp(&a.0));
     let open = FuturesUnordered::new();
-    for (_, term, first, index, range) in work {
+    for (_, term, first, index, range, early) in work {
         let question = questions.shard(term, index, range.clone());
         open.push(async move {
-            let cost = evaluate_shard(pool, term, robot, first, &question, budget).await;
+            let cost = evaluate_shard(pool, term, robot, (first, early), &question, budget).await;
             Shard { term: term.clone(), range, cost, elapsed: pool.peers.now() - started }
         });
     }
@@ -115,60 +147,39 @@ async fn evaluate_shard<P: Peers>(
     pool: &Pool<P>,
     term: &str,
     robot: &str,
-    first: String,
+    (first, early): (String, Option<Early<'_>>),
     question: &EvaluateQuestion<'_>,
     budget: Budget,
 ) -> Option<Vec<f64>> {
-    let ask = |instance: String, timeout: Duration| async move {
-        let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
-        let scores = pool.peers.evaluate(term, call, question).await?;
-        if !fits(&scores, question, term, &instance) {
-            return Err(AskError::Malformed("scores are not for this shard".into()));
+    let ahead = early.as_ref().map(|early| early.sent);
+    let (early, was_of_use) = (Mutex::new(early), AtomicBool::new(ahead.is_none()));
+    let ask = |instance: String, timeout: Duration| {
+        // The first that is asked is the one that has been.
+        let (early, was_of_use) = (locked(&early).take(), &was_of_use);
+        async move {
+            let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
+            let ahead = early.as_ref().and(ahead);
+            let scores = match early {
+                Some(early) => early.answer().await?,
+                None => pool.peers.evaluate(term, call, question).await?,
+            };
+            if !fits(&scores, question, term, &instance) {
+                return Err(AskError::Malformed("scores are not for this shard".into()));
+            }
+            was_of_use.fetch_or(ahead.is_some(), Ordering::Relaxed);
+            let busy = Duration::from_micros(scores.elapsed_us);
+            Ok(Answer { count: scores.cost.len(), value: scores.cost.0, busy, ahead })
         }
-        let busy = Duration::from_micros(scores.elapsed_us);
-        Ok(Answer { count: scores.cost.len(), value: scores.cost.0, busy })
     };
-    pool.first_answer(term, first, budget, ask).await
+    let answer = pool.first_answer(term, first, budget, ask).await;
+    if !was_of_use.into_inner() {
+        pool.replicas().failed_ahead(term);
+    }
+    answer
 }
 
 fn fits(scores: &Scores, question: &EvaluateQuestion<'_>, term: &str, instance: &str) -> bool {
     (scores.epoch, scores.seq, scores.shard) == question.id()
         && (scores.term.as_str(), scores.instance.as_str()) == (term, instance)
         && scores.cost.len() == question.count()
-}
-
-/// Contiguous ranges that cover `count` candidates, one per slot, proportional to its speed.
-fn shards(count: usize, speeds: &[f64]) -> Vec<Range<usize>> {
-    let total: f64 = speeds.iter().sum();
-    let (mut covered, mut start) = (0.0, 0);
-    let range = |(index, speed): (usize, &f64)| {
-        covered += speed;
-        let last = index + 1 == speeds.len();
-        let end = if last { count } else { ((covered / total * count as f64).round() as usize).min(count) };
-        std::mem::replace(&mut start, end)..end
-    };
-    speeds.iter().enumerate().map(range).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards_cover_every_candidate_once_whatever_the_speeds() {
-        for count in [1, 15, 16, 31, 100, 2000] {
-            for slots in 1..9 {
-                let speeds: Vec<f64> = (0..slots).map(|i| 1.0 + f64::from(i * i) * 7.3).collect();
-                let all: Vec<usize> = shards(count, &speeds).into_iter().flatten().collect();
-                assert_eq!(all, (0..count).collect::<Vec<_>>(), "{count} over {slots}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_shard_is_as_long_as_its_slot_is_fast() {
-        assert_eq!(shards(100, &[1.0, 1.0, 1.0]), vec![0..33, 33..67, 67..100]);
-        // 3 of 4 and 1 of 4
-        assert_eq!(shards(100, &[300.0, 100.0]), vec![0..75, 75..100]);
-    }
 }

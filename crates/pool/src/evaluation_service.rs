@@ -1,11 +1,12 @@
 //! One evaluator as a service.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use curionav_planning::terms;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
-use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
+use curionav_runtime::serve::{Asked, Offers};
+use curionav_schemas::{CandidateShard, EvaluateRequest, Refusal, Reject, Scores, keys};
 
 use crate::evaluators::evaluator;
 use crate::pool_service;
@@ -15,14 +16,32 @@ use curionav_runtime::fields::Fields;
 /// need is there.
 pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
-    let answer = move |fields: &Fields, request: EvaluateRequest, came: Instant| {
-        let scores = answer(term, &instance, fields, request, slots, &|| came.elapsed())?;
-        Ok((scores.cost.len(), scores))
+    // A question that waits would keep the thread that asks.
+    let takes_offers = !start.config.takes_turns;
+    let offers = || keys::offers(term, &start.config.instance);
+    let offers = takes_offers.then(offers).transpose();
+    let answer = move |fields: &Fields, request: EvaluateRequest, asked: Asked<'_>| {
+        let scores = answer(term, &instance, fields, request, slots, &|| asked.came.elapsed())?;
+        Ok((scores.cost.len(), Scores { takes_offers, ..scores }))
     };
     let budget = |request: &EvaluateRequest| {
         (request.candidates.count > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(term, "Candidates scored", start, budget, answer))
+    Box::pin(async move {
+        let offers = offers?.map(|key| Offers { key, awaits, complete });
+        pool_service::run(term, "Candidates scored", start, budget, offers, answer).await
+    })
+}
+
+/// The generator whose candidates a question waits for, and the number of the question.
+pub fn awaits(request: &EvaluateRequest) -> Option<(&str, (u64, u64, u32))> {
+    let from = request.offered_by.as_deref().filter(|_| request.candidates.count == 0)?;
+    Some((from, (request.epoch, request.seq, request.shard)))
+}
+
+/// Completes a question that has waited.
+pub fn complete(request: &mut EvaluateRequest, candidates: CandidateShard) {
+    request.candidates = candidates;
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A
@@ -36,6 +55,9 @@ pub fn answer(
     slots: u32,
     elapsed: &dyn Fn() -> Duration,
 ) -> Result<Scores, Reject> {
+    if awaits(&request).is_some() {
+        return Err(Refusal::TooFew { found: 0, least: 1 }.at("candidates.count"));
+    }
     let budget = Duration::from_millis(request.budget_ms.into());
     let should_stop = || elapsed() > budget;
     let warms_up = request.candidates.count == 0;
@@ -57,6 +79,7 @@ pub fn answer(
         cost: cost.into(),
         elapsed_us: elapsed().as_micros() as u64,
         slots,
+        takes_offers: false,
     })
 }
 
@@ -67,7 +90,7 @@ mod tests {
     use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use curionav_planning::profile::Profile;
     use curionav_planning::terms::Task;
-    use curionav_schemas::{CandidateShard, MapId, Message};
+    use curionav_schemas::{MapId, Message};
     use curionav_testing::golden;
 
     use super::*;

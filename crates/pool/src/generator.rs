@@ -1,15 +1,21 @@
 //! The trajectory generators in their two homes, as `evaluators` does for evaluators.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::parameters::Range;
 use curionav_planning::terms::DerivedFields;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
-use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject, keys};
+use curionav_runtime::query::{Urgency, tell};
+use curionav_runtime::serve::Asked;
+use curionav_schemas::{
+    GenerateReply, GenerateRequest, Offer, OfferTo, OffersTo, Refusal, Reject, keys,
+};
 
+use crate::parts::offer;
 use crate::pool_service;
 use curionav_runtime::fields::Fields;
 
@@ -28,25 +34,35 @@ curionav_planning::parameters! {
 /// Serves questions. A request for no growth warms the replica: it is answered once every field the request
 /// would need is there.
 pub fn run(start: Start<'_>) -> Running<'_> {
-    let instance = start.config.instance.clone();
-    let answer = move |fields: &Fields, request: GenerateRequest, came: Instant| {
-        let reply = answer(&instance, fields, request, &|| came.elapsed())?;
-        Ok((reply.candidates.count as usize, reply))
+    let (instance, session) = (start.config.instance.clone(), start.session.clone());
+    let answer = move |fields: &Fields, mut request: GenerateRequest, asked: Asked<'_>| {
+        let order = request.offers.take();
+        let (mut reply, candidates) = answer(&instance, fields, request, &|| asked.came.elapsed())?;
+        if let Some(OffersTo { clock, to }) = order {
+            let send = |part: &OfferTo| {
+                let Some(offer) = offer((reply.epoch, reply.seq), &candidates, part) else { return true };
+                let key = keys::offer(&instance, asked.robot, &part.term, &part.instance);
+                key.is_ok_and(|key| tell::<Offer>(&session, &key, offer, Urgency::Shard { clock }))
+            };
+            reply.offered = to.iter().fold(true, |all, part| send(part) && all);
+        }
+        Ok((candidates.len(), reply))
     };
     let budget = |request: &GenerateRequest| {
         (request.iterations > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, answer))
+    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, None, answer))
 }
 
-/// The answer of `instance`, within the budget of `request`, of which some has `elapsed`. A request for no growth derives
-/// what such requests need; any other for which it has not been derived is refused as cold, at once.
+/// The answer of `instance`, and its candidates once more, within the budget of `request`, of which some has `elapsed`. A
+/// request for no growth derives what such requests need; any other for which it has not been derived is refused as cold,
+/// at once.
 pub fn answer(
     instance: &str,
     fields: &Fields,
     request: GenerateRequest,
     elapsed: &dyn Fn() -> Duration,
-) -> Result<GenerateReply, Reject> {
+) -> Result<(GenerateReply, CandidateSet), Reject> {
     let budget = Duration::from_millis(request.budget_ms.into()).as_secs_f64().max(1e-6);
     let spent = || elapsed().as_secs_f64() / budget;
     let warms_up = request.iterations == 0;
@@ -85,7 +101,7 @@ pub fn answer(
     };
     let tree = request.tree.map(convert::tree);
     let (generated, cut) = kind.generate(&input, tree, &spent);
-    Ok(GenerateReply {
+    let reply = GenerateReply {
         epoch: request.epoch,
         seq: request.seq,
         instance: instance.to_owned(),
@@ -93,7 +109,9 @@ pub fn answer(
         tree: convert::tree_to_wire(generated.tree),
         elapsed_us: (elapsed() - started).as_micros() as u64,
         cut,
-    })
+        offered: false,
+    };
+    Ok((reply, generated.candidates))
 }
 
 #[cfg(test)]
@@ -142,7 +160,7 @@ mod tests {
         for kind in generation::GENERATORS {
             // What warms a replica up.
             let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
-            let tree = answer("a", &fields, request, &Duration::default).unwrap().tree;
+            let tree = answer("a", &fields, request, &Duration::default).unwrap().0.tree;
             assert!(convert::tree(tree).is_sound(), "{}", kind.name);
         }
         let answered = |generator: &str, is_short: bool| {
@@ -152,7 +170,7 @@ mod tests {
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
             let elapsed = || Duration::from_secs(u64::from(asked.replace(true) && is_short));
-            let reply = answer("a", &fields, request, &elapsed).unwrap();
+            let (reply, _) = answer("a", &fields, request, &elapsed).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.parent.len() + reply.candidates.count as usize
         };

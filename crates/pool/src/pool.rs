@@ -53,6 +53,8 @@ pub(crate) struct Answer<T> {
     pub(crate) count: usize,
     /// What the replica says it took; the way is not its fault.
     pub(crate) busy: Duration,
+    /// When it was asked, if that was ahead of its candidates.
+    pub(crate) ahead: Option<Duration>,
 }
 
 /// Takes a question off the books of its replica, however it ends.
@@ -216,9 +218,14 @@ impl<P: Peers> Pool<P> {
         drop(in_flight);
         let value = outcome.map(|answer| {
             // No replica can have been busy for longer than the answer took.
-            let took = self.peers.now().saturating_sub(sent);
-            let busy = answer.busy.min(took);
-            self.replicas().answered(role, &instance, answer.count, busy, took - busy);
+            let now = self.peers.now();
+            let waited = now.saturating_sub(sent);
+            let busy = answer.busy.min(answer.ahead.map_or(waited, |asked| now.saturating_sub(asked)));
+            let mut replicas = self.replicas();
+            match answer.ahead {
+                Some(_) => replicas.answered_ahead(role, &instance, answer.count, busy, waited),
+                None => replicas.answered(role, &instance, answer.count, busy, waited - busy),
+            }
             answer.value
         });
         (instance, value)
@@ -290,7 +297,9 @@ impl<P: Peers> Pool<P> {
             return self.peers.generate(call, &context.warm_up_generator()).await.map(|_| 1);
         }
         let warm_up = context.warm_up();
-        Ok(self.peers.evaluate(&probe.role, call, &warm_up.shard(&probe.role, 0, 0..0)).await?.slots)
+        let scores = self.peers.evaluate(&probe.role, call, &warm_up.shard(&probe.role, 0, 0..0)).await?;
+        self.replicas().takes_offers(&probe.role, instance, scores.takes_offers);
+        Ok(scores.slots)
     }
 }
 
@@ -331,7 +340,7 @@ mod tests {
 
         async fn membership_changed(&self) {}
 
-        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
             Err(AskError::NoReply)
         }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use curionav_runtime::metrics::{Counter, Metrics};
 use curionav_runtime::process::Start;
-use curionav_runtime::serve::{refusals, serve_in_time};
+use curionav_runtime::serve::{Asked, Offers, refusals, serve_in_time};
 use curionav_runtime::status::announce_service;
 use curionav_schemas::{Message, Refusal, Reject, keys};
 
@@ -17,7 +17,7 @@ use curionav_runtime::fields::Fields;
 /// a built-in profile and no people.
 const WARM_UP_BYTES: usize = 256 << 10;
 
-/// Serves `role`. `answer` is told when the question came, and also gives how many candidates are in the answer: they
+/// Serves `role`, whose questions may wait for `offers`. `answer` is told who asks and when the question came, and also gives how many candidates are in the answer: they
 /// are counted, which `help` describes. A question without a `budget` warms the replica up: it is answered once all that such questions need is there,
 /// and refused as cold while that is derived beside the work.
 pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
@@ -26,15 +26,16 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     start: Start<'_>,
     // Nothing for a question that warms the replica up.
     budget: fn(&Q) -> Option<Duration>,
-    answer: impl Fn(&Fields, Q, Instant) -> Result<(usize, A), Reject> + Send + Sync + 'static,
+    offers: Option<Offers<Q>>,
+    answer: impl Fn(&Fields, Q, Asked<'_>) -> Result<(usize, A), Reject> + Send + Sync + 'static,
 ) -> anyhow::Result<()> {
     let Start { config, session, fields, mut shutdown, on_ready } = start;
     let candidates: Counter = Counter::default();
     let (answering, counted) = (fields.clone(), candidates.clone());
     let (answer, preparations) = (Arc::new(answer), Preparations::start()?);
-    let handler = move |question: Q, came: Instant| {
+    let handle = move |question: Q, asked: Asked<'_>| {
         let (count, answer) = if budget(&question).is_none() {
-            answer(&answering.kept(), question.clone(), came).map_err(|reject| {
+            answer(&answering.kept(), question.clone(), asked).map_err(|reject| {
                 if !matches!(reject.why, Refusal::Cold { .. }) {
                     return reject;
                 }
@@ -43,21 +44,25 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
                     Ok(key) => key,
                     Err(oversize) => return oversize,
                 };
-                preparations.refuse(key, reject, move || match answer(&fields, question, Instant::now()) {
-                    // Its budget is over, and what it needs is there.
-                    Ok(_) | Err(Reject { why: Refusal::Stopped, .. }) => Ok(()),
-                    Err(reject) => Err(reject),
+                let robot = asked.robot.to_owned();
+                preparations.refuse(key, reject, move || {
+                    match answer(&fields, question, Asked { robot: &robot, came: Instant::now() }) {
+                        // Its budget is over, and what it needs is there.
+                        Ok(_) | Err(Reject { why: Refusal::Stopped, .. }) => Ok(()),
+                        Err(reject) => Err(reject),
+                    }
                 })
             })?
         } else {
-            answer(&answering.kept(), question, came)?
+            answer(&answering.kept(), question, asked)?
         };
         counted.inc_by(count as u64);
         Ok(answer)
     };
+    let handler = move |question: Q, asked: Asked<'_>| (budget(&question), handle(question, asked));
     let key = keys::questions(role, &config.instance)?;
     let slots_and_queue = (if config.takes_turns { 0 } else { config.slots }, config.queue);
-    let server = serve_in_time(session, &key, slots_and_queue, &refusals(), budget, handler)?;
+    let server = serve_in_time(session, &key, slots_and_queue, &refusals(), offers, handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);
     let fields = fields.clone();

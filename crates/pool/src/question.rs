@@ -11,7 +11,7 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_schemas::{Fields, Mission, Reject, Scene, Value};
+use curionav_schemas::{Fields, Mission, OfferTo, OffersTo, Reject, Scene, Value};
 
 use crate::evaluators;
 
@@ -67,7 +67,7 @@ impl MissionFields {
         tree: Option<&Tree>,
         previous: &[Pose2],
         (seed, iterations): (u64, u32),
-    ) -> GenerateQuestion {
+    ) -> GenerateQuestion<'static> {
         let previous: Vec<[f64; 3]> = previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect();
         let params = self.generator_part.clone().with("previous", &previous);
         let mut fields = cycle_fields(id, scene)
@@ -78,7 +78,7 @@ impl MissionFields {
         if let Some(tree) = tree {
             fields = fields.with("tree", &convert::tree_to_wire(tree.clone()));
         }
-        GenerateQuestion { id, fields }
+        GenerateQuestion { id, fields, offers: None }
     }
 }
 
@@ -121,7 +121,13 @@ impl EvaluateQuestions<'_> {
 
     /// The question for the costs under `term` of the candidates `range`, which are shard number `shard`.
     pub fn shard<'a>(&'a self, term: &'a str, shard: u32, range: Range<usize>) -> EvaluateQuestion<'a> {
-        EvaluateQuestion { questions: self, term, shard, range }
+        EvaluateQuestion { questions: self, term, shard, range, ahead: None }
+    }
+
+    /// The question ahead of the candidates of `part`, which the generator that comes next will offer; the milliseconds
+    /// count from then.
+    pub fn ahead<'a>(&'a self, part: &'a OfferTo, ahead: (&'a str, u32)) -> EvaluateQuestion<'a> {
+        EvaluateQuestion { ahead: Some(ahead), ..self.shard(&part.term, part.shard, 0..0) }
     }
 }
 
@@ -131,6 +137,8 @@ pub struct EvaluateQuestion<'a> {
     term: &'a str,
     shard: u32,
     range: Range<usize>,
+    /// Who will offer the candidates, and the milliseconds from then, if it is asked ahead of them.
+    ahead: Option<(&'a str, u32)>,
 }
 
 impl EvaluateQuestion<'_> {
@@ -144,7 +152,8 @@ impl EvaluateQuestion<'_> {
         self.range.len()
     }
 
-    /// The bytes of the [`EvaluateRequest`](curionav_schemas::EvaluateRequest), to be answered within `budget_ms`.
+    /// The bytes of the [`EvaluateRequest`](curionav_schemas::EvaluateRequest), to be answered within `budget_ms` unless
+    /// it is asked ahead, with a time of its own.
     pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
         let EvaluateQuestions { mission, cycle, candidates, .. } = self.questions;
         // A term that the profile does not have has no parameters.
@@ -156,35 +165,51 @@ impl EvaluateQuestion<'_> {
         let parts = [cycle, &mission.evaluate, &*term];
         let room =
             parts.iter().map(|part| part.encoded_len()).sum::<usize>() + shard.array_bytes() + OWN_FIELDS;
-        parts
+        let fields = parts
             .into_iter()
             .fold(Fields::with_room(room), Fields::and)
             .with("shard", &self.shard)
-            .with("budget_ms", &budget_ms)
-            .with("candidates", &shard)
-            .into_bytes()
+            .with("candidates", &shard);
+        match self.ahead {
+            Some((generator, ms)) => fields.with("budget_ms", &ms).with("offered_by", &generator),
+            None => fields.with("budget_ms", &budget_ms),
+        }
+        .into_bytes()
     }
 }
 
 /// One question to a generator.
-pub struct GenerateQuestion {
+pub struct GenerateQuestion<'a> {
     id: (u64, u64),
-    /// All but the budget.
+    /// All but the budget and what one generator is to offer.
     fields: Fields,
+    /// What one generator is to send besides.
+    offers: Option<(&'a str, &'a OffersTo)>,
 }
 
-impl GenerateQuestion {
+impl<'a> GenerateQuestion<'a> {
+    /// The same, and one generator, if it is asked, offers the candidates to those that wait for them.
+    #[must_use]
+    pub fn with_offers(self, offers: Option<(&'a str, &'a OffersTo)>) -> Self {
+        Self { offers, ..self }
+    }
+
     /// Epoch and number of the cycle.
     pub fn id(&self) -> (u64, u64) {
         self.id
     }
 
-    /// The bytes of the [`GenerateRequest`](curionav_schemas::GenerateRequest), to be answered within `budget_ms`.
-    pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
-        Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
+    /// The bytes of the [`GenerateRequest`](curionav_schemas::GenerateRequest) to `instance`, to be answered within
+    /// `budget_ms`.
+    pub fn encode(&self, instance: &str, budget_ms: u32) -> Vec<u8> {
+        let fields = Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
             .and(&self.fields)
-            .with("budget_ms", &budget_ms)
-            .into_bytes()
+            .with("budget_ms", &budget_ms);
+        match self.offers.filter(|(generator, _)| *generator == instance) {
+            Some((_, offers)) => fields.with("offers", offers),
+            None => fields,
+        }
+        .into_bytes()
     }
 }
 
@@ -239,6 +264,7 @@ mod tests {
                         omega: part.omega.filter(|_| columns.omega),
                         ..part
                     },
+                    offered_by: None,
                     params: match profile.terms.contains_key(term) {
                         true => evaluators::parameters(&profile, term).unwrap(),
                         false => Value::Map(Vec::new()),
@@ -280,12 +306,13 @@ mod tests {
                 robot_model: order.robot_model,
                 laser: order.laser,
                 params: convert::to_value(&params).unwrap(),
+                offers: None,
             };
             let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
             let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));
             let question =
                 fields(&mission, &profile).generate((2, 14), &scene, tree.as_ref(), &previous, (17, 400));
-            let (asked, plain) = (question.encode(BUDGET), plain.encode());
+            let (asked, plain) = (question.encode("a", BUDGET), plain.encode());
             assert!(asked.len() < plain.len(), "{name}: what others read stays behind");
             let whole = |bytes: &[u8]| {
                 let mut request: GenerateRequest = read(bytes);

@@ -32,6 +32,9 @@ const SLOWEST: f64 = 0.125;
 const FORGOTTEN: f64 = 0.02;
 /// However busy a pool is, a shard needs to compute no longer than so many times its way.
 const BUSY_MAX: f64 = 4.0;
+/// One batch in so many is not asked ahead of its candidates, and as many after a question that was and came to nothing:
+/// how long a question travels can only be measured on others.
+const NOT_AHEAD: u64 = 64;
 /// Questions in flight for each slot of a replica: one being computed, one that waits.
 const IN_FLIGHT_PER_SLOT: u32 = 2;
 
@@ -88,6 +91,8 @@ struct Replica {
     unanswered: u32,
     /// The batch of its role it had a part of last; zero before it has had any.
     batch: u64,
+    /// Whether it can be asked ahead of its candidates.
+    takes_offers: bool,
 }
 
 impl Replica {
@@ -130,6 +135,10 @@ pub struct Replicas {
     /// Batches each role has been given.
     batches: BTreeMap<String, u64>,
     lateness: BTreeMap<String, Lateness>,
+    /// The first batch of each role that may be asked ahead of its candidates.
+    ahead_from: BTreeMap<String, u64>,
+    /// Candidates of the last batch.
+    last_batch: usize,
 }
 
 impl Replicas {
@@ -153,6 +162,7 @@ impl Replicas {
                 refused: 0,
                 unanswered: 0,
                 batch: 0,
+                takes_offers: false,
             });
         }
     }
@@ -269,6 +279,38 @@ impl Replicas {
         chosen
     }
 
+    /// How many candidates the last batch had; zero before the first.
+    pub fn last_batch(&self) -> usize {
+        self.last_batch
+    }
+
+    /// The batch of a cycle has so many candidates.
+    pub(crate) fn count_batch(&mut self, candidates: usize) {
+        self.last_batch = candidates;
+    }
+
+    /// Says whether a replica can be asked ahead of its candidates.
+    pub(crate) fn takes_offers(&mut self, role: &str, instance: &str, takes_offers: bool) {
+        if let Some(replica) = self.find(role, instance) {
+            replica.takes_offers = takes_offers;
+        }
+    }
+
+    /// Whether the next batch of `role` may be asked ahead of its candidates: if all that may get a part can be asked so,
+    /// and it is known how long a question to them travels.
+    pub(crate) fn may_ask_ahead(&self, role: &str) -> bool {
+        let next = self.batches.get(role).map_or(1, |batch| batch + 1);
+        let is_turn = !next.is_multiple_of(NOT_AHEAD) && self.ahead_from.get(role).is_none_or(|from| *from <= next);
+        let mut ready = self.of.get(role).into_iter().flat_map(ready).peekable();
+        is_turn && ready.peek().is_some() && ready.all(|(_, r)| r.takes_offers && r.way.is_finite())
+    }
+
+    /// A question that was asked ahead of its candidates has come to nothing.
+    pub(crate) fn failed_ahead(&mut self, role: &str) {
+        let next = self.batches.get(role).map_or(1, |batch| batch + 1);
+        self.ahead_from.insert(role.to_owned(), next + NOT_AHEAD);
+    }
+
     /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest; of generators, which
     /// prepare for each goal, the one that the robot prefers.
     pub fn spare(&self, role: &str, asked: &[String]) -> Option<String> {
@@ -309,7 +351,22 @@ impl Replicas {
 
     /// A usable answer: `count` candidates in `busy`, which travelled for `way` in all.
     pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration, way: Duration) {
-        self.lateness(role).answered(busy + way);
+        self.answered_ahead(role, instance, count, busy, busy + way);
+        if let Some(replica) = self.find(role, instance).filter(|_| count > 0) {
+            replica.way = way.as_secs_f64().min((1.0 + FORGOTTEN) * replica.way);
+        }
+    }
+
+    /// The same for an answer that was waited for during `waited`, of which it is not known what the way took.
+    pub(crate) fn answered_ahead(
+        &mut self,
+        role: &str,
+        instance: &str,
+        count: usize,
+        busy: Duration,
+        waited: Duration,
+    ) {
+        self.lateness(role).answered(waited);
         let Some(replica) = self.find(role, instance) else { return };
         replica.failures = 0;
         if count > 0 {
@@ -317,7 +374,6 @@ impl Replicas {
             let old = if replica.speed > 0.0 { replica.speed } else { measured };
             replica.speed = old + NEWEST * (measured - old);
             replica.unhindered = measured.max((1.0 - FORGOTTEN) * replica.unhindered);
-            replica.way = way.as_secs_f64().min((1.0 + FORGOTTEN) * replica.way);
         }
     }
 

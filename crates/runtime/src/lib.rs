@@ -12,6 +12,7 @@ pub mod exit;
 pub mod fair_queue;
 pub mod fields;
 pub mod heartbeat;
+pub mod intake;
 pub mod latency;
 pub mod locked;
 pub mod lockstep;

@@ -53,6 +53,24 @@ pub enum Urgency {
     Normal,
 }
 
+impl Urgency {
+    fn quality(self) -> (CongestionControl, Priority) {
+        match self {
+            Self::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
+            Self::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
+            Self::Normal => (CongestionControl::Block, Priority::Data),
+        }
+    }
+}
+
+/// Sends a message `M` in its bytes to `key`, as questions are sent; whether it could be sent.
+pub fn tell<M: Message>(session: &Session, key: &str, message: Vec<u8>, urgency: Urgency) -> bool {
+    let (congestion, priority) = urgency.quality();
+    let put = session.put(key, message).encoding(M::ENCODING);
+    let sent = put.congestion_control(congestion).priority(priority).express(true).wait();
+    sent.inspect_err(|error| tracing::warn!(key, %error, "not sent")).is_ok()
+}
+
 /// Asks `key` and waits for the first usable answer, at most `timeout`.
 pub async fn ask<Q: Message, A: Message>(
     session: &Session,
@@ -146,11 +164,7 @@ pub(crate) fn send(
     target: QueryTarget,
     kept: Kept,
 ) -> Result<Replies, AskError> {
-    let (congestion, priority) = match urgency {
-        Urgency::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
-        Urgency::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
-        Urgency::Normal => (CongestionControl::Block, Priority::Data),
-    };
+    let (congestion, priority) = urgency.quality();
     let mut get = session
         .get(key.to_owned())
         .target(target)

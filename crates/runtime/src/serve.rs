@@ -10,23 +10,25 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use curionav_schemas::limits::MAX_TEXT;
-use curionav_schemas::{Message, Refusal, Reject, keys};
+use curionav_schemas::{Message, Offer, Refusal, Reject, keys};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use zenoh::key_expr::KeyExpr;
+use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
+use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
+pub use crate::intake::Offers;
+use crate::intake::{BYTES_MIN, Intake, Item, Ready};
 use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
 
 /// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand candidates.
 const QUEUE_BYTES: usize = 32 << 20;
-/// What a question counts for at least: it may hold on to the batch of Zenoh's that it came in.
-const QUESTION_BYTES_MIN: usize = 64 << 10;
 
 /// Counts of one server since it started.
 #[derive(Debug)]
@@ -122,37 +124,40 @@ impl ServeCounts {
     }
 }
 
-/// Queries that wait for a slot.
+/// What waits for a slot, its bytes, and when it came.
+type Arrived = (Item, usize, Instant);
+
+/// Queries, and offers to them, that wait for a slot.
 struct Waiting {
-    queue: Mutex<(FairQueue<(Query, Instant)>, bool)>,
+    queue: Mutex<(FairQueue<Arrived>, bool)>,
     /// The queue counts time from here.
     started: Instant,
-    /// Signalled for each query, and for all when the server ends.
+    /// Signalled for each arrival, and for all when the server ends.
     arrived: Condvar,
     /// Whether the key takes the questions of every robot, each with the robot's name as its last chunk.
     is_pool: bool,
 }
 
 impl Waiting {
-    /// Adds a query of so many bytes, or gives back those that find no room.
-    fn push(&self, robot: &str, bytes: usize, query: Query) -> Vec<Query> {
+    /// Adds what came from `robot`, of so many bytes, or gives back what finds no room.
+    fn push(&self, robot: &str, bytes: usize, item: Item) -> Vec<Item> {
         let mut queue = locked(&self.queue);
         if queue.1 {
-            return vec![query];
+            return vec![item];
         }
-        let (bytes, now) = (bytes.max(QUESTION_BYTES_MIN), Instant::now());
-        let refused = queue.0.push(robot, bytes, now - self.started, (query, now));
+        let (bytes, now) = (bytes.max(BYTES_MIN), Instant::now());
+        let refused = queue.0.push(robot, bytes, now - self.started, (item, bytes, now));
         self.arrived.notify_one();
-        refused.into_iter().map(|(query, _)| query).collect()
+        refused.into_iter().map(|(item, ..)| item).collect()
     }
 
-    /// The next query; nothing if there is none.
-    fn pop(&self) -> Option<(Query, Instant)> {
+    /// What is next; nothing if nothing waits.
+    fn pop(&self) -> Option<Arrived> {
         locked(&self.queue).0.pop()
     }
 
-    /// The next query, waited for; nothing once the server ends.
-    fn wait(&self) -> Option<(Query, Instant)> {
+    /// What is next, waited for; nothing once the server ends.
+    fn wait(&self) -> Option<Arrived> {
         let mut queue = locked(&self.queue);
         loop {
             if let Some(next) = queue.0.pop() {
@@ -165,7 +170,7 @@ impl Waiting {
         }
     }
 
-    /// A query is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
+    /// Something is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
     /// it gave.
     fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         locked(&self.queue).0.done(robot, took, budget);
@@ -174,6 +179,14 @@ impl Waiting {
     /// The robot that asks with this key: its last chunk, or the same for all questions of a server that has no pool.
     fn asker<'a>(&self, key: &'a KeyExpr<'_>) -> Option<&'a str> {
         keys::asker(key).or((!self.is_pool).then_some(""))
+    }
+
+    /// Whom an item is from or about; nothing if a pool's question does not say it.
+    fn robot(&self, item: &Item) -> Option<String> {
+        match item {
+            Item::Asked(query) => self.asker(query.key_expr()).map(str::to_owned),
+            Item::Offered { robot, .. } => Some(robot.clone()),
+        }
     }
 
     fn end(&self) {
@@ -185,6 +198,7 @@ impl Waiting {
 /// A running server; dropping it undeclares the key, answers what waits and ends its threads.
 pub struct Server {
     queryable: Option<Queryable<()>>,
+    offers: Option<Subscriber<()>>,
     waiting: Arc<Waiting>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<ServeCounts>,
@@ -199,7 +213,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        drop(self.queryable.take());
+        drop((self.queryable.take(), self.offers.take()));
         self.waiting.end();
         for thread in self.threads.drain(..) {
             // A panic in a handler has already been reported by its thread.
@@ -224,35 +238,41 @@ impl ServeError {
 
 /// Answers questions on `key` with `handler`, which is also told when the question came; what is refused is added to
 /// `refused`.
-pub fn serve<Q: Message, A: Message>(
+pub fn serve<Q: Message + Send + 'static, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
     refused: &Tally,
     handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    serve_in_time(session, key, at_once_and_waiting, refused, |_| None, handler)
+    let handler = move |question: Q, asked: Asked<'_>| (None, handler(question, asked.came));
+    serve_in_time(session, key, at_once_and_waiting, refused, None, handler)
 }
 
-/// The same for questions that are of use for a time alone, which `budget` reads from them. If the key ends with `/*`, its
+/// Who asks, and since when the question is complete.
+#[derive(Debug, Clone, Copy)]
+pub struct Asked<'a> {
+    /// The robot; empty where the key names none.
+    pub robot: &'a str,
+    /// When it came, with all that it had to wait for.
+    pub came: Instant,
+}
+
+/// The same for questions that are of use for a time alone, which the handler also gives. If the key ends with `/*`, its
 /// last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be answered in
-/// the time that its robot gave for the last one is refused as overloaded when it comes.
-pub fn serve_in_time<Q: Message, A: Message>(
+/// the time that its robot gave for the last one is refused as overloaded when it comes. With `offers` a question may come
+/// before its candidates; it then counts as coming when both are there.
+pub fn serve_in_time<Q: Message + Send + 'static, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
     refused: &Tally,
-    budget: impl Fn(&Q) -> Option<Duration> + Send + Sync + 'static,
-    handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
+    offers: Option<Offers<Q>>,
+    handler: impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let admission = Admission { most: Q::MAX_BYTES, check: Q::admit };
-    serve_queries(session, key, at_once_and_waiting, admission, refused, move |query, came| {
-        let payload = query.payload().map(|p| p.to_bytes()).unwrap_or_default();
-        match Q::decode(&payload, None) {
-            Ok(question) => (budget(&question), handler(question, came)),
-            Err(reject) => (None, Err(reject)),
-        }
-    })
+    let intake = Intake::new(|bytes| Q::decode(bytes, None), offers);
+    serve_queries(session, key, at_once_and_waiting, (admission, intake), refused, handler)
 }
 
 /// Answers questions that carry no payload: the current state, a map. Those that do carry one, and are refused,
@@ -266,7 +286,8 @@ pub fn serve_state<A: Message>(
     let nothing =
         |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
     let admission = Admission { most: 0, check: nothing };
-    serve_queries(session, key, (1, 64), admission, refused, move |_, _| (None, state()))
+    let intake = Intake::new(|_| Ok(()), None);
+    serve_queries(session, key, (1, 64), (admission, intake), refused, move |(), _| (None, state()))
 }
 
 /// What a question may be, before anything of it is read.
@@ -293,15 +314,14 @@ impl Admission {
     }
 }
 
-/// The general form: `handler` sees the query itself, and also says for how long an answer is of use; what it refuses is
-/// added to `refused`.
-fn serve_queries<A: Message>(
+/// The general form: `handler` also says for how long an answer is of use; what it refuses is added to `refused`.
+fn serve_queries<Q: Send + 'static, A: Message>(
     session: &Session,
     key: &str,
     (slots, queue): (usize, usize),
-    admission: Admission,
+    (admission, intake): (Admission, Intake<Q>),
     refused: &Tally,
-    handler: impl Fn(&Query, Instant) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
+    handler: impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting = Arc::new(Waiting {
@@ -310,31 +330,39 @@ fn serve_queries<A: Message>(
         arrived: Condvar::new(),
         is_pool: key.ends_with("/*"),
     });
-    let handler = Arc::new(handler);
+    let (handler, intake) = (Arc::new(handler), Arc::new(intake));
     let own = KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?;
     let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
-    let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
+    let mut server = Server { queryable: None, offers: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots {
         let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
-        let own = own.clone();
+        let (own, intake) = (own.clone(), Arc::clone(&intake));
         let work = move || {
             while let Some(next) = waiting.wait() {
-                answer(&waiting, &own, &*handler, &counts, next);
+                answer(&waiting, &own, (&intake, &*handler), &counts, next);
             }
         };
         let thread = std::thread::Builder::new().name(format!("serve-{slot}")).spawn(work);
         server.threads.push(thread.map_err(|e| ServeError::new(key, e))?);
     }
+    if let Some(offers) = intake.offers_key() {
+        let (queue, counted, intake) = (Arc::clone(&queue), Arc::clone(&counted), Arc::clone(&intake));
+        let subscriber = session
+            .declare_subscriber(offers.to_owned())
+            .callback(move |sample| admit_offer(&queue, &intake, &counted, &sample))
+            .wait();
+        server.offers = Some(subscriber.map_err(|e| ServeError::new(key, e))?);
+    }
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
         .callback(move |query| {
-            admit(&queue, admission, &counted, query);
+            admit(&queue, (admission, &intake), &counted, query);
             while slots == 0
                 && let Some(next) = queue.pop()
             {
-                answer(&queue, &own, &*handler, &counted, next);
+                answer(&queue, &own, (&intake, &*handler), &counted, next);
             }
         })
         .wait();
@@ -342,7 +370,12 @@ fn serve_queries<A: Message>(
     Ok(server)
 }
 
-fn admit(waiting: &Waiting, admission: Admission, counts: &ServeCounts, query: Query) {
+fn admit<Q>(
+    waiting: &Waiting,
+    (admission, intake): (Admission, &Intake<Q>),
+    counts: &ServeCounts,
+    query: Query,
+) {
     let key = query.key_expr().clone();
     let Some(robot) = waiting.asker(&key) else {
         return refuse(&query, Refusal::WrongRobot, counts);
@@ -351,10 +384,39 @@ fn admit(waiting: &Waiting, admission: Admission, counts: &ServeCounts, query: Q
         Ok(bytes) => bytes,
         Err(reject) => return refuse(&query, reject, counts),
     };
+    push(waiting, intake, counts, (robot, bytes, Item::Asked(query)));
+}
+
+/// Candidates for a question that has come, or is to come.
+fn admit_offer<Q>(waiting: &Waiting, intake: &Intake<Q>, counts: &ServeCounts, sample: &Sample) {
+    let payload = sample.payload();
+    let Some((from, robot)) = keys::offerer(sample.key_expr()) else {
+        return counts.refuse(&Refusal::WrongRobot.into());
+    };
+    if let Err(reject) = Offer::admit(payload.len(), Some(&sample.encoding().to_string())) {
+        return counts.refuse(&reject);
+    }
+    // A copy, because the bytes received hold on to the whole batch that they came in.
+    let bytes = payload.to_bytes().into_owned();
+    let item = Item::Offered { from: from.to_owned(), robot: robot.to_owned(), bytes };
+    push(waiting, intake, counts, (robot, payload.len(), item));
+}
+
+/// Lets an item wait for a slot, or refuses the questions that find no room, or whose offers find none.
+fn push<Q>(
+    waiting: &Waiting,
+    intake: &Intake<Q>,
+    counts: &ServeCounts,
+    (robot, bytes, item): (&str, usize, Item),
+) {
     counts.in_flight.inc();
-    for refused in waiting.push(robot, bytes, query) {
+    for refused in waiting.push(robot, bytes, item) {
         counts.in_flight.dec();
-        refuse(&refused, Refusal::Overloaded, counts);
+        let questions = match refused {
+            Item::Asked(query) => vec![query],
+            Item::Offered { robot, .. } => intake.lost(&robot),
+        };
+        questions.iter().for_each(|query| refuse(query, Refusal::Overloaded, counts));
     }
 }
 
@@ -364,20 +426,36 @@ fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
     reply_error(query, &reject);
 }
 
-fn answer<A: Message>(
+fn answer<Q, A: Message>(
     waiting: &Waiting,
     own: &KeyExpr<'static>,
-    handler: &impl Fn(&Query, Instant) -> (Option<Duration>, Result<A, Reject>),
+    (intake, handler): (&Intake<Q>, &impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>)),
     counts: &ServeCounts,
-    (query, came): (Query, Instant),
+    arrived: Arrived,
 ) {
     let begun = Instant::now();
+    let robot = waiting.robot(&arrived.0).unwrap_or_default();
+    let (ready, lost) = intake.take(&robot, arrived).unwrap_or_else(|reject| {
+        counts.refuse(&reject);
+        (None, Vec::new())
+    });
+    lost.iter().for_each(|query| refuse(query, Refusal::Overloaded, counts));
+    let Some(Ready { query, came, question }) = ready else {
+        waiting.done(&robot, None, None);
+        counts.in_flight.dec();
+        return;
+    };
     // A handler that panics has answered nothing yet; the next question finds the service alive.
     let failed = || Err(Refusal::failed("the service failed on this question").into());
-    let (budget, answered) =
-        catch_unwind(AssertUnwindSafe(|| handler(&query, came))).unwrap_or_else(|_| (None, failed()));
+    let (budget, answered) = match question {
+        Ok(question) => {
+            let asked = Asked { robot: &robot, came };
+            catch_unwind(AssertUnwindSafe(|| handler(question, asked))).unwrap_or_else(|_| (None, failed()))
+        }
+        Err(reject) => (None, Err(reject)),
+    };
     let took = answered.is_ok().then(|| begun.elapsed());
-    waiting.done(waiting.asker(query.key_expr()).unwrap_or_default(), took, budget);
+    waiting.done(&robot, took, budget);
     match answered {
         Ok(answer) => {
             counts.answered.inc();

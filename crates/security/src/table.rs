@@ -54,7 +54,10 @@ const STREAMS: &[&str] = &[
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
 
-/// What passes between routers.
+/// Candidates on their way to evaluators.
+const OFFERS: &[&str] = &["offer/*/*/*/*"];
+
+/// What is asked between routers.
 const LINKED: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*", "status/*/*"];
 
 /// The rights of all kinds of programs.
@@ -178,13 +181,21 @@ pub const TABLE: &[Row] = &[
         "generator",
         &["instance"],
         "a replica that generates trajectories",
-        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["generate/{instance}/*"])],
+        &[
+            may(Verb::Put, &["offer/{instance}/*/*/*"]),
+            may(Verb::Ask, &["map/*"]),
+            may(Verb::Serve, &["generate/{instance}/*"]),
+        ],
     ),
     service(
         ANY_TERM,
         &["instance"],
         "a replica that evaluates a term, such as `cpc.a`",
-        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["evaluate/{role}/{instance}/*"])],
+        &[
+            may(Verb::Subscribe, &["offer/*/*/{role}/{instance}"]),
+            may(Verb::Ask, &["map/*"]),
+            may(Verb::Serve, &["evaluate/{role}/{instance}/*"]),
+        ],
     ),
     service(
         "simulator",
@@ -289,6 +300,8 @@ pub const TABLE: &[Row] = &[
         &["robot"],
         "the router on a robot, at a router of pools: nothing of `robot/` passes",
         &[
+            may(Verb::Put, &["offer/*/{robot}/*/*"]),
+            may(Verb::Subscribe, &["offer/*/{robot}/*/*"]),
             may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*", "status/*/*"]),
             may(Verb::Serve, &["map/*"]),
             may(Verb::Find, LINKED),
@@ -301,6 +314,8 @@ pub const TABLE: &[Row] = &[
         &[],
         "a router of pools, at another router",
         &[
+            may(Verb::Put, OFFERS),
+            may(Verb::Subscribe, OFFERS),
             may(Verb::Ask, LINKED),
             may(Verb::Serve, LINKED),
             may(Verb::Find, LINKED),

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use curionav_planning::arbitration::{Previous, arbitrate};
+use curionav_pool::ahead::{Ahead, Plan};
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
@@ -43,14 +44,20 @@ pub async fn plan<P: Peers>(
     let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, to_go, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
-    // Generate: replicas grow the trees, which travel with the questions.
-    let GenerationOutcome { candidates, shortfalls: mut degraded } =
-        generate(pool, context, memory, &scene, &scene_message).await?;
+    // Generate: replicas grow the trees, which travel with the questions. Those that will evaluate are told of the scene
+    // meanwhile, and get the candidates from the generator.
+    let planned = Plan::new(pool, context, &context.active_pool_terms(&scene));
+    let questions = planned.is_some().then(|| context.questions_ahead(id, &scene_message));
+    let both = planned.as_ref().zip(questions.as_ref());
+    let mut ahead = both.map(|(plan, questions)| Ahead::new(pool, context, plan, questions)).unwrap_or_default();
+    let growing = generate(pool, context, memory, &scene, &scene_message, planned.as_ref());
+    let GenerationOutcome { candidates, offered, shortfalls: mut degraded } = ahead.alongside(growing).await?;
+    let ahead = if offered { ahead } else { Ahead::default() };
     let generated = now();
 
     // Evaluate: shards over every replica, and in process what no replica has scored.
     let EvaluationOutcome { scores, evaluated, times, shortfalls } =
-        evaluate(pool, context, (id, started), &scene, &scene_message, &candidates).await;
+        evaluate(pool, context, (id, started, ahead), &scene, &scene_message, &candidates).await;
     degraded.extend(shortfalls);
     let scored = now();
     pool.stages().took(generated - started, scored - generated);

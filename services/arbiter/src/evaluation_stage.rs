@@ -10,6 +10,7 @@ use curionav_planning::terms;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
 use crate::in_process;
+use curionav_pool::ahead::Ahead;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Shard};
@@ -29,23 +30,23 @@ pub(crate) struct EvaluationOutcome {
 }
 
 /// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
-/// The cycle `id` began at `began`.
+/// The cycle `id` began at `began`. Some replicas may have been asked `ahead`.
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
-    (id, began): ((u64, u64), Duration),
+    (id, began, ahead): ((u64, u64), Duration, Ahead<'_>),
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
 ) -> EvaluationOutcome {
     let active = context.profile.active_terms(scene.uncertain).map(|(term, _)| term.to_owned());
     let active: Vec<String> = active.collect();
-    let remote: Vec<String> = active.iter().filter(|term| !terms::is_local(term)).cloned().collect();
+    let remote = context.active_pool_terms(scene);
     let started = pool.peers.now();
     let stage = Budget::of_evaluation(began, started, &context.mission);
     let questions = context.evaluate_questions(id, scene_message, candidates);
     let robot = &context.mission.order.robot;
-    let shards = dispatch::evaluate(pool, &remote, robot, &questions, stage).await;
+    let shards = dispatch::evaluate(pool, &remote, robot, &questions, stage, ahead).await;
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =

@@ -6,9 +6,10 @@ use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Reject};
 use futures_util::future::join_all;
 
+use curionav_pool::ahead::Plan;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::{self, PlanContext};
-use curionav_pool::dispatch;
+use curionav_pool::dispatch::{self, Grown};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
 
@@ -18,6 +19,8 @@ use crate::memory::Memory;
 pub(crate) struct GenerationOutcome {
     /// Those of every tree.
     pub(crate) candidates: CandidateSet,
+    /// Whether those that wait for the candidates have been offered them.
+    pub(crate) offered: bool,
     /// What fell short.
     pub(crate) shortfalls: Vec<Degradation>,
 }
@@ -29,6 +32,7 @@ pub(crate) async fn generate<P: Peers>(
     memory: &mut Memory,
     scene: &Scene,
     scene_message: &wire::Scene,
+    plan: Option<&Plan>,
 ) -> Result<GenerationOutcome, Reject> {
     let (id, peers) = (memory.id(), &*pool.peers);
     let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
@@ -36,6 +40,7 @@ pub(crate) async fn generate<P: Peers>(
     let trees = memory.trees.iter().enumerate();
     let questions: Vec<_> = trees
         .map(|(i, tree)| context.generate_question(id, scene_message, i, tree.as_ref(), &previous))
+        .map(|question| question.with_offers(plan.map(|plan| (plan.generator.as_str(), &plan.offers))))
         .collect();
     let shape = (context.profile.steps, context.profile.dt);
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
@@ -45,19 +50,21 @@ pub(crate) async fn generate<P: Peers>(
     }))
     .await;
     let mut sets = Vec::new();
-    let (mut is_local, mut is_cut) = (false, false);
+    let (mut is_local, mut is_cut, mut is_offered) = (false, false, false);
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
-            let grown = context.in_process.then(|| peers.compute(here))?;
+            let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
             is_local = true;
-            Some(grown)
+            Some(Grown { generated, cut, offered: false })
         });
-        let Some((Generated { candidates, tree: grown }, cut)) = answer else { continue };
+        let Some(Grown { generated, cut, offered }) = answer else { continue };
+        let Generated { candidates, tree: grown } = generated;
         sets.push(candidates);
         *tree = Some(grown);
         is_cut |= cut;
+        is_offered |= offered;
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
@@ -65,5 +72,6 @@ pub(crate) async fn generate<P: Peers>(
         _ => is_local.then_some(Degradation::GeneratedLocally),
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();
-    Ok(GenerationOutcome { candidates: CandidateSet::concat(shape.0, shape.1, sets), shortfalls })
+    let candidates = CandidateSet::concat(shape.0, shape.1, sets);
+    Ok(GenerationOutcome { candidates, offered: is_offered, shortfalls })
 }

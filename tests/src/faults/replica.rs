@@ -4,10 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
+use curionav_pool::parts::offer;
 use curionav_pool::{evaluation_service, generator};
 use curionav_runtime::fair_queue::FairQueue;
+use curionav_runtime::intake::{Half, Halves, Id};
 use curionav_runtime::query::AskError;
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Message, Refusal, Scores};
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Message, Offer, Refusal, Scores};
 use tokio::sync::{Notify, oneshot};
 
 use super::executor::TaskId;
@@ -37,7 +39,15 @@ impl Question {
     pub(super) fn is_work(&self) -> bool {
         match self {
             Self::Generate(request) => request.iterations > 0,
-            Self::Evaluate(request) => request.candidates.count > 0,
+            Self::Evaluate(request) => request.candidates.count > 0 || request.offered_by.is_some(),
+        }
+    }
+
+    /// The generator that it waits for, and its number.
+    fn awaits(&self) -> Option<(&str, (u64, u64, u32))> {
+        match self {
+            Self::Generate(_) => None,
+            Self::Evaluate(request) => evaluation_service::awaits(request),
         }
     }
 
@@ -78,6 +88,10 @@ impl Job {
         Self::new(&self.robot, self.question.clone(), arrived).0
     }
 
+    fn refuse(self) {
+        let _ = self.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
+    }
+
     fn is_of_flood(&self) -> bool {
         self.robot.starts_with(OTHER)
     }
@@ -91,10 +105,19 @@ impl Job {
     }
 }
 
+/// What waits in a replica's queue.
+pub(super) enum Arrival {
+    Asked(Job),
+    /// Candidates of a robot, from a generator.
+    Offered { robot: String, from: String, offer: Offer },
+}
+
 pub(super) struct Replica {
     /// The process, while it is there.
     task: Option<TaskId>,
-    pub(super) queue: FairQueue<Job>,
+    pub(super) queue: FairQueue<Arrival>,
+    /// Questions that wait for their candidates, and the other way round.
+    halves: Halves<Job>,
     pub(super) arrived: Arc<Notify>,
     prepared: bool,
     slots: u32,
@@ -112,6 +135,7 @@ impl Replica {
         Self {
             task: Some(task),
             queue: FairQueue::new(1, QUEUE, usize::MAX),
+            halves: Halves::default(),
             arrived: Arc::default(),
             prepared: false,
             slots,
@@ -136,6 +160,7 @@ impl Replica {
         match (self.task, down) {
             (Some(task), true) => {
                 (self.task, self.queue, self.prepared) = (None, FairQueue::new(1, QUEUE, usize::MAX), false);
+                self.halves = Halves::default();
                 (self.audible, self.since) = (false, now);
                 Some(Some(task))
             }
@@ -162,8 +187,16 @@ impl Replica {
 
     /// As a replica's server does: at once into the queue, or refused.
     pub(super) fn admit(&mut self, job: Job) {
-        self.question = Some(job.question.clone());
+        if job.question.awaits().is_none() {
+            self.question = Some(job.question.clone());
+        }
         self.enqueue(job);
+    }
+
+    /// Candidates of `robot` from a generator, for a question that has come or is to come.
+    pub(super) fn admit_offer(&mut self, robot: &str, from: &str, offer: Offer, now: Duration) {
+        let robot = robot.to_owned();
+        self.push(Arrival::Offered { robot, from: from.to_owned(), offer }, now);
     }
 
     /// Five other robots ask what was asked last, each eight times.
@@ -175,11 +208,53 @@ impl Replica {
     }
 
     fn enqueue(&mut self, job: Job) {
-        let (robot, now) = (job.robot.clone(), job.arrived);
-        for refused in self.queue.push(&robot, 1, now, job) {
-            let _ = refused.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
+        let now = job.arrived;
+        self.push(Arrival::Asked(job), now);
+    }
+
+    fn push(&mut self, arrival: Arrival, now: Duration) {
+        let robot = arrival.robot().to_owned();
+        for refused in self.queue.push(&robot, 1, now, arrival) {
+            match refused {
+                Arrival::Asked(job) => job.refuse(),
+                Arrival::Offered { robot, .. } => self.halves.lose(&robot).into_iter().for_each(Job::refuse),
+            }
         }
         self.arrived.notify_one();
+    }
+
+    /// The job that can be done with what arrived.
+    fn take(&mut self, arrival: Arrival, now: Duration) -> Option<Job> {
+        let (id, half) = match arrival {
+            Arrival::Asked(job) => match job.question.awaits() {
+                None => return Some(job),
+                Some((from, number)) => {
+                    let id = Id { robot: job.robot.clone(), from: from.to_owned(), number };
+                    (id, Half::Question(job))
+                }
+            },
+            Arrival::Offered { robot, from, offer } => {
+                (Id { robot, from, number: (offer.epoch, offer.seq, offer.shard) }, Half::Offer(offer.candidates))
+            }
+        };
+        let (pair, lost) = self.halves.add(id, 1, half);
+        lost.into_iter().for_each(Job::refuse);
+        pair.map(|(mut job, candidates)| {
+            if let Question::Evaluate(request) = &mut job.question {
+                evaluation_service::complete(request, candidates);
+            }
+            self.question = Some(job.question.clone());
+            Job { arrived: now, ..job }
+        })
+    }
+}
+
+impl Arrival {
+    fn robot(&self) -> &str {
+        match self {
+            Self::Asked(job) => &job.robot,
+            Self::Offered { robot, .. } => robot,
+        }
     }
 }
 
@@ -190,11 +265,20 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
     let index = world.index(&name);
     let arrived = Arc::clone(&world.state().replicas[&name].arrived);
     loop {
-        let job = world.state().replicas.get_mut(&name).and_then(|replica| replica.queue.pop());
-        let Some(job) = job else {
+        let arrival = world.state().replicas.get_mut(&name).and_then(|replica| replica.queue.pop());
+        let Some(arrival) = arrival else {
             arrived.notified().await;
             continue;
         };
+        let (robot, now) = (arrival.robot().to_owned(), world.executor.now());
+        let job = world.state().replicas.get_mut(&name).and_then(|replica| {
+            let job = replica.take(arrival, now);
+            if job.is_none() {
+                replica.queue.done(&robot, None, None);
+            }
+            job
+        });
+        let Some(job) = job else { continue };
         while world.has(|f| *f == Fault::Hang(index)) {
             arrived.notified().await;
         }
@@ -237,13 +321,25 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     }
     let elapsed = || world.executor.now() - job.arrived;
     let answered = match &job.question {
-        Question::Generate(request) => generator::answer(&name.1, &world.fields, request.clone(), &elapsed)
-            .map(|reply| Answer::Generated(Box::new(reply))),
+        Question::Generate(request) => {
+            let answered = generator::answer(&name.1, &world.fields, request.clone(), &elapsed);
+            answered.map(|(mut reply, candidates)| {
+                reply.offered = request.offers.is_some();
+                for to in request.offers.iter().flat_map(|offers| &offers.to) {
+                    if let Some(offer) = offer((reply.epoch, reply.seq), &candidates, to) {
+                        let offer = Offer::decode(&offer, None).unwrap();
+                        world.offer((&job.robot, &name.1), (to.term.clone(), to.instance.clone()), offer);
+                    }
+                }
+                Answer::Generated(Box::new(reply))
+            })
+        }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
         Question::Evaluate(request) => {
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
             let (request, fields) = (request.clone(), &world.fields);
-            evaluation_service::answer(&name.0, &name.1, fields, request, slots, &elapsed).map(Answer::Scored)
+            let scores = evaluation_service::answer(&name.0, &name.1, fields, request, slots, &elapsed);
+            scores.map(|scores| Answer::Scored(Scores { takes_offers: true, ..scores }))
         }
     };
     answered.map_err(AskError::Rejected)
@@ -260,6 +356,7 @@ fn foreign(name: &Name, request: &EvaluateRequest) -> Scores {
         cost: vec![1.0; request.candidates.count as usize].into(),
         elapsed_us: 0,
         slots: 1,
+        takes_offers: false,
     }
 }
 

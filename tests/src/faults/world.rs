@@ -12,8 +12,8 @@ use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, People,
-    Scores, Twist,
+    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, Offer,
+    People, Scores, Twist,
 };
 use tokio::sync::Notify;
 
@@ -247,6 +247,18 @@ impl World {
         });
     }
 
+    /// Candidates of a robot on their way from a generator to an evaluator.
+    pub(super) fn offer(self: &Arc<Self>, (robot, from): (&str, &str), to: Name, offer: Offer) {
+        let (world, robot, from) = (Arc::clone(self), robot.to_owned(), from.to_owned());
+        self.executor.spawn(async move {
+            world.way_to_pool().await;
+            let now = world.executor.now();
+            if let Some(replica) = world.state().replicas.get_mut(&to).filter(|r| r.is_up()) {
+                replica.admit_offer(&robot, &from, offer, now);
+            }
+        });
+    }
+
     /// A question to a replica and back.
     async fn exchange(
         self: &Arc<Self>,
@@ -383,9 +395,13 @@ impl Peers for SimulatedPeers {
         self.seat.members.notified().await;
     }
 
-    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(
+        &self,
+        call: Call<'_>,
+        question: &GenerateQuestion<'_>,
+    ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
-        let request = GenerateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
+        let request = GenerateRequest::decode(&question.encode(call.instance, call.budget_ms()), None).unwrap();
         match self.world.exchange(name, (call.robot, call.timeout), Question::Generate(request)).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),

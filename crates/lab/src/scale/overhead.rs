@@ -12,7 +12,7 @@ use curionav_arbiter::cycle::{self, Observation};
 use curionav_arbiter::memory::Memory;
 use curionav_planning::generation::Generated;
 use curionav_pool::budget::Budget;
-use curionav_pool::dispatch;
+use curionav_pool::dispatch::{self, Grown};
 use curionav_pool::peers::Peers;
 use curionav_runtime::convert;
 use curionav_runtime::echo::round_trip;
@@ -214,7 +214,8 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
         let shape = (context.profile.steps, context.profile.dt);
         let generated =
             dispatch::generate(&robot.pool, &context.mission.order.robot, &asked, 0, shape, stage).await;
-        let (Generated { candidates, tree: grown }, cut) = generated.context("no generator answered")?;
+        let Grown { generated, cut, .. } = generated.context("no generator answered")?;
+        let Generated { candidates, tree: grown } = generated;
         tree = Some(grown.clone());
         if seq < half as u64 {
             continue;
@@ -227,8 +228,9 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
             tree: convert::tree_to_wire(grown),
             elapsed_us: 0,
             cut,
+            offered: false,
         };
-        add(wire::keys::GENERATOR, asked.encode(Budget::ms(TIMEOUT)), reply.encode());
+        add(wire::keys::GENERATOR, asked.encode("", Budget::ms(TIMEOUT)), reply.encode());
         let questions = context.evaluate_questions((epoch, seq), &past.scene, &candidates);
         for term in context.pool_terms() {
             let asked = questions.shard(term, 0, 0..candidates.len());
@@ -241,6 +243,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
                 cost: vec![0.0; candidates.len()].into(),
                 elapsed_us: 0,
                 slots: 1,
+                takes_offers: false,
             };
             add(term, asked.encode(Budget::ms(TIMEOUT)), scores.encode());
         }

@@ -184,7 +184,7 @@ impl Peers for OfflinePeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 
@@ -206,6 +206,7 @@ impl Peers for OfflinePeers {
             cost: cost.into(),
             elapsed_us: 0,
             slots: 1,
+            takes_offers: false,
         })
     }
 }
