@@ -1,6 +1,6 @@
 //! Asking an evaluator for the costs of a shard of candidates.
 
-use crate::check::{checks, count, id, length, number, numbers, optional, parameters, part};
+use crate::check::{checks, count, id, length, number, numbers, parameters, part};
 use crate::limits::{MAX_BUDGET_MS, MAX_CANDIDATES};
 use crate::{CandidateShard, F64Array, LaserModel, MapId, OdometryNoise, RobotModel, Scene};
 use ciborium::Value;
@@ -32,11 +32,8 @@ pub struct EvaluateRequest {
     pub odometry_noise: OdometryNoise,
     /// The moment the candidates start from.
     pub scene: Scene,
-    /// The shard; empty asks only to warm up for the map, or comes before its candidates.
+    /// The shard; empty asks only to warm up for the map.
     pub candidates: CandidateShard,
-    /// The generator whose [`Offer`] the shard is; the question waits for it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub offered_by: Option<String>,
     /// The term's parameters: a map.
     pub params: Value,
 }
@@ -49,27 +46,7 @@ checks! { request: EvaluateRequest {
     odometry_noise: part;
     scene: part;
     candidates: part;
-    offered_by: optional(id);
     params: parameters;
-}}
-
-/// The candidates of a question that has come, or comes, without them: from the generator, while its answer is on the way
-/// to the one that asks both.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Offer {
-    /// As in the question.
-    pub epoch: u64,
-    /// As in the question.
-    pub seq: u64,
-    /// As in the question.
-    pub shard: u32,
-    /// The shard, at least one candidate.
-    pub candidates: CandidateShard,
-}
-
-checks! { offer: Offer {
-    candidates: part;
-    candidates: |_, shard: &CandidateShard| count(1, MAX_CANDIDATES)("candidates.count", &shard.count);
 }}
 
 /// Raw costs of a shard, one per candidate, in its order; lower is better.
@@ -91,9 +68,9 @@ pub struct Scores {
     pub elapsed_us: u64,
     /// Shards it computes at once.
     pub slots: u32,
-    /// Whether it can be asked before the candidates are known ([`EvaluateRequest::offered_by`]).
+    /// Whether it also takes questions that a generator forwards ([`Forward`](crate::Forward)).
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub takes_offers: bool,
+    pub takes_forwarded: bool,
 }
 
 checks! { scores: Scores {

@@ -2,7 +2,7 @@
 
 use crate::check::{checks, count, fraction, id, list, number, optional, parameters, part};
 use crate::limits::{MAX_BUDGET_MS, MAX_LIST};
-use crate::{CandidateSet, Clock, LaserModel, MapId, RobotModel, Scene, Tree};
+use crate::{CandidateSet, Clock, LaserModel, MapId, OdometryNoise, RobotModel, Scene, Tree};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 
@@ -38,42 +38,51 @@ pub struct GenerateRequest {
     pub laser: LaserModel,
     /// The generator's parameters: a map.
     pub params: Value,
-    /// What the generator is to send besides its answer.
+    /// Evaluators that the generator is to ask about its candidates; they answer the robot.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub offers: Option<OffersTo>,
+    pub forward: Option<Forward>,
 }
 
-/// Evaluators that are asked at the same time, and wait for their parts of the candidates.
+/// What a generator needs besides its own question to ask evaluators.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct OffersTo {
-    /// How the robot's time passes: in real time an offer is dropped rather than stalling a link.
+pub struct Forward {
+    /// How the robot's time passes: in real time a question is dropped rather than stalling a link.
     pub clock: Clock,
-    /// Who waits for which part.
-    pub to: Vec<OfferTo>,
+    /// Time for the answer, from when the question comes, ms.
+    pub budget_ms: u32,
+    /// Noise of dead reckoning.
+    pub odometry_noise: OdometryNoise,
+    /// Who is to be asked.
+    pub to: Vec<ForwardTo>,
 }
 
-checks! { offers: OffersTo {
+checks! { forward: Forward {
+    budget_ms: count(0, MAX_BUDGET_MS as usize);
+    odometry_noise: part;
     to: list(MAX_LIST, part);
 }}
 
-/// Who waits for which part of the candidates.
+/// Which replica is to be asked about which part of the candidates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct OfferTo {
+pub struct ForwardTo {
     /// The term.
     pub term: String,
     /// Which of its replicas.
     pub instance: String,
-    /// Number of the shard in the question to that replica.
+    /// Which part of the batch this is.
     pub shard: u32,
     /// Share of the candidates that come before the shard.
     pub from: f64,
-    /// The same with the shard. It has the candidates from `round(from * count)` up to `round(to * count)`.
+    /// The same with the shard. It has the candidates from `round(from * count)` up to, and without, `round(to * count)`.
     pub to: f64,
+    /// The term's parameters: a map.
+    pub params: Value,
 }
 
-checks! { part: OfferTo {
+checks! { part: ForwardTo {
     term, instance: id;
     from, to: fraction;
+    params: parameters;
 }}
 
 checks! { request: GenerateRequest {
@@ -85,7 +94,7 @@ checks! { request: GenerateRequest {
     robot_model: part;
     laser: part;
     params: parameters;
-    offers: optional(part);
+    forward: optional(part);
 }}
 
 /// Candidates, and the tree to hand back next time.
@@ -105,9 +114,9 @@ pub struct GenerateReply {
     pub elapsed_us: u64,
     /// Whether the budget ended its growth: another machine would have grown another tree.
     pub cut: bool,
-    /// Whether the candidates have gone to all that wait for them ([`GenerateRequest::offers`]).
+    /// Whether all of [`GenerateRequest::forward`] have been asked.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub offered: bool,
+    pub forwarded: bool,
 }
 
 checks! { reply: GenerateReply {

@@ -63,23 +63,45 @@ pub fn questions(role: &str, instance: &str) -> Result<String, KeyError> {
     Ok(format!("{}/{instance}/*", pool_of(role)?))
 }
 
-/// Where `generator` sends `robot`'s candidates to one replica of a term, which has been asked about them.
-pub fn offer(generator: &str, robot: &str, term: &str, instance: &str) -> Result<String, KeyError> {
+/// Where `generator` asks one replica of a term about the candidates that it has made for `robot`.
+pub fn forward(generator: &str, robot: &str, term: &str, instance: &str) -> Result<String, KeyError> {
     [generator, robot, term, instance].into_iter().try_for_each(check_id)?;
-    Ok(format!("{ROOT}/offer/{generator}/{robot}/{term}/{instance}"))
+    Ok(format!("{ROOT}/forward/{generator}/{robot}/{term}/{instance}"))
 }
 
-/// Where one replica of a term gets candidates from every generator, about every robot.
-pub fn offers(term: &str, instance: &str) -> Result<String, KeyError> {
+/// Where one replica of a term takes the questions of every generator, about every robot.
+pub fn forwarded(term: &str, instance: &str) -> Result<String, KeyError> {
     [term, instance].into_iter().try_for_each(check_id)?;
-    Ok(format!("{ROOT}/offer/*/*/{term}/{instance}"))
+    Ok(format!("{ROOT}/forward/*/*/{term}/{instance}"))
 }
 
-/// The (generator, robot) that an offer's key names; nothing if it is the key of something else.
-pub fn offerer(key: &str) -> Option<(&str, &str)> {
-    let names = key.strip_prefix(ROOT)?.strip_prefix("/offer/")?;
-    let mut names = names.split('/').filter(|name| check_id(name).is_ok());
-    Some((names.next()?, names.next()?))
+/// The robot that a forwarded question's key names; nothing if it is the key of something else.
+pub fn forwarded_for(key: &str) -> Option<&str> {
+    names_of(key, "forward").map(|[_, robot, _, _]| robot)
+}
+
+/// Where one replica of a term answers forwarded questions about `robot`.
+pub fn scores(term: &str, instance: &str, robot: &str) -> Result<String, KeyError> {
+    [term, instance, robot].into_iter().try_for_each(check_id)?;
+    Ok(format!("{ROOT}/scores/{term}/{instance}/{robot}"))
+}
+
+/// The same of every replica of every term.
+pub fn every_scores(robot: &str) -> Result<String, KeyError> {
+    check_id(robot)?;
+    Ok(format!("{ROOT}/scores/*/*/{robot}"))
+}
+
+/// The (term, instance) that a key of scores names; nothing if it is the key of something else.
+pub fn scores_of(key: &str) -> Option<(&str, &str)> {
+    names_of(key, "scores").map(|[term, instance, _]| (term, instance))
+}
+
+/// The names in a key of a family.
+fn names_of<'a, const N: usize>(key: &'a str, family: &str) -> Option<[&'a str; N]> {
+    let names = key.strip_prefix(ROOT)?.strip_prefix('/')?.strip_prefix(family)?.strip_prefix('/')?;
+    let names: Vec<&str> = names.split('/').filter(|name| check_id(name).is_ok()).collect();
+    names.try_into().ok()
 }
 
 /// The robot that a question's key names; nothing if its last chunk is not a plain name.
@@ -157,8 +179,10 @@ mod tests {
         assert_eq!(question("cpc", "a", "r1").unwrap(), "curionav/@v1/evaluate/cpc/a/r1");
         assert_eq!(questions("generator", "g-0").unwrap(), "curionav/@v1/generate/g-0/*");
         assert_eq!(questions("cnc", "a").unwrap(), "curionav/@v1/evaluate/cnc/a/*");
-        assert_eq!(offer("g-0", "r1", "cpc", "a").unwrap(), "curionav/@v1/offer/g-0/r1/cpc/a");
-        assert_eq!(offers("cpc", "a").unwrap(), "curionav/@v1/offer/*/*/cpc/a");
+        assert_eq!(forward("g-0", "r1", "cpc", "a").unwrap(), "curionav/@v1/forward/g-0/r1/cpc/a");
+        assert_eq!(forwarded("cpc", "a").unwrap(), "curionav/@v1/forward/*/*/cpc/a");
+        assert_eq!(scores("cpc", "a", "r1").unwrap(), "curionav/@v1/scores/cpc/a/r1");
+        assert_eq!(every_scores("r1").unwrap(), "curionav/@v1/scores/*/*/r1");
         assert_eq!(map(&MapId([0xab; 32])), format!("curionav/@v1/map/{}", "ab".repeat(32)));
         assert_eq!(world("w", "run").unwrap(), "curionav/@v1/world/w/run");
         assert_eq!(live("arbiter", "x_1").unwrap(), "curionav/@v1/live/arbiter/x_1");
@@ -185,10 +209,13 @@ mod tests {
     }
 
     #[test]
-    fn an_offer_names_its_generator_and_robot() {
-        assert_eq!(offerer(&offer("g-0", "r1", "cpc", "a").unwrap()), Some(("g-0", "r1")));
-        for key in [&offers("cpc", "a").unwrap(), &question("cpc", "a", "r1").unwrap(), ""] {
-            assert_eq!(offerer(key), None, "{key}");
+    fn a_forwarded_question_names_its_robot_and_its_answer_the_replica() {
+        let (asked, answered) = (forward("g-0", "r1", "cpc", "a").unwrap(), scores("cpc", "a", "r1").unwrap());
+        assert_eq!((forwarded_for(&asked), scores_of(&asked)), (Some("r1"), None));
+        assert_eq!((forwarded_for(&answered), scores_of(&answered)), (None, Some(("cpc", "a"))));
+        for key in [forwarded("cpc", "a"), every_scores("r1"), question("cpc", "a", "r1")] {
+            let key = key.unwrap();
+            assert_eq!((forwarded_for(&key), scores_of(&key)), (None, None), "{key}");
         }
     }
 

@@ -4,7 +4,7 @@ use crate::limits::{KIB, MAX_MAP_CELLS, MIB};
 use crate::message::Message;
 use crate::{
     Belief, CandidateSet, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest,
-    InjectRequest, Memory, Mission, MissionCommand, OccupancyGrid, Odometry, Offer, Particles, People, Readiness,
+    InjectRequest, Memory, Mission, MissionCommand, OccupancyGrid, Odometry, Particles, People, Readiness,
     Reject, RunResult, RunStatus, Scan, Scene, Scores, ServiceStatus, Tree, Twist,
 };
 
@@ -70,7 +70,6 @@ messages! {
     GenerateRequest "generate_request" 4 * MIB;
     GenerateReply "generate_reply" 15 * MIB;
     EvaluateRequest "evaluate_request" 13 * MIB;
-    Offer "offer" 12 * MIB + KIB;
     Scores "scores" 64 * KIB;
     OccupancyGrid "occupancy_grid" MAX_MAP_CELLS + 4 * KIB;
     InjectRequest "inject_request" 64 * MIB;

@@ -40,8 +40,8 @@ impl Budget {
         Self::new(now, mission, |both| (began + both).saturating_sub(now).max(both.mul_f64(LEAST)))
     }
 
-    /// For a question that is asked `now`, ahead of its candidates: how long its answer is waited for, and the milliseconds
-    /// that it has from when they are there, if both stages take what they usually take.
+    /// For an evaluator that the generator asks in a cycle that begins `now`: how long its answer is waited for, and the
+    /// milliseconds that it has for it, if both stages take what they usually take.
     pub fn ahead(now: Duration, mission: &Mission, stages: &StageTimes) -> (Duration, u32) {
         let generation = Self::of_generation(now, mission, stages).total;
         let evaluation = Self::of_evaluation(now, now + generation, mission).total;

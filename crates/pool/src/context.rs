@@ -19,7 +19,7 @@ use curionav_planning::scene as planning;
 use curionav_planning::terms::{self, BuildError, DerivedFields, Task};
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
+use curionav_schemas::{Mission, Refusal, Reject, Scene, Value, keys};
 
 /// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
 /// of a seed, so that no tree draws what another draws at another tick.
@@ -205,13 +205,13 @@ impl PlanContext {
 
     /// Questions without candidates: a replica that answers one is warm.
     pub fn warm_up(&self) -> EvaluateQuestions<'_> {
-        self.questions_ahead((0, 0), &self.empty_scene())
+        let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
+        self.fields.evaluate((0, 0), &self.empty_scene(), Cow::Owned(none))
     }
 
-    /// Questions of cycle `id` before there are candidates.
-    pub fn questions_ahead(&self, id: (u64, u64), scene: &Scene) -> EvaluateQuestions<'_> {
-        let none = CandidateSet::empty(self.profile.steps, self.profile.dt);
-        self.fields.evaluate(id, scene, Cow::Owned(none))
+    /// The parameters of a term as they travel; nothing if the profile does not have it.
+    pub fn term_parameters(&self, term: &str) -> Option<&Value> {
+        self.fields.term_parameters(term)
     }
 
     /// A question for no growth at all: a replica that answers it is warm.

@@ -31,8 +31,8 @@ pub struct Grown {
     /// Whether the budget has cut its growth short, as
     /// [`PlanContext::generate`](crate::context::PlanContext::generate) says it.
     pub cut: bool,
-    /// Whether it has offered the candidates to those that wait for them.
-    pub offered: bool,
+    /// Whether it has asked all evaluators that it was to ask.
+    pub forwarded: bool,
 }
 
 /// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
@@ -75,7 +75,7 @@ fn usable(
     }
     let count = candidates.len();
     let generated = Generated { candidates, tree: convert::tree(reply.tree) };
-    let value = Grown { generated, cut: reply.cut, offered: reply.offered };
+    let value = Grown { generated, cut: reply.cut, forwarded: reply.forwarded };
     Ok(Answer { count, value, busy, ahead: None })
 }
 
@@ -92,8 +92,8 @@ pub struct Shard {
     pub elapsed: Duration,
 }
 
-/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once. Those that
-/// were asked `ahead` have been offered the candidates.
+/// Scores the candidates of `robot` that `questions` are about under each of `terms`, all shards at once. Some may
+/// have been asked `ahead`, by the generator.
 pub async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     terms: &[String],
@@ -151,10 +151,10 @@ async fn evaluate_shard<P: Peers>(
     question: &EvaluateQuestion<'_>,
     budget: Budget,
 ) -> Option<Vec<f64>> {
-    let ahead = early.as_ref().map(|early| early.sent);
+    let ahead = early.as_ref().map(|early| early.since);
     let (early, was_of_use) = (Mutex::new(early), AtomicBool::new(ahead.is_none()));
     let ask = |instance: String, timeout: Duration| {
-        // The first that is asked is the one that has been.
+        // The first that is to be asked has been.
         let (early, was_of_use) = (locked(&early).take(), &was_of_use);
         async move {
             let call = Call { instance: &instance, robot, timeout, clock: budget.clock };

@@ -5,8 +5,8 @@ use std::time::Duration;
 use curionav_planning::terms;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
-use curionav_runtime::serve::{Asked, Offers};
-use curionav_schemas::{CandidateShard, EvaluateRequest, Refusal, Reject, Scores, keys};
+use curionav_runtime::serve::Asked;
+use curionav_schemas::{EvaluateRequest, Refusal, Reject, Scores};
 
 use crate::evaluators::evaluator;
 use crate::pool_service;
@@ -16,32 +16,16 @@ use curionav_runtime::fields::Fields;
 /// need is there.
 pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
-    // A question that waits would keep the thread that asks.
-    let takes_offers = !start.config.takes_turns;
-    let offers = || keys::offers(term, &start.config.instance);
-    let offers = takes_offers.then(offers).transpose();
+    // Where services take turns, the answer would come before the generator's.
+    let takes_forwarded = !start.config.takes_turns;
     let answer = move |fields: &Fields, request: EvaluateRequest, asked: Asked<'_>| {
         let scores = answer(term, &instance, fields, request, slots, &|| asked.came.elapsed())?;
-        Ok((scores.cost.len(), Scores { takes_offers, ..scores }))
+        Ok((scores.cost.len(), Scores { takes_forwarded, ..scores }))
     };
     let budget = |request: &EvaluateRequest| {
         (request.candidates.count > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(async move {
-        let offers = offers?.map(|key| Offers { key, awaits, complete });
-        pool_service::run(term, "Candidates scored", start, budget, offers, answer).await
-    })
-}
-
-/// The generator whose candidates a question waits for, and the number of the question.
-pub fn awaits(request: &EvaluateRequest) -> Option<(&str, (u64, u64, u32))> {
-    let from = request.offered_by.as_deref().filter(|_| request.candidates.count == 0)?;
-    Some((from, (request.epoch, request.seq, request.shard)))
-}
-
-/// Completes a question that has waited.
-pub fn complete(request: &mut EvaluateRequest, candidates: CandidateShard) {
-    request.candidates = candidates;
+    Box::pin(pool_service::run(term, "Candidates scored", start, budget, takes_forwarded, answer))
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A
@@ -55,9 +39,6 @@ pub fn answer(
     slots: u32,
     elapsed: &dyn Fn() -> Duration,
 ) -> Result<Scores, Reject> {
-    if awaits(&request).is_some() {
-        return Err(Refusal::TooFew { found: 0, least: 1 }.at("candidates.count"));
-    }
     let budget = Duration::from_millis(request.budget_ms.into());
     let should_stop = || elapsed() > budget;
     let warms_up = request.candidates.count == 0;
@@ -79,7 +60,7 @@ pub fn answer(
         cost: cost.into(),
         elapsed_us: elapsed().as_micros() as u64,
         slots,
-        takes_offers: false,
+        takes_forwarded: false,
     })
 }
 
@@ -90,7 +71,7 @@ mod tests {
     use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
     use curionav_planning::profile::Profile;
     use curionav_planning::terms::Task;
-    use curionav_schemas::{MapId, Message};
+    use curionav_schemas::{CandidateShard, MapId, Message};
     use curionav_testing::golden;
 
     use super::*;

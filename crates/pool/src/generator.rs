@@ -12,10 +12,10 @@ use curionav_runtime::process::{Running, Start};
 use curionav_runtime::query::{Urgency, tell};
 use curionav_runtime::serve::Asked;
 use curionav_schemas::{
-    GenerateReply, GenerateRequest, Offer, OfferTo, OffersTo, Refusal, Reject, keys,
+    EvaluateRequest, Forward, ForwardTo, GenerateReply, GenerateRequest, Refusal, Reject, keys,
 };
 
-use crate::parts::offer;
+use crate::parts::ForwardedFields;
 use crate::pool_service;
 use curionav_runtime::fields::Fields;
 
@@ -36,22 +36,24 @@ curionav_planning::parameters! {
 pub fn run(start: Start<'_>) -> Running<'_> {
     let (instance, session) = (start.config.instance.clone(), start.session.clone());
     let answer = move |fields: &Fields, mut request: GenerateRequest, asked: Asked<'_>| {
-        let order = request.offers.take();
+        let forward = request.forward.take();
+        let forward = forward.map(|forward| (ForwardedFields::new(&request, &forward), forward));
         let (mut reply, candidates) = answer(&instance, fields, request, &|| asked.came.elapsed())?;
-        if let Some(OffersTo { clock, to }) = order {
-            let send = |part: &OfferTo| {
-                let Some(offer) = offer((reply.epoch, reply.seq), &candidates, part) else { return true };
-                let key = keys::offer(&instance, asked.robot, &part.term, &part.instance);
-                key.is_ok_and(|key| tell::<Offer>(&session, &key, offer, Urgency::Shard { clock }))
+        if let Some((fields, Forward { clock, to, .. })) = forward {
+            let ask = |to: &ForwardTo| {
+                let Some(question) = fields.question(to, &candidates) else { return true };
+                let key = keys::forward(&instance, asked.robot, &to.term, &to.instance);
+                let urgency = Urgency::Shard { clock };
+                key.is_ok_and(|key| tell::<EvaluateRequest>(&session, &key, question, urgency))
             };
-            reply.offered = to.iter().fold(true, |all, part| send(part) && all);
+            reply.forwarded = to.iter().fold(true, |all, to| ask(to) && all);
         }
         Ok((candidates.len(), reply))
     };
     let budget = |request: &GenerateRequest| {
         (request.iterations > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, None, answer))
+    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, false, answer))
 }
 
 /// The answer of `instance`, and its candidates once more, within the budget of `request`, of which some has `elapsed`. A
@@ -109,7 +111,7 @@ pub fn answer(
         tree: convert::tree_to_wire(generated.tree),
         elapsed_us: (elapsed() - started).as_micros() as u64,
         cut,
-        offered: false,
+        forwarded: false,
     };
     Ok((reply, generated.candidates))
 }

@@ -23,4 +23,5 @@ mod pool_service;
 mod preparation;
 pub mod question;
 pub mod replicas;
+mod scores_inbox;
 mod slot_selection;

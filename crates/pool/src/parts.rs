@@ -1,14 +1,14 @@
-//! Which part of the candidates a replica gets, and the message in which a generator sends it.
+//! Which part of the candidates a replica gets, and the question in which a generator sends it.
 
 use std::ops::Range;
 
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_schemas::{Fields, OfferTo};
+use curionav_schemas::{Fields, Forward, ForwardTo, GenerateRequest};
 
-/// Room for what is in an offer besides arrays, bytes.
-const OWN_FIELDS: usize = 256;
+/// Room for the fields that every question has of its own, with their names, bytes.
+const OWN_FIELDS: usize = 1024;
 
 /// The shares of the candidates that slots get, from 0 to 1: contiguous, and proportional to the slots' speeds.
 pub(crate) fn shares(speeds: &[f64]) -> Vec<(f64, f64)> {
@@ -28,25 +28,47 @@ pub(crate) fn part_of(count: usize, (from, to): (f64, f64)) -> Range<usize> {
     at(from)..at(to)
 }
 
-/// What goes to an evaluator that waits for its part of the candidates of a cycle (epoch and number): an encoded
-/// [`Offer`](curionav_schemas::Offer); nothing if there are no candidates in its part.
-pub fn offer((epoch, seq): (u64, u64), candidates: &CandidateSet, to: &OfferTo) -> Option<Vec<u8>> {
-    let range = part_of(candidates.len(), (to.from, to.to));
-    if range.is_empty() {
-        return None;
+/// What the questions of a generator to evaluators have in common.
+pub struct ForwardedFields(Fields);
+
+impl ForwardedFields {
+    /// For those that `request` asks for.
+    pub fn new(request: &GenerateRequest, forward: &Forward) -> Self {
+        Self(
+            Fields::default()
+                .with("epoch", &request.epoch)
+                .with("seq", &request.seq)
+                .with("budget_ms", &forward.budget_ms)
+                .with("map", &request.map)
+                .with("goal_x", &request.goal_x)
+                .with("goal_y", &request.goal_y)
+                .with("laser", &request.laser)
+                .with("robot_model", &request.robot_model)
+                .with("odometry_noise", &forward.odometry_noise)
+                .with("scene", &request.scene),
+        )
     }
-    let shard = convert::shard_to_wire(candidates, range, terms::columns(&to.term));
-    let fields = Fields::with_room(shard.array_bytes() + OWN_FIELDS)
-        .with("epoch", &epoch)
-        .with("seq", &seq)
-        .with("shard", &to.shard)
-        .with("candidates", &shard);
-    Some(fields.into_bytes())
+
+    /// The question about its part of the candidates, an encoded [`EvaluateRequest`](curionav_schemas::EvaluateRequest);
+    /// nothing if there are no candidates in it.
+    pub fn question(&self, to: &ForwardTo, candidates: &CandidateSet) -> Option<Vec<u8>> {
+        let range = part_of(candidates.len(), (to.from, to.to));
+        if range.is_empty() {
+            return None;
+        }
+        let shard = convert::shard_to_wire(candidates, range, terms::columns(&to.term));
+        let fields = Fields::with_room(self.0.encoded_len() + shard.array_bytes() + OWN_FIELDS)
+            .and(&self.0)
+            .with("shard", &to.shard)
+            .with("params", &to.params)
+            .with("candidates", &shard);
+        Some(fields.into_bytes())
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use curionav_schemas::{Message, Offer};
+    use curionav_schemas::{EvaluateRequest, Message};
     use curionav_testing::golden;
 
     use super::*;
@@ -74,17 +96,25 @@ mod tests {
     }
 
     #[test]
-    fn an_offer_says_what_its_bytes_say_and_has_the_columns_that_its_term_reads() {
+    fn a_forwarded_question_says_what_the_arbiter_would_ask() {
+        let request = golden::generate_request_to_forward();
+        let forward = request.forward.clone().unwrap();
         let candidates = convert::candidates(golden::candidate_set()).unwrap();
-        let to = |term: &str, from, to| OfferTo { term: term.into(), instance: "a".into(), shard: 3, from, to };
-        let read = |bytes: Vec<u8>| Offer::decode(&bytes, None).unwrap();
-        let whole = read(offer((2, 14), &candidates, &to("cpc", 0.0, 1.0)).unwrap());
-        let expected = golden::candidate_set().into();
-        assert_eq!(whole, Offer { epoch: 2, seq: 14, shard: 3, candidates: expected });
-        let second = read(offer((2, 14), &candidates, &to("cnc", 0.5, 1.0)).unwrap()).candidates;
+        let fields = ForwardedFields::new(&request, &forward);
+        let to = |term: &str, from, to| ForwardTo { term: term.into(), from, to, ..forward.to[0].clone() };
+        let read = |bytes: Vec<u8>| EvaluateRequest::decode(&bytes, None).unwrap();
+        let whole = read(fields.question(&to("cpc", 0.0, 1.0), &candidates).unwrap());
+        let expected = EvaluateRequest {
+            shard: forward.to[0].shard,
+            budget_ms: forward.budget_ms,
+            params: forward.to[0].params.clone(),
+            ..golden::evaluate_request()
+        };
+        assert_eq!(whole, expected);
+        let second = read(fields.question(&to("cnc", 0.5, 1.0), &candidates).unwrap()).candidates;
         assert_eq!((second.count, &second.id[..]), (1, &whole.candidates.id[1..]));
         assert_eq!((second.heading, second.v, second.omega), (None, None, None));
-        assert_eq!(offer((2, 14), &candidates, &to("cnc", 0.5, 0.5)), None);
-        assert_eq!(offer((2, 14), &candidates, &to("cnc", 1.0, 0.0)), None);
+        assert_eq!(fields.question(&to("cnc", 0.5, 0.5), &candidates), None);
+        assert_eq!(fields.question(&to("cnc", 1.0, 0.0), &candidates), None);
     }
 }

@@ -14,6 +14,7 @@ use zenoh::Session;
 
 use crate::budget::Budget;
 use crate::question::{EvaluateQuestion, GenerateQuestion};
+use crate::scores_inbox::ScoresInbox;
 
 /// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
 /// memory and in a time of their own, so that a cycle is a function of what they answer and when.
@@ -27,8 +28,9 @@ pub trait Peers: Send + Sync + 'static {
     /// Does work that takes long without waiting for anything.
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R;
 
-    /// Follows from now on which instances of these roles are alive, besides those that it follows anyway.
-    fn follow(&self, roles: &[&str]);
+    /// Follows from now on which instances of these roles are alive, besides those that it follows anyway, and listens to
+    /// the answers that replicas send to `robot`.
+    fn follow(&self, robot: &str, roles: &[&str]);
 
     /// Instances of `role` that are alive, in order.
     fn alive(&self, role: &str) -> Vec<String>;
@@ -42,6 +44,15 @@ pub trait Peers: Send + Sync + 'static {
         call: Call<'_>,
         question: &GenerateQuestion<'_>,
     ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
+
+    /// The answer of one evaluator of a term to a question that a generator asks it, by the question's epoch, cycle and
+    /// shard; it is expected from the first poll on.
+    fn expect(
+        &self,
+        term: &str,
+        call: Call<'_>,
+        number: (u64, u64, u32),
+    ) -> impl Future<Output = Result<Scores, AskError>> + Send;
 
     /// Asks one evaluator of a term.
     fn evaluate(
@@ -77,10 +88,11 @@ pub struct ZenohPeers {
     session: Session,
     membership: Membership,
     changes: Mutex<watch::Receiver<Members>>,
+    inbox: ScoresInbox,
     started: Instant,
     /// See [`curionav_runtime::config::ServiceConfig::takes_turns`].
     takes_turns: bool,
-    /// Questions sent, by role, probes and those asked twice included.
+    /// Questions sent, by role, probes and those asked twice included, and those that generators ask.
     pub questions: Tally,
     /// Bytes of these, and of the answers that came, by role; without what Zenoh and the link add.
     pub sent: Tally,
@@ -102,7 +114,8 @@ impl ZenohPeers {
         let changes = Mutex::new(membership.changes());
         let (session, started) = (session.clone(), Instant::now());
         let [questions, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
-        Ok(Arc::new(Self { session, membership, changes, started, takes_turns, questions, sent, received }))
+        let inbox = ScoresInbox::default();
+        Ok(Arc::new(Self { session, membership, changes, inbox, started, takes_turns, questions, sent, received }))
     }
 
     async fn ask<Q: Message, A: Message>(
@@ -135,7 +148,10 @@ impl Peers for ZenohPeers {
         if self.takes_turns { work() } else { tokio::task::block_in_place(work) }
     }
 
-    fn follow(&self, roles: &[&str]) {
+    fn follow(&self, robot: &str, roles: &[&str]) {
+        if let Err(error) = self.inbox.listen(&self.session, robot) {
+            tracing::error!(robot, %error, "no answer to a question of a generator will be heard");
+        }
         for role in roles {
             if let Err(error) = self.membership.also(role) {
                 tracing::error!(role, %error, "no replica of this role will be found");
@@ -161,6 +177,28 @@ impl Peers for ZenohPeers {
     ) -> Result<GenerateReply, AskError> {
         let bytes = question.encode(call.instance, call.budget_ms());
         self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
+    }
+
+    async fn expect(
+        &self,
+        term: &str,
+        call: Call<'_>,
+        number: (u64, u64, u32),
+    ) -> Result<Scores, AskError> {
+        let answer = self.inbox.expect(term, call.instance, number);
+        self.questions.add(&[term]);
+        let mut members = self.membership.changes();
+        let is_gone = |members: &Members| members.get(term).is_none_or(|of| !of.contains(call.instance));
+        tokio::select! {
+            biased;
+            answer = answer => {
+                let (answer, received) = answer.map_err(|_| AskError::NoReply)?;
+                self.received.add_many(&[term], received);
+                answer
+            }
+            _ = members.wait_for(is_gone) => Err(AskError::NoReply),
+            () = tokio::time::sleep(call.timeout) => Err(AskError::Timeout),
+        }
     }
 
     async fn evaluate(

@@ -53,7 +53,7 @@ pub(crate) struct Answer<T> {
     pub(crate) count: usize,
     /// What the replica says it took; the way is not its fault.
     pub(crate) busy: Duration,
-    /// When it was asked, if that was ahead of its candidates.
+    /// Since when it was expected, if the generator has asked.
     pub(crate) ahead: Option<Duration>,
 }
 
@@ -220,7 +220,7 @@ impl<P: Peers> Pool<P> {
             // No replica can have been busy for longer than the answer took.
             let now = self.peers.now();
             let waited = now.saturating_sub(sent);
-            let busy = answer.busy.min(answer.ahead.map_or(waited, |asked| now.saturating_sub(asked)));
+            let busy = answer.busy.min(answer.ahead.map_or(waited, |since| now.saturating_sub(since)));
             let mut replicas = self.replicas();
             match answer.ahead {
                 Some(_) => replicas.answered_ahead(role, &instance, answer.count, busy, waited),
@@ -235,8 +235,8 @@ impl<P: Peers> Pool<P> {
     /// it is alive and prepared. Goes on until it is dropped.
     pub async fn keep_ready(&self, context: &PlanContext) {
         let roles: Vec<&str> = context.pool_roles().collect();
-        self.peers.follow(&roles);
         let robot = &context.mission.order.robot;
+        self.peers.follow(robot, &roles);
         let mut probes = FuturesUnordered::new();
         loop {
             let now = self.peers.now();
@@ -298,7 +298,7 @@ impl<P: Peers> Pool<P> {
         }
         let warm_up = context.warm_up();
         let scores = self.peers.evaluate(&probe.role, call, &warm_up.shard(&probe.role, 0, 0..0)).await?;
-        self.replicas().takes_offers(&probe.role, instance, scores.takes_offers);
+        self.replicas().takes_forwarded(&probe.role, instance, scores.takes_forwarded);
         Ok(scores.slots)
     }
 }
@@ -332,7 +332,7 @@ mod tests {
             work()
         }
 
-        fn follow(&self, _: &[&str]) {}
+        fn follow(&self, _: &str, _: &[&str]) {}
 
         fn alive(&self, _: &str) -> Vec<String> {
             vec!["a".into()]
@@ -341,6 +341,10 @@ mod tests {
         async fn membership_changed(&self) {}
 
         async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
+            Err(AskError::NoReply)
+        }
+
+        async fn expect(&self, _: &str, _: Call<'_>, _: (u64, u64, u32)) -> Result<Scores, AskError> {
             Err(AskError::NoReply)
         }
 

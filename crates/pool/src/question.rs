@@ -11,7 +11,7 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_schemas::{Fields, Mission, OfferTo, OffersTo, Reject, Scene, Value};
+use curionav_schemas::{Fields, Forward, Mission, Reject, Scene, Value};
 
 use crate::evaluators;
 
@@ -21,8 +21,8 @@ const OWN_FIELDS: usize = 256;
 /// What all questions of a mission have in common.
 pub(crate) struct MissionFields {
     evaluate: Fields,
-    /// The parameters of each term.
-    terms: BTreeMap<String, Fields>,
+    /// The parameters of each term, and encoded.
+    terms: BTreeMap<String, (Value, Fields)>,
     generate: Fields,
     /// What the generator takes from the profile.
     generator_part: Fields,
@@ -39,7 +39,9 @@ impl MissionFields {
             .with("robot_model", &order.robot_model);
         let mut terms = BTreeMap::new();
         for term in profile.terms.keys() {
-            terms.insert(term.clone(), term_fields(&evaluators::parameters(profile, term)?));
+            let parameters = evaluators::parameters(profile, term)?;
+            let fields = term_fields(&parameters);
+            terms.insert(term.clone(), (parameters, fields));
         }
         Ok(Self {
             evaluate: common.clone().with("odometry_noise", &order.odometry_noise),
@@ -47,6 +49,11 @@ impl MissionFields {
             generate: common.with("generator", &profile.generator),
             generator_part: Fields::default().with("profile", &generator_part(profile)?),
         })
+    }
+
+    /// The parameters of a term of the profile.
+    pub(crate) fn term_parameters(&self, term: &str) -> Option<&Value> {
+        self.terms.get(term).map(|(parameters, _)| parameters)
     }
 
     /// The questions about `candidates` of a scene in cycle (epoch, seq).
@@ -78,7 +85,7 @@ impl MissionFields {
         if let Some(tree) = tree {
             fields = fields.with("tree", &convert::tree_to_wire(tree.clone()));
         }
-        GenerateQuestion { id, fields, offers: None }
+        GenerateQuestion { id, fields, forward: None }
     }
 }
 
@@ -121,13 +128,7 @@ impl EvaluateQuestions<'_> {
 
     /// The question for the costs under `term` of the candidates `range`, which are shard number `shard`.
     pub fn shard<'a>(&'a self, term: &'a str, shard: u32, range: Range<usize>) -> EvaluateQuestion<'a> {
-        EvaluateQuestion { questions: self, term, shard, range, ahead: None }
-    }
-
-    /// The question ahead of the candidates of `part`, which the generator that comes next will offer; the milliseconds
-    /// count from then.
-    pub fn ahead<'a>(&'a self, part: &'a OfferTo, ahead: (&'a str, u32)) -> EvaluateQuestion<'a> {
-        EvaluateQuestion { ahead: Some(ahead), ..self.shard(&part.term, part.shard, 0..0) }
+        EvaluateQuestion { questions: self, term, shard, range }
     }
 }
 
@@ -137,8 +138,6 @@ pub struct EvaluateQuestion<'a> {
     term: &'a str,
     shard: u32,
     range: Range<usize>,
-    /// Who will offer the candidates, and the milliseconds from then, if it is asked ahead of them.
-    ahead: Option<(&'a str, u32)>,
 }
 
 impl EvaluateQuestion<'_> {
@@ -152,46 +151,41 @@ impl EvaluateQuestion<'_> {
         self.range.len()
     }
 
-    /// The bytes of the [`EvaluateRequest`](curionav_schemas::EvaluateRequest), to be answered within `budget_ms` unless
-    /// it is asked ahead, with a time of its own.
+    /// The bytes of the [`EvaluateRequest`](curionav_schemas::EvaluateRequest), to be answered within `budget_ms`.
     pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
         let EvaluateQuestions { mission, cycle, candidates, .. } = self.questions;
         // A term that the profile does not have has no parameters.
         let term = match mission.terms.get(self.term) {
-            Some(fields) => Cow::Borrowed(fields),
+            Some((_, fields)) => Cow::Borrowed(fields),
             None => Cow::Owned(term_fields(&Value::Map(Vec::new()))),
         };
         let shard = convert::shard_to_wire(candidates, self.range.clone(), terms::columns(self.term));
         let parts = [cycle, &mission.evaluate, &*term];
         let room =
             parts.iter().map(|part| part.encoded_len()).sum::<usize>() + shard.array_bytes() + OWN_FIELDS;
-        let fields = parts
+        parts
             .into_iter()
             .fold(Fields::with_room(room), Fields::and)
             .with("shard", &self.shard)
-            .with("candidates", &shard);
-        match self.ahead {
-            Some((generator, ms)) => fields.with("budget_ms", &ms).with("offered_by", &generator),
-            None => fields.with("budget_ms", &budget_ms),
-        }
-        .into_bytes()
+            .with("budget_ms", &budget_ms)
+            .with("candidates", &shard)
+            .into_bytes()
     }
 }
 
 /// One question to a generator.
 pub struct GenerateQuestion<'a> {
     id: (u64, u64),
-    /// All but the budget and what one generator is to offer.
+    /// All but the budget, and whom one generator is to ask.
     fields: Fields,
-    /// What one generator is to send besides.
-    offers: Option<(&'a str, &'a OffersTo)>,
+    forward: Option<(&'a str, &'a Forward)>,
 }
 
 impl<'a> GenerateQuestion<'a> {
-    /// The same, and one generator, if it is asked, offers the candidates to those that wait for them.
+    /// The same, and if this generator is asked, it asks evaluators about its candidates.
     #[must_use]
-    pub fn with_offers(self, offers: Option<(&'a str, &'a OffersTo)>) -> Self {
-        Self { offers, ..self }
+    pub fn to_forward(self, forward: Option<(&'a str, &'a Forward)>) -> Self {
+        Self { forward, ..self }
     }
 
     /// Epoch and number of the cycle.
@@ -205,8 +199,8 @@ impl<'a> GenerateQuestion<'a> {
         let fields = Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
             .and(&self.fields)
             .with("budget_ms", &budget_ms);
-        match self.offers.filter(|(generator, _)| *generator == instance) {
-            Some((_, offers)) => fields.with("offers", offers),
+        match self.forward.filter(|(generator, _)| *generator == instance) {
+            Some((_, forward)) => fields.with("forward", forward),
             None => fields,
         }
         .into_bytes()
@@ -264,7 +258,6 @@ mod tests {
                         omega: part.omega.filter(|_| columns.omega),
                         ..part
                     },
-                    offered_by: None,
                     params: match profile.terms.contains_key(term) {
                         true => evaluators::parameters(&profile, term).unwrap(),
                         false => Value::Map(Vec::new()),
@@ -306,7 +299,7 @@ mod tests {
                 robot_model: order.robot_model,
                 laser: order.laser,
                 params: convert::to_value(&params).unwrap(),
-                offers: None,
+                forward: None,
             };
             let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
             let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));

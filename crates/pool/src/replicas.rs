@@ -32,9 +32,9 @@ const SLOWEST: f64 = 0.125;
 const FORGOTTEN: f64 = 0.02;
 /// However busy a pool is, a shard needs to compute no longer than so many times its way.
 const BUSY_MAX: f64 = 4.0;
-/// One batch in so many is not asked ahead of its candidates, and as many after a question that was and came to nothing:
-/// how long a question travels can only be measured on others.
-const NOT_AHEAD: u64 = 64;
+/// One batch in so many is asked by the arbiter, and as many after a question of a generator that came to nothing: how
+/// long a question travels can be measured on the arbiter's alone.
+const OWN: u64 = 64;
 /// Questions in flight for each slot of a replica: one being computed, one that waits.
 const IN_FLIGHT_PER_SLOT: u32 = 2;
 
@@ -91,8 +91,8 @@ struct Replica {
     unanswered: u32,
     /// The batch of its role it had a part of last; zero before it has had any.
     batch: u64,
-    /// Whether it can be asked ahead of its candidates.
-    takes_offers: bool,
+    /// Whether it takes questions that a generator forwards.
+    takes_forwarded: bool,
 }
 
 impl Replica {
@@ -135,7 +135,7 @@ pub struct Replicas {
     /// Batches each role has been given.
     batches: BTreeMap<String, u64>,
     lateness: BTreeMap<String, Lateness>,
-    /// The first batch of each role that may be asked ahead of its candidates.
+    /// The first batch of each role that a generator may ask about.
     ahead_from: BTreeMap<String, u64>,
     /// Candidates of the last batch.
     last_batch: usize,
@@ -162,7 +162,7 @@ impl Replicas {
                 refused: 0,
                 unanswered: 0,
                 batch: 0,
-                takes_offers: false,
+                takes_forwarded: false,
             });
         }
     }
@@ -289,26 +289,26 @@ impl Replicas {
         self.last_batch = candidates;
     }
 
-    /// Says whether a replica can be asked ahead of its candidates.
-    pub(crate) fn takes_offers(&mut self, role: &str, instance: &str, takes_offers: bool) {
+    /// Says whether a replica takes questions that a generator forwards.
+    pub(crate) fn takes_forwarded(&mut self, role: &str, instance: &str, takes_forwarded: bool) {
         if let Some(replica) = self.find(role, instance) {
-            replica.takes_offers = takes_offers;
+            replica.takes_forwarded = takes_forwarded;
         }
     }
 
-    /// Whether the next batch of `role` may be asked ahead of its candidates: if all that may get a part can be asked so,
-    /// and it is known how long a question to them travels.
+    /// Whether a generator may ask `role` about the next batch: if all that may get a part take its questions, and it is
+    /// known how long a question to them travels.
     pub(crate) fn may_ask_ahead(&self, role: &str) -> bool {
         let next = self.batches.get(role).map_or(1, |batch| batch + 1);
-        let is_turn = !next.is_multiple_of(NOT_AHEAD) && self.ahead_from.get(role).is_none_or(|from| *from <= next);
+        let is_turn = !next.is_multiple_of(OWN) && self.ahead_from.get(role).is_none_or(|from| *from <= next);
         let mut ready = self.of.get(role).into_iter().flat_map(ready).peekable();
-        is_turn && ready.peek().is_some() && ready.all(|(_, r)| r.takes_offers && r.way.is_finite())
+        is_turn && ready.peek().is_some() && ready.all(|(_, r)| r.takes_forwarded && r.way.is_finite())
     }
 
-    /// A question that was asked ahead of its candidates has come to nothing.
+    /// A question that a generator was to ask has come to nothing.
     pub(crate) fn failed_ahead(&mut self, role: &str) {
         let next = self.batches.get(role).map_or(1, |batch| batch + 1);
-        self.ahead_from.insert(role.to_owned(), next + NOT_AHEAD);
+        self.ahead_from.insert(role.to_owned(), next + OWN);
     }
 
     /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest; of generators, which

@@ -12,7 +12,7 @@ pub mod exit;
 pub mod fair_queue;
 pub mod fields;
 pub mod heartbeat;
-pub mod intake;
+mod incoming;
 pub mod latency;
 pub mod locked;
 pub mod lockstep;

@@ -63,7 +63,7 @@ impl Urgency {
     }
 }
 
-/// Sends a message `M` in its bytes to `key`, as questions are sent; whether it could be sent.
+/// Sends a message `M` in its bytes to `key`, as a question is sent; whether it could be sent.
 pub fn tell<M: Message>(session: &Session, key: &str, message: Vec<u8>, urgency: Urgency) -> bool {
     let (congestion, priority) = urgency.quality();
     let put = session.put(key, message).encoding(M::ENCODING);

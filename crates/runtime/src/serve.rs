@@ -9,8 +9,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use curionav_schemas::limits::MAX_TEXT;
-use curionav_schemas::{Message, Offer, Refusal, Reject, keys};
+use curionav_schemas::{Message, Refusal, Reject, keys};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
@@ -21,14 +20,15 @@ use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
-pub use crate::intake::Offers;
-use crate::intake::{BYTES_MIN, Intake, Item, Ready};
+use crate::incoming::{Admission, Home, Incoming};
 use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
 
 /// Bytes of questions that may wait, but for room for one of the largest: a queue of batches of two thousand candidates.
 const QUEUE_BYTES: usize = 32 << 20;
+/// What a question counts for at least: it may hold on to the batch of Zenoh's that it came in.
+const QUESTION_BYTES_MIN: usize = 64 << 10;
 
 /// Counts of one server since it started.
 #[derive(Debug)]
@@ -124,40 +124,35 @@ impl ServeCounts {
     }
 }
 
-/// What waits for a slot, its bytes, and when it came.
-type Arrived = (Item, usize, Instant);
-
-/// Queries, and offers to them, that wait for a slot.
+/// Questions that wait for a slot.
 struct Waiting {
-    queue: Mutex<(FairQueue<Arrived>, bool)>,
+    queue: Mutex<(FairQueue<(Incoming, Instant)>, bool)>,
     /// The queue counts time from here.
     started: Instant,
-    /// Signalled for each arrival, and for all when the server ends.
+    /// Signalled for each question, and for all when the server ends.
     arrived: Condvar,
-    /// Whether the key takes the questions of every robot, each with the robot's name as its last chunk.
-    is_pool: bool,
 }
 
 impl Waiting {
-    /// Adds what came from `robot`, of so many bytes, or gives back what finds no room.
-    fn push(&self, robot: &str, bytes: usize, item: Item) -> Vec<Item> {
+    /// Adds a question of so many bytes, or gives back those that find no room.
+    fn push(&self, robot: &str, bytes: usize, question: Incoming) -> Vec<Incoming> {
         let mut queue = locked(&self.queue);
         if queue.1 {
-            return vec![item];
+            return vec![question];
         }
-        let (bytes, now) = (bytes.max(BYTES_MIN), Instant::now());
-        let refused = queue.0.push(robot, bytes, now - self.started, (item, bytes, now));
+        let (bytes, now) = (bytes.max(QUESTION_BYTES_MIN), Instant::now());
+        let refused = queue.0.push(robot, bytes, now - self.started, (question, now));
         self.arrived.notify_one();
-        refused.into_iter().map(|(item, ..)| item).collect()
+        refused.into_iter().map(|(question, _)| question).collect()
     }
 
-    /// What is next; nothing if nothing waits.
-    fn pop(&self) -> Option<Arrived> {
+    /// The next question; nothing if there is none.
+    fn pop(&self) -> Option<(Incoming, Instant)> {
         locked(&self.queue).0.pop()
     }
 
-    /// What is next, waited for; nothing once the server ends.
-    fn wait(&self) -> Option<Arrived> {
+    /// The next question, waited for; nothing once the server ends.
+    fn wait(&self) -> Option<(Incoming, Instant)> {
         let mut queue = locked(&self.queue);
         loop {
             if let Some(next) = queue.0.pop() {
@@ -170,23 +165,10 @@ impl Waiting {
         }
     }
 
-    /// Something is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
+    /// A question is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
     /// it gave.
     fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         locked(&self.queue).0.done(robot, took, budget);
-    }
-
-    /// The robot that asks with this key: its last chunk, or the same for all questions of a server that has no pool.
-    fn asker<'a>(&self, key: &'a KeyExpr<'_>) -> Option<&'a str> {
-        keys::asker(key).or((!self.is_pool).then_some(""))
-    }
-
-    /// Whom an item is from or about; nothing if a pool's question does not say it.
-    fn robot(&self, item: &Item) -> Option<String> {
-        match item {
-            Item::Asked(query) => self.asker(query.key_expr()).map(str::to_owned),
-            Item::Offered { robot, .. } => Some(robot.clone()),
-        }
     }
 
     fn end(&self) {
@@ -198,7 +180,7 @@ impl Waiting {
 /// A running server; dropping it undeclares the key, answers what waits and ends its threads.
 pub struct Server {
     queryable: Option<Queryable<()>>,
-    offers: Option<Subscriber<()>>,
+    forwarded: Option<Subscriber<()>>,
     waiting: Arc<Waiting>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<ServeCounts>,
@@ -213,7 +195,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        drop((self.queryable.take(), self.offers.take()));
+        drop((self.queryable.take(), self.forwarded.take()));
         self.waiting.end();
         for thread in self.threads.drain(..) {
             // A panic in a handler has already been reported by its thread.
@@ -238,7 +220,7 @@ impl ServeError {
 
 /// Answers questions on `key` with `handler`, which is also told when the question came; what is refused is added to
 /// `refused`.
-pub fn serve<Q: Message + Send + 'static, A: Message>(
+pub fn serve<Q: Message, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
@@ -246,33 +228,36 @@ pub fn serve<Q: Message + Send + 'static, A: Message>(
     handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let handler = move |question: Q, asked: Asked<'_>| (None, handler(question, asked.came));
-    serve_in_time(session, key, at_once_and_waiting, refused, None, handler)
+    serve_in_time(session, key, at_once_and_waiting, None, refused, handler)
 }
 
-/// Who asks, and since when the question is complete.
+/// Who asks, and since when.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
     /// The robot; empty where the key names none.
     pub robot: &'a str,
-    /// When it came, with all that it had to wait for.
+    /// When it came.
     pub came: Instant,
 }
 
 /// The same for questions that are of use for a time alone, which the handler also gives. If the key ends with `/*`, its
 /// last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be answered in
-/// the time that its robot gave for the last one is refused as overloaded when it comes. With `offers` a question may come
-/// before its candidates; it then counts as coming when both are there.
-pub fn serve_in_time<Q: Message + Send + 'static, A: Message>(
+/// the time that its robot gave for the last one is refused as overloaded when it comes. A `replica`, which is a term and an
+/// instance, also takes questions that generators forward, and answers them where robots listen for scores.
+pub fn serve_in_time<Q: Message, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
+    replica: Option<(&str, &str)>,
     refused: &Tally,
-    offers: Option<Offers<Q>>,
     handler: impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let admission = Admission { most: Q::MAX_BYTES, check: Q::admit };
-    let intake = Intake::new(|bytes| Q::decode(bytes, None), offers);
-    serve_queries(session, key, at_once_and_waiting, (admission, intake), refused, handler)
+    let handler = move |payload: &[u8], asked: Asked<'_>| match Q::decode(payload, None) {
+        Ok(question) => handler(question, asked),
+        Err(reject) => (None, Err(reject)),
+    };
+    serve_all(session, (key, replica), at_once_and_waiting, admission, refused, handler)
 }
 
 /// Answers questions that carry no payload: the current state, a map. Those that do carry one, and are refused,
@@ -286,83 +271,64 @@ pub fn serve_state<A: Message>(
     let nothing =
         |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
     let admission = Admission { most: 0, check: nothing };
-    let intake = Intake::new(|_| Ok(()), None);
-    serve_queries(session, key, (1, 64), (admission, intake), refused, move |(), _| (None, state()))
+    serve_all(session, (key, None), (1, 64), admission, refused, move |_, _| (None, state()))
 }
 
-/// What a question may be, before anything of it is read.
-#[derive(Clone, Copy)]
-struct Admission {
-    /// Bytes of the longest.
-    most: usize,
-    /// By length and encoding.
-    check: fn(usize, Option<&str>) -> Result<(), Reject>,
-}
-
-impl Admission {
-    /// The bytes that a question brings along, if it may be asked. All that is not its payload says nothing here, so it is
-    /// short or refused.
-    fn bytes(&self, query: &Query) -> Result<usize, Reject> {
-        let beside = query.attachment().map_or(0, |a| a.len()) + query.parameters().as_str().len();
-        if beside > MAX_TEXT {
-            return Err(Refusal::Oversize { found: beside as u64, most: MAX_TEXT as u64 }.into());
-        }
-        let (length, encoding) =
-            (query.payload().map_or(0, |p| p.len()), query.encoding().map(ToString::to_string));
-        (self.check)(length, encoding.as_deref().filter(|_| length > 0))?;
-        Ok(length)
-    }
-}
-
-/// The general form: `handler` also says for how long an answer is of use; what it refuses is added to `refused`.
-fn serve_queries<Q: Send + 'static, A: Message>(
+/// The general form: `handler` sees the bytes, and also says for how long an answer is of use; what it refuses is added to
+/// `refused`.
+fn serve_all<A: Message>(
     session: &Session,
-    key: &str,
+    (key, replica): (&str, Option<(&str, &str)>),
     (slots, queue): (usize, usize),
-    (admission, intake): (Admission, Intake<Q>),
+    admission: Admission,
     refused: &Tally,
-    handler: impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
+    handler: impl Fn(&[u8], Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
     let waiting = Arc::new(Waiting {
         queue: Mutex::new((FairQueue::new(slots, queue, QUEUE_BYTES.max(admission.most)), false)),
         started: Instant::now(),
         arrived: Condvar::new(),
-        is_pool: key.ends_with("/*"),
     });
-    let (handler, intake) = (Arc::new(handler), Arc::new(intake));
-    let own = KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?;
+    let handler = Arc::new(handler);
+    let home = Arc::new(Home {
+        session: session.clone(),
+        own: KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?,
+        is_pool: key.ends_with("/*"),
+        replica: replica.map(|(term, instance)| (term.to_owned(), instance.to_owned())),
+    });
     let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
-    let mut server = Server { queryable: None, offers: None, waiting, threads: Vec::new(), counts };
+    let mut server = Server { queryable: None, forwarded: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots {
         let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
-        let (own, intake) = (own.clone(), Arc::clone(&intake));
+        let home = Arc::clone(&home);
         let work = move || {
             while let Some(next) = waiting.wait() {
-                answer(&waiting, &own, (&intake, &*handler), &counts, next);
+                answer(&waiting, &home, &*handler, &counts, next);
             }
         };
         let thread = std::thread::Builder::new().name(format!("serve-{slot}")).spawn(work);
         server.threads.push(thread.map_err(|e| ServeError::new(key, e))?);
     }
-    if let Some(offers) = intake.offers_key() {
-        let (queue, counted, intake) = (Arc::clone(&queue), Arc::clone(&counted), Arc::clone(&intake));
+    if let Some((term, instance)) = replica {
+        let forwarded = keys::forwarded(term, instance).map_err(|e| ServeError::new(key, e))?;
+        let (queue, counted, home) = (Arc::clone(&queue), Arc::clone(&counted), Arc::clone(&home));
         let subscriber = session
-            .declare_subscriber(offers.to_owned())
-            .callback(move |sample| admit_offer(&queue, &intake, &counted, &sample))
+            .declare_subscriber(forwarded)
+            .callback(move |sample| admit_forwarded(&queue, &home, admission, &counted, &sample))
             .wait();
-        server.offers = Some(subscriber.map_err(|e| ServeError::new(key, e))?);
+        server.forwarded = Some(subscriber.map_err(|e| ServeError::new(key, e))?);
     }
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
         .callback(move |query| {
-            admit(&queue, (admission, &intake), &counted, query);
+            admit(&queue, &home, admission, &counted, query);
             while slots == 0
                 && let Some(next) = queue.pop()
             {
-                answer(&queue, &own, (&intake, &*handler), &counted, next);
+                answer(&queue, &home, &*handler, &counted, next);
             }
         })
         .wait();
@@ -370,115 +336,70 @@ fn serve_queries<Q: Send + 'static, A: Message>(
     Ok(server)
 }
 
-fn admit<Q>(
-    waiting: &Waiting,
-    (admission, intake): (Admission, &Intake<Q>),
-    counts: &ServeCounts,
-    query: Query,
-) {
-    let key = query.key_expr().clone();
-    let Some(robot) = waiting.asker(&key) else {
-        return refuse(&query, Refusal::WrongRobot, counts);
-    };
-    let bytes = match admission.bytes(&query) {
-        Ok(bytes) => bytes,
-        Err(reject) => return refuse(&query, reject, counts),
-    };
-    push(waiting, intake, counts, (robot, bytes, Item::Asked(query)));
-}
-
-/// Candidates for a question that has come, or is to come.
-fn admit_offer<Q>(waiting: &Waiting, intake: &Intake<Q>, counts: &ServeCounts, sample: &Sample) {
-    let payload = sample.payload();
-    let Some((from, robot)) = keys::offerer(sample.key_expr()) else {
-        return counts.refuse(&Refusal::WrongRobot.into());
-    };
-    if let Err(reject) = Offer::admit(payload.len(), Some(&sample.encoding().to_string())) {
-        return counts.refuse(&reject);
+fn admit(waiting: &Waiting, home: &Home, admission: Admission, counts: &ServeCounts, query: Query) {
+    let bytes = admission.of_query(&query);
+    let question = Incoming::Query(query);
+    match bytes {
+        Ok(bytes) => push(waiting, home, counts, question, bytes),
+        Err(reject) => refuse(&question, home, reject, counts),
     }
-    // A copy, because the bytes received hold on to the whole batch that they came in.
-    let bytes = payload.to_bytes().into_owned();
-    let item = Item::Offered { from: from.to_owned(), robot: robot.to_owned(), bytes };
-    push(waiting, intake, counts, (robot, payload.len(), item));
 }
 
-/// Lets an item wait for a slot, or refuses the questions that find no room, or whose offers find none.
-fn push<Q>(
+fn admit_forwarded(
     waiting: &Waiting,
-    intake: &Intake<Q>,
+    home: &Home,
+    admission: Admission,
     counts: &ServeCounts,
-    (robot, bytes, item): (&str, usize, Item),
+    sample: &Sample,
 ) {
+    match admission.of_sample(sample) {
+        Ok((question, bytes)) => push(waiting, home, counts, Incoming::Forwarded(question), bytes),
+        Err(reject) => counts.refuse(&reject),
+    }
+}
+
+fn push(waiting: &Waiting, home: &Home, counts: &ServeCounts, question: Incoming, bytes: usize) {
+    let Some(robot) = question.robot(home).map(str::to_owned) else {
+        return refuse(&question, home, Refusal::WrongRobot, counts);
+    };
     counts.in_flight.inc();
-    for refused in waiting.push(robot, bytes, item) {
+    for refused in waiting.push(&robot, bytes, question) {
         counts.in_flight.dec();
-        let questions = match refused {
-            Item::Asked(query) => vec![query],
-            Item::Offered { robot, .. } => intake.lost(&robot),
-        };
-        questions.iter().for_each(|query| refuse(query, Refusal::Overloaded, counts));
+        refuse(&refused, home, Refusal::Overloaded, counts);
     }
 }
 
-fn refuse(query: &Query, why: impl Into<Reject>, counts: &ServeCounts) {
+fn refuse(question: &Incoming, home: &Home, why: impl Into<Reject>, counts: &ServeCounts) {
     let reject = why.into();
     counts.refuse(&reject);
-    reply_error(query, &reject);
+    question.refuse(home, &reject);
 }
 
-fn answer<Q, A: Message>(
+fn answer<A: Message>(
     waiting: &Waiting,
-    own: &KeyExpr<'static>,
-    (intake, handler): (&Intake<Q>, &impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>)),
+    home: &Home,
+    handler: &impl Fn(&[u8], Asked<'_>) -> (Option<Duration>, Result<A, Reject>),
     counts: &ServeCounts,
-    arrived: Arrived,
+    (question, came): (Incoming, Instant),
 ) {
     let begun = Instant::now();
-    let robot = waiting.robot(&arrived.0).unwrap_or_default();
-    let (ready, lost) = intake.take(&robot, arrived).unwrap_or_else(|reject| {
-        counts.refuse(&reject);
-        (None, Vec::new())
-    });
-    lost.iter().for_each(|query| refuse(query, Refusal::Overloaded, counts));
-    let Some(Ready { query, came, question }) = ready else {
-        waiting.done(&robot, None, None);
-        counts.in_flight.dec();
-        return;
-    };
+    let robot = question.robot(home).unwrap_or_default();
     // A handler that panics has answered nothing yet; the next question finds the service alive.
     let failed = || Err(Refusal::failed("the service failed on this question").into());
-    let (budget, answered) = match question {
-        Ok(question) => {
-            let asked = Asked { robot: &robot, came };
-            catch_unwind(AssertUnwindSafe(|| handler(question, asked))).unwrap_or_else(|_| (None, failed()))
-        }
-        Err(reject) => (None, Err(reject)),
-    };
+    let handle = || handler(&question.payload(), Asked { robot, came });
+    let (budget, answered) = catch_unwind(AssertUnwindSafe(handle)).unwrap_or_else(|_| (None, failed()));
     let took = answered.is_ok().then(|| begun.elapsed());
-    waiting.done(&robot, took, budget);
+    waiting.done(robot, took, budget);
     match answered {
         Ok(answer) => {
             counts.answered.inc();
-            // A question to several is answered under the key of this one: access rules allow no other.
-            let asked = query.key_expr();
-            let key = if asked.is_wild() { own.clone() } else { asked.clone().into_owned() };
-            let sent = query.reply(key, answer.encode()).encoding(A::ENCODING).wait();
-            if let Err(error) = sent {
-                tracing::debug!(%error, "reply not sent");
-            }
+            question.answer(home, &answer);
         }
         Err(reject) => {
-            counts.refuse(&reject);
-            tracing::debug!(key = %query.key_expr(), %reject, "question refused");
-            reply_error(&query, &reject);
+            tracing::debug!(key = %home.own, robot, %reject, "question refused");
+            refuse(&question, home, reject, counts);
         }
     }
     counts.took(came.elapsed());
     counts.in_flight.dec();
-}
-
-fn reply_error(query: &Query, reject: &Reject) {
-    if let Err(error) = query.reply_err(reject.encode()).encoding(Reject::ENCODING).wait() {
-        tracing::debug!(%error, "refusal not sent");
-    }
 }

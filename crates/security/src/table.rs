@@ -54,8 +54,11 @@ const STREAMS: &[&str] = &[
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
 
-/// Candidates on their way to evaluators.
-const OFFERS: &[&str] = &["offer/*/*/*/*"];
+/// What generators ask evaluators, and what these answer the robots.
+const FORWARDED: &[&str] = &["forward/*/*/*/*", "scores/*/*/*"];
+
+/// The same about one robot.
+const OF_ROBOT: &[&str] = &["forward/*/{robot}/*/*", "scores/*/*/{robot}"];
 
 /// What is asked between routers.
 const LINKED: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*", "status/*/*"];
@@ -130,6 +133,7 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/belief",
                     "robot/{robot}/people",
                     "robot/{robot}/cmd",
+                    "scores/*/*/{robot}",
                 ],
             ),
             may(Verb::Notice, &["robot/{robot}/report", "robot/{robot}/memory"]),
@@ -182,7 +186,7 @@ pub const TABLE: &[Row] = &[
         &["instance"],
         "a replica that generates trajectories",
         &[
-            may(Verb::Put, &["offer/{instance}/*/*/*"]),
+            may(Verb::Put, &["forward/{instance}/*/*/*"]),
             may(Verb::Ask, &["map/*"]),
             may(Verb::Serve, &["generate/{instance}/*"]),
         ],
@@ -192,7 +196,8 @@ pub const TABLE: &[Row] = &[
         &["instance"],
         "a replica that evaluates a term, such as `cpc.a`",
         &[
-            may(Verb::Subscribe, &["offer/*/*/{role}/{instance}"]),
+            may(Verb::Put, &["scores/{role}/{instance}/*"]),
+            may(Verb::Subscribe, &["forward/*/*/{role}/{instance}"]),
             may(Verb::Ask, &["map/*"]),
             may(Verb::Serve, &["evaluate/{role}/{instance}/*"]),
         ],
@@ -300,8 +305,9 @@ pub const TABLE: &[Row] = &[
         &["robot"],
         "the router on a robot, at a router of pools: nothing of `robot/` passes",
         &[
-            may(Verb::Put, &["offer/*/{robot}/*/*"]),
-            may(Verb::Subscribe, &["offer/*/{robot}/*/*"]),
+            may(Verb::Put, OF_ROBOT),
+            may(Verb::Subscribe, OF_ROBOT),
+            may(Verb::Notice, OF_ROBOT),
             may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*", "status/*/*"]),
             may(Verb::Serve, &["map/*"]),
             may(Verb::Find, LINKED),
@@ -314,8 +320,9 @@ pub const TABLE: &[Row] = &[
         &[],
         "a router of pools, at another router",
         &[
-            may(Verb::Put, OFFERS),
-            may(Verb::Subscribe, OFFERS),
+            may(Verb::Put, FORWARDED),
+            may(Verb::Subscribe, FORWARDED),
+            may(Verb::Notice, FORWARDED),
             may(Verb::Ask, LINKED),
             may(Verb::Serve, LINKED),
             may(Verb::Find, LINKED),

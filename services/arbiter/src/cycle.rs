@@ -44,15 +44,13 @@ pub async fn plan<P: Peers>(
     let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, to_go, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
-    // Generate: replicas grow the trees, which travel with the questions. Those that will evaluate are told of the scene
-    // meanwhile, and get the candidates from the generator.
-    let planned = Plan::new(pool, context, &context.active_pool_terms(&scene));
-    let questions = planned.is_some().then(|| context.questions_ahead(id, &scene_message));
-    let both = planned.as_ref().zip(questions.as_ref());
-    let mut ahead = both.map(|(plan, questions)| Ahead::new(pool, context, plan, questions)).unwrap_or_default();
-    let growing = generate(pool, context, memory, &scene, &scene_message, planned.as_ref());
-    let GenerationOutcome { candidates, offered, shortfalls: mut degraded } = ahead.alongside(growing).await?;
-    let ahead = if offered { ahead } else { Ahead::default() };
+    // Generate: replicas grow the trees, which travel with the questions. Where it is possible, the generator then asks the
+    // evaluators, which answer here.
+    let plan = Plan::new(pool, context, &context.active_pool_terms(&scene));
+    let mut ahead = plan.as_ref().map(|plan| Ahead::new(pool, context, plan, id)).unwrap_or_default();
+    let growing = generate(pool, context, memory, &scene, &scene_message, plan.as_ref());
+    let GenerationOutcome { candidates, forwarded, shortfalls: mut degraded } = ahead.alongside(growing).await?;
+    let ahead = if forwarded { ahead } else { Ahead::default() };
     let generated = now();
 
     // Evaluate: shards over every replica, and in process what no replica has scored.

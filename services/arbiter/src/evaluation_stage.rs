@@ -30,7 +30,7 @@ pub(crate) struct EvaluationOutcome {
 }
 
 /// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
-/// The cycle `id` began at `began`. Some replicas may have been asked `ahead`.
+/// The cycle `id` began at `began`. Some answers may be expected already, `ahead`.
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,

@@ -19,8 +19,8 @@ use crate::memory::Memory;
 pub(crate) struct GenerationOutcome {
     /// Those of every tree.
     pub(crate) candidates: CandidateSet,
-    /// Whether those that wait for the candidates have been offered them.
-    pub(crate) offered: bool,
+    /// Whether the generator has asked the evaluators that it was to ask.
+    pub(crate) forwarded: bool,
     /// What fell short.
     pub(crate) shortfalls: Vec<Degradation>,
 }
@@ -40,7 +40,7 @@ pub(crate) async fn generate<P: Peers>(
     let trees = memory.trees.iter().enumerate();
     let questions: Vec<_> = trees
         .map(|(i, tree)| context.generate_question(id, scene_message, i, tree.as_ref(), &previous))
-        .map(|question| question.with_offers(plan.map(|plan| (plan.generator.as_str(), &plan.offers))))
+        .map(|question| question.to_forward(plan.map(|plan| (plan.generator.as_str(), &plan.forward))))
         .collect();
     let shape = (context.profile.steps, context.profile.dt);
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
@@ -50,21 +50,21 @@ pub(crate) async fn generate<P: Peers>(
     }))
     .await;
     let mut sets = Vec::new();
-    let (mut is_local, mut is_cut, mut is_offered) = (false, false, false);
+    let (mut is_local, mut is_cut, mut is_forwarded) = (false, false, false);
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
             let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
             is_local = true;
-            Some(Grown { generated, cut, offered: false })
+            Some(Grown { generated, cut, forwarded: false })
         });
-        let Some(Grown { generated, cut, offered }) = answer else { continue };
+        let Some(Grown { generated, cut, forwarded }) = answer else { continue };
         let Generated { candidates, tree: grown } = generated;
         sets.push(candidates);
         *tree = Some(grown);
         is_cut |= cut;
-        is_offered |= offered;
+        is_forwarded |= forwarded;
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
@@ -73,5 +73,5 @@ pub(crate) async fn generate<P: Peers>(
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();
     let candidates = CandidateSet::concat(shape.0, shape.1, sets);
-    Ok(GenerationOutcome { candidates, offered: is_offered, shortfalls })
+    Ok(GenerationOutcome { candidates, forwarded: is_forwarded, shortfalls })
 }

@@ -4,12 +4,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
-use curionav_pool::parts::offer;
+use curionav_pool::parts::ForwardedFields;
 use curionav_pool::{evaluation_service, generator};
 use curionav_runtime::fair_queue::FairQueue;
-use curionav_runtime::intake::{Half, Halves, Id};
 use curionav_runtime::query::AskError;
-use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Message, Offer, Refusal, Scores};
+use curionav_schemas::{EvaluateRequest, GenerateReply, GenerateRequest, Message, Refusal, Scores};
 use tokio::sync::{Notify, oneshot};
 
 use super::executor::TaskId;
@@ -39,15 +38,7 @@ impl Question {
     pub(super) fn is_work(&self) -> bool {
         match self {
             Self::Generate(request) => request.iterations > 0,
-            Self::Evaluate(request) => request.candidates.count > 0 || request.offered_by.is_some(),
-        }
-    }
-
-    /// The generator that it waits for, and its number.
-    fn awaits(&self) -> Option<(&str, (u64, u64, u32))> {
-        match self {
-            Self::Generate(_) => None,
-            Self::Evaluate(request) => evaluation_service::awaits(request),
+            Self::Evaluate(request) => request.candidates.count > 0,
         }
     }
 
@@ -88,10 +79,6 @@ impl Job {
         Self::new(&self.robot, self.question.clone(), arrived).0
     }
 
-    fn refuse(self) {
-        let _ = self.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
-    }
-
     fn is_of_flood(&self) -> bool {
         self.robot.starts_with(OTHER)
     }
@@ -105,19 +92,10 @@ impl Job {
     }
 }
 
-/// What waits in a replica's queue.
-pub(super) enum Arrival {
-    Asked(Job),
-    /// Candidates of a robot, from a generator.
-    Offered { robot: String, from: String, offer: Offer },
-}
-
 pub(super) struct Replica {
     /// The process, while it is there.
     task: Option<TaskId>,
-    pub(super) queue: FairQueue<Arrival>,
-    /// Questions that wait for their candidates, and the other way round.
-    halves: Halves<Job>,
+    pub(super) queue: FairQueue<Job>,
     pub(super) arrived: Arc<Notify>,
     prepared: bool,
     slots: u32,
@@ -135,7 +113,6 @@ impl Replica {
         Self {
             task: Some(task),
             queue: FairQueue::new(1, QUEUE, usize::MAX),
-            halves: Halves::default(),
             arrived: Arc::default(),
             prepared: false,
             slots,
@@ -160,7 +137,6 @@ impl Replica {
         match (self.task, down) {
             (Some(task), true) => {
                 (self.task, self.queue, self.prepared) = (None, FairQueue::new(1, QUEUE, usize::MAX), false);
-                self.halves = Halves::default();
                 (self.audible, self.since) = (false, now);
                 Some(Some(task))
             }
@@ -187,16 +163,8 @@ impl Replica {
 
     /// As a replica's server does: at once into the queue, or refused.
     pub(super) fn admit(&mut self, job: Job) {
-        if job.question.awaits().is_none() {
-            self.question = Some(job.question.clone());
-        }
+        self.question = Some(job.question.clone());
         self.enqueue(job);
-    }
-
-    /// Candidates of `robot` from a generator, for a question that has come or is to come.
-    pub(super) fn admit_offer(&mut self, robot: &str, from: &str, offer: Offer, now: Duration) {
-        let robot = robot.to_owned();
-        self.push(Arrival::Offered { robot, from: from.to_owned(), offer }, now);
     }
 
     /// Five other robots ask what was asked last, each eight times.
@@ -208,53 +176,11 @@ impl Replica {
     }
 
     fn enqueue(&mut self, job: Job) {
-        let now = job.arrived;
-        self.push(Arrival::Asked(job), now);
-    }
-
-    fn push(&mut self, arrival: Arrival, now: Duration) {
-        let robot = arrival.robot().to_owned();
-        for refused in self.queue.push(&robot, 1, now, arrival) {
-            match refused {
-                Arrival::Asked(job) => job.refuse(),
-                Arrival::Offered { robot, .. } => self.halves.lose(&robot).into_iter().for_each(Job::refuse),
-            }
+        let (robot, now) = (job.robot.clone(), job.arrived);
+        for refused in self.queue.push(&robot, 1, now, job) {
+            let _ = refused.reply.send(Err(AskError::Rejected(Refusal::Overloaded.into())));
         }
         self.arrived.notify_one();
-    }
-
-    /// The job that can be done with what arrived.
-    fn take(&mut self, arrival: Arrival, now: Duration) -> Option<Job> {
-        let (id, half) = match arrival {
-            Arrival::Asked(job) => match job.question.awaits() {
-                None => return Some(job),
-                Some((from, number)) => {
-                    let id = Id { robot: job.robot.clone(), from: from.to_owned(), number };
-                    (id, Half::Question(job))
-                }
-            },
-            Arrival::Offered { robot, from, offer } => {
-                (Id { robot, from, number: (offer.epoch, offer.seq, offer.shard) }, Half::Offer(offer.candidates))
-            }
-        };
-        let (pair, lost) = self.halves.add(id, 1, half);
-        lost.into_iter().for_each(Job::refuse);
-        pair.map(|(mut job, candidates)| {
-            if let Question::Evaluate(request) = &mut job.question {
-                evaluation_service::complete(request, candidates);
-            }
-            self.question = Some(job.question.clone());
-            Job { arrived: now, ..job }
-        })
-    }
-}
-
-impl Arrival {
-    fn robot(&self) -> &str {
-        match self {
-            Self::Asked(job) => &job.robot,
-            Self::Offered { robot, .. } => robot,
-        }
     }
 }
 
@@ -265,20 +191,11 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
     let index = world.index(&name);
     let arrived = Arc::clone(&world.state().replicas[&name].arrived);
     loop {
-        let arrival = world.state().replicas.get_mut(&name).and_then(|replica| replica.queue.pop());
-        let Some(arrival) = arrival else {
+        let job = world.state().replicas.get_mut(&name).and_then(|replica| replica.queue.pop());
+        let Some(job) = job else {
             arrived.notified().await;
             continue;
         };
-        let (robot, now) = (arrival.robot().to_owned(), world.executor.now());
-        let job = world.state().replicas.get_mut(&name).and_then(|replica| {
-            let job = replica.take(arrival, now);
-            if job.is_none() {
-                replica.queue.done(&robot, None, None);
-            }
-            job
-        });
-        let Some(job) = job else { continue };
         while world.has(|f| *f == Fault::Hang(index)) {
             arrived.notified().await;
         }
@@ -324,11 +241,13 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
         Question::Generate(request) => {
             let answered = generator::answer(&name.1, &world.fields, request.clone(), &elapsed);
             answered.map(|(mut reply, candidates)| {
-                reply.offered = request.offers.is_some();
-                for to in request.offers.iter().flat_map(|offers| &offers.to) {
-                    if let Some(offer) = offer((reply.epoch, reply.seq), &candidates, to) {
-                        let offer = Offer::decode(&offer, None).unwrap();
-                        world.offer((&job.robot, &name.1), (to.term.clone(), to.instance.clone()), offer);
+                reply.forwarded = request.forward.is_some();
+                for forward in &request.forward {
+                    let fields = ForwardedFields::new(request, forward);
+                    for to in &forward.to {
+                        if let Some(question) = fields.question(to, &candidates) {
+                            world.forward(&job.robot, (to.term.clone(), to.instance.clone()), &question);
+                        }
                     }
                 }
                 Answer::Generated(Box::new(reply))
@@ -339,7 +258,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
             let (request, fields) = (request.clone(), &world.fields);
             let scores = evaluation_service::answer(&name.0, &name.1, fields, request, slots, &elapsed);
-            scores.map(|scores| Answer::Scored(Scores { takes_offers: true, ..scores }))
+            scores.map(|scores| Answer::Scored(Scores { takes_forwarded: true, ..scores }))
         }
     };
     answered.map_err(AskError::Rejected)
@@ -356,7 +275,7 @@ fn foreign(name: &Name, request: &EvaluateRequest) -> Scores {
         cost: vec![1.0; request.candidates.count as usize].into(),
         elapsed_us: 0,
         slots: 1,
-        takes_offers: false,
+        takes_forwarded: false,
     }
 }
 

@@ -12,10 +12,10 @@ use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::fields::Fields;
 use curionav_runtime::query::AskError;
 use curionav_schemas::{
-    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, Offer,
-    People, Scores, Twist,
+    Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, People,
+    Scores, Twist,
 };
-use tokio::sync::Notify;
+use tokio::sync::{Notify, oneshot};
 
 use super::executor::{Executor, TaskId};
 use super::fault::{Episode, Fault};
@@ -30,6 +30,9 @@ const JOIN: Duration = Duration::from_millis(100);
 
 /// Role and instance.
 pub(super) type Name = (String, String);
+
+/// A robot, a replica, and epoch, cycle and shard of the question.
+type Expected = (String, Name, (u64, u64, u32));
 
 /// What one arbiter has heard of the robot, and how to wake it.
 #[derive(Default)]
@@ -63,6 +66,8 @@ pub(super) struct State {
     pub(super) work_answered: BTreeMap<(String, String), usize>,
     /// Questions that replicas answered in a flood.
     pub(super) flood_answered: usize,
+    /// Who expects which answer of a replica that a generator asks.
+    expected: BTreeMap<Expected, oneshot::Sender<Result<Scores, AskError>>>,
     pub(super) robot: Robot,
     pub(super) checker: Checker,
     pub(super) arbiters_started: u64,
@@ -96,6 +101,7 @@ impl World {
             work_asked: BTreeMap::new(),
             work_answered: BTreeMap::new(),
             flood_answered: 0,
+            expected: BTreeMap::new(),
             robot: Robot::new(&mission),
             checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
             arbiters_started: 0,
@@ -247,15 +253,27 @@ impl World {
         });
     }
 
-    /// Candidates of a robot on their way from a generator to an evaluator.
-    pub(super) fn offer(self: &Arc<Self>, (robot, from): (&str, &str), to: Name, offer: Offer) {
-        let (world, robot, from) = (Arc::clone(self), robot.to_owned(), from.to_owned());
+    /// A question of a generator to an evaluator, and the answer to the robot's arbiter.
+    pub(super) fn forward(self: &Arc<Self>, robot: &str, name: Name, question: &[u8]) {
+        let request = EvaluateRequest::decode(question, None).unwrap();
+        let number = (request.epoch, request.seq, request.shard);
+        let (world, robot) = (Arc::clone(self), robot.to_owned());
         self.executor.spawn(async move {
             world.way_to_pool().await;
-            let now = world.executor.now();
-            if let Some(replica) = world.state().replicas.get_mut(&to).filter(|r| r.is_up()) {
-                replica.admit_offer(&robot, &from, offer, now);
+            let (job, answer) = Job::new(&robot, Question::Evaluate(request), world.executor.now());
+            match world.state().replicas.get_mut(&name).filter(|r| r.is_up()) {
+                Some(replica) => replica.admit(job),
+                None => return,
             }
+            let Ok(answer) = answer.await else { return };
+            world.way_to_pool().await;
+            let scores = answer.and_then(|answer| match answer {
+                Answer::Scored(scores) => Ok(scores),
+                Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
+            });
+            let number = scores.as_ref().map_or(number, |s| (s.epoch, s.seq, s.shard));
+            let expected = world.state().expected.remove(&(robot, name, number));
+            expected.into_iter().for_each(|expected| drop(expected.send(scores.clone())));
         });
     }
 
@@ -383,7 +401,7 @@ impl Peers for SimulatedPeers {
         result
     }
 
-    fn follow(&self, _: &[&str]) {}
+    fn follow(&self, _: &str, _: &[&str]) {}
 
     fn alive(&self, role: &str) -> Vec<String> {
         let state = self.world.state();
@@ -406,6 +424,24 @@ impl Peers for SimulatedPeers {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
+    }
+
+    async fn expect(
+        &self,
+        term: &str,
+        call: Call<'_>,
+        number: (u64, u64, u32),
+    ) -> Result<Scores, AskError> {
+        let key = (call.robot.to_owned(), (term.to_owned(), call.instance.to_owned()), number);
+        let (sender, answer) = oneshot::channel();
+        self.world.state().expected.insert(key.clone(), sender);
+        let answer = tokio::select! {
+            biased;
+            answer = answer => answer.unwrap_or(Err(AskError::NoReply)),
+            () = self.world.executor.sleep(call.timeout) => Err(AskError::Timeout),
+        };
+        self.world.state().expected.remove(&key);
+        answer
     }
 
     async fn evaluate(

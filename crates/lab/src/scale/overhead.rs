@@ -228,7 +228,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
             tree: convert::tree_to_wire(grown),
             elapsed_us: 0,
             cut,
-            offered: false,
+            forwarded: false,
         };
         add(wire::keys::GENERATOR, asked.encode("", Budget::ms(TIMEOUT)), reply.encode());
         let questions = context.evaluate_questions((epoch, seq), &past.scene, &candidates);
@@ -243,7 +243,7 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
                 cost: vec![0.0; candidates.len()].into(),
                 elapsed_us: 0,
                 slots: 1,
-                takes_offers: false,
+                takes_forwarded: false,
             };
             add(term, asked.encode(Budget::ms(TIMEOUT)), scores.encode());
         }

@@ -174,7 +174,7 @@ impl Peers for OfflinePeers {
         work()
     }
 
-    fn follow(&self, _: &[&str]) {}
+    fn follow(&self, _: &str, _: &[&str]) {}
 
     fn alive(&self, _role: &str) -> Vec<String> {
         Vec::new()
@@ -185,6 +185,10 @@ impl Peers for OfflinePeers {
     }
 
     async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
+        Err(AskError::NoReply)
+    }
+
+    async fn expect(&self, _: &str, _: Call<'_>, _: (u64, u64, u32)) -> Result<Scores, AskError> {
         Err(AskError::NoReply)
     }
 
@@ -206,7 +210,7 @@ impl Peers for OfflinePeers {
             cost: cost.into(),
             elapsed_us: 0,
             slots: 1,
-            takes_offers: false,
+            takes_forwarded: false,
         })
     }
 }

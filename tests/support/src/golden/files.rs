@@ -2,8 +2,8 @@
 
 use super::planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request,
-    evaluate_request_ahead, evaluate_request_of_positions, explained_cycle_report, generate_reply,
-    generate_request, generate_request_with_offers, memory, offer, offered_generate_reply, scores, stop,
+    evaluate_request_of_positions, explained_cycle_report, forwarded_generate_reply, generate_reply,
+    generate_request, generate_request_to_forward, memory, scores, stop,
     tree, tree_of_two_roots, twist,
 };
 use super::sentences;
@@ -57,14 +57,12 @@ pub fn all() -> Vec<Golden> {
         golden("tree", &tree()),
         golden("tree.two_roots", &tree_of_two_roots()),
         golden("generate_request", &generate_request()),
-        golden("generate_request.offers", &generate_request_with_offers()),
+        golden("generate_request.forward", &generate_request_to_forward()),
         golden("generate_reply", &generate_reply()),
-        golden("generate_reply.offered", &offered_generate_reply()),
+        golden("generate_reply.forwarded", &forwarded_generate_reply()),
         golden("generate_reply.cut", &cut_generate_reply()),
         golden("evaluate_request", &evaluate_request()),
         golden("evaluate_request.positions", &evaluate_request_of_positions()),
-        golden("evaluate_request.ahead", &evaluate_request_ahead()),
-        golden("offer", &offer()),
         golden("scores", &scores()),
         golden("cycle_report", &cycle_report()),
         golden("cycle_report.explained", &explained_cycle_report()),

@@ -3,8 +3,8 @@
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
     Action, CandidateSet, CandidateShard, Clock, CommandReason, Crowd, CycleReport, Decision, Degradation,
-    EvaluateRequest, Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT, Offer,
-    OfferTo, OffersTo, Place, Previous, PreviousState, Progress, Reason, RejectedCandidate, Rejection, Scores, TermReport,
+    EvaluateRequest, Evaluated, F64Array, Footprint, Forward, ForwardTo, GenerateReply, GenerateRequest, Memory,
+    NO_PARENT, Place, Previous, PreviousState, Progress, Reason, RejectedCandidate, Rejection, Scores, TermReport,
     TermTime, Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
@@ -67,21 +67,23 @@ pub fn generate_request() -> GenerateRequest {
         robot_model: robot_model(Footprint::Disc { radius: 0.3 }),
         laser: laser(),
         params: parameters(&[("goal_bias", 0.1.into())]),
-        offers: None,
+        forward: None,
     }
 }
 
-/// The same, with evaluators that wait for the candidates.
-pub fn generate_request_with_offers() -> GenerateRequest {
-    let to = |term: &str, shard, from, to| OfferTo {
+/// The same, with evaluators that the generator is to ask.
+pub fn generate_request_to_forward() -> GenerateRequest {
+    let to = |term: &str, shard, from, to| ForwardTo {
         term: term.into(),
         instance: format!("{term}-1"),
         shard,
         from,
         to,
+        params: parameters(&[("stride", 4.into())]),
     };
     let to = vec![to("cnc", 0, 0.0, 1.0), to("cpc", 0, 0.0, 0.25), to("cpc", 1, 0.25, 1.0)];
-    GenerateRequest { offers: Some(OffersTo { clock: Clock::Realtime, to }), ..generate_request() }
+    let forward = Forward { clock: Clock::Realtime, budget_ms: 40, odometry_noise: odometry_noise(), to };
+    GenerateRequest { forward: Some(forward), ..generate_request() }
 }
 
 /// The answer with two candidates.
@@ -94,13 +96,13 @@ pub fn generate_reply() -> GenerateReply {
         tree: tree(),
         elapsed_us: 5_210,
         cut: false,
-        offered: false,
+        forwarded: false,
     }
 }
 
-/// The answer of one that has sent its candidates to those that wait for them.
-pub fn offered_generate_reply() -> GenerateReply {
-    GenerateReply { offered: true, ..generate_reply() }
+/// The answer of one that has asked evaluators.
+pub fn forwarded_generate_reply() -> GenerateReply {
+    GenerateReply { forwarded: true, ..generate_reply() }
 }
 
 /// The answer of one that ran out of time.
@@ -123,31 +125,8 @@ pub fn evaluate_request() -> EvaluateRequest {
         odometry_noise: odometry_noise(),
         scene: scene(),
         candidates: candidate_set().into(),
-        offered_by: None,
         params: parameters(&[("stride", 4.into())]),
     }
-}
-
-/// The same before there are candidates.
-pub fn evaluate_request_ahead() -> EvaluateRequest {
-    let none = Vec::<f64>::new();
-    let candidates = CandidateShard {
-        count: 0,
-        id: Vec::new().into(),
-        x: none.clone().into(),
-        y: none.into(),
-        heading: None,
-        v: None,
-        omega: None,
-        ..candidate_set().into()
-    };
-    EvaluateRequest { candidates, offered_by: Some("generator-0".into()), ..evaluate_request() }
-}
-
-/// The candidates of the same.
-pub fn offer() -> Offer {
-    let EvaluateRequest { epoch, seq, shard, candidates, .. } = evaluate_request();
-    Offer { epoch, seq, shard, candidates }
 }
 
 /// The same for a term that reads positions alone.
@@ -167,7 +146,7 @@ pub fn scores() -> Scores {
         cost: vec![0.42, 0.37].into(),
         elapsed_us: 830,
         slots: 2,
-        takes_offers: true,
+        takes_forwarded: true,
     }
 }
 
