@@ -72,16 +72,17 @@ pub struct ForwardTo {
     /// Which part of the batch this is.
     pub shard: u32,
     /// Share of the candidates that come before the shard.
-    pub from: f64,
-    /// The same with the shard. It has the candidates from `round(from * count)` up to, and without, `round(to * count)`.
-    pub to: f64,
+    pub start: f64,
+    /// The same with the shard. It has the candidates from `round(start * count)` up to, and without,
+    /// `round(end * count)`.
+    pub end: f64,
     /// The term's parameters: a map.
     pub params: Value,
 }
 
 checks! { part: ForwardTo {
     term, instance: id;
-    from, to: fraction;
+    start, end: fraction;
     params: parameters;
 }}
 

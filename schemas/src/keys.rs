@@ -210,7 +210,8 @@ mod tests {
 
     #[test]
     fn a_forwarded_question_names_its_robot_and_its_answer_the_replica() {
-        let (asked, answered) = (forward("g-0", "r1", "cpc", "a").unwrap(), scores("cpc", "a", "r1").unwrap());
+        let (asked, answered) =
+            (forward("g-0", "r1", "cpc", "a").unwrap(), scores("cpc", "a", "r1").unwrap());
         assert_eq!((forwarded_for(&asked), scores_of(&asked)), (Some("r1"), None));
         assert_eq!((forwarded_for(&answered), scores_of(&answered)), (None, Some(("cpc", "a"))));
         for key in [forwarded("cpc", "a"), every_scores("r1"), question("cpc", "a", "r1")] {

@@ -96,13 +96,13 @@ mod tests {
         let sample = |who: &str, what: &str| {
             format!("curionav_denied{{role=\"router\",name=\"a\",certificate=\"{who}\",message=\"{what}\"}}")
         };
-        let metrics = [(sample("cpc.a", "put"), 3.0), (sample("viewer", "query"), 1.0)];
+        let metrics = [(sample("echo.a", "put"), 3.0), (sample("viewer", "query"), 1.0)];
         let router = ServiceStatus { metrics: metrics.into(), ..golden::service_status() };
         let found = denied(&[router.clone(), router]);
         assert_eq!(found.len(), 2);
-        assert_eq!(found[0].words(), "6 messages of the kind `put` of the certificate `cpc.a`");
+        assert_eq!(found[0].words(), "6 messages of the kind `put` of the certificate `echo.a`");
         assert!(
-            found[0].missing_right().starts_with("`cpc.a` may put nothing;"),
+            found[0].missing_right().starts_with("`echo.a` may put nothing;"),
             "{}",
             found[0].missing_right()
         );

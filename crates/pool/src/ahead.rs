@@ -52,19 +52,19 @@ impl Plan {
             let slots = replicas.choose_slots(term, &order.robot, count);
             let speeds: Vec<f64> = slots.iter().map(|slot| slot.speed).collect();
             let parts = slots.into_iter().zip(shares(&speeds)).enumerate();
-            to.extend(parts.map(|(index, (slot, (from, to)))| ForwardTo {
+            to.extend(parts.map(|(index, (slot, (start, end)))| ForwardTo {
                 term: term.clone(),
                 instance: slot.instance,
                 shard: index as u32,
-                from,
-                to,
+                start,
+                end,
                 params: params.clone(),
             }));
         }
         let (clock, odometry_noise) = (order.clock, order.odometry_noise);
         let forward = Forward { clock, budget_ms, odometry_noise, to };
         let is_possible = (1..=MAX_LIST).contains(&forward.to.len());
-        is_possible.then(|| Self { generator, forward, timeout })
+        is_possible.then_some(Self { generator, forward, timeout })
     }
 }
 
@@ -99,8 +99,12 @@ impl<'a> Ahead<'a> {
     ) -> Self {
         let (since, order) = (pool.peers.now(), &context.mission.order);
         let expect = |part: &'a ForwardTo| {
-            let call =
-                Call { instance: &part.instance, robot: &order.robot, timeout: plan.timeout, clock: order.clock };
+            let call = Call {
+                instance: &part.instance,
+                robot: &order.robot,
+                timeout: plan.timeout,
+                clock: order.clock,
+            };
             let answer = pool.peers.expect(&part.term, call, (epoch, seq, part.shard));
             let answer: BoxFuture<'a, _> = Box::pin(answer);
             Early { part, since, answer: maybe_done(answer) }

@@ -41,11 +41,11 @@ impl Budget {
     }
 
     /// For an evaluator that the generator asks in a cycle that begins `now`: how long its answer is waited for, and the
-    /// milliseconds that it has for it, if both stages take what they usually take.
+    /// milliseconds that it has for it if generation takes what it usually takes.
     pub fn ahead(now: Duration, mission: &Mission, stages: &StageTimes) -> (Duration, u32) {
-        let generation = Self::of_generation(now, mission, stages).total;
-        let evaluation = Self::of_evaluation(now, now + generation, mission).total;
-        (generation + evaluation, Self::ms(evaluation / 2))
+        let most = Self::of_generation(now, mission, stages).total;
+        let evaluation = |generation| Self::of_evaluation(now, now + generation, mission).total;
+        (most + evaluation(most), Self::ms(evaluation(stages.generation.time().min(most)) / 2))
     }
 
     /// In lockstep a slow machine must never change a decision, so a budget only catches what hangs.
@@ -141,6 +141,13 @@ mod tests {
             (70 * MS, 40 * MS, 20 * MS)
         );
         assert!((generation.spent(began + 10 * MS) - 0.25).abs() < 1e-9);
+        // An evaluator that the generator asks has four fifths of half of what generation usually leaves.
+        let mut stages = StageTimes::default();
+        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 32));
+        (0..100).for_each(|_| stages.took(20 * MS, 20 * MS));
+        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 24));
+        (0..100).for_each(|_| stages.took(200 * MS, 20 * MS));
+        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 8));
         assert!(generation.is_over(began + 40 * MS) && !generation.is_over(began + 39 * MS));
     }
 }

@@ -3,6 +3,7 @@
 //! A candidate's cost depends on the scene and on that candidate alone, so how the batch is cut and who
 //! answers changes nothing about the result.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -106,12 +107,15 @@ pub async fn evaluate<P: Peers>(
     let started = pool.peers.now();
     pool.replicas().wake(started);
     pool.replicas().count_batch(count);
+    let mut asked: BTreeMap<&str, Vec<Early<'_>>> = BTreeMap::new();
+    for early in ahead.0 {
+        asked.entry(&early.part.term).or_default().push(early);
+    }
     let mut work = Vec::new();
-    let (mut early, asked) = (ahead.0, |early: &[Early<'_>], term: &str| early.iter().any(|e| e.part.term == term));
     for term in terms {
-        if asked(&early, term) {
-            for early in early.extract_if(.., |early| early.part.term == *term) {
-                let range = part_of(count, (early.part.from, early.part.to));
+        if let Some(asked) = asked.remove(term.as_str()) {
+            for early in asked {
+                let range = part_of(count, (early.part.start, early.part.end));
                 if !range.is_empty() {
                     let (instance, index) = (early.part.instance.clone(), early.part.shard);
                     work.push((range.len() as f64, term, instance, index, range, Some(early)));

@@ -46,7 +46,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
                 let urgency = Urgency::Shard { clock };
                 key.is_ok_and(|key| tell::<EvaluateRequest>(&session, &key, question, urgency))
             };
-            reply.forwarded = to.iter().fold(true, |all, to| ask(to) && all);
+            reply.forwarded = to.iter().all(ask);
         }
         Ok((candidates.len(), reply))
     };

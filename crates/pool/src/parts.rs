@@ -23,9 +23,9 @@ pub(crate) fn shares(speeds: &[f64]) -> Vec<(f64, f64)> {
 }
 
 /// The candidates that make up a share of `count`; none if it ends before it begins.
-pub(crate) fn part_of(count: usize, (from, to): (f64, f64)) -> Range<usize> {
+pub(crate) fn part_of(count: usize, (start, end): (f64, f64)) -> Range<usize> {
     let at = |share: f64| ((share * count as f64).round() as usize).min(count);
-    at(from)..at(to)
+    at(start)..at(end)
 }
 
 /// What the questions of a generator to evaluators have in common.
@@ -52,7 +52,7 @@ impl ForwardedFields {
     /// The question about its part of the candidates, an encoded [`EvaluateRequest`](curionav_schemas::EvaluateRequest);
     /// nothing if there are no candidates in it.
     pub fn question(&self, to: &ForwardTo, candidates: &CandidateSet) -> Option<Vec<u8>> {
-        let range = part_of(candidates.len(), (to.from, to.to));
+        let range = part_of(candidates.len(), (to.start, to.end));
         if range.is_empty() {
             return None;
         }
@@ -101,7 +101,8 @@ mod tests {
         let forward = request.forward.clone().unwrap();
         let candidates = convert::candidates(golden::candidate_set()).unwrap();
         let fields = ForwardedFields::new(&request, &forward);
-        let to = |term: &str, from, to| ForwardTo { term: term.into(), from, to, ..forward.to[0].clone() };
+        let to =
+            |term: &str, start, end| ForwardTo { term: term.into(), start, end, ..forward.to[0].clone() };
         let read = |bytes: Vec<u8>| EvaluateRequest::decode(&bytes, None).unwrap();
         let whole = read(fields.question(&to("cpc", 0.0, 1.0), &candidates).unwrap());
         let expected = EvaluateRequest {

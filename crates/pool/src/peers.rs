@@ -94,7 +94,9 @@ pub struct ZenohPeers {
     takes_turns: bool,
     /// Questions sent, by role, probes and those asked twice included, and those that generators ask.
     pub questions: Tally,
-    /// Bytes of these, and of the answers that came, by role; without what Zenoh and the link add.
+    /// Usable answers to the latter, by role.
+    pub forwarded: Tally,
+    /// Bytes of the arbiter's own questions, and of the answers that came, by role; without what Zenoh and the link add.
     pub sent: Tally,
     /// See [`sent`](Self::sent).
     pub received: Tally,
@@ -113,9 +115,20 @@ impl ZenohPeers {
         let membership = Membership::follow_roles(session, &built_in)?;
         let changes = Mutex::new(membership.changes());
         let (session, started) = (session.clone(), Instant::now());
-        let [questions, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
+        let [questions, forwarded, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
         let inbox = ScoresInbox::default();
-        Ok(Arc::new(Self { session, membership, changes, inbox, started, takes_turns, questions, sent, received }))
+        Ok(Arc::new(Self {
+            session,
+            membership,
+            changes,
+            inbox,
+            started,
+            takes_turns,
+            questions,
+            forwarded,
+            sent,
+            received,
+        }))
     }
 
     async fn ask<Q: Message, A: Message>(
@@ -179,12 +192,7 @@ impl Peers for ZenohPeers {
         self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
     }
 
-    async fn expect(
-        &self,
-        term: &str,
-        call: Call<'_>,
-        number: (u64, u64, u32),
-    ) -> Result<Scores, AskError> {
+    async fn expect(&self, term: &str, call: Call<'_>, number: (u64, u64, u32)) -> Result<Scores, AskError> {
         let answer = self.inbox.expect(term, call.instance, number);
         self.questions.add(&[term]);
         let mut members = self.membership.changes();
@@ -194,7 +202,7 @@ impl Peers for ZenohPeers {
             answer = answer => {
                 let (answer, received) = answer.map_err(|_| AskError::NoReply)?;
                 self.received.add_many(&[term], received);
-                answer
+                answer.inspect(|_| self.forwarded.add(&[term]))
             }
             _ = members.wait_for(is_gone) => Err(AskError::NoReply),
             () = tokio::time::sleep(call.timeout) => Err(AskError::Timeout),

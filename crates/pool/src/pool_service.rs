@@ -17,9 +17,10 @@ use curionav_runtime::fields::Fields;
 /// a built-in profile and no people.
 const WARM_UP_BYTES: usize = 256 << 10;
 
-/// Serves `role`, which also takes questions that generators forward if it `takes_forwarded`. `answer` is told who asks and when the question came, and also gives how many candidates are in the answer: they
-/// are counted, which `help` describes. A question without a `budget` warms the replica up: it is answered once all that such questions need is there,
-/// and refused as cold while that is derived beside the work.
+/// Serves `role`, which also takes questions that generators forward if it `takes_forwarded`. `answer` is told who asks and
+/// when the question came, and also gives how many candidates are in the answer: they are counted, which `help` describes.
+/// A question without a `budget` warms the replica up: it is answered once all that such questions need is there, and
+/// refused as cold while that is derived beside the work.
 pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     role: &str,
     help: &str,

@@ -83,9 +83,8 @@ fn take(expected: &mut Vec<Expected>, sample: &Sample) {
         scores.map_err(malformed)
     };
     let number = answer.as_ref().ok().map(|scores| (scores.epoch, scores.seq, scores.shard));
-    let is_for = |one: &mut Expected| {
-        one.is_from(replica) && number.is_none_or(|number| number == one.number)
-    };
+    let is_for =
+        |one: &mut Expected| one.is_from(replica) && number.is_none_or(|number| number == one.number);
     for one in expected.extract_if(.., is_for) {
         // One whose cycle is over listens no longer.
         let _ = one.answer.send((answer.clone(), bytes as u64));

@@ -307,7 +307,7 @@ pub const TABLE: &[Row] = &[
         &[
             may(Verb::Put, OF_ROBOT),
             may(Verb::Subscribe, OF_ROBOT),
-            may(Verb::Notice, OF_ROBOT),
+            may(Verb::Notice, FORWARDED),
             may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*", "status/*/*"]),
             may(Verb::Serve, &["map/*"]),
             may(Verb::Find, LINKED),

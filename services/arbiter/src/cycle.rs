@@ -49,7 +49,8 @@ pub async fn plan<P: Peers>(
     let plan = Plan::new(pool, context, &context.active_pool_terms(&scene));
     let mut ahead = plan.as_ref().map(|plan| Ahead::new(pool, context, plan, id)).unwrap_or_default();
     let growing = generate(pool, context, memory, &scene, &scene_message, plan.as_ref());
-    let GenerationOutcome { candidates, forwarded, shortfalls: mut degraded } = ahead.alongside(growing).await?;
+    let GenerationOutcome { candidates, forwarded, shortfalls: mut degraded } =
+        ahead.alongside(growing).await?;
     let ahead = if forwarded { ahead } else { Ahead::default() };
     let generated = now();
 

@@ -242,7 +242,7 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
             let answered = generator::answer(&name.1, &world.fields, request.clone(), &elapsed);
             answered.map(|(mut reply, candidates)| {
                 reply.forwarded = request.forward.is_some();
-                for forward in &request.forward {
+                if let Some(forward) = &request.forward {
                     let fields = ForwardedFields::new(request, forward);
                     for to in &forward.to {
                         if let Some(question) = fields.question(to, &candidates) {

@@ -66,7 +66,9 @@ pub(super) struct State {
     pub(super) work_answered: BTreeMap<(String, String), usize>,
     /// Questions that replicas answered in a flood.
     pub(super) flood_answered: usize,
-    /// Who expects which answer of a replica that a generator asks.
+    /// Questions of generators to evaluators that have been answered.
+    pub(super) answered_forwarded: usize,
+    /// Who expects which answer to such a question.
     expected: BTreeMap<Expected, oneshot::Sender<Result<Scores, AskError>>>,
     pub(super) robot: Robot,
     pub(super) checker: Checker,
@@ -101,6 +103,7 @@ impl World {
             work_asked: BTreeMap::new(),
             work_answered: BTreeMap::new(),
             flood_answered: 0,
+            answered_forwarded: 0,
             expected: BTreeMap::new(),
             robot: Robot::new(&mission),
             checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
@@ -257,10 +260,14 @@ impl World {
     pub(super) fn forward(self: &Arc<Self>, robot: &str, name: Name, question: &[u8]) {
         let request = EvaluateRequest::decode(question, None).unwrap();
         let number = (request.epoch, request.seq, request.shard);
-        let (world, robot) = (Arc::clone(self), robot.to_owned());
+        let (world, robot, question) = (Arc::clone(self), robot.to_owned(), Question::Evaluate(request));
+        self.note_asked(&name.0, &question);
+        if self.has(|f| *f == Fault::NoForwarding) {
+            return;
+        }
         self.executor.spawn(async move {
             world.way_to_pool().await;
-            let (job, answer) = Job::new(&robot, Question::Evaluate(request), world.executor.now());
+            let (job, answer) = Job::new(&robot, question, world.executor.now());
             match world.state().replicas.get_mut(&name).filter(|r| r.is_up()) {
                 Some(replica) => replica.admit(job),
                 None => return,
@@ -272,9 +279,20 @@ impl World {
                 Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
             });
             let number = scores.as_ref().map_or(number, |s| (s.epoch, s.seq, s.shard));
-            let expected = world.state().expected.remove(&(robot, name, number));
-            expected.into_iter().for_each(|expected| drop(expected.send(scores.clone())));
+            let (whose, is_good) = ((robot.clone(), name.0.clone()), scores.is_ok());
+            let mut state = world.state();
+            let expected = state.expected.remove(&(robot, name, number));
+            if expected.is_some_and(|expected| expected.send(scores).is_ok()) && is_good {
+                *state.work_answered.entry(whose).or_default() += 1;
+                state.answered_forwarded += 1;
+            }
         });
+    }
+
+    fn note_asked(&self, role: &str, question: &Question) {
+        let mut state = self.state();
+        state.asked.push((self.executor.now(), format!("{role}: {}", question.name())));
+        *state.work_asked.entry(role.to_owned()).or_default() += usize::from(question.is_work());
     }
 
     /// A question to a replica and back.
@@ -285,11 +303,7 @@ impl World {
         question: Question,
     ) -> Result<Answer, AskError> {
         let (is_work, whose) = (question.is_work(), (robot.to_owned(), name.0.clone()));
-        {
-            let mut state = self.state();
-            state.asked.push((self.executor.now(), format!("{}: {}", name.0, question.name())));
-            *state.work_asked.entry(name.0.clone()).or_default() += usize::from(is_work);
-        }
+        self.note_asked(&name.0, &question);
         let asking = async {
             self.way_to_pool().await;
             let (job, answer) = Job::new(robot, question, self.executor.now());
@@ -419,19 +433,15 @@ impl Peers for SimulatedPeers {
         question: &GenerateQuestion<'_>,
     ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
-        let request = GenerateRequest::decode(&question.encode(call.instance, call.budget_ms()), None).unwrap();
+        let request =
+            GenerateRequest::decode(&question.encode(call.instance, call.budget_ms()), None).unwrap();
         match self.world.exchange(name, (call.robot, call.timeout), Question::Generate(request)).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
     }
 
-    async fn expect(
-        &self,
-        term: &str,
-        call: Call<'_>,
-        number: (u64, u64, u32),
-    ) -> Result<Scores, AskError> {
+    async fn expect(&self, term: &str, call: Call<'_>, number: (u64, u64, u32)) -> Result<Scores, AskError> {
         let key = (call.robot.to_owned(), (term.to_owned(), call.instance.to_owned()), number);
         let (sender, answer) = oneshot::channel();
         self.world.state().expected.insert(key.clone(), sender);

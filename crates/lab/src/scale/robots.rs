@@ -107,7 +107,8 @@ impl Robot {
                 let batch = turn(batches, seq).context("no batch")?;
                 let questions = self.context.evaluate_questions((1, seq), &batch.message, &batch.candidates);
                 let terms = [(*term).to_owned()];
-                let shards = dispatch::evaluate(&self.pool, &terms, robot, &questions, stage, Ahead::default()).await;
+                let shards =
+                    dispatch::evaluate(&self.pool, &terms, robot, &questions, stage, Ahead::default()).await;
                 let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
                 let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
                 Ok(Answer {
@@ -132,8 +133,11 @@ impl Robot {
                 let asked = questions.iter().enumerate().map(|(tree, question)| {
                     dispatch::generate(&self.pool, robot, question, tree, shape, stage)
                 });
-                let generated: Vec<Option<Generated>> =
-                    join_all(asked).await.into_iter().map(|answer| answer.map(|grown| grown.generated)).collect();
+                let generated: Vec<Option<Generated>> = join_all(asked)
+                    .await
+                    .into_iter()
+                    .map(|answer| answer.map(|grown| grown.generated))
+                    .collect();
                 let candidates = generated.iter().flatten().map(|of| of.candidates.len()).sum();
                 let unanswered = generated.iter().filter(|of| of.is_none()).count();
                 *trees = generated.into_iter().map(|of| of.map(|of| of.tree)).collect();

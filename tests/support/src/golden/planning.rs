@@ -3,9 +3,9 @@
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
     Action, CandidateSet, CandidateShard, Clock, CommandReason, Crowd, CycleReport, Decision, Degradation,
-    EvaluateRequest, Evaluated, F64Array, Footprint, Forward, ForwardTo, GenerateReply, GenerateRequest, Memory,
-    NO_PARENT, Place, Previous, PreviousState, Progress, Reason, RejectedCandidate, Rejection, Scores, TermReport,
-    TermTime, Timings, Tree, Twist,
+    EvaluateRequest, Evaluated, F64Array, Footprint, Forward, ForwardTo, GenerateReply, GenerateRequest,
+    Memory, NO_PARENT, Place, Previous, PreviousState, Progress, Reason, RejectedCandidate, Rejection,
+    Scores, TermReport, TermTime, Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -73,12 +73,12 @@ pub fn generate_request() -> GenerateRequest {
 
 /// The same, with evaluators that the generator is to ask.
 pub fn generate_request_to_forward() -> GenerateRequest {
-    let to = |term: &str, shard, from, to| ForwardTo {
+    let to = |term: &str, shard, start, end| ForwardTo {
         term: term.into(),
         instance: format!("{term}-1"),
         shard,
-        from,
-        to,
+        start,
+        end,
         params: parameters(&[("stride", 4.into())]),
     };
     let to = vec![to("cnc", 0, 0.0, 1.0), to("cpc", 0, 0.0, 0.25), to("cpc", 1, 0.25, 1.0)];
