@@ -145,7 +145,8 @@ mod tests {
         let mut stages = StageTimes::default();
         assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 32));
         (0..100).for_each(|_| stages.took(20 * MS, 20 * MS));
-        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 24));
+        let (waits, ms) = Budget::ahead(began, &mission, &stages);
+        assert!(waits == 80 * MS && (23..=24).contains(&ms), "{waits:?}, {ms} ms");
         (0..100).for_each(|_| stages.took(200 * MS, 20 * MS));
         assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 8));
         assert!(generation.is_over(began + 40 * MS) && !generation.is_over(began + 39 * MS));
