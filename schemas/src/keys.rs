@@ -97,11 +97,11 @@ pub fn scores_of(key: &str) -> Option<(&str, &str)> {
     names_of(key, "scores").map(|[term, instance, _]| (term, instance))
 }
 
-/// The names in a key of a family.
+/// The names in a key of a family; nothing if they are more or fewer, or one is not plain.
 fn names_of<'a, const N: usize>(key: &'a str, family: &str) -> Option<[&'a str; N]> {
     let names = key.strip_prefix(ROOT)?.strip_prefix('/')?.strip_prefix(family)?.strip_prefix('/')?;
-    let names: Vec<&str> = names.split('/').filter(|name| check_id(name).is_ok()).collect();
-    names.try_into().ok()
+    let names: [&str; N] = names.split('/').collect::<Vec<_>>().try_into().ok()?;
+    names.iter().all(|name| check_id(name).is_ok()).then_some(names)
 }
 
 /// The robot that a question's key names; nothing if its last chunk is not a plain name.
@@ -158,10 +158,7 @@ pub fn every_status() -> String {
 
 /// The (role, instance) of a liveliness token's or a status key; `None` if the key is neither.
 pub fn service_of(key: &str) -> Option<(&str, &str)> {
-    let (family, names) = key.strip_prefix(ROOT)?.strip_prefix('/')?.split_once('/')?;
-    let (role, instance) = names.split_once('/')?;
-    let named = check_id(role).is_ok() && check_id(instance).is_ok();
-    (matches!(family, "live" | "status") && named).then_some((role, instance))
+    ["live", "status"].into_iter().find_map(|family| names_of(key, family)).map(<(&str, &str)>::from)
 }
 
 #[cfg(test)]
@@ -218,6 +215,8 @@ mod tests {
             let key = key.unwrap();
             assert_eq!((forwarded_for(&key), scores_of(&key)), (None, None), "{key}");
         }
+        // What names the right number of plain names, and something else beside them, names none.
+        assert_eq!(forwarded_for(&format!("{ROOT}/forward/g-0/r1/**/cpc/a")), None);
     }
 
     #[test]

@@ -34,17 +34,17 @@ impl Plan {
     /// For the next cycle of a mission, which needs the costs under `terms`; nothing where it is not possible. Several
     /// trees are put together before they are evaluated.
     pub fn new<P: Peers>(pool: &Pool<P>, context: &PlanContext, terms: &[String]) -> Option<Self> {
-        if context.profile.trees != 1 {
-            return None;
-        }
         let (now, order) = (pool.peers.now(), &context.mission.order);
         let (timeout, budget_ms) = Budget::ahead(now, &context.mission, &pool.stages());
         let mut replicas = pool.replicas();
+        let count = replicas.last_batch();
+        if context.profile.trees != 1 || count == 0 {
+            return None;
+        }
         replicas.wake(now);
         let generator = replicas.preferred(keys::GENERATOR).into_iter().next()?;
-        let count = replicas.last_batch();
         let mut to = Vec::new();
-        for term in terms.iter().filter(|_| count > 0) {
+        for term in terms {
             if !replicas.may_ask_ahead(term) {
                 continue;
             }
@@ -78,7 +78,7 @@ pub(crate) struct Early<'a> {
 }
 
 impl Early<'_> {
-    /// It.
+    /// Completes with it.
     pub(crate) async fn answer(mut self) -> Result<Scores, AskError> {
         (&mut self.answer).await;
         Pin::new(&mut self.answer).take_output().unwrap_or(Err(AskError::NoReply))

@@ -40,13 +40,12 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let forward = forward.map(|forward| (ForwardedFields::new(&request, &forward), forward));
         let (mut reply, candidates) = answer(&instance, fields, request, &|| asked.came.elapsed())?;
         if let Some((fields, Forward { clock, to, .. })) = forward {
-            let ask = |to: &ForwardTo| {
-                let Some(question) = fields.question(to, &candidates) else { return true };
+            let ask = |(to, question): (&ForwardTo, Vec<u8>)| {
                 let key = keys::forward(&instance, asked.robot, &to.term, &to.instance);
-                let urgency = Urgency::Shard { clock };
-                key.is_ok_and(|key| tell::<EvaluateRequest>(&session, &key, question, urgency))
+                let quality = Urgency::Shard { clock }.quality();
+                key.is_ok_and(|key| tell::<EvaluateRequest>(&session, &key, question, quality))
             };
-            reply.forwarded = to.iter().all(ask);
+            reply.forwarded = fields.questions(&to, &candidates).all(ask);
         }
         Ok((candidates.len(), reply))
     };

@@ -49,9 +49,17 @@ impl ForwardedFields {
         )
     }
 
-    /// The question about its part of the candidates, an encoded [`EvaluateRequest`](curionav_schemas::EvaluateRequest);
-    /// nothing if there are no candidates in it.
-    pub fn question(&self, to: &ForwardTo, candidates: &CandidateSet) -> Option<Vec<u8>> {
+    /// Who is to be asked, and what, for those whose part has candidates.
+    pub fn questions<'a>(
+        &'a self,
+        to: &'a [ForwardTo],
+        candidates: &'a CandidateSet,
+    ) -> impl Iterator<Item = (&'a ForwardTo, Vec<u8>)> {
+        to.iter().filter_map(move |to| Some((to, self.question(to, candidates)?)))
+    }
+
+    /// The question about a part of the candidates, an encoded [`EvaluateRequest`](curionav_schemas::EvaluateRequest).
+    fn question(&self, to: &ForwardTo, candidates: &CandidateSet) -> Option<Vec<u8>> {
         let range = part_of(candidates.len(), (to.start, to.end));
         if range.is_empty() {
             return None;

@@ -299,7 +299,7 @@ impl Replicas {
     /// Whether a generator may ask `role` about the next batch: if all that may get a part take its questions, and it is
     /// known how long a question to them travels.
     pub(crate) fn may_ask_ahead(&self, role: &str) -> bool {
-        let next = self.batches.get(role).map_or(1, |batch| batch + 1);
+        let next = self.next_batch(role);
         let is_turn = !next.is_multiple_of(OWN) && self.ahead_from.get(role).is_none_or(|from| *from <= next);
         let mut ready = self.of.get(role).into_iter().flat_map(ready).peekable();
         is_turn && ready.peek().is_some() && ready.all(|(_, r)| r.takes_forwarded && r.way.is_finite())
@@ -307,8 +307,12 @@ impl Replicas {
 
     /// A question that a generator was to ask has come to nothing.
     pub(crate) fn failed_ahead(&mut self, role: &str) {
-        let next = self.batches.get(role).map_or(1, |batch| batch + 1);
-        self.ahead_from.insert(role.to_owned(), next + OWN);
+        self.ahead_from.insert(role.to_owned(), self.next_batch(role) + OWN);
+    }
+
+    /// The number of the batch that a role is given next.
+    fn next_batch(&self, role: &str) -> u64 {
+        self.batches.get(role).map_or(1, |batch| batch + 1)
     }
 
     /// Who takes a question that others have failed: not one of `asked`, the least busy, the fastest; of generators, which

@@ -72,15 +72,10 @@ fn take(expected: &mut Vec<Expected>, sample: &Sample) {
         return;
     }
     let (bytes, encoding) = (sample.payload().len(), sample.encoding().to_string());
-    let malformed = |reject: Reject| AskError::Malformed(reject.to_string());
     let answer = if encoding == Reject::ENCODING {
-        let admitted = Reject::admit(bytes, Some(&encoding));
-        let refusal = admitted.and_then(|()| Reject::decode(&sample.payload().to_bytes(), Some(&encoding)));
-        Err(refusal.map_or_else(malformed, AskError::Rejected))
+        read::<Reject>(sample, &encoding).and_then(|reject| Err(AskError::Rejected(reject)))
     } else {
-        let admitted = Scores::admit(bytes, Some(&encoding));
-        let scores = admitted.and_then(|()| Scores::decode(&sample.payload().to_bytes(), Some(&encoding)));
-        scores.map_err(malformed)
+        read::<Scores>(sample, &encoding)
     };
     let number = answer.as_ref().ok().map(|scores| (scores.epoch, scores.seq, scores.shard));
     let is_for =
@@ -89,4 +84,11 @@ fn take(expected: &mut Vec<Expected>, sample: &Sample) {
         // One whose cycle is over listens no longer.
         let _ = one.answer.send((answer.clone(), bytes as u64));
     }
+}
+
+fn read<M: Message>(sample: &Sample, encoding: &str) -> Result<M, AskError> {
+    // Before a byte is copied.
+    let admitted = M::admit(sample.payload().len(), Some(encoding));
+    let read = admitted.and_then(|()| M::decode(&sample.payload().to_bytes(), Some(encoding)));
+    read.map_err(|reject| AskError::Malformed(reject.to_string()))
 }

@@ -11,6 +11,8 @@ use zenoh::query::Query;
 use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
+use crate::query::tell;
+
 /// A question.
 pub(crate) enum Incoming {
     /// From the one that waits for the reply.
@@ -23,8 +25,7 @@ pub(crate) enum Incoming {
 pub(crate) struct Forwarded {
     robot: String,
     bytes: Vec<u8>,
-    congestion: CongestionControl,
-    priority: Priority,
+    quality: (CongestionControl, Priority),
 }
 
 /// Where answers go.
@@ -73,8 +74,7 @@ impl Admission {
         let forwarded = Forwarded {
             robot: robot.to_owned(),
             bytes: sample.payload().to_bytes().into_owned(),
-            congestion: sample.congestion_control(),
-            priority: sample.priority(),
+            quality: (sample.congestion_control(), sample.priority()),
         };
         Ok((forwarded, length))
     }
@@ -127,10 +127,7 @@ impl Forwarded {
     fn tell<M: Message>(&self, home: &Home, message: &M) {
         let Some((term, instance)) = &home.replica else { return };
         let Ok(key) = keys::scores(term, instance, &self.robot) else { return };
-        let put = home.session.put(key, message.encode()).encoding(M::ENCODING);
-        let sent = put.congestion_control(self.congestion).priority(self.priority).express(true).wait();
-        if let Err(error) = sent {
-            tracing::debug!(%error, "answer not sent");
-        }
+        // What could not be sent has been logged.
+        let _ = tell::<M>(&home.session, &key, message.encode(), self.quality);
     }
 }

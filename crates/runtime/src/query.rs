@@ -54,7 +54,8 @@ pub enum Urgency {
 }
 
 impl Urgency {
-    fn quality(self) -> (CongestionControl, Priority) {
+    /// What Zenoh calls it.
+    pub fn quality(self) -> (CongestionControl, Priority) {
         match self {
             Self::Shard { clock: Clock::Realtime } => (CongestionControl::Drop, Priority::InteractiveLow),
             Self::Shard { clock: Clock::Lockstep } => (CongestionControl::Block, Priority::InteractiveLow),
@@ -63,9 +64,13 @@ impl Urgency {
     }
 }
 
-/// Sends a message `M` in its bytes to `key`, as a question is sent; whether it could be sent.
-pub fn tell<M: Message>(session: &Session, key: &str, message: Vec<u8>, urgency: Urgency) -> bool {
-    let (congestion, priority) = urgency.quality();
+/// Sends a message `M` in its bytes to `key`, as questions are sent; whether it could be sent.
+pub fn tell<M: Message>(
+    session: &Session,
+    key: &str,
+    message: Vec<u8>,
+    (congestion, priority): (CongestionControl, Priority),
+) -> bool {
     let put = session.put(key, message).encoding(M::ENCODING);
     let sent = put.congestion_control(congestion).priority(priority).express(true).wait();
     sent.inspect_err(|error| tracing::warn!(key, %error, "not sent")).is_ok()

@@ -46,7 +46,8 @@ pub async fn plan<P: Peers>(
 
     // Generate: replicas grow the trees, which travel with the questions. Where it is possible, the generator then asks the
     // evaluators, which answer here.
-    let plan = Plan::new(pool, context, &context.active_pool_terms(&scene));
+    let asked_of_pools = context.active_pool_terms(&scene);
+    let plan = Plan::new(pool, context, &asked_of_pools);
     let mut ahead = plan.as_ref().map(|plan| Ahead::new(pool, context, plan, id)).unwrap_or_default();
     let growing = generate(pool, context, memory, &scene, &scene_message, plan.as_ref());
     let GenerationOutcome { candidates, forwarded, shortfalls: mut degraded } =
@@ -56,7 +57,8 @@ pub async fn plan<P: Peers>(
 
     // Evaluate: shards over every replica, and in process what no replica has scored.
     let EvaluationOutcome { scores, evaluated, times, shortfalls } =
-        evaluate(pool, context, (id, started, ahead), &scene, &scene_message, &candidates).await;
+        evaluate(pool, context, (id, started), (&asked_of_pools, ahead), &scene, &scene_message, &candidates)
+            .await;
     degraded.extend(shortfalls);
     let scored = now();
     pool.stages().took(generated - started, scored - generated);

@@ -30,23 +30,23 @@ pub(crate) struct EvaluationOutcome {
 }
 
 /// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
-/// The cycle `id` began at `began`. Some answers may be expected already, `ahead`.
+/// The cycle `id` began at `began`. Pools are asked for `remote`; some answers may be expected already, `ahead`.
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
-    (id, began, ahead): ((u64, u64), Duration, Ahead<'_>),
+    (id, began): ((u64, u64), Duration),
+    (remote, ahead): (&[String], Ahead<'_>),
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
 ) -> EvaluationOutcome {
     let active = context.profile.active_terms(scene.uncertain).map(|(term, _)| term.to_owned());
     let active: Vec<String> = active.collect();
-    let remote = context.active_pool_terms(scene);
     let started = pool.peers.now();
     let stage = Budget::of_evaluation(began, started, &context.mission);
     let questions = context.evaluate_questions(id, scene_message, candidates);
     let robot = &context.mission.order.robot;
-    let shards = dispatch::evaluate(pool, &remote, robot, &questions, stage, ahead).await;
+    let shards = dispatch::evaluate(pool, remote, robot, &questions, stage, ahead).await;
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =

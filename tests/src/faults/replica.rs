@@ -244,10 +244,8 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
                 reply.forwarded = request.forward.is_some();
                 if let Some(forward) = &request.forward {
                     let fields = ForwardedFields::new(request, forward);
-                    for to in &forward.to {
-                        if let Some(question) = fields.question(to, &candidates) {
-                            world.forward(&job.robot, (to.term.clone(), to.instance.clone()), &question);
-                        }
+                    for (to, question) in fields.questions(&forward.to, &candidates) {
+                        world.forward(&job.robot, (to.term.clone(), to.instance.clone()), &question);
                     }
                 }
                 Answer::Generated(Box::new(reply))
