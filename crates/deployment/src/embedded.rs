@@ -19,9 +19,12 @@ pub struct Embedded {
 }
 
 impl Embedded {
-    /// Starts them all on a session without a network and waits until each serves.
+    /// Starts them all on a session without a network and waits until each serves. Where they take turns, the arbiter does
+    /// the work of the pools.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
-        Self::of(&Kind::simulated(), session::embedded().await?, config).await
+        let mut kinds = Kind::simulated();
+        kinds.retain(|kind| !(config.takes_turns && kind.is_of_pool()));
+        Self::of(&kinds, session::embedded().await?, config).await
     }
 
     /// Starts one of each of these kinds on `session` and waits until each serves. Others may be elsewhere.

@@ -39,6 +39,11 @@ impl Kind {
         Self::ALL.iter().copied().filter(|kind| *kind != Self::Ros2Gateway).collect()
     }
 
+    /// Whether an arbiter that is alone does its work.
+    pub fn is_of_pool(self) -> bool {
+        matches!(self, Self::Generator | Self::Cpc | Self::CpcOccluded | Self::Cnc)
+    }
+
     /// The command that runs it; of a service with replicas also what they announce themselves as.
     pub fn name(self) -> &'static str {
         self.into()

@@ -1,15 +1,14 @@
 //! The belief as a sparse histogram of poses, and its clusters: sets of connected bins.
 
-use std::collections::BTreeMap;
-
 use curionav_planning::geometry::Pose2;
+use rustc_hash::FxHashMap;
 
 /// Histogram over (x, y, heading). Bins are numbered in the order in which they were first hit.
 #[derive(Default)]
 pub(crate) struct Histogram {
     bin_position: f64,
     sectors: i64,
-    numbers: BTreeMap<Bin, u32>,
+    numbers: FxHashMap<Bin, u32>,
     bins: Vec<Bin>,
     weight: Vec<f64>,
     /// The bin of the last pose: poses that follow each other are often neighbours.

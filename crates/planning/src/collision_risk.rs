@@ -4,6 +4,8 @@
 //! Where [`crate::collision`] says yes or no for the final check of every planner, this is the graded
 //! answer by which the Risk-RRT baselines choose.
 
+use std::sync::Arc;
+
 use crate::forecast::ForecastParams;
 use crate::geometry::{Point2, Pose2, bearing, wrap_angle};
 use crate::lanes::*;
@@ -176,7 +178,7 @@ pub struct CollisionRisk {
 struct Moment {
     /// Mean positions of eight people each, x and y; at infinity beyond the last person.
     means: Vec<[[f64; LANES]; 2]>,
-    overlap: OverlapTable,
+    overlap: Arc<OverlapTable>,
 }
 
 impl CollisionRisk {
@@ -207,9 +209,9 @@ impl CollisionRisk {
             Moment {
                 means: means_after(people, t),
                 overlap: if needed {
-                    OverlapTable::new(level, contact, forecast.variance(t).sqrt())
+                    OverlapTable::of(level, contact, forecast.variance(t).sqrt())
                 } else {
-                    OverlapTable::default()
+                    Arc::default()
                 },
             }
         };

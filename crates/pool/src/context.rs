@@ -46,6 +46,8 @@ pub struct PlanContext {
     pub goal: Point2,
     /// Whether the arbiter computes itself what no replica answers.
     pub in_process: bool,
+    /// Whether it even asks nothing that it can compute itself.
+    pub alone: bool,
     generator: &'static GeneratorKind,
     fields: MissionFields,
     local: BTreeMap<String, Arc<dyn Evaluator>>,
@@ -97,27 +99,39 @@ impl PlanContext {
             robot,
             information,
             in_process,
+            alone: false,
             generator,
             fields,
             local,
         })
     }
 
+    /// The same for an arbiter that, if it is `alone`, computes all that it can and asks for nothing of it.
+    #[must_use]
+    pub fn alone(self, alone: bool) -> Self {
+        Self { alone, in_process: alone || self.in_process, ..self }
+    }
+
+    /// Whether the arbiter computes a term itself, without asking a pool.
+    pub fn is_own(&self, term: &str) -> bool {
+        terms::is_local(term) || self.alone && self.local.contains_key(term)
+    }
+
     /// Terms asked of pools, in order.
     pub fn pool_terms(&self) -> impl Iterator<Item = &str> {
         let terms = self.profile.terms.iter().filter(|(_, t)| t.weight > 0.0);
-        terms.map(|(m, _)| m.as_str()).filter(|m| !terms::is_local(m))
+        terms.map(|(m, _)| m.as_str()).filter(|m| !self.is_own(m))
     }
 
     /// Terms asked of pools in a scene, in order.
     pub fn active_pool_terms(&self, scene: &planning::Scene) -> Vec<String> {
         let active = self.profile.active_terms(scene.uncertain).map(|(term, _)| term);
-        active.filter(|term| !terms::is_local(term)).map(str::to_owned).collect()
+        active.filter(|term| !self.is_own(term)).map(str::to_owned).collect()
     }
 
     /// All pools that are asked: the generators', then those of the terms.
     pub fn pool_roles(&self) -> impl Iterator<Item = &str> {
-        std::iter::once(keys::GENERATOR).chain(self.pool_terms())
+        (!self.alone).then_some(keys::GENERATOR).into_iter().chain(self.pool_terms())
     }
 
     /// How many replicas of `role` are kept ready. A generator prepares for every goal of the robots that keep it ready, so

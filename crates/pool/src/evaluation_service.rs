@@ -16,16 +16,14 @@ use curionav_runtime::fields::Fields;
 /// need is there.
 pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
-    // Where services take turns, the answer would come before the generator's.
-    let takes_forwarded = !start.config.takes_turns;
     let answer = move |fields: &Fields, request: EvaluateRequest, asked: Asked<'_>| {
         let scores = answer(term, &instance, fields, request, slots, &|| asked.came.elapsed())?;
-        Ok((scores.cost.len(), Scores { takes_forwarded, ..scores }))
+        Ok((scores.cost.len(), Scores { takes_forwarded: true, ..scores }))
     };
     let budget = |request: &EvaluateRequest| {
         (request.candidates.count > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(term, "Candidates scored", start, budget, takes_forwarded, answer))
+    Box::pin(pool_service::run(term, "Candidates scored", start, budget, true, answer))
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A

@@ -1,8 +1,7 @@
 //! Typed queryables with admission control.
 //!
 //! Zenoh calls back on its receiving threads, so the callback only puts the query into a bounded queue (or refuses it
-//! as overloaded, at once); threads of our own compute and answer, one robot after the other. Without threads, that is with
-//! 0 questions at once, the callback answers as well. Within one process that is the thread that asks.
+//! as overloaded, at once); threads of our own compute and answer, one robot after the other.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -146,11 +145,6 @@ impl Waiting {
         refused.into_iter().map(|(question, _)| question).collect()
     }
 
-    /// The next question; nothing if there is none.
-    fn pop(&self) -> Option<(Incoming, Instant)> {
-        locked(&self.queue).0.pop()
-    }
-
     /// The next question, waited for; nothing once the server ends.
     fn wait(&self) -> Option<(Incoming, Instant)> {
         let mut queue = locked(&self.queue);
@@ -165,8 +159,7 @@ impl Waiting {
         }
     }
 
-    /// A question is over that [`pop`](Self::pop) or [`wait`](Self::wait) has given: what its answer took, and the time that
-    /// it gave.
+    /// A question is over that [`wait`](Self::wait) has given: what its answer took, and the time that it gave.
     fn done(&self, robot: &str, took: Option<Duration>, budget: Option<Duration>) {
         locked(&self.queue).0.done(robot, took, budget);
     }
@@ -284,7 +277,7 @@ fn serve_all<A: Message>(
     refused: &Tally,
     handler: impl Fn(&[u8], Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
-    let counts = Arc::new(ServeCounts::of(slots.max(1), queue, refused.clone()));
+    let counts = Arc::new(ServeCounts::of(slots, queue, refused.clone()));
     let waiting = Arc::new(Waiting {
         queue: Mutex::new((FairQueue::new(slots, queue, QUEUE_BYTES.max(admission.most)), false)),
         started: Instant::now(),
@@ -323,14 +316,7 @@ fn serve_all<A: Message>(
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
-        .callback(move |query| {
-            admit(&queue, &home, admission, &counted, query);
-            while slots == 0
-                && let Some(next) = queue.pop()
-            {
-                answer(&queue, &home, &*handler, &counted, next);
-            }
-        })
+        .callback(move |query| admit(&queue, &home, admission, &counted, query))
         .wait();
     server.queryable = Some(queryable.map_err(|e| ServeError::new(key, e))?);
     Ok(server)

@@ -6,7 +6,6 @@ use std::time::Duration;
 use curionav_planning::arbitration::Scores;
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
-use curionav_planning::terms;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
 use crate::in_process;
@@ -60,6 +59,9 @@ pub(crate) async fn evaluate<P: Peers>(
             Evaluated::Local
         } else if missing.contains(&term) && scores.missing(term).len() == candidates.len() {
             Evaluated::None
+        } else if context.is_own(term) {
+            // Of no candidate at all.
+            Evaluated::Local
         } else {
             Evaluated::Pool
         }
@@ -67,14 +69,15 @@ pub(crate) async fn evaluate<P: Peers>(
     let evaluated: BTreeMap<_, _> = active.iter().map(|term| (term.clone(), how(term))).collect();
     times.extend(local.iter().map(|term| ((*term).to_owned(), all)));
     let times = times.into_iter().map(|(term, us)| TermTime { term, us }).collect();
-    let shortfalls = evaluated.iter().filter_map(|(term, how)| shortfall(term, *how, &scores)).collect();
+    let shortfalls =
+        evaluated.iter().filter_map(|(term, how)| shortfall(context, term, *how, &scores)).collect();
     EvaluationOutcome { scores, evaluated, times, shortfalls }
 }
 
-fn shortfall(term: &str, how: Evaluated, scores: &Scores) -> Option<Degradation> {
+fn shortfall(context: &PlanContext, term: &str, how: Evaluated, scores: &Scores) -> Option<Degradation> {
     let name = term.to_owned();
     match how {
-        Evaluated::Local if !terms::is_local(term) => Some(Degradation::EvaluatedLocally { term: name }),
+        Evaluated::Local if !context.is_own(term) => Some(Degradation::EvaluatedLocally { term: name }),
         Evaluated::None => Some(Degradation::NotEvaluated { term: name }),
         Evaluated::Pool if !scores.missing(term).is_empty() => {
             Some(Degradation::PartlyEvaluated { term: name })

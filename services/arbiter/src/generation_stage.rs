@@ -37,8 +37,10 @@ pub(crate) async fn generate<P: Peers>(
     let (id, peers) = (memory.id(), &*pool.peers);
     let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
     memory.trees.resize(context.profile.trees as usize, None);
-    let trees = memory.trees.iter().enumerate();
-    let questions: Vec<_> = trees
+    let asked = if context.alone { &[] } else { &memory.trees[..] };
+    let questions: Vec<_> = asked
+        .iter()
+        .enumerate()
         .map(|(i, tree)| context.generate_question(id, scene_message, i, tree.as_ref(), &previous))
         .map(|question| question.to_forward(plan.map(|plan| (plan.generator.as_str(), &plan.forward))))
         .collect();
@@ -51,12 +53,13 @@ pub(crate) async fn generate<P: Peers>(
     .await;
     let mut sets = Vec::new();
     let (mut is_local, mut is_cut, mut is_forwarded) = (false, false, false);
+    let answers = answers.into_iter().chain(std::iter::repeat_with(|| None));
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
             let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
-            is_local = true;
+            is_local = !context.alone;
             Some(Grown { generated, cut, forwarded: false })
         });
         let Some(Grown { generated, cut, forwarded }) = answer else { continue };
@@ -68,7 +71,7 @@ pub(crate) async fn generate<P: Peers>(
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
-        grown if grown < questions.len() => Some(Degradation::PartlyGenerated),
+        grown if grown < memory.trees.len() => Some(Degradation::PartlyGenerated),
         _ => is_local.then_some(Degradation::GeneratedLocally),
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();

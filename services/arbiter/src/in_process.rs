@@ -6,7 +6,6 @@ use std::collections::BTreeSet;
 use curionav_planning::arbitration::{Scores, total_costs};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
-use curionav_planning::terms;
 
 use curionav_pool::context::PlanContext;
 
@@ -14,8 +13,8 @@ use curionav_pool::context::PlanContext;
 const CHUNK: usize = 16;
 
 /// Scores what is missing of `terms_to_score` until `is_over`, and says under which of them it scored any candidate.
-/// Local terms are never cut short, because no replica computes them. Of the others the most promising candidates come
-/// first, each under every term, so that what is done in time can be followed.
+/// Those that are the arbiter's own are never cut short, because no replica computes them. Of the others the most promising
+/// candidates come first, each under every term, so that what is done in time can be followed.
 pub(crate) fn score<'a>(
     context: &PlanContext,
     scene: &Scene,
@@ -50,7 +49,7 @@ pub(crate) fn score<'a>(
         }
     };
     let (local, others): (Vec<&str>, Vec<&str>) =
-        terms_to_score.iter().partition(|term| terms::is_local(term));
+        terms_to_score.iter().partition(|term| context.is_own(term));
     let all: Vec<usize> = (0..candidates.len()).collect();
     let mut scored: BTreeSet<&str> =
         local.into_iter().filter(|term| score_some(term, &all, scores, &|| false)).collect();

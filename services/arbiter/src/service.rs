@@ -31,6 +31,7 @@ struct Arbiter {
     service: RobotService,
     fields: Fields,
     in_process: bool,
+    alone: bool,
     pool: Arc<Pool<ZenohPeers>>,
     /// What keeps the replicas of the pool ready.
     keeping_ready: JoinSet<()>,
@@ -62,6 +63,7 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let mut arbiter = Arbiter {
             fields: fields.clone(),
             in_process: config.in_process,
+            alone: config.takes_turns,
             pool: Arc::new(Pool::counted(
                 ZenohPeers::new(session, config.takes_turns)?,
                 service.counts.refused.clone(),
@@ -105,8 +107,10 @@ impl MissionFollower for Arbiter {
         self.pool.clear();
         self.succeed().await.map_err(Refusal::failed)?;
         self.memory = self.memory.fresh();
-        let (fields, mission, in_process) = (self.fields.clone(), mission.clone(), self.in_process);
-        let preparing = move || PlanContext::new(mission, &fields, in_process);
+        let (fields, mission) = (self.fields.clone(), mission.clone());
+        let (in_process, alone) = (self.in_process, self.alone);
+        let preparing =
+            move || PlanContext::new(mission, &fields, in_process).map(|context| context.alone(alone));
         let prepared = tokio::task::spawn_blocking(preparing).await;
         let context = Arc::new(prepared.map_err(Refusal::failed)??);
         self.counts.follow(context.pool_roles().map(str::to_owned));

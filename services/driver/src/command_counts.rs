@@ -48,7 +48,7 @@ impl CommandCounts {
     pub(crate) fn register(
         &self,
         metrics: &mut Metrics,
-        missions: watch::Receiver<Option<Mission>>,
+        missions: watch::Receiver<Option<Arc<Mission>>>,
         base: &Base,
     ) {
         if let Base::Real(own) = base {

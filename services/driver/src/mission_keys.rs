@@ -28,7 +28,7 @@ pub(crate) type Serving = [Server; 3];
 /// The mission, and where every change of it is published.
 pub(crate) struct MissionKeys {
     current: Mutex<CurrentMission>,
-    changed: watch::Sender<Option<Mission>>,
+    changed: watch::Sender<Option<Arc<Mission>>>,
     /// Wakes the thread that publishes; that thread ends with this.
     publish: SyncSender<()>,
 }
@@ -39,7 +39,7 @@ impl MissionKeys {
         session: &Session,
         robot: &str,
         base: Base,
-        changed: watch::Sender<Option<Mission>>,
+        changed: watch::Sender<Option<Arc<Mission>>>,
     ) -> anyhow::Result<Self> {
         let published = Topic::new(session, &keys::robot(robot, "mission")?, Flow::State)?;
         let (publish, woken) = sync_channel(1);
@@ -50,7 +50,7 @@ impl MissionKeys {
             while !matches!(woken.recv_timeout(MISSION_REPEATED), Err(RecvTimeoutError::Disconnected)) {
                 let mission = newest.borrow().clone();
                 if let Some(mission) = mission {
-                    published.publish(&mission, mission.order.clock);
+                    published.publish(&*mission, mission.order.clock);
                 }
             }
         };
@@ -69,7 +69,7 @@ impl MissionKeys {
         let mission = {
             let mut current = locked(&self.current);
             let mission = changing(&mut current)?;
-            self.changed.send_replace(Some(mission.clone()));
+            self.changed.send_replace(Some(Arc::new(mission.clone())));
             mission
         };
         // If it is full, the thread has yet to look, and will find this one.

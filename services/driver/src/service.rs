@@ -30,7 +30,7 @@ struct Driver {
     service: RobotService,
     /// Bounds whatever a mission or a decision asks for.
     base: Base,
-    missions: watch::Receiver<Option<Mission>>,
+    missions: watch::Receiver<Option<Arc<Mission>>>,
     keys: Arc<MissionKeys>,
     odometry: Latest<Odometry>,
     beliefs: Latest<Belief>,
@@ -122,7 +122,7 @@ impl Driver {
         Ok(())
     }
 
-    fn mission(&self) -> Option<Mission> {
+    fn mission(&self) -> Option<Arc<Mission>> {
         self.missions.borrow().clone()
     }
 
@@ -183,27 +183,29 @@ impl Driver {
             self.publish(&mission, &odometry, twist, CommandReason::MissionNotRunning);
             return;
         }
-        let decision = self.fence.borrow().in_force().cloned();
+        let fence = self.fence.borrow();
+        let decision = fence.in_force();
         let belief = self.belief_of.last_key_value().map(|(_, b)| b);
         let stamps = [
             ("odom", Some(odometry.stamp)),
             ("scan", scan.as_ref().map(|s| s.stamp)),
             ("belief", belief.map(|b| b.stamp)),
-            ("decision", decision.as_ref().map(|d| d.stamp)),
+            ("decision", decision.map(|d| d.stamp)),
         ];
         self.counts.tick(stamps, odometry.stamp, mission.order.time_scale);
         let command = command(&Inputs {
             odometry: &odometry,
             belief: belief.and_then(|b| Some((b, self.odometry_of.get(&b.tick)?))),
             scan: scan.as_ref().and_then(|s| Some((s, self.odometry_of.get(&s.tick)?))),
-            decision: decision.as_ref(),
-            made_from: decision.as_ref().and_then(|d| self.belief_of.get(&d.tick)),
+            decision,
+            made_from: decision.and_then(|d| self.belief_of.get(&d.tick)),
             robot: &robot,
             stopping: &stopping,
             ages: self.base.ages(),
             period,
             on_its_way,
         });
+        drop(fence);
         self.publish(&mission, &odometry, command.twist, command.reason);
         self.service.counts.record(arrived.elapsed());
     }
@@ -276,9 +278,9 @@ impl Driver {
 }
 
 /// Completes once the mission is such.
-async fn mission_that(mut missions: watch::Receiver<Option<Mission>>, such: impl Fn(&Mission) -> bool) {
+async fn mission_that(mut missions: watch::Receiver<Option<Arc<Mission>>>, such: impl Fn(&Mission) -> bool) {
     // The mission is served for as long as this service lives: waiting for it cannot fail.
-    let _ = missions.wait_for(|m| m.as_ref().is_some_and(&such)).await;
+    let _ = missions.wait_for(|m| m.as_deref().is_some_and(&such)).await;
 }
 
 /// Keeps the newest few. What is left of a clock that is over would count as newer for ever.

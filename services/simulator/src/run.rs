@@ -174,29 +174,26 @@ impl Streams {
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut believed = None;
         // What was said of the mission while a tick was under way counts from the next one on.
-        let (missions, mut changed) = (Arc::clone(&self.missions), mission.clone());
+        let (missions, mut said) = (Arc::clone(&self.missions), None);
         loop {
             if realtime {
                 pace.tick().await;
             }
-            if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last() {
-                changed = newest;
-            }
-            if *mission != changed {
-                mission.clone_from(&changed);
+            if let Some(newest) = std::iter::from_fn(|| missions.try_next()).last().or(said.take()) {
+                *mission = newest;
             }
             if let Some(end) = ended(mission) {
                 return Err(end);
             }
             let people_known = tokio::select! {
                 known = self.crowd.take_in(world, mission) => known.map_err(|e| failed(format!("{e:#}")))?,
-                () = end_of_mission(&missions, &mut changed) => continue,
+                () = end_of_mission(&missions, &mut said) => continue,
             };
             let published = self.publish(world, mission.order.clock, people_known);
             published.map_err(|reject| MissionEnd::WorldFailed { reject })?;
             let (belief, decisions, command) = tokio::select! {
                 answers = self.answers(world, mission) => answers.map_err(|e| failed(format!("{e:#}")))?,
-                () = end_of_mission(&missions, &mut changed) => continue,
+                () = end_of_mission(&missions, &mut said) => continue,
             };
             let truth = world.truth();
             believed = belief.or(believed);
@@ -306,10 +303,10 @@ fn valid(scan: &Scan) -> Result<(), Reject> {
 }
 
 /// Completes when the mission has ended: its ticks are no longer answered.
-async fn end_of_mission(missions: &Inbox<Mission>, changed: &mut Mission) {
-    while ended(changed).is_none() {
+async fn end_of_mission(missions: &Inbox<Mission>, said: &mut Option<Mission>) {
+    while !said.as_ref().is_some_and(is_over) {
         match missions.next().await {
-            Some(newest) => *changed = newest,
+            Some(newest) => *said = Some(newest),
             None => std::future::pending().await,
         }
     }

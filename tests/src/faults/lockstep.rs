@@ -9,7 +9,7 @@ use curionav_arbiter::memory::Memory;
 use curionav_planning::random::rng;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
-use curionav_schemas::Clock;
+use curionav_schemas::{Clock, Evaluated};
 
 use super::base::TICK;
 use super::corridor_map;
@@ -24,15 +24,24 @@ const CYCLES: u64 = 40;
 type Decided = Vec<(u64, String, Vec<u64>)>;
 
 fn decisions(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>) -> Decided {
+    decided(&driven(seed, trees, pool, episodes, false))
+}
+
+/// The world after a run.
+fn driven(seed: u64, trees: u32, pool: [usize; 3], episodes: Vec<Episode>, alone: bool) -> Arc<World> {
     let (fields, map) = corridor_map::fields();
     let mission = corridor_map::mission(map, seed, Clock::Lockstep, trees);
     let world = World::new(&fields, mission, true, pool);
     let seat = Arc::new(ArbiterSeat::default());
     world.state().arbiters.push(Arc::clone(&seat));
     world.executor.spawn(world.clone().play(episodes));
-    world.executor.spawn(run(Arc::clone(&world), seat));
+    world.executor.spawn(run(Arc::clone(&world), seat, alone));
     world.executor.run(Duration::from_secs(3600));
     world.executor.end();
+    world
+}
+
+fn decided(world: &World) -> Decided {
     let state = world.state();
     let numbers = |d: &curionav_schemas::Decision| {
         [&d.x, &d.y, &d.heading, &d.v, &d.omega].iter().flat_map(|a| a.iter().map(|n| n.to_bits())).collect()
@@ -52,8 +61,9 @@ fn ready(world: &Arc<World>, seat: Arc<ArbiterSeat>) -> (PlanContext, Pool<Simul
 }
 
 /// Arbiter and robot taking turns: no tick before the one before has been answered.
-async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>) {
+async fn run(world: Arc<World>, seat: Arc<ArbiterSeat>, alone: bool) {
     let (context, pool) = ready(&world, seat);
+    let context = context.alone(alone);
     let driving = async {
         let mut memory = Memory::new(1);
         let period = u64::from(world.mission.order.plan_every);
@@ -98,6 +108,24 @@ fn any_number_of_replicas_and_any_faults_decide_the_same() {
             assert!(
                 decisions(seed, trees, pool, faults.clone()) == expected,
                 "invariant {SAME_DECISIONS}; seed {seed}: {pool:?} {faults:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_arbiter_that_is_alone_asks_nothing_decides_the_same_and_misses_nothing() {
+    for (seed, trees) in [(1000, 1), (1001, 3)] {
+        let with_pool = driven(seed, trees, [1, 1, 1], Vec::new(), false);
+        let alone = driven(seed, trees, [1, 1, 1], Vec::new(), true);
+        let asked = [&with_pool, &alone].map(|world| world.state().asked.clone());
+        assert!(!asked[0].is_empty() && asked[1].is_empty(), "seed {seed}: {asked:?}");
+        assert!(decided(&alone) == decided(&with_pool), "seed {seed}");
+        for (decision, _) in &alone.state().decided {
+            assert!(decision.degraded.is_empty(), "seed {seed}: {decision:?}");
+            assert!(
+                decision.evaluated.values().all(|how| *how == Evaluated::Local),
+                "seed {seed}: {decision:?}"
             );
         }
     }

@@ -1,5 +1,8 @@
 //! How likely contact with one person is, by distance.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use crate::lanes::*;
 use crate::numerics::asin;
 
@@ -7,6 +10,11 @@ use crate::numerics::asin;
 const ENTRIES: usize = 32;
 /// Standard deviations beyond contact at which a person no longer counts.
 pub(super) const CUT: f64 = 4.0;
+
+/// Tables of a process that have been made, by contact and sigma: forecasts spread alike in every cycle. At most so many,
+/// a few megabytes; then all are forgotten.
+static MADE: Mutex<BTreeMap<[u64; 2], Arc<OverlapTable>>> = Mutex::new(BTreeMap::new());
+const MADE_MAX: usize = 4096;
 
 /// Probability of contact by distance between the robot and the mean of a person's forecast.
 #[derive(Debug, Clone)]
@@ -24,7 +32,17 @@ impl Default for OverlapTable {
 }
 
 impl OverlapTable {
-    pub(super) fn new(level: Level, contact: f64, sigma: f64) -> Self {
+    /// The table for these lengths, metres. It is a function of them alone, made once.
+    pub(super) fn of(level: Level, contact: f64, sigma: f64) -> Arc<Self> {
+        let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+        if made.len() >= MADE_MAX {
+            made.clear();
+        }
+        let table = made.entry([contact.to_bits(), sigma.to_bits()]);
+        Arc::clone(table.or_insert_with(|| Arc::new(Self::new(level, contact, sigma))))
+    }
+
+    fn new(level: Level, contact: f64, sigma: f64) -> Self {
         let reach = contact + CUT * sigma;
         let step = reach / ENTRIES as f64;
         let mut table = Self { reach_squared: reach * reach, per_metre: 1.0 / step, ..Self::default() };
@@ -61,11 +79,13 @@ impl OverlapTable {
             return free;
         }
         let place = squared.sqrt() * self.per_metre;
+        let whole = floor(place);
+        let (entry, part) = (indices(whole), place - whole);
         while near != 0 {
-            let s = place[near.trailing_zeros() as usize];
-            let k = (s as usize).min(ENTRIES);
+            let lane = near.trailing_zeros() as usize;
+            let k = entry[lane].min(ENTRIES);
             let (a, b) = (self.probability[k], self.probability[k + 1]);
-            free *= 1.0 - (a + (s - k as f64) * (b - a));
+            free *= 1.0 - (a + part[lane] * (b - a));
             near &= near - 1;
         }
         free

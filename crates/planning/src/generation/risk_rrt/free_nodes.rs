@@ -88,7 +88,8 @@ impl FreeNodes {
         root_distance: f64,
         is_open: bool,
     ) -> Option<Found> {
-        let question = Question { weighing, target, root_distance, is_open };
+        let (per_metre, per_radian) = (1.0 / unit(root_distance), 1.0 / weighing.rotation_weight);
+        let question = Question { weighing, target, root_distance, per_metre, per_radian, is_open };
         dispatch!(self.level, simd => self.best_with(simd, &question))
     }
 
@@ -139,6 +140,9 @@ struct Question<'a> {
     weighing: &'a RiskParams,
     target: Point2,
     root_distance: f64,
+    /// What a metre costs, and the reciprocal of what a radian does: divided once.
+    per_metre: f64,
+    per_radian: f64,
     is_open: bool,
 }
 
@@ -151,7 +155,7 @@ impl Group {
     /// the cosine of the turn tells without the turn itself.
     #[inline(always)]
     fn may_cost_less<S: Simd>(&self, simd: S, question: &Question<'_>, least: f64) -> bool {
-        let &Question { weighing, target, root_distance, .. } = question;
+        let &Question { weighing, target, root_distance, per_metre, per_radian, .. } = question;
         let load = |of| f64x8::load_array_ref(simd, of);
         let (dx, dy) = (target.x - load(&self.x), target.y - load(&self.y));
         let squared = dx * dx + dy * dy;
@@ -162,7 +166,7 @@ impl Group {
             return false;
         }
         let (ahead, distance) = (load(&self.cos) * dx + load(&self.sin) * dy, squared.sqrt());
-        let turn = (left - distance * (1.0 / unit(root_distance))) * (1.0 / weighing.rotation_weight);
+        let turn = (left - distance * per_metre) * per_radian;
         let z = turn * turn;
         // Below the cosine everywhere.
         let cosine = 1.0 - z * (0.5 - z * (1.0 / 24.0 - z * (1.0 / 720.0)));
