@@ -1,6 +1,8 @@
 //! The services there are, and what runs each.
 
+use curionav_planning::terms;
 use curionav_runtime::process::Service;
+use curionav_schemas::keys;
 use strum::{IntoStaticStr, VariantArray};
 
 /// The services, in the order in which they are started.
@@ -39,9 +41,9 @@ impl Kind {
         Self::ALL.iter().copied().filter(|kind| *kind != Self::Ros2Gateway).collect()
     }
 
-    /// Whether an arbiter that is alone does its work.
+    /// Whether it answers what an arbiter that is alone computes itself.
     pub fn is_of_pool(self) -> bool {
-        matches!(self, Self::Generator | Self::Cpc | Self::CpcOccluded | Self::Cnc)
+        self.name() == keys::GENERATOR || terms::NAMES.contains(&self.name())
     }
 
     /// The command that runs it; of a service with replicas also what they announce themselves as.

@@ -36,11 +36,12 @@ pub struct Grown {
     pub forwarded: bool,
 }
 
-/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
-pub async fn generate<P: Peers>(
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle. The question is made once
+/// it is known that one is there.
+pub async fn generate<'a, P: Peers>(
     pool: &Pool<P>,
     robot: &str,
-    question: &GenerateQuestion<'_>,
+    question: impl FnOnce() -> GenerateQuestion<'a>,
     index: usize,
     shape: (usize, f64),
     budget: Budget,
@@ -53,6 +54,7 @@ pub async fn generate<P: Peers>(
         replicas.preferred(keys::GENERATOR)
     };
     let first = preferred.get(index % preferred.len().max(1))?.clone();
+    let question = &question();
     let ask = |instance: String, timeout: Duration| async move {
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
         usable(pool.peers.generate(call, question).await?, &instance, question.id(), shape)

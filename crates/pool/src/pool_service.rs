@@ -63,8 +63,7 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     let handler = move |question: Q, asked: Asked<'_>| (budget(&question), handle(question, asked));
     let key = keys::questions(role, &config.instance)?;
     let replica = takes_forwarded.then_some((role, config.instance.as_str()));
-    let slots_and_queue = (config.slots, config.queue);
-    let server = serve_in_time(session, &key, slots_and_queue, replica, &refusals(), handler)?;
+    let server = serve_in_time(session, &key, (config.slots, config.queue), replica, &refusals(), handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);
     let fields = fields.clone();

@@ -37,23 +37,18 @@ pub(crate) async fn generate<P: Peers>(
     let (id, peers) = (memory.id(), &*pool.peers);
     let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
     memory.trees.resize(context.profile.trees as usize, None);
-    let asked = if context.alone { &[] } else { &memory.trees[..] };
-    let questions: Vec<_> = asked
-        .iter()
-        .enumerate()
-        .map(|(i, tree)| context.generate_question(id, scene_message, i, tree.as_ref(), &previous))
-        .map(|question| question.to_forward(plan.map(|plan| (plan.generator.as_str(), &plan.forward))))
-        .collect();
     let shape = (context.profile.steps, context.profile.dt);
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
-    let asked = questions.iter().enumerate();
-    let answers = join_all(asked.map(|(index, question)| {
+    let forward = plan.map(|plan| (plan.generator.as_str(), &plan.forward));
+    let asked = memory.trees.iter().enumerate().map(|(index, tree)| {
+        let (tree, previous) = (tree.as_ref(), &previous);
+        let question =
+            move || context.generate_question(id, scene_message, index, tree, previous).to_forward(forward);
         dispatch::generate(pool, &context.mission.order.robot, question, index, shape, stage)
-    }))
-    .await;
+    });
+    let answers = join_all(asked).await;
     let mut sets = Vec::new();
     let (mut is_local, mut is_cut, mut is_forwarded) = (false, false, false);
-    let answers = answers.into_iter().chain(std::iter::repeat_with(|| None));
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());

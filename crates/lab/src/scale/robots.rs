@@ -124,13 +124,9 @@ impl Robot {
                 // A new drive begins without trees.
                 let old = if turn_of(scenes, seq) > 0 { std::mem::take(trees) } else { Vec::new() };
                 let shape = (self.context.profile.steps, self.context.profile.dt);
-                let questions: Vec<_> = (0..*count)
-                    .map(|tree| {
-                        let old = old.get(tree).and_then(Option::as_ref);
-                        self.context.generate_question((1, seq), scene, tree, old, &[])
-                    })
-                    .collect();
-                let asked = questions.iter().enumerate().map(|(tree, question)| {
+                let asked = (0..*count).map(|tree| {
+                    let old = old.get(tree).and_then(Option::as_ref);
+                    let question = move || self.context.generate_question((1, seq), scene, tree, old, &[]);
                     dispatch::generate(&self.pool, robot, question, tree, shape, stage)
                 });
                 let generated: Vec<Option<Generated>> = join_all(asked)
