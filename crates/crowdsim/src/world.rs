@@ -1,6 +1,6 @@
 //! The world: robot, people and sensors, one tick after the other.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::numerics::{hypot, sin_cos};
@@ -79,8 +79,8 @@ pub struct Truth {
     pub wall_clearance: f64,
     /// Speed at which a wall stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
-    /// The people whose disc overlaps the robot's (D11), by ascending id. Who came into being there, as filmed people do at
-    /// the edge of a film, is left out until they have parted.
+    /// The people whose disc overlaps the robot's (D11), by ascending id. One who came into being too late for the robot to
+    /// stop, as filmed people do at the edge of a film, is left out until they have parted.
     pub touching: Vec<Touch>,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
@@ -98,8 +98,10 @@ pub struct World {
     recordings: Vec<Recording>,
     live: People,
     people: People,
-    /// Ids of the people who came into being where the robot is, and have overlapped it since.
-    overlaid: BTreeSet<u32>,
+    /// The tick at which each person came into being who was not there at the start, by id.
+    arrived: BTreeMap<u32, u64>,
+    /// Ids of the people who overlap the robot and have done so since before it could have stopped for them.
+    unavoidable: BTreeSet<u32>,
 }
 
 impl World {
@@ -121,7 +123,8 @@ impl World {
             recordings: chosen(scenario, &map, recordings)?,
             live: People::default(),
             people: People::default(),
-            overlaid: BTreeSet::new(),
+            arrived: BTreeMap::new(),
+            unavoidable: BTreeSet::new(),
             scenario: scenario.clone(),
             map,
             seed,
@@ -129,7 +132,7 @@ impl World {
         };
         world.people = world.all_people();
         world.plant = plant(world.draw_start());
-        world.overlaid = world.overlaid_after(&People::default());
+        world.unavoidable = world.overlapping().collect();
         Ok(world)
     }
 
@@ -186,7 +189,7 @@ impl World {
         let distance = |i: usize| self.people.position(i).distance(pose.position());
         let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
         let touched = (0..self.people.len())
-            .filter(|i| distance(*i) < contact && !self.overlaid.contains(&self.people.id[*i]));
+            .filter(|i| distance(*i) < contact && !self.unavoidable.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
             time: self.time(),
@@ -225,15 +228,31 @@ impl World {
     fn renew_people(&mut self) {
         let now = self.all_people();
         let before = std::mem::replace(&mut self.people, now);
-        self.overlaid = self.overlaid_after(&before);
+        let people = &self.people.id;
+        if before.id != *people {
+            self.arrived.retain(|id, _| people.contains(id));
+            self.arrived
+                .extend(people.iter().filter(|id| !before.id.contains(id)).map(|id| (*id, self.tick)));
+        }
+        let (tick_s, stops_within) = (self.scenario.clock.tick_s, self.seconds_to_stop());
+        let since = |arrived: &u64| (self.tick - arrived) as f64 * tick_s;
+        let is_new = |id: &u32| self.arrived.get(id).is_some_and(|arrived| since(arrived) < stops_within);
+        self.unavoidable =
+            self.overlapping().filter(|id| self.unavoidable.contains(id) || is_new(id)).collect();
     }
 
-    /// Who of those that overlap the robot now was not there before, or has overlapped it since coming into being.
-    fn overlaid_after(&self, before: &People) -> BTreeSet<u32> {
+    /// Ids of the people who overlap the robot.
+    fn overlapping(&self) -> impl Iterator<Item = u32> {
         let (robot, contact) = (self.plant.pose.position(), self.contact_distance());
-        let overlaps = |i: &usize| self.people.position(*i).distance(robot) < contact;
-        let ids = (0..self.people.len()).filter(overlaps).map(|i| self.people.id[i]);
-        ids.filter(|id| self.overlaid.contains(id) || !before.id.contains(id)).collect()
+        let overlaps = move |i: &usize| self.people.position(*i).distance(robot) < contact;
+        (0..self.people.len()).filter(overlaps).map(|i| self.people.id[i])
+    }
+
+    /// Seconds after which a robot at full speed can stand still because of something that it did not know of: until its
+    /// next plan, and to brake.
+    fn seconds_to_stop(&self) -> f64 {
+        let (clock, robot) = (&self.scenario.clock, &self.scenario.robot.model);
+        f64::from(clock.plan_every) * clock.tick_s + robot.v_max / robot.a_max
     }
 
     /// Distance between centres at which the robot touches a person, metres.

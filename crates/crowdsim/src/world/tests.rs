@@ -256,25 +256,34 @@ fn all_people_of_the_published_scene_keep_walking_when_they_avoid() {
 }
 
 #[test]
-fn who_comes_into_being_where_the_robot_is_touches_it_only_after_they_have_parted() {
+fn who_comes_into_being_too_late_for_the_robot_to_stop_touches_it_only_after_they_have_parted() {
     let scenario = Scenario::from_toml(
         "name = \"hall\"\nmap = { file = \"hall.yaml\" }\n\
          [robot]\nstart = [2.0, 6.0, 0.0]\ngoal = [17.0, 6.0]\nstart_noise = 0.0\n\
-         [[recorded]]\nfile = \"r.txt\"\nformat = \"text\"\nfps = 25\n",
+         [[recorded]]\nfile = \"r.txt\"\nformat = \"text\"\nfps = 10\n",
     )
     .unwrap();
-    // person 2 is there from 0.4 s on, on the robot; 2 m away at 0.8 s, and back at 1.2 s
-    let text = "0 1 9 9\n10 2 2 6\n20 2 4 6\n30 2 2 6\n";
-    let recording = Recording::parse(text, RecordingFormat::Text, 25.0).unwrap();
-    let mut world = World::new(&scenario, hall(Point2::default()), vec![recording], 0).unwrap();
-    let touched: Vec<bool> = (0..12)
-        .map(|_| {
-            let truth = world.truth();
+    // The ticks at which the robot at (2, 6), which needs 2.3 s to stop, is touched: contact is at 0.55 m.
+    let touched = |rows: &str| {
+        let recording = Recording::parse(rows, RecordingFormat::Text, 10.0).unwrap();
+        let mut world = World::new(&scenario, hall(Point2::default()), vec![recording], 0).unwrap();
+        let mut ticks = Vec::new();
+        for tick in 0..40 {
+            if !world.truth().touching.is_empty() {
+                ticks.push(tick);
+            }
             world.step(Twist::default());
-            !truth.touching.is_empty()
-        })
-        .collect();
-    // centres nearer than 0.55 m at 5 m/s: from 1.1 s on
-    let expected: Vec<bool> = (0..12).map(|tick| tick >= 11).collect();
-    assert_eq!(touched, expected);
+        }
+        ticks
+    };
+    // Person 1 stands far off; person 2 comes at 1 m/s.
+    let walking = |first: i32, x: f64| {
+        let row = |k: i32| format!("{} 2 {} 6\n", first + k, x - 0.1 * f64::from(k));
+        format!("0 1 9 9\n40 1 9 9\n{}", (0..=35).map(row).collect::<String>())
+    };
+    assert_eq!(touched(&walking(0, 3.0)).first(), Some(&5), "who is there from the start can be known");
+    assert_eq!(touched(&walking(4, 3.0)), Vec::<i32>::new(), "0.5 s before the contact");
+    assert_eq!(touched(&walking(4, 5.5)).first(), Some(&34), "3 s before the contact");
+    // On the robot at 0.4 s, 2 m away at 0.8 s, and back at 1.2 s: they have parted, and the person is still new.
+    assert_eq!(touched("0 1 9 9\n4 2 2 6\n8 2 4 6\n12 2 2 6\n"), Vec::<i32>::new());
 }
