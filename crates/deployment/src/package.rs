@@ -42,6 +42,8 @@ pub enum Perception {
     RobotFrame,
     /// By the service `tracker`, from the laser alone.
     Tracked,
+    /// By the service `tracker`, from a laser that sees all around, its beams as far apart as those of the scenario's.
+    TrackedAllRound,
 }
 
 impl FromStr for Perception {
@@ -49,7 +51,7 @@ impl FromStr for Perception {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::VARIANTS.iter().find(|one| <&str>::from(**one) == text);
-        found.copied().ok_or_else(|| "give truth, robot-frame or tracked".to_owned())
+        found.copied().ok_or_else(|| "give truth, robot-frame, tracked or tracked-all-round".to_owned())
     }
 }
 
@@ -59,8 +61,11 @@ impl Perception {
         (perception.source, perception.frame) = match self {
             Self::Truth => (PeopleSource::Truth, PeopleFrame::Map),
             Self::RobotFrame => (PeopleSource::Truth, PeopleFrame::Robot),
-            Self::Tracked => (PeopleSource::Tracker, perception.frame),
+            Self::Tracked | Self::TrackedAllRound => (PeopleSource::Tracker, perception.frame),
         };
+        if self == Self::TrackedAllRound {
+            scenario.laser = scenario.laser.all_round();
+        }
     }
 }
 

@@ -42,8 +42,34 @@ impl LaserModel {
 
     /// Bearing of beam `i` in the laser frame, radians.
     pub fn bearing(&self, i: u32) -> f64 {
+        -0.5 * self.fov + self.fov * f64::from(i) / f64::from(self.gaps())
+    }
+
+    /// Between neighbouring beams; all around, the last has the first for a neighbour.
+    fn gaps(&self) -> u32 {
         let full = self.fov >= std::f64::consts::TAU - 1e-9;
-        let gaps = if full { self.beams } else { self.beams.saturating_sub(1).max(1) };
-        -0.5 * self.fov + self.fov * f64::from(i) / f64::from(gaps)
+        if full { self.beams } else { self.beams.saturating_sub(1).max(1) }
+    }
+
+    /// The same laser with a view all around, its beams as far apart.
+    #[must_use]
+    pub fn all_round(&self) -> Self {
+        let beams = f64::from(self.gaps()) * std::f64::consts::TAU / self.fov;
+        Self { fov: std::f64::consts::TAU, beams: beams.round() as u32, ..*self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_laser_that_sees_all_around_has_its_beams_as_far_apart() {
+        let half = LaserModel::default();
+        let around = half.all_round();
+        assert_eq!((half.beams, around.beams, around.fov), (181, 360, std::f64::consts::TAU));
+        let spacing = |laser: &LaserModel| laser.bearing(1) - laser.bearing(0);
+        assert!((spacing(&half) - spacing(&around)).abs() < 1e-12);
+        assert_eq!(around.all_round(), around);
     }
 }

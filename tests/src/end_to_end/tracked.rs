@@ -1,5 +1,7 @@
 //! Runs in which people are known by the tracker alone.
 
+use std::collections::BTreeSet;
+
 use super::program::{Deployment, comes_true, in_real_time, is_alive, run, turn, wait_until_running};
 
 const SCENARIO: &str = "scenarios/quickstart.toml";
@@ -21,9 +23,9 @@ fn people_are_tracked_alike_in_one_process_and_in_many() {
     assert_eq!(json.decisions_sha256, embedded.decisions_sha256, "{json:?}");
     // How people are known makes a difference; what the file says is what is chosen by its name.
     let of = |perception: &str| run(CROWDED, &["--perception", perception]).0.decisions_sha256;
-    let [truth, robot_frame, tracked] = ["truth", "robot-frame", "tracked"].map(of);
-    assert!(truth != robot_frame && robot_frame != tracked && tracked != truth);
-    assert_eq!(run(CROWDED, &[]).0.decisions_sha256, truth);
+    let ways = ["truth", "robot-frame", "tracked", "tracked-all-round"].map(of);
+    assert_eq!(BTreeSet::from(ways.clone()).len(), ways.len(), "{ways:?}");
+    assert_eq!(run(CROWDED, &[]).0.decisions_sha256, ways[0]);
 }
 
 #[test]

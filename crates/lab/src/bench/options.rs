@@ -64,8 +64,9 @@ pub(crate) struct What {
     /// Scenario files in place of a suite, as a pattern with * and ?, or several files.
     #[arg(long, value_name = "GLOB", num_args = 1..)]
     pub(crate) scenarios: Vec<String>,
-    /// How people are known in every scenario: truth, robot-frame (the truth as seen from the robot) or tracked (by the
-    /// service tracker, from the laser). Default: as each scenario says.
+    /// How people are known in every scenario: truth, robot-frame (the truth as seen from the robot), tracked (by the
+    /// service tracker, from the laser) or tracked-all-round (the same with a laser that sees all around). Default: as
+    /// each scenario says.
     #[arg(long, value_name = "HOW")]
     pub(crate) perception: Option<Perception>,
     /// Runs of each planner in each scenario, with consecutive seeds.
