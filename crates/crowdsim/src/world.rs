@@ -132,7 +132,7 @@ impl World {
         };
         world.people = world.all_people();
         world.plant = plant(world.draw_start());
-        world.unavoidable = world.overlapping().collect();
+        world.unavoidable = world.overlapping().map(|i| world.people.id[i]).collect();
         Ok(world)
     }
 
@@ -188,8 +188,7 @@ impl World {
         let contact = self.contact_distance();
         let distance = |i: usize| self.people.position(i).distance(pose.position());
         let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
-        let touched = (0..self.people.len())
-            .filter(|i| distance(*i) < contact && !self.unavoidable.contains(&self.people.id[*i]));
+        let touched = self.overlapping().filter(|i| !self.unavoidable.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
             time: self.time(),
@@ -237,15 +236,14 @@ impl World {
         let (tick_s, stops_within) = (self.scenario.clock.tick_s, self.seconds_to_stop());
         let since = |arrived: &u64| (self.tick - arrived) as f64 * tick_s;
         let is_new = |id: &u32| self.arrived.get(id).is_some_and(|arrived| since(arrived) < stops_within);
-        self.unavoidable =
-            self.overlapping().filter(|id| self.unavoidable.contains(id) || is_new(id)).collect();
+        let ids = self.overlapping().map(|i| people[i]);
+        self.unavoidable = ids.filter(|id| self.unavoidable.contains(id) || is_new(id)).collect();
     }
 
-    /// Ids of the people who overlap the robot.
-    fn overlapping(&self) -> impl Iterator<Item = u32> {
+    /// The people who overlap the robot, as indices.
+    fn overlapping(&self) -> impl Iterator<Item = usize> {
         let (robot, contact) = (self.plant.pose.position(), self.contact_distance());
-        let overlaps = move |i: &usize| self.people.position(*i).distance(robot) < contact;
-        (0..self.people.len()).filter(overlaps).map(|i| self.people.id[i])
+        (0..self.people.len()).filter(move |&i| self.people.position(i).distance(robot) < contact)
     }
 
     /// Seconds after which a robot at full speed can stand still because of something that it did not know of: until its

@@ -45,10 +45,14 @@ impl LaserModel {
         -0.5 * self.fov + self.fov * f64::from(i) / f64::from(self.gaps())
     }
 
-    /// Between neighbouring beams; all around, the last has the first for a neighbour.
+    /// Whether the last beam has the first for a neighbour.
+    pub fn sees_all_around(&self) -> bool {
+        self.fov >= std::f64::consts::TAU - 1e-9
+    }
+
+    /// How many gaps there are between neighbouring beams.
     fn gaps(&self) -> u32 {
-        let full = self.fov >= std::f64::consts::TAU - 1e-9;
-        if full { self.beams } else { self.beams.saturating_sub(1).max(1) }
+        if self.sees_all_around() { self.beams } else { self.beams.saturating_sub(1).max(1) }
     }
 
     /// The same laser with a view all around, its beams as far apart.

@@ -102,7 +102,7 @@ impl Detector {
             in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
         let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
         let unexplained = self.unexplained(&met, &in_robot, sigma, pose, &covariance);
-        let full = laser.fov >= std::f64::consts::TAU - 1e-9;
+        let full = laser.sees_all_around();
         let sweep =
             Sweep { ends: &ends, ranges, unexplained: &unexplained, gap, full, jump: self.params.jump };
         let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };

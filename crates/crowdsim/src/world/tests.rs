@@ -286,4 +286,6 @@ fn who_comes_into_being_too_late_for_the_robot_to_stop_touches_it_only_after_the
     assert_eq!(touched(&walking(4, 5.5)).first(), Some(&34), "3 s before the contact");
     // On the robot at 0.4 s, 2 m away at 0.8 s, and back at 1.2 s: they have parted, and the person is still new.
     assert_eq!(touched("0 1 9 9\n4 2 2 6\n8 2 4 6\n12 2 2 6\n"), Vec::<i32>::new());
+    // On the robot from 0.4 s to 3 s, which is longer than it needs, 2 m away at 3.4 s, and back at 3.8 s at 5 m/s.
+    assert_eq!(touched("0 1 9 9\n4 2 2 6\n20 2 2 6\n30 2 2 6\n34 2 4 6\n38 2 2 6\n42 2 2 6\n"), [37, 38, 39]);
 }

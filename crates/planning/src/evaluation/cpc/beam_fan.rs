@@ -53,7 +53,7 @@ impl<'a> Fan<'a> {
     /// Prepares the rays of `laser` on `map`; `scan` is the information of all beams of one scan, 1/m2.
     pub(super) fn new(map: &'a StaticMap, laser: &LaserModel, model: MeasurementModel, scan: f64) -> Self {
         let grid = &*map.grid;
-        let all_around = laser.fov >= std::f64::consts::TAU - 1e-9;
+        let all_around = laser.sees_all_around();
         let fov = laser.fov.min(std::f64::consts::TAU);
         let spacing = std::f64::consts::TAU / FAN as f64;
         // How much of the sector around ray i lies in the field of view around heading h.
