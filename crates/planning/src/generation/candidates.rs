@@ -127,6 +127,9 @@ pub(super) fn find_candidates_by(
         let creep = [params.creep];
         finder.time(&proposals, &creep, params.profiles.len(), pace);
         finder.time(&fan, &creep, params.profiles.len(), pace);
+        if insists && !finder.gets_somewhere() {
+            finder.turn_out(&fan);
+        }
     }
     finder.emit()
 }
@@ -382,6 +385,40 @@ impl<'a> Finder<'a> {
         };
         // Most often those that are not slow are enough.
         is_enough(&|t, safe| safe && !t.slow) || is_enough(&|_, safe| safe)
+    }
+
+    /// Whether anything that is free gets somewhere.
+    fn gets_somewhere(&self) -> bool {
+        self.timed.iter().any(|t| t.travel >= SOMEWHERE && self.is_free(t).0)
+    }
+
+    /// Keeps nothing but the turn on the spot by the least angle after which a straight way of `fan` would be free and get
+    /// somewhere, if there is one: within the horizon there is no time for both, so that all turns look alike, and the
+    /// robot would turn to and fro.
+    fn turn_out(&mut self, fan: &[Proposal]) {
+        let Departure { pose, robot, steps, dt, .. } = self.from;
+        let off = |p: &Proposal| wrap_angle(bearing(pose.position(), p.path.end()) - pose.heading);
+        let is_open = |p: &&Proposal| {
+            let faced = Pose2 { heading: pose.heading + off(p), ..pose };
+            let from = Departure { pose: faced, twist: Twist::default(), robot, steps, dt };
+            let mut fractions = self.params.profiles.iter().chain([&self.params.creep]);
+            fractions.any(|&fraction| {
+                let mut states = States::default();
+                let profile = SpeedProfile { fraction, turn_first: false };
+                rollouts(&[Drive { path: &p.path, profile }], &from, self.rollout_params, &mut states);
+                states.position(steps - 1).distance(pose.position()) >= SOMEWHERE
+                    && self.trajectories.first_collision(states.poses(0..steps)).is_none()
+            })
+        };
+        let ways = fan.iter().filter(|p| p.path.length() > 0.0).filter(is_open);
+        let Some(way) = ways.min_by(|a, b| off(a).abs().total_cmp(&off(b).abs())) else { return };
+        let turn = Proposal { turn_first: true, pinned: true, ..Proposal::of(way.path.clone()) };
+        self.time(&[turn], &[1.0], 0, &Pace::new(&|| 0.0));
+        let turn = self.timed.pop().expect("a pinned path is timed");
+        if self.is_free(&turn).0 {
+            self.timed.clear();
+        }
+        self.timed.push(turn);
     }
 
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of them

@@ -180,6 +180,40 @@ fn a_way_out_that_has_been_begun_is_gone_to_its_end() {
 }
 
 #[test]
+fn a_robot_that_has_to_turn_about_first_turns_to_one_side_until_it_leaves() {
+    // Nose to nose with a person in an alley one metre wide: the only way out is behind the robot.
+    let world = World::new(hall(&[(2.0, 2.0, 14.5, 28.0), (15.5, 2.0, 28.0, 28.0)]), Point2::new(15.0, 24.0));
+    let person = people(&[[15.0, 12.65, 0.0, 0.0]]);
+    let mut params = part("curiosity");
+    (params.generation.recovery.patience, params.generation.recovery.insist) = (3.0, true);
+    let insisting = Generator::new("rrt-star", params);
+    for heading in [1.4, 1.7] {
+        let (mut pose, mut twist, mut turned) = (Pose2::new(15.0, 12.0, heading), Twist::default(), 0.0);
+        let mut previous: Option<Vec<Pose2>> = None;
+        let cycles = (0..40).take_while(|cycle| {
+            let in_place = 4.0 + 0.3 * f64::from(*cycle);
+            let scene = Scene { in_place, ..scene(0, pose, twist, &person) };
+            let answer = insisting.generate(&world.input(&scene, previous.as_deref()), None, 1, &|| 0.0);
+            let candidates = answer.candidates;
+            let get_away = |i: usize| candidates.end(i).position().distance(pose.position()) > 0.29;
+            assert!(candidates.len() == 1 || (0..candidates.len()).all(get_away), "at {pose:?}");
+            // The last one is the one that a planner with other costs might take.
+            let states: Vec<_> = candidates.range(candidates.len() - 1).collect();
+            let all = candidates.all_states();
+            let next = all.pose(states[0]);
+            let turn = wrap_angle(next.heading - pose.heading);
+            assert!(turn * turned >= -1e-6 || !get_away(0), "it turns back at {pose:?}");
+            (pose, twist) = all.at(states[0]);
+            turned = turn;
+            previous = Some(states[1..].iter().map(|&at| all.pose(at)).collect());
+            pose.y > 11.5
+        });
+        let cycles = cycles.count();
+        assert!(cycles < 39, "after {cycles} cycles it is at {pose:?}");
+    }
+}
+
+#[test]
 fn mppi_goes_on_with_the_sequence_it_had() {
     let (world, mut scene) = northwards(&people(&[[16.0, 16.0, 0.0, 0.0]]));
     let before = once("mppi", &world, &scene);
