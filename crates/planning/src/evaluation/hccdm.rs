@@ -31,6 +31,21 @@ crate::parameters! {
 }
 
 crate::parameters! {
+    /// How a component falls off with the distance d from its mean, Sigma_g = sigma^2 I. Both hold p_g people.
+    #[derive(Default)]
+    #[non_exhaustive]
+    pub enum Kernel {
+        /// The Gaussian of eq. 16.
+        #[default]
+        Gaussian,
+        /// p_g (ln 2)^(1/2) / (pi^(3/2) sigma^2) 2^-q^2 with q = d^2 / (2 sigma^2), a generalised normal distribution
+        /// (Subbotin, 1923): even near people, so that all places beside them are alike, steep at 2^(1/2) sigma, where
+        /// half of it is left, and nothing farther away.
+        Flat,
+    }
+}
+
+crate::parameters! {
     /// The weight p_g of a component of eps_g people (eq. 18, A14).
     #[derive(Default)]
     #[non_exhaustive]
@@ -71,6 +86,8 @@ crate::parameters! {
         pub social_distance: f64 [0.0, 100.0, "m", "people farther apart do not stand together"] = 2.1,
         /// What sigma_g means.
         pub covariance: Covariance [words] = Covariance::Literal,
+        /// How a component falls off.
+        pub kernel: Kernel [words] = Kernel::Gaussian,
         /// What p_g is.
         pub weighting: Weighting [words] = Weighting::People,
         /// Whether components move.
@@ -130,13 +147,14 @@ impl Component {
 
     /// Where and how wide it is after `t` seconds.
     fn state(&self, params: &HccdmParams, t: f64) -> State {
+        let flat = params.kernel == Kernel::Flat;
         match params.motion {
-            ComponentMotion::Frozen => State::new(self.centre, self.variance, self.weight),
+            ComponentMotion::Frozen => State::new(flat, self.centre, self.variance, self.weight),
             ComponentMotion::Moving => {
                 let (c, v) = (self.centre, self.velocity);
                 let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
                 let spread = params.forecast.variance(t) + self.velocity_variance * t * t;
-                State::new(centre, self.variance + spread, self.weight)
+                State::new(flat, centre, self.variance + spread, self.weight)
             }
         }
     }
@@ -157,9 +175,9 @@ impl Hccdm {
             .iter()
             .map(|cluster| Component::new(people, cluster, params))
             .collect();
-        let temper = temper(params.saturation);
+        let shape = (params.kernel == Kernel::Flat, temper(params.saturation));
         let lanes =
-            Lanes::new(steps, temper, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
+            Lanes::new(steps, shape, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
         Self { components, lanes }
     }
 

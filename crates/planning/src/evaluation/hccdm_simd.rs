@@ -8,30 +8,32 @@ use crate::geometry::Point2;
 use crate::lanes::{LANES, Level, Select, Simd, SimdBase, SimdMask, dispatch, exp_minus_8_to_0, f64x8};
 
 /// A component is exactly zero farther from its mean than this many standard deviations: there it has
-/// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time.
+/// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time. A flat one has fallen as far at 2.6.
 pub const CUT_SIGMAS: f64 = 4.0;
 
-/// One Gaussian component at one moment.
+/// One component at one moment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     mean: Point2,
-    /// -1 / (2 variance), 1/m2.
+    /// What the squared distance is multiplied with, 1/m2: -1 / (2 variance), or, of a flat one whose product is squared,
+    /// the (ln 2)^(1/2)th of it.
     exponent: f64,
-    /// Weight over 2 pi variance: the density at the mean, 1/m2.
+    /// The density at the mean, 1/m2.
     peak: f64,
     /// Squared distance beyond which it is zero, m2.
     cut: f64,
 }
 
 impl State {
-    pub(super) fn new(mean: Point2, variance: f64, weight: f64) -> Self {
-        Self {
-            mean,
-            exponent: -0.5 / variance,
-            // |Sigma|^(1/2) of an isotropic 2x2 covariance is its variance
-            peak: weight / (std::f64::consts::TAU * variance),
-            cut: CUT_SIGMAS * CUT_SIGMAS * variance,
+    pub(super) fn new(flat: bool, mean: Point2, variance: f64, weight: f64) -> Self {
+        // |Sigma|^(1/2) of an isotropic 2x2 covariance is its variance
+        let (exponent, peak) = (-0.5 / variance, weight / (std::f64::consts::TAU * variance));
+        if !flat {
+            return Self { mean, exponent, peak, cut: CUT_SIGMAS * CUT_SIGMAS * variance };
         }
+        let half = std::f64::consts::LN_2.sqrt();
+        let (exponent, peak) = (exponent * half, peak * half * std::f64::consts::FRAC_2_SQRT_PI);
+        Self { mean, exponent, peak, cut: -f64::sqrt(8.0) / exponent }
     }
 
     /// Nothing anywhere: fills the lanes beyond the last state.
@@ -62,10 +64,12 @@ impl Run {
 
     /// The component's value at each of eight points.
     #[inline(always)]
-    fn at<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+    fn at<S: Simd>(&self, flat: bool, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
         let (dx, dy) = (x - lanes(x.simd, &self.x), y - lanes(x.simd, &self.y));
         let squared = dx * dx + dy * dy;
-        let value = lanes(x.simd, &self.peak) * exp_minus_8_to_0(lanes(x.simd, &self.exponent) * squared);
+        let exponent = lanes(x.simd, &self.exponent) * squared;
+        let exponent = if flat { -(exponent * exponent) } else { exponent };
+        let value = lanes(x.simd, &self.peak) * exp_minus_8_to_0(exponent);
         squared.simd_le(lanes(x.simd, &self.cut)).select(value, f64x8::splat(x.simd, 0.0))
     }
 }
@@ -134,6 +138,8 @@ impl Group {
 #[derive(Debug, Clone)]
 pub(super) struct Lanes {
     steps: usize,
+    /// Whether the components are flat.
+    flat: bool,
     /// One through the density at which half of it counts, m2; zero if all of it does.
     temper: f64,
     /// The groups of each run of eight states.
@@ -144,7 +150,7 @@ impl Lanes {
     /// Lays out `state(component, step)`.
     pub(super) fn new(
         steps: usize,
-        temper: f64,
+        (flat, temper): (bool, f64),
         components: usize,
         state: impl Fn(usize, usize) -> State,
     ) -> Self {
@@ -162,7 +168,7 @@ impl Lanes {
             Group { x: reach.map(|r| r.x), y: reach.map(|r| r.y), radius: reach.map(|r| r.radius), runs }
         };
         let of_run = |first| (0..components).step_by(LANES).map(|g| group(first, g)).collect();
-        Self { steps, temper, groups: (0..steps).step_by(LANES).map(of_run).collect() }
+        Self { steps, flat, temper, groups: (0..steps).step_by(LANES).map(of_run).collect() }
     }
 
     /// Of each trajectory the sum over its states of the sum over the components, each in ascending order. `x` and
@@ -188,7 +194,7 @@ impl Lanes {
                 for group in groups {
                     let mut touching = group.touching(simd, here);
                     while touching != 0 {
-                        densities += group.runs[touching.trailing_zeros() as usize].at(x, y);
+                        densities += group.runs[touching.trailing_zeros() as usize].at(self.flat, x, y);
                         touching &= touching - 1;
                     }
                 }
@@ -207,12 +213,14 @@ mod tests {
 
     impl State {
         /// The component's value at `p`, 1/m2.
-        pub(in crate::evaluation) fn density(&self, p: Point2) -> f64 {
+        pub(in crate::evaluation) fn density(&self, flat: bool, p: Point2) -> f64 {
             let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
             let squared = dx * dx + dy * dy;
             let exponential =
                 |x: f64| dispatch!(Level::baseline(), simd => exp_minus_8_to_0(f64x8::splat(simd, x))[0]);
-            if squared <= self.cut { self.peak * exponential(self.exponent * squared) } else { 0.0 }
+            let exponent = self.exponent * squared;
+            let exponent = if flat { -exponent * exponent } else { exponent };
+            if squared <= self.cut { self.peak * exponential(exponent) } else { 0.0 }
         }
     }
 }

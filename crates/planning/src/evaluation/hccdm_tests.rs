@@ -46,6 +46,7 @@ fn random_params(r: &mut Rng) -> HccdmParams {
         social_distance: between(r, 0.5, 4.0),
         covariance: if uniform(r) < 0.5 { Covariance::Literal } else { Covariance::Squared },
         weighting: if uniform(r) < 0.5 { Weighting::People } else { Weighting::Share },
+        kernel: if uniform(r) < 0.5 { Kernel::Gaussian } else { Kernel::Flat },
         motion: if uniform(r) < 0.3 { ComponentMotion::Frozen } else { ComponentMotion::Moving },
         forecast: ForecastParams::default(),
         saturation: 0.0,
@@ -99,9 +100,15 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
                 v += (0.5 * off.sum::<f64>() / eps + error(|people, i| people.variances(i).1)) * t * t;
             }
             let d2 = (x[k] - mx).powi(2) + (y[k] - my).powi(2);
-            if d2 <= 16.0 * v {
-                cost += p / (2.0 * std::f64::consts::PI * v) * crate::numerics::exp(-0.5 * d2 / v);
-            }
+            let (pi, half) = (std::f64::consts::PI, std::f64::consts::LN_2);
+            let q = 0.5 * d2 / v;
+            cost += match params.kernel {
+                Kernel::Gaussian if q <= 8.0 => p / (2.0 * pi * v) * crate::numerics::exp(-q),
+                Kernel::Flat if half * q * q <= 8.0 => {
+                    p * half.sqrt() / (pi.powf(1.5) * v) * crate::numerics::exp(-half * q * q)
+                }
+                _ => 0.0,
+            };
         }
     }
     cost
@@ -164,7 +171,8 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
 
 /// The inner sum of eq. 18: smoothed density of people `t` seconds from now at `p`.
 fn density(map: &Hccdm, params: &HccdmParams, t: f64, p: Point2) -> f64 {
-    map.components.iter().map(|c| c.state(params, t).density(p)).fold(0.0, |sum, d| sum + d)
+    let flat = params.kernel == Kernel::Flat;
+    map.components.iter().map(|c| c.state(params, t).density(flat, p)).fold(0.0, |sum, d| sum + d)
 }
 
 /// Density now, of the map as printed: frozen, so that no forecast widens it.
@@ -198,6 +206,27 @@ fn individuals_and_crowds_have_the_published_densities() {
         let people = printed_density(covariance, &row, Weighting::People, Point2::new(x, 0.0));
         assert!((people - 7.0 * found).abs() < 1e-12);
     }
+}
+
+#[test]
+fn a_flat_component_holds_as_many_people_and_half_of_its_peak_is_left_where_it_is_steep() {
+    let params = |kernel| HccdmParams { kernel, motion: ComponentMotion::Frozen, ..HccdmParams::default() };
+    let at = |kernel, x: f64, y: f64| {
+        let map = Hccdm::build(&people(&[[0.0; 4]]), &params(kernel), 1, 0.3);
+        density(&map, &params(kernel), 0.0, Point2::new(x, y))
+    };
+    for kernel in [Kernel::Gaussian, Kernel::Flat] {
+        let places =
+            (-60..=60).flat_map(|i| (-60..=60).map(move |k| (0.1 * f64::from(i), 0.1 * f64::from(k))));
+        let held: f64 = places.map(|(x, y)| 0.01 * at(kernel, x, y)).sum();
+        assert!((held - 1.0).abs() < 1e-3, "{kernel:?} holds {held} people");
+    }
+    let peak = at(Kernel::Flat, 0.0, 0.0);
+    let steep = 3.0_f64.sqrt();
+    assert!((at(Kernel::Flat, steep, 0.0) - 0.5 * peak).abs() < 1e-9);
+    // Beside the person all is alike; twice as far as where it is steep there is next to nothing.
+    assert!(at(Kernel::Flat, 0.7, 0.0) > 0.98 * peak && at(Kernel::Flat, 1.9 * steep, 0.0) < 1e-3 * peak);
+    assert!(at(Kernel::Gaussian, 0.7, 0.0) < 0.9 * at(Kernel::Gaussian, 0.0, 0.0));
 }
 
 #[test]
@@ -242,15 +271,19 @@ fn a_path_through_ten_people_costs_more_than_one_past_a_single_person() {
 
 #[test]
 fn a_farther_pedestrian_never_costs_more() {
-    for covariance in [Covariance::Literal, Covariance::Squared] {
-        let params = HccdmParams { covariance, ..HccdmParams::default() };
+    use {Covariance::*, Kernel::*};
+    for (covariance, kernel) in [(Literal, Gaussian), (Squared, Gaussian), (Literal, Flat), (Squared, Flat)] {
+        let params = HccdmParams { covariance, kernel, ..HccdmParams::default() };
         let mut before = f64::INFINITY;
         for i in 0..4000 {
             let offset = 0.002 * f64::from(i);
             let map = Hccdm::build(&people(&[[2.0, offset, 0.3, 0.0]]), &params, 13, 0.3);
             let x: Vec<f64> = (0..13).map(|k| 0.3 * f64::from(k)).collect();
             let cost = map.cost(&x, &[0.0; 13]);
-            assert!(cost <= before * (1.0 + 1e-13), "{covariance:?} at {offset} m: {cost} after {before}");
+            assert!(
+                cost <= before * (1.0 + 1e-13),
+                "{covariance:?} {kernel:?} at {offset} m: {cost} after {before}"
+            );
             before = cost;
         }
         assert_eq!(before, 0.0, "8 m are beyond four sigma of either reading");
