@@ -1,7 +1,7 @@
 //! Curiosity for negative content: the human comfort and crowd density map (section IV-C, eqs. 16-18).
 //!
-//! Every individual and every crowd is one Gaussian component; the cost of a candidate is the density of
-//! all components summed over its states. Where we differ from the printed equations: a component moves
+//! Every individual and every crowd is one component, a Gaussian in the paper; the cost of a candidate is the density
+//! of all components summed over its states. Where we differ from the printed equations: a component moves
 //! with its people and widens with their forecast (D2), a crowd weighs as many as it has members (D1),
 //! and a component ends at [`CUT_SIGMAS`].
 
@@ -101,7 +101,7 @@ crate::parameters! {
     }
 }
 
-/// One Gaussian of the mixture as it is now.
+/// One component of the mixture as it is now.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Component {
     /// Mean mu_g of eq. 17: the person, or the centre of the smallest circle around the crowd; map frame.
@@ -181,7 +181,7 @@ impl Hccdm {
         Self { components, lanes }
     }
 
-    /// The Gaussians, as they are now.
+    /// The components, as they are now.
     pub fn components(&self) -> &[Component] {
         &self.components
     }

@@ -414,7 +414,7 @@ impl<'a> Finder<'a> {
         let Some(way) = ways.min_by(|a, b| off(a).abs().total_cmp(&off(b).abs())) else { return };
         let turn = Proposal { turn_first: true, pinned: true, ..Proposal::of(way.path.clone()) };
         self.time(&[turn], &[1.0], 0, &Pace::new(&|| 0.0));
-        let turn = self.timed.pop().expect("a pinned path is timed");
+        let Some(turn) = self.timed.pop() else { return };
         if self.is_free(&turn).0 {
             self.timed.clear();
         }
