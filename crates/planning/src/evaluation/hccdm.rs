@@ -15,7 +15,7 @@ use crate::geometry::Point2;
 use crate::lanes::Level;
 use crate::scene::{People, Scene};
 
-pub use crate::evaluation::hccdm_simd::CUT_SIGMAS;
+pub use crate::evaluation::hccdm_simd::{CUT_SIGMAS, Kernel};
 
 crate::parameters! {
     /// How the sigma_g of eq. 17, in metres, enters the covariance of eq. 16 (A15).
@@ -27,21 +27,6 @@ crate::parameters! {
         Literal,
         /// By its dimension: the number is the standard deviation, Sigma_g = sigma_g^2 I.
         Squared,
-    }
-}
-
-crate::parameters! {
-    /// How a component falls off with the distance d from its mean, Sigma_g = sigma^2 I. Both hold p_g people.
-    #[derive(Default)]
-    #[non_exhaustive]
-    pub enum Kernel {
-        /// The Gaussian of eq. 16.
-        #[default]
-        Gaussian,
-        /// p_g (ln 2)^(1/2) / (pi^(3/2) sigma^2) 2^-q^2 with q = d^2 / (2 sigma^2), a generalised normal distribution
-        /// (Subbotin, 1923): even near people, so that all places beside them are alike, steep at 2^(1/2) sigma, where
-        /// half of it is left, and nothing farther away.
-        Flat,
     }
 }
 
@@ -147,14 +132,13 @@ impl Component {
 
     /// Where and how wide it is after `t` seconds.
     fn state(&self, params: &HccdmParams, t: f64) -> State {
-        let flat = params.kernel == Kernel::Flat;
         match params.motion {
-            ComponentMotion::Frozen => State::new(flat, self.centre, self.variance, self.weight),
+            ComponentMotion::Frozen => State::new(params.kernel, self.centre, self.variance, self.weight),
             ComponentMotion::Moving => {
                 let (c, v) = (self.centre, self.velocity);
                 let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
                 let spread = params.forecast.variance(t) + self.velocity_variance * t * t;
-                State::new(flat, centre, self.variance + spread, self.weight)
+                State::new(params.kernel, centre, self.variance + spread, self.weight)
             }
         }
     }
@@ -175,7 +159,7 @@ impl Hccdm {
             .iter()
             .map(|cluster| Component::new(people, cluster, params))
             .collect();
-        let shape = (params.kernel == Kernel::Flat, temper(params.saturation));
+        let shape = (params.kernel, temper(params.saturation));
         let lanes =
             Lanes::new(steps, shape, components.len(), |g, k| components[g].state(params, time_of(k, dt)));
         Self { components, lanes }

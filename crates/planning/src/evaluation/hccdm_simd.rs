@@ -11,6 +11,21 @@ use crate::lanes::{LANES, Level, Select, Simd, SimdBase, SimdMask, dispatch, exp
 /// fallen to e^-8 = 0.0003 of its peak, and what is far away costs no time. A flat one has fallen as far at 2.6.
 pub const CUT_SIGMAS: f64 = 4.0;
 
+crate::parameters! {
+    /// How a component falls off with the distance d from its mean, Sigma_g = sigma^2 I. Both hold p_g people.
+    #[derive(Default)]
+    #[non_exhaustive]
+    pub enum Kernel {
+        /// The Gaussian of eq. 16.
+        #[default]
+        Gaussian,
+        /// p_g (ln 2)^(1/2) / (pi^(3/2) sigma^2) 2^-q^2 with q = d^2 / (2 sigma^2), a generalised normal distribution
+        /// (Subbotin, 1923): even near people, so that all places beside them are alike, steep at 2^(1/2) sigma, where
+        /// half of it is left, and nothing farther away.
+        Flat,
+    }
+}
+
 /// One component at one moment.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
@@ -25,10 +40,10 @@ pub(super) struct State {
 }
 
 impl State {
-    pub(super) fn new(flat: bool, mean: Point2, variance: f64, weight: f64) -> Self {
+    pub(super) fn new(kernel: Kernel, mean: Point2, variance: f64, weight: f64) -> Self {
         // |Sigma|^(1/2) of an isotropic 2x2 covariance is its variance
         let (exponent, peak) = (-0.5 / variance, weight / (std::f64::consts::TAU * variance));
-        if !flat {
+        if kernel == Kernel::Gaussian {
             return Self { mean, exponent, peak, cut: CUT_SIGMAS * CUT_SIGMAS * variance };
         }
         let half = std::f64::consts::LN_2.sqrt();
@@ -64,11 +79,11 @@ impl Run {
 
     /// The component's value at each of eight points.
     #[inline(always)]
-    fn at<S: Simd>(&self, flat: bool, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
+    fn at<S: Simd>(&self, kernel: Kernel, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
         let (dx, dy) = (x - lanes(x.simd, &self.x), y - lanes(x.simd, &self.y));
         let squared = dx * dx + dy * dy;
         let exponent = lanes(x.simd, &self.exponent) * squared;
-        let exponent = if flat { -(exponent * exponent) } else { exponent };
+        let exponent = if kernel == Kernel::Flat { -(exponent * exponent) } else { exponent };
         let value = lanes(x.simd, &self.peak) * exp_minus_8_to_0(exponent);
         squared.simd_le(lanes(x.simd, &self.cut)).select(value, f64x8::splat(x.simd, 0.0))
     }
@@ -138,8 +153,8 @@ impl Group {
 #[derive(Debug, Clone)]
 pub(super) struct Lanes {
     steps: usize,
-    /// Whether the components are flat.
-    flat: bool,
+    /// How the components fall off.
+    kernel: Kernel,
     /// One through the density at which half of it counts, m2; zero if all of it does.
     temper: f64,
     /// The groups of each run of eight states.
@@ -150,7 +165,7 @@ impl Lanes {
     /// Lays out `state(component, step)`.
     pub(super) fn new(
         steps: usize,
-        (flat, temper): (bool, f64),
+        (kernel, temper): (Kernel, f64),
         components: usize,
         state: impl Fn(usize, usize) -> State,
     ) -> Self {
@@ -168,7 +183,7 @@ impl Lanes {
             Group { x: reach.map(|r| r.x), y: reach.map(|r| r.y), radius: reach.map(|r| r.radius), runs }
         };
         let of_run = |first| (0..components).step_by(LANES).map(|g| group(first, g)).collect();
-        Self { steps, flat, temper, groups: (0..steps).step_by(LANES).map(of_run).collect() }
+        Self { steps, kernel, temper, groups: (0..steps).step_by(LANES).map(of_run).collect() }
     }
 
     /// Of each trajectory the sum over its states of the sum over the components, each in ascending order. `x` and
@@ -194,7 +209,7 @@ impl Lanes {
                 for group in groups {
                     let mut touching = group.touching(simd, here);
                     while touching != 0 {
-                        densities += group.runs[touching.trailing_zeros() as usize].at(self.flat, x, y);
+                        densities += group.runs[touching.trailing_zeros() as usize].at(self.kernel, x, y);
                         touching &= touching - 1;
                     }
                 }
@@ -213,13 +228,13 @@ mod tests {
 
     impl State {
         /// The component's value at `p`, 1/m2.
-        pub(in crate::evaluation) fn density(&self, flat: bool, p: Point2) -> f64 {
+        pub(in crate::evaluation) fn density(&self, kernel: Kernel, p: Point2) -> f64 {
             let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
             let squared = dx * dx + dy * dy;
             let exponential =
                 |x: f64| dispatch!(Level::baseline(), simd => exp_minus_8_to_0(f64x8::splat(simd, x))[0]);
             let exponent = self.exponent * squared;
-            let exponent = if flat { -exponent * exponent } else { exponent };
+            let exponent = if kernel == Kernel::Flat { -exponent * exponent } else { exponent };
             if squared <= self.cut { self.peak * exponential(exponent) } else { 0.0 }
         }
     }

@@ -171,8 +171,7 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
 
 /// The inner sum of eq. 18: smoothed density of people `t` seconds from now at `p`.
 fn density(map: &Hccdm, params: &HccdmParams, t: f64, p: Point2) -> f64 {
-    let flat = params.kernel == Kernel::Flat;
-    map.components.iter().map(|c| c.state(params, t).density(flat, p)).fold(0.0, |sum, d| sum + d)
+    map.components.iter().map(|c| c.state(params, t).density(params.kernel, p)).fold(0.0, |sum, d| sum + d)
 }
 
 /// Density now, of the map as printed: frozen, so that no forecast widens it.

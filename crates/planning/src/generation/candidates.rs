@@ -96,7 +96,7 @@ pub(super) fn go_on(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>)
     Some(finder.emit()).filter(|found| !found.is_empty())
 }
 
-/// The same. If it `insists`, getting somewhere comes before being safe.
+/// The same. If it `insists`, getting somewhere comes before being safe, and turning to where it can before turning elsewhere.
 pub(super) fn find_candidates_by(
     input: &GenerationInput<'_>,
     insists: bool,
@@ -396,29 +396,32 @@ impl<'a> Finder<'a> {
     /// somewhere, if there is one: within the horizon there is no time for both, so that all turns look alike, and the
     /// robot would turn to and fro.
     fn turn_out(&mut self, fan: &[Proposal]) {
-        let Departure { pose, robot, steps, dt, .. } = self.from;
+        let pose = self.from.pose;
         let off = |p: &Proposal| wrap_angle(bearing(pose.position(), p.path.end()) - pose.heading);
-        let is_open = |p: &&Proposal| {
-            let faced = Pose2 { heading: pose.heading + off(p), ..pose };
-            let from = Departure { pose: faced, twist: Twist::default(), robot, steps, dt };
-            let mut fractions = self.params.profiles.iter().chain([&self.params.creep]);
-            fractions.any(|&fraction| {
-                let mut states = States::default();
-                let profile = SpeedProfile { fraction, turn_first: false };
-                rollouts(&[Drive { path: &p.path, profile }], &from, self.rollout_params, &mut states);
-                states.position(steps - 1).distance(pose.position()) >= SOMEWHERE
-                    && self.trajectories.first_collision(states.poses(0..steps)).is_none()
-            })
-        };
-        let ways = fan.iter().filter(|p| p.path.length() > 0.0).filter(is_open);
-        let Some(way) = ways.min_by(|a, b| off(a).abs().total_cmp(&off(b).abs())) else { return };
+        let mut ways: Vec<&Proposal> = fan.iter().filter(|p| p.path.length() > 0.0).collect();
+        ways.sort_by(|a, b| off(a).abs().total_cmp(&off(b).abs()));
+        let Some(way) = ways.into_iter().find(|p| self.is_open(&p.path, off(p))) else { return };
         let turn = Proposal { turn_first: true, pinned: true, ..Proposal::of(way.path.clone()) };
         self.time(&[turn], &[1.0], 0, &Pace::new(&|| 0.0));
-        let Some(turn) = self.timed.pop() else { return };
-        if self.is_free(&turn).0 {
-            self.timed.clear();
+        if self.timed.last().is_some_and(|turn| self.is_free(turn).0) {
+            self.timed.drain(..self.timed.len() - 1);
         }
-        self.timed.push(turn);
+    }
+
+    /// Whether a robot that stood here, turned by `angle`, would get somewhere along a path, at any speed.
+    fn is_open(&self, path: &Path, angle: f64) -> bool {
+        let Departure { pose, robot, steps, dt, .. } = self.from;
+        let faced = Pose2 { heading: pose.heading + angle, ..pose };
+        let from = Departure { pose: faced, twist: Twist::default(), robot, steps, dt };
+        let fractions = self.params.profiles.iter().chain([&self.params.creep]);
+        let drive = |&fraction| Drive { path, profile: SpeedProfile { fraction, turn_first: false } };
+        let drives: Vec<Drive<'_>> = fractions.map(drive).collect();
+        let mut states = States::default();
+        rollouts(&drives, &from, self.rollout_params, &mut states);
+        (0..states.len()).step_by(steps).any(|first| {
+            states.position(first + steps - 1).distance(pose.position()) >= SOMEWHERE
+                && self.trajectories.first_collision(states.poses(first..first + steps)).is_none()
+        })
     }
 
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of them
