@@ -78,6 +78,12 @@ impl People {
         if self.radius <= 0.0 {
             self.radius = Self::UNSEEN_RADIUS;
         }
+        // Without variances all people are known without error.
+        for variance in [&mut self.position_variance, &mut self.velocity_variance] {
+            if !variance.is_empty() {
+                variance.push(0.0);
+            }
+        }
         self.id.push(id);
         self.x.push(at.x);
         self.y.push(at.y);

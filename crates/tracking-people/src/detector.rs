@@ -67,8 +67,8 @@ const CONTINUED_ODDS: f64 = 2.0;
 const SHAPE_BEAMS: usize = 4;
 /// What is wider than a person is cut in two so many times at most: sixteen people shoulder to shoulder.
 const CUTS: usize = 4;
-/// Standard deviation of a centre of which one side is hidden, metres, in addition.
-const HIDDEN_SIGMA: f64 = 0.1;
+/// Standard deviation of a centre of which one side is not seen, metres, in addition.
+const PARTIAL_SIGMA: f64 = 0.1;
 /// Standard deviation of a centre besides the laser's noise and resolution, metres: no person is a cylinder.
 const LEAST_SIGMA: f64 = 0.03;
 
@@ -170,13 +170,18 @@ impl Detector {
             meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
         };
         let continued = sides.iter().filter(goes_on).count();
-        let hidden = sides.iter().any(hides);
+        // The rest of it is hidden, or outside of the view.
+        let partial = sides.iter().any(hides) || sides.iter().any(|(side, _)| side.is_none());
         let noise = laser.range_sigma * laser.range_sigma / points.len() as f64 + spacing * spacing / 12.0;
         let mut sigma = (noise + LEAST_SIGMA * LEAST_SIGMA).sqrt();
-        if hidden {
-            sigma = hypot(sigma, HIDDEN_SIGMA);
+        if partial {
+            sigma = hypot(sigma, PARTIAL_SIGMA);
         }
-        let leg = width <= params.leg_width_max;
+        // As narrow as a leg is also what is left to see of a trunk, but that is not as round.
+        let rounder = |radius: f64| fit(&points, radius).circle;
+        let of_trunk =
+            || partial && points.len() >= SHAPE_BEAMS && rounder(params.radius) < rounder(params.leg_radius);
+        let leg = width <= params.leg_width_max && !of_trunk();
         let shape = (!leg).then(|| fit(&points, params.radius));
         let alone = continued == 0;
         // A short piece of a wall fits a circle nearly as well as a line.
@@ -184,15 +189,15 @@ impl Detector {
         let has_shape =
             shape.as_ref().is_some_and(|fit| points.len() >= SHAPE_BEAMS && fit.circle < odds * fit.line);
         let accepted = match leg {
-            true => alone && width + spacing >= params.leg_width_min,
+            true => alone,
             false => has_shape && continued < 2 || alone && width <= SHAPELESS,
         };
-        if !accepted {
+        if !accepted || width + spacing < params.leg_width_min {
             return;
         }
         let position = match shape {
             None => behind(centre, params.leg_radius),
-            Some(fit) if has_shape || hidden => fit.centre,
+            Some(fit) if has_shape || partial => fit.centre,
             Some(_) => behind(centre, 0.5 * width),
         };
         let kind = if leg { Kind::Leg } else { Kind::Trunk };

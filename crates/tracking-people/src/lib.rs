@@ -5,14 +5,15 @@
 //!
 //! Read [`Tracker`] first; it strings together, in the order of one scan: where the robot is to be expected (`ego_motion`);
 //! [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces they make (`segments`)
-//! and what those may be (`shape`); then which detection is of which person (`assignment`), and where each person is
-//! (`track`).
+//! and what those may be (`shape`); then which detection is of which person (`assignment`), where each person is (`track`)
+//! and how it moves (`motion`).
 
 mod alignment;
 mod assignment;
 mod background;
 mod detector;
 mod ego_motion;
+mod motion;
 mod params;
 mod segments;
 mod shape;

@@ -24,8 +24,15 @@ curionav_planning::parameters! {
         /// Greatest gap between neighbouring beams' ends that belong to one thing, metres, besides what the laser's
         /// resolution leaves between them.
         pub jump: f64 [0.01, 1.0, "m", "farther apart are two people"] = 0.12,
-        /// Power of the random acceleration of people, m2/s3: a velocity is off by its root after a second.
+        /// Power of the random acceleration of people who change their way, m2/s3: a velocity is off by its root after a
+        /// second.
         pub acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.5,
+        /// The same of people who walk on as before, m2/s3.
+        pub steady_acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.02,
+        /// How fast the position of a person who stands spreads, as the growth of its variance on each axis, m2/s.
+        pub standing_drift: f64 [1e-9, 1.0, "m2/s", "a person who drifts more does not stand"] = 0.002,
+        /// How often a person goes over from one of standing, walking on and changing its way to another, 1/s.
+        pub change_rate: f64 [0.0, 100.0, "1/s", "no person changes its mind more often"] = 0.4,
         /// Standard deviation of the velocity of a person who has just been seen first, m/s, on each axis.
         pub velocity_sigma: f64 [0.01, 10.0, "m/s", "no person runs faster"] = 0.7,
         /// Greatest squared Mahalanobis distance of a detection from where its person was expected: 9.21 holds 99 % of

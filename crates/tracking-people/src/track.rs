@@ -1,9 +1,9 @@
-//! One person over time: a Kalman filter with constant velocity.
+//! One person over time: whether it is one, where it is and how it moves.
 
 use curionav_planning::geometry::{Point2, Pose2};
-use curionav_planning::numerics::sin_cos;
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Vector2, Vector4};
+use nalgebra::Matrix2;
 
+use crate::motion::{Estimate, Motion, rotation};
 use crate::params::TrackerParams;
 
 /// What is known of a person, in the frame of the robot at the time of the scan.
@@ -27,9 +27,7 @@ pub struct Person {
 #[derive(Debug, Clone)]
 pub(crate) struct Track {
     pub(crate) id: u32,
-    /// (x, y, vx, vy), map frame.
-    state: Vector4<f64>,
-    covariance: Matrix4<f64>,
+    motion: Motion,
     /// When it was seen last, seconds.
     pub(crate) seen: f64,
     /// Of the last scans the newest in the lowest bit: whether it was seen.
@@ -42,11 +40,9 @@ pub(crate) struct Track {
 impl Track {
     /// Somebody seen for the first time.
     pub(crate) fn new(id: u32, position: Point2, sigma: f64, stamp: f64, params: &TrackerParams) -> Self {
-        let (p, v) = (sigma * sigma, params.velocity_sigma * params.velocity_sigma);
         Self {
             id,
-            state: Vector4::new(position.x, position.y, 0.0, 0.0),
-            covariance: Matrix4::from_diagonal(&Vector4::new(p, p, v, v)),
+            motion: Motion::new(position, sigma, params),
             seen: stamp,
             history: 1,
             scans: 1,
@@ -54,53 +50,19 @@ impl Track {
         }
     }
 
-    pub(crate) fn position(&self) -> Point2 {
-        Point2::new(self.state[0], self.state[1])
+    /// What is known of it on the map.
+    pub(crate) fn estimate(&self) -> &Estimate {
+        self.motion.estimate()
     }
 
-    pub(crate) fn velocity(&self) -> Point2 {
-        Point2::new(self.state[2], self.state[3])
-    }
-
-    /// Goes on for `dt` seconds at constant velocity with white acceleration.
+    /// Goes on for `dt` seconds.
     pub(crate) fn predict(&mut self, dt: f64, params: &TrackerParams) {
-        let mut step = Matrix4::identity();
-        (step[(0, 2)], step[(1, 3)]) = (dt, dt);
-        let q = params.acceleration;
-        let (pp, pv, vv) = (q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt);
-        let mut noise = Matrix4::zeros();
-        for axis in 0..2 {
-            noise[(axis, axis)] = pp;
-            noise[(axis, axis + 2)] = pv;
-            noise[(axis + 2, axis)] = pv;
-            noise[(axis + 2, axis + 2)] = vv;
-        }
-        self.state = step * self.state;
-        self.covariance = step * self.covariance * step.transpose() + noise;
-    }
-
-    /// Squared Mahalanobis distance of a position with standard deviation `sigma`, metres.
-    pub(crate) fn distance(&self, position: Point2, sigma: f64) -> f64 {
-        let off = Vector2::new(position.x - self.state[0], position.y - self.state[1]);
-        self.innovation(sigma).try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
-    }
-
-    fn innovation(&self, sigma: f64) -> Matrix2<f64> {
-        self.covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * (sigma * sigma)
+        self.motion.predict(dt, params);
     }
 
     /// Takes in where it is seen.
     pub(crate) fn update(&mut self, position: Point2, sigma: f64, stamp: f64, params: &TrackerParams) {
-        if let Some(inverse) = self.innovation(sigma).try_inverse() {
-            let observed = Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
-            let gain = self.covariance * observed.transpose() * inverse;
-            let off = Vector2::new(position.x - self.state[0], position.y - self.state[1]);
-            self.state += gain * off;
-            let kept = Matrix4::identity() - gain * observed;
-            // Joseph's form stays symmetric and positive.
-            self.covariance =
-                kept * self.covariance * kept.transpose() + gain * gain.transpose() * (sigma * sigma);
-        }
+        self.motion.update(position, sigma);
         self.seen = stamp;
         self.remember(true, params);
     }
@@ -125,24 +87,18 @@ impl Track {
 
     /// Goes along with a robot that turns out to be at `to` and not at `from`.
     pub(crate) fn carry(&mut self, from: Pose2, to: Pose2) {
-        let position = to.transform(from.inverse_transform(self.position()));
-        let turn = rotation(to.heading - from.heading);
-        let velocity = turn * self.state.fixed_view::<2, 1>(2, 0);
-        self.state = Vector4::new(position.x, position.y, velocity.x, velocity.y);
-        let mut both = Matrix4::zeros();
-        both.fixed_view_mut::<2, 2>(0, 0).copy_from(&turn);
-        both.fixed_view_mut::<2, 2>(2, 2).copy_from(&turn);
-        self.covariance = both * self.covariance * both.transpose();
+        self.motion.carry(from, to);
     }
 
     /// What is known of it at `stamp`, for a robot at `robot` on the map.
     pub(crate) fn person(&self, stamp: f64, robot: Pose2) -> Person {
         let turn = rotation(-robot.heading);
-        let velocity = turn * self.state.fixed_view::<2, 1>(2, 0);
-        let turned = |at: usize| turn * self.covariance.fixed_view::<2, 2>(at, at) * turn.transpose();
+        let Estimate { state, covariance } = self.estimate();
+        let velocity = turn * state.fixed_view::<2, 1>(2, 0);
+        let turned = |at: usize| turn * covariance.fixed_view::<2, 2>(at, at) * turn.transpose();
         Person {
             id: self.id,
-            position: robot.inverse_transform(self.position()),
+            position: robot.inverse_transform(self.estimate().position()),
             velocity: Point2::new(velocity.x, velocity.y),
             position_covariance: turned(0),
             velocity_covariance: turned(2),
@@ -151,33 +107,9 @@ impl Track {
     }
 }
 
-fn rotation(angle: f64) -> Matrix2<f64> {
-    let (s, c) = sin_cos(angle);
-    Matrix2::new(c, -s, s, c)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_steady_walk_is_known_after_a_second_and_known_less_after_one_unseen() {
-        let params = TrackerParams::default();
-        let mut track = Track::new(1, Point2::new(0.0, 0.0), 0.05, 0.0, &params);
-        for k in 1..=10 {
-            let t = 0.1 * f64::from(k);
-            track.predict(0.1, &params);
-            track.update(Point2::new(0.8 * t, 0.2 * t), 0.05, t, &params);
-        }
-        let seen = track.person(1.0, Pose2::default());
-        assert!(seen.velocity.distance(Point2::new(0.8, 0.2)) < 0.1, "{seen:?}");
-        track.predict(1.0, &params);
-        let hidden = track.person(2.0, Pose2::default());
-        assert!(hidden.position.distance(Point2::new(1.6, 0.4)) < 0.15, "{hidden:?}");
-        assert_eq!(hidden.age, 1.0);
-        // At least a third of q t^3 more.
-        assert!(hidden.position_covariance[(0, 0)] > seen.position_covariance[(0, 0)] + 0.5 / 3.0);
-    }
 
     #[test]
     fn who_is_carried_along_stays_where_the_robot_sees_it() {

@@ -96,7 +96,7 @@ impl Tracker {
         let mut costs = Vec::new();
         for (t, track) in self.tracks.iter().enumerate() {
             for (d, one) in found.iter().enumerate() {
-                let cost = track.distance(one.position, spread(one, &params));
+                let cost = track.estimate().distance(one.position, spread(one, &params));
                 if cost <= gate {
                     costs.push((2 * t, d, cost));
                     if one.kind == Kind::Leg && cost + SECOND_LEG <= gate {
@@ -158,7 +158,7 @@ impl Tracker {
         for (position, sigma) in begun {
             // What is left inside of a person who has just been seen is a part of it.
             let part = self.tracks.iter().any(|track| {
-                track.seen == stamp && track.position().distance(position) < params.merge_distance
+                track.seen == stamp && track.estimate().position().distance(position) < params.merge_distance
             });
             if !part && self.tracks.len() < MOST_TRACKS {
                 self.tracks.push(Track::new(self.next_id, position, sigma, stamp, &params));
@@ -172,7 +172,8 @@ impl Tracker {
         let params = self.params;
         self.tracks.retain(|track| {
             let unseen = now.stamp - track.seen;
-            let most = if unseen > 0.0 && is_in_view(robot.inverse_transform(track.position()), now, &params)
+            let most = if unseen > 0.0
+                && is_in_view(robot.inverse_transform(track.estimate().position()), now, &params)
             {
                 params.coast_in_view
             } else {
@@ -189,9 +190,9 @@ impl Tracker {
         while at < self.tracks.len() {
             let one = &self.tracks[at];
             let twin = self.tracks[at + 1..].iter().position(|other| {
-                let (v, w) = (one.velocity(), other.velocity());
-                one.position().distance(other.position()) < self.params.merge_distance
-                    && v.distance(w) < TOGETHER
+                let (a, b) = (one.estimate(), other.estimate());
+                a.position().distance(b.position()) < self.params.merge_distance
+                    && a.velocity().distance(b.velocity()) < TOGETHER
             });
             match twin.map(|offset| at + 1 + offset) {
                 Some(other) if self.tracks[other].confirmed && !self.tracks[at].confirmed => {

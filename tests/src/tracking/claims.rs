@@ -2,6 +2,7 @@
 
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
+use curionav_tracking_people::Person;
 
 use super::scene::{Bench, hall, scenario};
 
@@ -95,8 +96,26 @@ fn people_who_stand_do_not_walk_when_the_robot_turns() {
         assert!(speeds.len() > 3 * 60 * 5, "{} of 1080", speeds.len());
         let rms = (speeds.iter().map(|speed| speed * speed).sum::<f64>() / speeds.len() as f64).sqrt();
         eprintln!("sigma {sigma:?}: {rms:.3} m/s");
-        // With odometry alone it is 0.17 m/s.
-        assert!(rms <= 0.13, "sigma {sigma:?}: {rms} m/s");
+        // With odometry alone, and a filter that knows only of walking, it is 0.17 m/s.
+        assert!(rms <= 0.08, "sigma {sigma:?}: {rms} m/s");
+    }
+}
+
+#[test]
+fn a_person_at_the_edge_of_the_view_stands_where_it_stands() {
+    // Half of it is out of view for a part of the time, beside a robot that turns to and fro.
+    for [x, y] in [[8.3, 7.0], [8.3, 5.0], [8.6, 6.9]] {
+        let one = format!("[[walkers]]\nroute = [[{x}, {y}]]\nmode = \"stand\"\n");
+        let mut scenario = scenario("disc", &one);
+        (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
+        let mut bench = Bench::new(&scenario, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+        let seen: Vec<_> = (0..30).flat_map(|_| bench.tick().1).filter(|person| person.age == 0.0).collect();
+        let off = |person: &Person| person.position.distance(Point2::new(x, y));
+        let worst = seen.iter().map(off).fold(0.0, f64::max);
+        let fastest = seen.iter().map(|p| p.velocity.distance(Point2::default())).fold(0.0, f64::max);
+        eprintln!("({x}, {y}): {} scans, {worst:.3} m, {fastest:.3} m/s", seen.len());
+        assert!(seen.len() >= 10, "({x}, {y}): {} scans", seen.len());
+        assert!(worst <= 0.12 && fastest <= 0.2, "({x}, {y}): {worst} m, {fastest} m/s");
     }
 }
 

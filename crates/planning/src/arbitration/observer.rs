@@ -289,6 +289,13 @@ mod tests {
         assert_eq!(people_at(5.1 + profile.unseen.keep).id, [3]);
         // The robot's clock has started over.
         assert_eq!(people_at(1.0).id, [3]);
+        // Beside people who are not known well it has a place of its own.
+        observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
+        let tracked =
+            People { position_variance: vec![0.01], velocity_variance: vec![0.04], ..people(&[(3, 1.0)]) };
+        let scene = observer.form_scene(&profile, &robot, (7, 5.0), belief(0.0), 9.0, &tracked);
+        assert_eq!((scene.people.variances(0), scene.people.variances(1)), ((0.01, 0.04), (0.0, 0.0)));
+        assert_eq!((scene.people.position_variance.len(), scene.people.velocity_variance.len()), (2, 2));
     }
 
     #[test]
