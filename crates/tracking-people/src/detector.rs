@@ -12,7 +12,7 @@ use crate::alignment::align;
 use crate::background::Posed;
 use crate::params::TrackerParams;
 use crate::segments::{Segment, Sweep};
-use crate::shape::{behind, fit, middle};
+use crate::shape::{Fit, behind, fit, middle};
 
 /// What a detection may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -178,11 +178,13 @@ impl Detector {
             sigma = hypot(sigma, PARTIAL_SIGMA);
         }
         // As narrow as a leg is also what is left to see of a trunk, but that is not as round.
-        let rounder = |radius: f64| fit(&points, radius).circle;
-        let of_trunk =
-            || partial && points.len() >= SHAPE_BEAMS && rounder(params.radius) < rounder(params.leg_radius);
-        let leg = width <= params.leg_width_max && !of_trunk();
-        let shape = (!leg).then(|| fit(&points, params.radius));
+        let narrow = width <= params.leg_width_max;
+        let trunk = (!narrow || partial).then(|| fit(&points, params.radius));
+        let is_trunk = |trunk: &Fit| {
+            points.len() >= SHAPE_BEAMS && trunk.circle < fit(&points, params.leg_radius).circle
+        };
+        let leg = narrow && !trunk.as_ref().is_some_and(is_trunk);
+        let shape = trunk.filter(|_| !leg);
         let alone = continued == 0;
         // A short piece of a wall fits a circle nearly as well as a line.
         let odds = if alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };

@@ -43,27 +43,17 @@ impl Estimate {
 
     /// `dt` seconds later, if the person moves in such a way.
     fn after(&self, dt: f64, way: Way, params: &TrackerParams) -> Self {
-        let mut step = Matrix4::identity();
-        let mut noise = Matrix4::zeros();
-        let mut add = |pp: f64, pv: f64, vv: f64| {
-            for axis in 0..2 {
-                noise[(axis, axis)] = pp;
-                noise[(axis, axis + 2)] = pv;
-                noise[(axis + 2, axis)] = pv;
-                noise[(axis + 2, axis + 2)] = vv;
-            }
+        let walks = |q: f64| (1.0, [q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt]);
+        let (keeps, [pp, pv, vv]) = match way {
+            Way::Stands => (0.0, [params.standing_drift * dt, 0.0, SWAY * SWAY]),
+            Way::WalksOn => walks(params.steady_acceleration),
+            Way::Changes => walks(params.acceleration),
         };
-        let power = match way {
-            Way::Stands => None,
-            Way::WalksOn => Some(params.steady_acceleration),
-            Way::Changes => Some(params.acceleration),
-        };
-        if let Some(q) = power {
-            (step[(0, 2)], step[(1, 3)]) = (dt, dt);
-            add(q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt);
-        } else {
-            (step[(2, 2)], step[(3, 3)]) = (0.0, 0.0);
-            add(params.standing_drift * dt, 0.0, SWAY * SWAY);
+        let (mut step, mut noise) = (Matrix4::identity(), Matrix4::zeros());
+        for (p, v) in [(0, 2), (1, 3)] {
+            (step[(p, v)], step[(v, v)]) = (keeps * dt, keeps);
+            (noise[(p, p)], noise[(v, v)]) = (pp, vv);
+            (noise[(p, v)], noise[(v, p)]) = (pv, pv);
         }
         Self { state: step * self.state, covariance: step * self.covariance * step.transpose() + noise }
     }
@@ -241,7 +231,7 @@ mod tests {
     #[test]
     fn a_person_who_stands_does_not_walk_and_is_known_for_longer_when_unseen() {
         let (stands, walks) = ([(2.0, [0.0, 0.0])], [(2.0, [1.0, 0.0])]);
-        // A Kalman filter that takes everyone for changing its way has ten times that.
+        // A Kalman filter that takes all people for changing their way has ten times that.
         let speed = rms(|noise| seen(noise, &stands).1[19].velocity().distance(Point2::default()));
         assert!(speed < 0.02, "{speed}");
         let params = TrackerParams::default();
