@@ -104,18 +104,19 @@ fn people_who_stand_do_not_walk_when_the_robot_turns() {
 #[test]
 fn a_person_at_the_edge_of_the_view_stands_where_it_stands() {
     // Half of it is out of view for a part of the time, beside a robot that turns to and fro.
-    for [x, y] in [[8.3, 7.0], [8.3, 5.0], [8.6, 6.9]] {
+    for [x, y] in [[8.3, 6.65], [8.15, 5.35], [8.3, 5.35]] {
         let one = format!("[[walkers]]\nroute = [[{x}, {y}]]\nmode = \"stand\"\n");
         let mut scenario = scenario("disc", &one);
         (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
         let mut bench = Bench::new(&scenario, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
-        let seen: Vec<_> = (0..30).flat_map(|_| bench.tick().1).filter(|person| person.age == 0.0).collect();
+        let seen: Vec<_> = (0..60).flat_map(|_| bench.tick().1).filter(|person| person.age == 0.0).collect();
         let off = |person: &Person| person.position.distance(Point2::new(x, y));
         let worst = seen.iter().map(off).fold(0.0, f64::max);
         let fastest = seen.iter().map(|p| p.velocity.distance(Point2::default())).fold(0.0, f64::max);
         eprintln!("({x}, {y}): {} scans, {worst:.3} m, {fastest:.3} m/s", seen.len());
         assert!(seen.len() >= 10, "({x}, {y}): {} scans", seen.len());
-        assert!(worst <= 0.12 && fastest <= 0.2, "({x}, {y}): {worst} m, {fastest} m/s");
+        // Taken for a leg of its own it is up to 0.22 m off, and walks at up to 0.3 m/s.
+        assert!(worst <= 0.12 && fastest <= 0.13, "({x}, {y}): {worst} m, {fastest} m/s");
     }
 }
 
