@@ -166,12 +166,12 @@ impl Detector {
         // A thing that goes on in what the map explains, or was cut, is a person only if it has the shape of one.
         let goes_on =
             |&&(side, edge): &&(Option<usize>, usize)| meets(side).is_some_and(|at| sweep.joined(at, edge));
-        let hides = |&(side, edge): &(Option<usize>, usize)| {
-            meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
+        // Whether the rest of it is behind something nearer, or outside of the view.
+        let goes_unseen = |&(side, edge): &(Option<usize>, usize)| {
+            side.is_none() || meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
         };
         let continued = sides.iter().filter(goes_on).count();
-        // The rest of it is hidden, or outside of the view.
-        let partial = sides.iter().any(hides) || sides.iter().any(|(side, _)| side.is_none());
+        let partial = sides.iter().any(goes_unseen);
         let noise = laser.range_sigma * laser.range_sigma / points.len() as f64 + spacing * spacing / 12.0;
         let mut sigma = (noise + LEAST_SIGMA * LEAST_SIGMA).sqrt();
         if partial {
@@ -180,20 +180,15 @@ impl Detector {
         // As narrow as a leg is also what is left to see of a trunk, but that is not as round.
         let narrow = width <= params.leg_width_max;
         let trunk = (!narrow || partial).then(|| fit(&points, params.radius));
-        let is_trunk = |trunk: &Fit| {
-            points.len() >= SHAPE_BEAMS && trunk.circle < fit(&points, params.leg_radius).circle
-        };
+        let enough = points.len() >= SHAPE_BEAMS;
+        let is_trunk = |trunk: &Fit| enough && trunk.circle < fit(&points, params.leg_radius).circle;
         let leg = narrow && !trunk.as_ref().is_some_and(is_trunk);
         let shape = trunk.filter(|_| !leg);
         let alone = continued == 0;
         // A short piece of a wall fits a circle nearly as well as a line.
         let odds = if alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };
-        let has_shape =
-            shape.as_ref().is_some_and(|fit| points.len() >= SHAPE_BEAMS && fit.circle < odds * fit.line);
-        let accepted = match leg {
-            true => alone,
-            false => has_shape && continued < 2 || alone && width <= SHAPELESS,
-        };
+        let has_shape = shape.as_ref().is_some_and(|fit| enough && fit.circle < odds * fit.line);
+        let accepted = alone && (leg || width <= SHAPELESS) || has_shape && continued < 2;
         if !accepted || width + spacing < params.leg_width_min {
             return;
         }

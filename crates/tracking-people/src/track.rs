@@ -112,6 +112,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_steady_walk_is_known_after_a_second_and_known_less_after_one_unseen() {
+        let params = TrackerParams::default();
+        let mut track = Track::new(1, Point2::new(0.0, 0.0), 0.05, 0.0, &params);
+        for k in 1..=10 {
+            let t = 0.1 * f64::from(k);
+            track.predict(0.1, &params);
+            track.update(Point2::new(0.8 * t, 0.2 * t), 0.05, t, &params);
+        }
+        let seen = track.person(1.0, Pose2::default());
+        assert!(seen.velocity.distance(Point2::new(0.8, 0.2)) < 0.1, "{seen:?}");
+        track.predict(1.0, &params);
+        let hidden = track.person(2.0, Pose2::default());
+        assert!(hidden.position.distance(Point2::new(1.6, 0.4)) < 0.15, "{hidden:?}");
+        assert_eq!(hidden.age, 1.0);
+        // More than the velocity it had makes of it, because it may have changed its way.
+        let spread = |person: &Person| person.position_covariance[(0, 0)];
+        assert!(spread(&hidden) > spread(&seen) + seen.velocity_covariance[(0, 0)], "{hidden:?}");
+        assert!(hidden.velocity_covariance[(0, 0)] > 4.0 * seen.velocity_covariance[(0, 0)], "{hidden:?}");
+    }
+
+    #[test]
     fn who_is_carried_along_stays_where_the_robot_sees_it() {
         let params = TrackerParams::default();
         let mut track = Track::new(1, Point2::new(3.0, 1.0), 0.05, 0.0, &params);

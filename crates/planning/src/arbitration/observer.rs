@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(people_at(5.1 + profile.unseen.keep).id, [3]);
         // The robot's clock has started over.
         assert_eq!(people_at(1.0).id, [3]);
-        // Beside people who are not known well it has a place of its own.
+        // It has variances, too, where people have them.
         observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
         let tracked =
             People { position_variance: vec![0.01], velocity_variance: vec![0.04], ..people(&[(3, 1.0)]) };
