@@ -31,6 +31,11 @@ impl Estimate {
         Point2::new(self.state[2], self.state[3])
     }
 
+    /// Standard deviation of the position on an axis, metres: the root of the mean of both variances.
+    pub(crate) fn sigma(&self) -> f64 {
+        (0.5 * (self.covariance[(0, 0)] + self.covariance[(1, 1)])).sqrt()
+    }
+
     /// Mean and covariance of several, each with its probability; the probabilities add up to 1.
     fn mean(each: [(f64, &Self); WAYS.len()]) -> Self {
         let state = each.iter().fold(Vector4::zeros(), |sum, (weight, one)| sum + one.state * *weight);
@@ -73,10 +78,15 @@ impl Estimate {
         self.innovation(sigma).try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
     }
 
+    /// How far around it is seen: the logarithm of the determinant of [`Self::innovation`].
+    pub(crate) fn spread(&self, sigma: f64) -> f64 {
+        ln(self.innovation(sigma).determinant())
+    }
+
     /// Takes in where it is seen; gives the logarithm of how likely that was, up to a constant.
     fn update(&mut self, position: Point2, sigma: f64) -> f64 {
-        let (innovation, off) = (self.innovation(sigma), self.off(position));
-        let Some(inverse) = innovation.try_inverse() else { return f64::NEG_INFINITY };
+        let (spread, off) = (self.spread(sigma), self.off(position));
+        let Some(inverse) = self.innovation(sigma).try_inverse() else { return f64::NEG_INFINITY };
         let observed = Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
         let gain = self.covariance * observed.transpose() * inverse;
         self.state += gain * off;
@@ -84,7 +94,7 @@ impl Estimate {
         // Joseph's form stays symmetric and positive.
         self.covariance =
             kept * self.covariance * kept.transpose() + gain * gain.transpose() * (sigma * sigma);
-        -0.5 * (off.dot(&(inverse * off)) + ln(innovation.determinant()))
+        -0.5 * (off.dot(&(inverse * off)) + spread)
     }
 
     fn carry(&mut self, from: Pose2, to: Pose2) {

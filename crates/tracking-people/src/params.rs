@@ -42,11 +42,11 @@ curionav_planning::parameters! {
         pub confirm: u32 [1.0, 32.0, "scans", "the history is as long"] = 3,
         /// The scans of which `confirm` have to show a person.
         pub confirm_of: u32 [1.0, 32.0, "scans", "the history is as long"] = 5,
-        /// Longest that a person is remembered who cannot be seen now, behind another person or outside of the view,
-        /// seconds.
-        pub coast: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 1.0,
+        /// A person who cannot be seen now, behind another person or outside of the view, is remembered until its position
+        /// is known worse than this, metres: the standard deviation on an axis. One who stands is remembered for longer.
+        pub forget_sigma: f64 [0.0, 10.0, "m", "ten metres off is nowhere"] = 1.0,
         /// Longest that a person is remembered who should be seen now and is not, seconds.
-        pub coast_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,
+        pub forget_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,
         /// Two tracks nearer than this are of one person, metres.
         pub merge_distance: f64 [0.0, 1.0, "m", "people do not stand in each other"] = 0.3,
     }
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn the_defaults_are_in_range_and_a_wrong_field_is_named() {
         assert_eq!(TrackerParams::default().check(), Ok(()));
-        let wrong = TrackerParams { coast: -1.0, ..Default::default() };
-        assert_eq!(wrong.check().unwrap_err().field, "coast");
+        let wrong = TrackerParams { forget_sigma: -1.0, ..Default::default() };
+        assert_eq!(wrong.check().unwrap_err().field, "forget_sigma");
     }
 }

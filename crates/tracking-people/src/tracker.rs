@@ -92,20 +92,24 @@ impl Tracker {
 
     /// Gives each track the detections that are most likely its own; gives back those of none.
     fn follow(&mut self, found: &[Detection], stamp: f64) -> Vec<Detection> {
-        let (gate, params) = (self.params.gate, self.params);
+        let params = self.params;
         let mut costs = Vec::new();
         for (t, track) in self.tracks.iter().enumerate() {
             for (d, one) in found.iter().enumerate() {
-                let cost = track.estimate().distance(one.position, spread(one, &params));
-                if cost <= gate {
+                let (sigma, estimate) = (spread(one, &params), track.estimate());
+                let distance = estimate.distance(one.position, sigma);
+                // How unlikely it is: of two people who may both be there, the one whose place is known better is likelier.
+                let cost = distance + estimate.spread(sigma);
+                if distance <= params.gate {
                     costs.push((2 * t, d, cost));
-                    if one.kind == Kind::Leg && cost + SECOND_LEG <= gate {
+                    if one.kind == Kind::Leg && distance + SECOND_LEG <= params.gate {
                         costs.push((2 * t + 1, d, cost + SECOND_LEG));
                     }
                 }
             }
         }
-        let given = assign(2 * self.tracks.len(), found.len(), &costs, gate);
+        let most = costs.iter().map(|pair| pair.2).fold(0.0, f64::max);
+        let given = assign(2 * self.tracks.len(), found.len(), &costs, most);
         let mut taken = vec![false; found.len()];
         for (track, pair) in self.tracks.iter_mut().zip(given.chunks_exact(2)) {
             let own: Vec<usize> = pair.iter().flatten().copied().collect();
@@ -167,20 +171,16 @@ impl Tracker {
         }
     }
 
-    /// Forgets who has not been seen for too long.
+    /// Forgets who should be seen and is not, and whose place is no longer known.
     fn forget(&mut self, now: &Observation<'_>, robot: Pose2) {
         let params = self.params;
         self.tracks.retain(|track| {
-            let unseen = now.stamp - track.seen;
-            let most = if unseen > 0.0
-                && is_in_view(robot.inverse_transform(track.estimate().position()), now, &params)
-            {
-                params.coast_in_view
-            } else {
-                params.coast
-            };
+            let (unseen, estimate) = (now.stamp - track.seen, track.estimate());
+            let place = robot.inverse_transform(estimate.position());
+            let somewhere = unseen > 0.0 && estimate.sigma() > params.forget_sigma;
             // The rounding of stamps must not cost a scan.
-            !track.is_hopeless(&params) && unseen <= most + 1e-6
+            let gone = unseen > params.forget_in_view + 1e-6 && is_in_view(place, now, &params);
+            !(track.is_hopeless(&params) || somewhere || gone)
         });
     }
 
@@ -239,4 +239,33 @@ fn is_in_view(position: Point2, now: &Observation<'_>, params: &TrackerParams) -
     }
     let range = f64::from(now.ranges[beam as usize]);
     range >= distance - params.radius - params.jump
+}
+
+#[cfg(test)]
+mod tests {
+    use curionav_planning::occupancy::OccupancyGrid;
+
+    use super::*;
+
+    #[test]
+    fn who_is_seen_is_rather_the_person_who_is_known_to_be_there_than_one_who_may_be() {
+        let grid = OccupancyGrid::new(10, 10, 1.0, Pose2::default(), vec![0; 100]).unwrap();
+        let params = TrackerParams::default();
+        let mut tracker = Tracker::new(Arc::new(StaticMap::new(grid)), params, OdometryNoise::default());
+        // The first has not been seen for 1.5 s, half a metre from the second.
+        let (hidden, known) = (Point2::new(5.0, 5.5), Point2::new(5.0, 5.0));
+        let (mut first, mut second) =
+            (Track::new(1, hidden, 0.05, 0.0, &params), Track::new(2, known, 0.05, 0.0, &params));
+        for _ in 0..15 {
+            first.predict(0.1, &params);
+            second.predict(0.1, &params);
+            second.update(known, 0.03, 1.5, &params);
+        }
+        tracker.tracks = vec![first, second];
+        let seen = Detection { position: Point2::new(5.0, 5.1), kind: Kind::Trunk, sigma: 0.03 };
+        let distance = |at: usize| tracker.tracks[at].estimate().distance(seen.position, seen.sigma);
+        assert!(distance(0) < distance(1) && distance(1) < params.gate, "{} {}", distance(0), distance(1));
+        assert_eq!(tracker.follow(&[seen], 1.6), []);
+        assert_eq!([tracker.tracks[0].seen, tracker.tracks[1].seen], [0.0, 1.6]);
+    }
 }

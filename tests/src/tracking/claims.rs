@@ -1,8 +1,9 @@
 //! What the tracker promises.
 
+use curionav_crowdsim::scenario::{Motion, Scenario};
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
-use curionav_tracking_people::Person;
+use curionav_tracking_people::{Person, TrackerParams};
 
 use super::scene::{Bench, hall, scenario};
 
@@ -121,12 +122,12 @@ fn a_person_at_the_edge_of_the_view_stands_where_it_stands() {
 }
 
 #[test]
-fn a_person_is_known_after_three_scans_and_for_a_second_behind_another() {
+fn a_person_is_known_after_three_scans_and_behind_another() {
     // One stands 3 m ahead; another walks from 5 m aside, behind the first, to the other side, 2 m farther away.
     let people = "[[walkers]]\nroute = [[11.0, 6.0]]\nmode = \"stand\"\n\
                   [[walkers]]\nroute = [[13.0, 3.0], [13.0, 9.0]]\nspeed = 1.0\nmode = \"once\"\n";
     let mut scenario = scenario("disc", people);
-    scenario.people.motion = curionav_crowdsim::scenario::Motion::Scripted;
+    scenario.people.motion = Motion::Scripted;
     let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[0], 1);
     let mut counts = Vec::new();
     let mut ids = std::collections::BTreeSet::new();
@@ -137,6 +138,51 @@ fn a_person_is_known_after_three_scans_and_for_a_second_behind_another() {
     }
     assert_eq!(counts[..4], [0, 0, 2, 2], "{counts:?}");
     assert!(counts[3..].iter().all(|count| *count == 2) && ids.len() == 2, "{counts:?} {ids:?}");
+}
+
+/// Sees half of what is around.
+fn half_view(people: &str) -> Scenario {
+    let mut scenario = scenario("disc", people);
+    (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
+    scenario.people.motion = Motion::Scripted;
+    scenario
+}
+
+#[test]
+fn a_person_out_of_view_is_remembered_as_long_as_its_place_is_known() {
+    // One stands to the left and behind: in view while the robot has turned left, for 2.5 s not, then again.
+    let stands = half_view("[[walkers]]\nroute = [[7.5, 8.0]]\nmode = \"stand\"\n");
+    let mut bench = Bench::new(&stands, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+    let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
+    let longest = known.iter().map(|person| person.age).fold(0.0, f64::max);
+    let ids: std::collections::BTreeSet<u32> = known.iter().map(|person| person.id).collect();
+    let off = known.iter().map(|person| person.position.distance(Point2::new(7.5, 8.0))).fold(0.0, f64::max);
+    eprintln!("stands: unseen for {longest:.1} s, off by {off:.2} m, {ids:?}");
+    assert!(longest >= 2.0 && ids.len() == 1 && off <= 0.3, "{longest} s, {off} m, {ids:?}");
+    // One comes towards the robot and passes it: where it is then is known for less long.
+    let walks = half_view("[[walkers]]\nroute = [[12.0, 7.0], [1.0, 7.0]]\nspeed = 1.0\nmode = \"once\"\n");
+    let mut bench = Bench::new(&walks, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+    let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
+    let passed = known.iter().map(|person| person.age).fold(0.0, f64::max);
+    let spread = known.iter().map(|person| person.position_covariance.trace()).fold(0.0, f64::max);
+    eprintln!("walks: unseen for {passed:.1} s, sigma {:.2} m", (0.5 * spread).sqrt());
+    assert!(passed >= 1.0 && passed < longest, "{passed} s, {longest} s");
+    assert!((0.5 * spread).sqrt() <= TrackerParams::default().forget_sigma, "{spread} m2");
+}
+
+#[test]
+fn a_person_who_is_not_where_it_should_be_seen_is_forgotten_after_half_a_second() {
+    let in_a_world = |people: &str| {
+        let mut bench = Bench::new(&half_view(people), hall(no_pillars), hall(no_pillars), BELIEFS[0], 1);
+        let count = (0..20).map(|_| bench.tick().1.len()).last();
+        (bench, count)
+    };
+    let (with, one) = in_a_world("[[walkers]]\nroute = [[11.0, 7.0]]\nmode = \"stand\"\n");
+    let (mut without, none) = in_a_world("");
+    assert_eq!((one, none), (Some(1), Some(0)));
+    without.tracker = with.tracker;
+    let counts: Vec<usize> = (0..7).map(|_| without.tick().1.len()).collect();
+    assert_eq!(counts, [1, 1, 1, 1, 1, 0, 0]);
 }
 
 #[test]

@@ -242,7 +242,7 @@ profile = "risk-rrt"
 [localizer]
 particles_max = 3000
 [tracker]
-coast = 1.5
+forget_sigma = 1.5
 [profile]
 weights = { cpc = 2.0 }
 "#;
