@@ -78,14 +78,14 @@ impl Estimate {
         self.innovation(sigma).try_inverse().map_or(f64::INFINITY, |inverse| off.dot(&(inverse * off)))
     }
 
-    /// How far around it is seen: the logarithm of the determinant of [`Self::innovation`].
-    pub(crate) fn spread(&self, sigma: f64) -> f64 {
+    /// Logarithm of the determinant of [`Self::innovation`]: the wider the place, the less likely each point of it.
+    pub(crate) fn ln_determinant(&self, sigma: f64) -> f64 {
         ln(self.innovation(sigma).determinant())
     }
 
     /// Takes in where it is seen; gives the logarithm of how likely that was, up to a constant.
     fn update(&mut self, position: Point2, sigma: f64) -> f64 {
-        let (spread, off) = (self.spread(sigma), self.off(position));
+        let (ln_determinant, off) = (self.ln_determinant(sigma), self.off(position));
         let Some(inverse) = self.innovation(sigma).try_inverse() else { return f64::NEG_INFINITY };
         let observed = Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
         let gain = self.covariance * observed.transpose() * inverse;
@@ -94,7 +94,7 @@ impl Estimate {
         // Joseph's form stays symmetric and positive.
         self.covariance =
             kept * self.covariance * kept.transpose() + gain * gain.transpose() * (sigma * sigma);
-        -0.5 * (off.dot(&(inverse * off)) + spread)
+        -0.5 * (off.dot(&(inverse * off)) + ln_determinant)
     }
 
     fn carry(&mut self, from: Pose2, to: Pose2) {

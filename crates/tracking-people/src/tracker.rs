@@ -99,7 +99,7 @@ impl Tracker {
                 let (sigma, estimate) = (spread(one, &params), track.estimate());
                 let distance = estimate.distance(one.position, sigma);
                 // How unlikely it is: of two people who may both be there, the one whose place is known better is likelier.
-                let cost = distance + estimate.spread(sigma);
+                let cost = distance + estimate.ln_determinant(sigma);
                 if distance <= params.gate {
                     costs.push((2 * t, d, cost));
                     if one.kind == Kind::Leg && distance + SECOND_LEG <= params.gate {

@@ -150,7 +150,7 @@ fn half_view(people: &str) -> Scenario {
 
 #[test]
 fn a_person_out_of_view_is_remembered_as_long_as_its_place_is_known() {
-    // One stands to the left and behind: in view while the robot has turned left, for 2.5 s not, then again.
+    // One stands to the left and behind: in view while the robot has turned left, for 3 s not, then again.
     let stands = half_view("[[walkers]]\nroute = [[7.5, 8.0]]\nmode = \"stand\"\n");
     let mut bench = Bench::new(&stands, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
     let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
