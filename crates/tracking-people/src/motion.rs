@@ -85,16 +85,16 @@ impl Estimate {
 
     /// Takes in where it is seen; gives the logarithm of how likely that was, up to a constant.
     fn update(&mut self, position: Point2, sigma: f64) -> f64 {
-        let (ln_determinant, off) = (self.ln_determinant(sigma), self.off(position));
+        let unlikely = self.distance(position, sigma) + self.ln_determinant(sigma);
         let Some(inverse) = self.innovation(sigma).try_inverse() else { return f64::NEG_INFINITY };
         let observed = Matrix2x4::new(1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0);
         let gain = self.covariance * observed.transpose() * inverse;
-        self.state += gain * off;
+        self.state += gain * self.off(position);
         let kept = Matrix4::identity() - gain * observed;
         // Joseph's form stays symmetric and positive.
         self.covariance =
             kept * self.covariance * kept.transpose() + gain * gain.transpose() * (sigma * sigma);
-        -0.5 * (off.dot(&(inverse * off)) + ln_determinant)
+        -0.5 * unlikely
     }
 
     fn carry(&mut self, from: Pose2, to: Pose2) {

@@ -1,5 +1,7 @@
 //! What the tracker promises.
 
+use std::collections::BTreeSet;
+
 use curionav_crowdsim::scenario::{Motion, Scenario};
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::sin_cos;
@@ -18,6 +20,14 @@ fn everywhere(_: f64, _: f64) -> bool {
 
 fn no_pillars(x: f64, y: f64) -> bool {
     (0.2..19.8).contains(&x) && (0.2..11.8).contains(&y)
+}
+
+/// A robot that sees half of what is around, among people who keep to their routes.
+fn half_view(people: &str) -> Scenario {
+    let mut scenario = scenario("disc", people);
+    (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
+    scenario.people.motion = Motion::Scripted;
+    scenario
 }
 
 #[test]
@@ -107,9 +117,7 @@ fn a_person_at_the_edge_of_the_view_stands_where_it_stands() {
     // Half of it is out of view for a part of the time, beside a robot that turns to and fro.
     for [x, y] in [[8.3, 6.65], [8.15, 5.35], [8.3, 5.35]] {
         let one = format!("[[walkers]]\nroute = [[{x}, {y}]]\nmode = \"stand\"\n");
-        let mut scenario = scenario("disc", &one);
-        (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
-        let mut bench = Bench::new(&scenario, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+        let mut bench = Bench::new(&half_view(&one), hall(everywhere), hall(everywhere), BELIEFS[0], 1);
         let seen: Vec<_> = (0..60).flat_map(|_| bench.tick().1).filter(|person| person.age == 0.0).collect();
         let off = |person: &Person| person.position.distance(Point2::new(x, y));
         let worst = seen.iter().map(off).fold(0.0, f64::max);
@@ -130,7 +138,7 @@ fn a_person_is_known_after_three_scans_and_behind_another() {
     scenario.people.motion = Motion::Scripted;
     let mut bench = Bench::new(&scenario, hall(no_pillars), hall(no_pillars), BELIEFS[0], 1);
     let mut counts = Vec::new();
-    let mut ids = std::collections::BTreeSet::new();
+    let mut ids = BTreeSet::new();
     for _ in 0..60 {
         let (_, people) = bench.tick();
         ids.extend(people.iter().map(|person| person.id));
@@ -140,30 +148,23 @@ fn a_person_is_known_after_three_scans_and_behind_another() {
     assert!(counts[3..].iter().all(|count| *count == 2) && ids.len() == 2, "{counts:?} {ids:?}");
 }
 
-/// Sees half of what is around.
-fn half_view(people: &str) -> Scenario {
-    let mut scenario = scenario("disc", people);
-    (scenario.laser.fov, scenario.laser.beams) = (std::f64::consts::PI, 361);
-    scenario.people.motion = Motion::Scripted;
-    scenario
-}
-
 #[test]
 fn a_person_out_of_view_is_remembered_as_long_as_its_place_is_known() {
     // One stands to the left and behind: in view while the robot has turned left, for 3 s not, then again.
-    let stands = half_view("[[walkers]]\nroute = [[7.5, 8.0]]\nmode = \"stand\"\n");
-    let mut bench = Bench::new(&stands, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
-    let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
-    let longest = known.iter().map(|person| person.age).fold(0.0, f64::max);
-    let ids: std::collections::BTreeSet<u32> = known.iter().map(|person| person.id).collect();
+    let followed = |people: &str| {
+        let mut bench = Bench::new(&half_view(people), hall(everywhere), hall(everywhere), BELIEFS[0], 1);
+        let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
+        let longest = known.iter().map(|person| person.age).fold(0.0, f64::max);
+        (known, longest)
+    };
+    let (known, longest) = followed("[[walkers]]\nroute = [[7.5, 8.0]]\nmode = \"stand\"\n");
+    let ids: BTreeSet<u32> = known.iter().map(|person| person.id).collect();
     let off = known.iter().map(|person| person.position.distance(Point2::new(7.5, 8.0))).fold(0.0, f64::max);
     eprintln!("stands: unseen for {longest:.1} s, off by {off:.2} m, {ids:?}");
     assert!(longest >= 2.0 && ids.len() == 1 && off <= 0.3, "{longest} s, {off} m, {ids:?}");
     // One comes towards the robot and passes it: where it is then is known for less long.
-    let walks = half_view("[[walkers]]\nroute = [[12.0, 7.0], [1.0, 7.0]]\nspeed = 1.0\nmode = \"once\"\n");
-    let mut bench = Bench::new(&walks, hall(everywhere), hall(everywhere), BELIEFS[0], 1);
-    let known: Vec<Person> = (0..95).flat_map(|_| bench.tick().1).collect();
-    let passed = known.iter().map(|person| person.age).fold(0.0, f64::max);
+    let (known, passed) =
+        followed("[[walkers]]\nroute = [[12.0, 7.0], [1.0, 7.0]]\nspeed = 1.0\nmode = \"once\"\n");
     let spread = known.iter().map(|person| person.position_covariance.trace()).fold(0.0, f64::max);
     eprintln!("walks: unseen for {passed:.1} s, sigma {:.2} m", (0.5 * spread).sqrt());
     assert!(passed >= 1.0 && passed < longest, "{passed} s, {longest} s");
