@@ -33,6 +33,12 @@ crate::parameters! {
         /// If nothing is free for so long, what is free for at least these seconds, and longest, is driven: a robot that stands
         /// still is run into as well. From `horizon` on nothing is, as in the paper.
         pub evade: f64 [0.0, 60.0, "s", "no forecast holds for a minute"] = 60.0,
+        /// People who are slower than this stand, m/s: they are forecast to stay where they are, and to be known there as
+        /// well as now. At 0 all people are forecast to walk on.
+        pub standing: f64 [0.0, 1.0, "m/s", "people walk faster than that"] = 0.0,
+        /// Seconds in one place after which no more than [`CollisionChecker::GUARD`] is asked of walls and of people who
+        /// stand: a robot between people who wait for it leaves by a narrow way. At 0 that never happens.
+        pub tight_after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
     }
 }
 
@@ -85,6 +91,8 @@ pub struct CollisionChecker<'a> {
     touching_wall: Option<f64>,
     /// Most that may be asked of the gap between shape and each person, metres.
     person_cap: Vec<f64>,
+    /// Whether the robot has been in one place for [`CollisionParams::tight_after`].
+    tight: bool,
 }
 
 impl<'a> CollisionChecker<'a> {
@@ -109,6 +117,8 @@ impl<'a> CollisionChecker<'a> {
         let start = scene.belief.pose;
         let sigma = scene.belief.position_sigma();
         let inflation = (params.sigma_factor * sigma).min(params.max_inflation);
+        let tight = params.tight_after > 0.0 && scene.in_place >= params.tight_after;
+        let wall_room = params.wall_margin + inflation;
         let mut checker = Self {
             map,
             people: &scene.people,
@@ -118,9 +128,10 @@ impl<'a> CollisionChecker<'a> {
             polygon: matches!(robot.footprint, Footprint::Polygon { .. }),
             start,
             belief_variance: sigma * sigma,
-            wall_room: params.wall_margin + inflation,
+            wall_room: if tight { wall_room.min(Self::GUARD) } else { wall_room },
             touching_wall: None,
             person_cap: Vec::new(),
+            tight,
         };
         checker.relax_walls();
         checker.person_cap = (0..scene.people.len())
@@ -201,9 +212,38 @@ impl<'a> CollisionChecker<'a> {
     /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres, before it is
     /// relaxed for people who are already nearer.
     pub fn person_gap(&self, i: usize, t: f64) -> f64 {
+        if self.tight && self.stands(i) {
+            return Self::GUARD;
+        }
+        let t = self.ahead(i, t);
         let forecast = self.forecast.variance(t) + self.people.variance_after(i, t);
         let sigma = (self.belief_variance + forecast).sqrt();
         self.params.person_margin + (self.params.sigma_factor * sigma).min(self.params.max_inflation)
+    }
+
+    /// Whether the i-th person stands ([`CollisionParams::standing`]).
+    fn stands(&self, i: usize) -> bool {
+        self.speed(i) < self.params.standing
+    }
+
+    /// Speed of the i-th person, m/s.
+    fn speed(&self, i: usize) -> f64 {
+        Point2::new(self.people.vx[i], self.people.vy[i]).distance(Point2::default())
+    }
+
+    /// How far ahead the i-th person is forecast, to know where the person is `t` seconds from now, seconds.
+    fn ahead(&self, i: usize, t: f64) -> f64 {
+        if self.stands(i) { 0.0 } else { t }
+    }
+
+    /// Where people are now, and how far the robot's centre has to keep from them there by its circumscribed disc, metres:
+    /// those on whom it depends whether it can go `reach` metres.
+    pub(crate) fn discs(&self, reach: f64) -> impl Iterator<Item = (Point2, f64)> {
+        let here = self.start.position();
+        let body = self.shape.circumscribed_radius() + self.people.radius;
+        let disc = move |i| (self.people.position(i), body + self.gap_asked(i, 0.0));
+        let comes_near = move |&(p, radius): &(Point2, f64)| p.distance(here) < reach + radius;
+        (0..self.people.len()).map(disc).filter(comes_near)
     }
 
     /// Gap asked between the robot's shape and the i-th person `t` seconds from now, metres.
@@ -288,18 +328,19 @@ impl<'a> TrajectoryChecker<'a> {
         let people = checker.people;
         let time = |step: usize| step as f64 * dt;
         let body = checker.shape.circumscribed_radius() + people.radius;
-        let speed = |i: usize| Point2::new(people.vx[i], people.vy[i]).distance(Point2::default());
+        let walked = |i: usize, t: f64| checker.speed(i) * checker.ahead(i, t);
         let start = checker.start.position();
         let comes_near = |&i: &usize| {
-            let least = people.position(i).distance(start) - reach - speed(i) * time(steps);
+            let least = people.position(i).distance(start) - reach - walked(i, time(steps));
             let widest = checker.person_gap(i, time(steps)).max(CollisionChecker::GUARD);
             least <= body + widest + Self::ROUNDING
         };
         let near: Vec<usize> = (0..people.len()).filter(comes_near).collect();
-        let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| people.position_after(i, time(k))));
+        let place = |i: usize, t: f64| people.position_after(i, checker.ahead(i, t));
+        let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| place(i, time(k))));
         let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.gap_asked(i, time(k) + dt)));
         let (at, asked) = (at.collect(), asked.collect());
-        Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| speed(i) * dt).collect(), near }
+        Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| walked(i, dt)).collect(), near }
     }
 
     /// The first collision of the trajectory that starts at the belief's pose at time 0 and is at pose k of `poses` at

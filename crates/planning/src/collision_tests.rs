@@ -76,6 +76,33 @@ fn a_person_who_is_known_badly_is_left_more_room_and_the_more_the_later() {
 }
 
 #[test]
+fn people_who_stand_stay_where_they_are_and_a_robot_that_does_not_get_away_goes_close_by() {
+    // Too slow to walk, towards the robot's way, and one who walks.
+    let slow = (7.0, 10.85, 0.0, -0.09);
+    let mut s = scene(Pose2::new(5.0, 10.0, 0.0), &[slow, (9.0, 12.0, 0.5, 0.0)]);
+    let (map, robot) = (map(), RobotModel::default());
+    let new =
+        |params: CollisionParams| CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &params);
+    let (walking, standing) =
+        (CollisionParams::default(), CollisionParams { standing: 0.1, ..Default::default() });
+    let hit = new(walking).first_collision(&straight(1.0), 0.3).unwrap();
+    assert_eq!(hit.with, Obstacle::Person(10));
+    let wide = new(standing);
+    assert_eq!(wide.first_collision(&straight(1.0), 0.3), None);
+    assert_eq!(wide.person_gap(0, 3.0), wide.person_gap(0, 0.0));
+    assert!(wide.person_gap(1, 3.0) > wide.person_gap(1, 0.0));
+    // 0.05 m and half of 0.1 m are asked of walls, and 0.03 m of a robot that has been in its place for long.
+    let at_wall = Pose2::new(14.0, 10.0, 0.0);
+    let patient = CollisionParams { tight_after: 3.0, ..standing };
+    assert_eq!(new(patient).person_gap(0, 3.0), wide.person_gap(0, 3.0));
+    let (room, gap) = (wide.wall_spare(at_wall), wide.person_gap(1, 0.3));
+    s.in_place = 3.0;
+    let tight = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &patient);
+    assert_eq!((tight.person_gap(0, 3.0), tight.person_gap(1, 0.3)), (CollisionChecker::GUARD, gap));
+    assert!((tight.wall_spare(at_wall) - room - 0.07).abs() < 1e-9);
+}
+
+#[test]
 fn people_are_met_where_they_will_be_not_where_they_are() {
     // stands on the way, but walks off to the side in time
     assert_eq!(first(&scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 1.0)]), 1.0), None);

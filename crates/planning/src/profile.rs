@@ -296,7 +296,8 @@ crate::parameters! {
         pub pace: f64 [0.01, 10.0, "m/s", "a slower robot gets nowhere, and none is faster"] = 0.25,
         /// Seconds for which the robot is impatient.
         pub lasts: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 8.0,
-        /// Seconds in one place after which it is so no longer: something stands right before it, and it has to give way.
+        /// Seconds in one place, of those for which it has been impatient, after which it is so no longer: something stands
+        /// right before it, and it has to give way.
         pub stands: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 2.0,
         /// What a term that gives way weighs while the robot is impatient, as a share of its weight.
         pub share: f64 [0.01, 1.0, "", "a term that counts for nothing is left out, and none counts for more"] = 0.2,

@@ -57,7 +57,9 @@ impl Progress {
             Some(since) => !is_over(stamp - since, patience.lasts),
             None => is_over(lag, patience.after),
         };
-        let is_impatient = is_wanted && !is_over(in_place, patience.stands);
+        // What it stood before it became impatient is what made it so.
+        let stands = in_place.min(stamp - self.impatient_since.unwrap_or(stamp));
+        let is_impatient = is_wanted && !is_over(stands, patience.stands);
         let impatient_since = is_impatient.then(|| self.impatient_since.unwrap_or(stamp));
         // What it lags behind begins anew with its impatience, and again with its end.
         let lag = if is_impatient || self.impatient_since.is_some() { 0.0 } else { lag };
@@ -252,11 +254,16 @@ mod tests {
             // It stands for 1 s, and gives way.
             (8.4, 9.1, 5.0, true),
             (8.5, 9.1, 5.0, false),
-            (9.9, 9.1, 5.0, false),
+            // Where it stands it loses patience as anywhere else, for as long as before.
+            (10.4, 9.1, 5.0, false),
+            (10.5, 9.1, 5.0, true),
+            (11.4, 9.1, 5.0, true),
+            (11.5, 9.1, 5.0, false),
+            (12.9, 9.1, 5.0, false),
             // Nothing was planned for longer than decisions hold.
-            (12.0, 9.1, 5.0, false),
-            (13.5, 11.0, 5.0, false),
-            (14.0, 12.0, 5.0, true),
+            (15.0, 9.1, 5.0, false),
+            (16.5, 11.0, 5.0, false),
+            (17.0, 12.0, 5.0, true),
             // The robot's clock has started over.
             (0.5, 13.0, 5.0, false),
             (2.5, 14.0, 5.0, true),

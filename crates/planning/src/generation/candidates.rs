@@ -10,6 +10,7 @@ use crate::generation::params::CandidateParams;
 use crate::generation::path::Path;
 use crate::generation::pose_tree::PoseTree;
 use crate::generation::rollout::{Departure, Drive, RolloutParams, SpeedProfile, rollouts};
+use crate::generation::way_past::way_past;
 use crate::generation::{GenerationInput, Pace};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
 use crate::motion::step;
@@ -26,6 +27,10 @@ const ARCS: u32 = 13;
 const BEGINNING: f64 = 1.2;
 /// Where along the rest of a way its direction is looked at, metres.
 const ROUND: f64 = 0.4;
+/// Spacing of the lattice on which a robot that has lost patience looks for a way past people, metres.
+const PASSING: f64 = 0.06;
+/// The same for one that does not get away from where it is.
+const LEAVING: f64 = 0.03;
 /// A candidate that ends this far away gets somewhere, however slowly, metres.
 pub(super) const SOMEWHERE: f64 = 0.3;
 
@@ -128,7 +133,7 @@ pub(super) fn find_candidates_by(
         finder.time(&proposals, &creep, params.profiles.len(), pace);
         finder.time(&fan, &creep, params.profiles.len(), pace);
         if insists && !finder.gets_somewhere() {
-            finder.turn_out(&fan);
+            finder.leave(reach);
         }
     }
     finder.emit()
@@ -189,23 +194,37 @@ impl<'a> Finder<'a> {
             }
             proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
         }
+        if self.input.scene.impatient
+            && let Some(past) = way_past(self.input, self.checker, PASSING)
+        {
+            let mut path = Path::new(pose.position(), past, reach);
+            path.extend(self.input.geodesic.descend_for(path.end(), 0.2, reach), reach);
+            let ahead = path.at(ROUND);
+            proposals.extend(self.after_turning(path, ahead, true));
+        }
         let ahead = way.get(way.len().min(4).wrapping_sub(1));
         if let Some(&ahead) = ahead.filter(|_| besides.shortest_way) {
             let path = Path::new(pose.position(), way.iter().copied(), reach);
-            let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
-            if off > self.params.turn_from {
-                let path = path.clone();
-                let turns_to_goal = !self.occupied(&path);
-                proposals.push(Proposal {
-                    turn_first: true,
-                    pinned: true,
-                    turns_to_goal,
-                    ..Proposal::of(path)
-                });
-            }
-            proposals.push(Proposal { pinned: true, ..Proposal::of(path) });
+            let turns_to_goal = !self.occupied(&path);
+            proposals.extend(self.after_turning(path, ahead, turns_to_goal));
         }
         proposals
+    }
+
+    /// A path, and the same after a turn on the spot if `ahead` lies far enough off the robot's heading.
+    fn after_turning(
+        &self,
+        path: Path,
+        ahead: Point2,
+        turns_to_goal: bool,
+    ) -> impl Iterator<Item = Proposal> {
+        let pose = self.from.pose;
+        let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
+        let turn = (off > self.params.turn_from).then(|| {
+            let path = path.clone();
+            Proposal { turn_first: true, pinned: true, turns_to_goal, ..Proposal::of(path) }
+        });
+        turn.into_iter().chain([Proposal { pinned: true, ..Proposal::of(path) }])
     }
 
     /// Whether a person is in the way at the beginning of a path: turning to it leads nowhere yet.
@@ -392,36 +411,23 @@ impl<'a> Finder<'a> {
         self.timed.iter().any(|t| t.travel >= SOMEWHERE && self.is_free(t).0)
     }
 
-    /// Keeps nothing but the turn on the spot by the least angle after which a straight way of `fan` would be free and get
-    /// somewhere, if there is one: within the horizon there is no time for both, so that all turns look alike, and the
-    /// robot would turn to and fro.
-    fn turn_out(&mut self, fan: &[Proposal]) {
+    /// Keeps nothing but the straight beginning of the way past people, after a turn on the spot, if that is free: within
+    /// the horizon there is no time for both, so that all turns look alike, and the robot would turn to and fro.
+    fn leave(&mut self, reach: f64) {
         let pose = self.from.pose;
-        let off = |p: &Proposal| wrap_angle(bearing(pose.position(), p.path.end()) - pose.heading);
-        let mut ways: Vec<&Proposal> = fan.iter().filter(|p| p.path.length() > 0.0).collect();
-        ways.sort_by(|a, b| off(a).abs().total_cmp(&off(b).abs()));
-        let Some(way) = ways.into_iter().find(|p| self.is_open(&p.path, off(p))) else { return };
-        let turn = Proposal { turn_first: true, pinned: true, ..Proposal::of(way.path.clone()) };
-        self.time(&[turn], &[1.0], 0, &Pace::new(&|| 0.0));
-        if self.timed.last().is_some_and(|turn| self.is_free(turn).0) {
-            self.timed.drain(..self.timed.len() - 1);
+        let Some(&corner) = way_past(self.input, self.checker, LEAVING).as_ref().and_then(|way| way.first())
+        else {
+            return;
+        };
+        let off = wrap_angle(bearing(pose.position(), corner) - pose.heading).abs();
+        let turn_first = off > self.rollout_params.turn_until;
+        let path = Path::new(pose.position(), [corner], reach);
+        let timed = self.timed.len();
+        let way = Proposal { turn_first, pinned: true, ..Proposal::of(path) };
+        self.time(&[way], &[self.params.creep], 0, &Pace::new(&|| 0.0));
+        if self.timed.get(timed).is_some_and(|way| self.is_free(way).0) {
+            self.timed.drain(..timed);
         }
-    }
-
-    /// Whether a robot that stood here, turned by `angle`, would get somewhere along a path, at any speed.
-    fn is_open(&self, path: &Path, angle: f64) -> bool {
-        let Departure { pose, robot, steps, dt, .. } = self.from;
-        let faced = Pose2 { heading: pose.heading + angle, ..pose };
-        let from = Departure { pose: faced, twist: Twist::default(), robot, steps, dt };
-        let fractions = self.params.profiles.iter().chain([&self.params.creep]);
-        let drive = |&fraction| Drive { path, profile: SpeedProfile { fraction, turn_first: false } };
-        let drives: Vec<Drive<'_>> = fractions.map(drive).collect();
-        let mut states = States::default();
-        rollouts(&drives, &from, self.rollout_params, &mut states);
-        (0..states.len()).step_by(steps).any(|first| {
-            states.position(first + steps - 1).distance(pose.position()) >= SOMEWHERE
-                && self.trajectories.first_collision(states.poses(first..first + steps)).is_none()
-        })
     }
 
     /// Pinned ones first, then the best of every place at `differ_by`, then of every end; ids in that order. All of them

@@ -30,6 +30,7 @@ pub mod rrt_star_generator;
 pub mod transient_goal;
 pub mod tree;
 pub mod update;
+mod way_past;
 
 pub use bi_risk_rrt::BiRiskRrtParams;
 pub use candidates::find_candidates;

@@ -11,8 +11,8 @@ use crate::generation::pose_tree::PoseTree;
 use crate::generation::{GenerationInput, Pace};
 
 /// The shortest way and straight ways in all directions, with turns on the spot and slow ones, those that end nearest to
-/// the goal first; none of them stands if there is another. If the robot insists and has to turn about first, it is the
-/// least such turn alone. `None` while the robot's time in its place is not over, and where nothing is free.
+/// the goal first; none of them stands if there is another. If the robot insists and nothing gets anywhere, it is the
+/// beginning of the way out between people who stand alone. `None` while the robot's time in its place is not over, and where nothing is free.
 pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<CandidateSet> {
     let recovery = &input.params.generation.recovery;
     if recovery.patience <= 0.0 || input.scene.in_place < recovery.patience {

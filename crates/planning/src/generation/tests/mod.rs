@@ -11,6 +11,8 @@ mod dwa;
 mod risk_rrt;
 mod rrt_star;
 mod update;
+#[cfg(feature = "profiles")]
+mod way_past;
 
 use std::collections::BTreeSet;
 
