@@ -223,12 +223,7 @@ impl<'a> CollisionChecker<'a> {
 
     /// Whether the i-th person stands ([`CollisionParams::standing`]).
     fn stands(&self, i: usize) -> bool {
-        self.speed(i) < self.params.standing
-    }
-
-    /// Speed of the i-th person, m/s.
-    fn speed(&self, i: usize) -> f64 {
-        Point2::new(self.people.vx[i], self.people.vy[i]).distance(Point2::default())
+        self.people.speed(i) < self.params.standing
     }
 
     /// How far ahead the i-th person is forecast, to know where the person is `t` seconds from now, seconds.
@@ -328,7 +323,7 @@ impl<'a> TrajectoryChecker<'a> {
         let people = checker.people;
         let time = |step: usize| step as f64 * dt;
         let body = checker.shape.circumscribed_radius() + people.radius;
-        let walked = |i: usize, t: f64| checker.speed(i) * checker.ahead(i, t);
+        let walked = |i: usize, t: f64| people.speed(i) * checker.ahead(i, t);
         let start = checker.start.position();
         let comes_near = |&i: &usize| {
             let least = people.position(i).distance(start) - reach - walked(i, time(steps));

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::geometry::{Point2, Pose2, Twist};
-use crate::numerics::eigenvalues;
+use crate::numerics::{eigenvalues, hypot};
 
 /// The localiser's answer: mean and covariance of the pose, and the robot's current motion.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,6 +109,11 @@ impl People {
     /// Where the i-th person will be after `t` seconds: at constant velocity (A20).
     pub fn position_after(&self, i: usize, t: f64) -> Point2 {
         Point2::new(self.x[i] + self.vx[i] * t, self.y[i] + self.vy[i] * t)
+    }
+
+    /// Speed of the i-th person, m/s.
+    pub fn speed(&self, i: usize) -> f64 {
+        hypot(self.vx[i], self.vy[i])
     }
 
     /// How badly the i-th person's position and velocity are known, m2 and m2/s2: 0 without error.

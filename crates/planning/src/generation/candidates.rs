@@ -200,13 +200,12 @@ impl<'a> Finder<'a> {
             let mut path = Path::new(pose.position(), past, reach);
             path.extend(self.input.geodesic.descend_for(path.end(), 0.2, reach), reach);
             let ahead = path.at(ROUND);
-            proposals.extend(self.after_turning(path, ahead, true));
+            proposals.extend(self.after_turning(path, ahead, |_| true));
         }
         let ahead = way.get(way.len().min(4).wrapping_sub(1));
         if let Some(&ahead) = ahead.filter(|_| besides.shortest_way) {
             let path = Path::new(pose.position(), way.iter().copied(), reach);
-            let turns_to_goal = !self.occupied(&path);
-            proposals.extend(self.after_turning(path, ahead, turns_to_goal));
+            proposals.extend(self.after_turning(path, ahead, |path| !self.occupied(path)));
         }
         proposals
     }
@@ -216,13 +215,13 @@ impl<'a> Finder<'a> {
         &self,
         path: Path,
         ahead: Point2,
-        turns_to_goal: bool,
+        turns_to_goal: impl FnOnce(&Path) -> bool,
     ) -> impl Iterator<Item = Proposal> {
         let pose = self.from.pose;
         let off = wrap_angle(bearing(pose.position(), ahead) - pose.heading).abs();
         let turn = (off > self.params.turn_from).then(|| {
-            let path = path.clone();
-            Proposal { turn_first: true, pinned: true, turns_to_goal, ..Proposal::of(path) }
+            let turns_to_goal = turns_to_goal(&path);
+            Proposal { turn_first: true, pinned: true, turns_to_goal, ..Proposal::of(path.clone()) }
         });
         turn.into_iter().chain([Proposal { pinned: true, ..Proposal::of(path) }])
     }

@@ -7,7 +7,6 @@ use crate::generation::params::GeneratorPart;
 use crate::generation::tree::Tree;
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
-use crate::numerics::hypot;
 use crate::occupancy::{Detour, GeodesicField, StaticMap};
 use crate::random::{Rng, rng};
 use crate::scene::Scene;
@@ -46,7 +45,7 @@ impl<'a> GenerationInput<'a> {
     /// The shortest ways, past people who are slower than `speed`, m/s.
     pub(super) fn ways_past(&self, speed: f64) -> Detour<'a> {
         let people = &self.scene.people;
-        let is_slow = |&i: &usize| hypot(people.vx[i], people.vy[i]) < speed;
+        let is_slow = |&i: &usize| people.speed(i) < speed;
         let bodies = (0..people.len()).filter(is_slow).map(|i| (people.position(i), people.radius));
         Detour::new(self.geodesic, self.map, self.scene.belief.pose.position(), bodies)
     }

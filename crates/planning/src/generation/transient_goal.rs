@@ -10,7 +10,7 @@ use crate::collision::CollisionChecker;
 use crate::generation::commanded::Commanded;
 use crate::generation::{Generated, GenerationInput, Pace, Tree};
 use crate::geometry::{Point2, Pose2, Twist, bearing, wrap_angle};
-use crate::numerics::{exp, hypot, sin_cos};
+use crate::numerics::{exp, sin_cos};
 use crate::scene::People;
 use crate::time_to_collision::time_to_collision;
 
@@ -127,7 +127,7 @@ fn goes_ahead(people: &People, i: usize, here: Point2, direction: f64, wanted: f
     let p = people.position(i);
     let course = bearing(Point2::default(), Point2::new(people.vx[i], people.vy[i]));
     p.distance(here) < far
-        && hypot(people.vx[i], people.vy[i]) > 0.1
+        && people.speed(i) > 0.1
         && wrap_angle(bearing(here, p) - direction).abs() < angle
         && wrap_angle(course - wanted).abs() < angle
 }

@@ -1,14 +1,13 @@
 //! The way past people where they are now, on a fine lattice around the robot (Dijkstra, 1959).
 //!
 //! The shortest way to the goal knows no people, and the branches of a tree that grows without them seldom lead through
-//! what is left beside one who stands in a corridor, or between two who wait for the robot.
-
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+//! what is left beside one who stands in a corridor, or between two who wait for the robot. That is often narrower than the
+//! cells of the map, on which [`Detour`](crate::occupancy::Detour) finds the distance to go past people.
 
 use crate::collision::CollisionChecker;
 use crate::generation::GenerationInput;
 use crate::geometry::{Point2, Pose2};
+use crate::occupancy::Front;
 
 /// Nodes from the robot to each side of the lattice.
 const SIDE: i32 = 50;
@@ -82,12 +81,13 @@ impl Lattice<'_> {
         let mut rooms = vec![f64::NAN; nodes];
         let middle = Self::index(0, 0)?;
         metres[middle] = 0.0;
-        // Metres are not negative, and their bits are in the same order.
-        let mut front = BinaryHeap::from([Reverse((0.0_f64.to_bits(), middle))]);
+        let mut front = Front::new((std::f64::consts::SQRT_2 * TIGHT * self.spacing) as f32);
+        front.push(0.0, middle);
         let mut best: Option<(f64, usize)> = None;
-        while let Some(Reverse((bits, node))) = front.pop() {
-            let so_far = f64::from_bits(bits);
-            if so_far > metres[node] {
+        while let Some((at, node)) = front.pop() {
+            let so_far = metres[node];
+            // It has been here before, by a shorter way.
+            if at > so_far as f32 {
                 continue;
             }
             if best.is_some_and(|(whole, _)| so_far >= whole) {
@@ -112,10 +112,11 @@ impl Lattice<'_> {
                     continue;
                 }
                 let length = self.spacing * f64::from(right * right + up * up).sqrt();
-                let there = so_far + length * (1.0 + (TIGHT - 1.0) * (1.0 - rooms[next] / ROOM).max(0.0));
+                let factor = 1.0 + (TIGHT - 1.0) * (1.0 - rooms[next] / ROOM).max(0.0);
+                let there = so_far + length * factor;
                 if there < metres[next] {
                     (metres[next], before[next]) = (there, node);
-                    front.push(Reverse((there.to_bits(), next)));
+                    front.push(there as f32, next);
                 }
             }
         }
