@@ -55,7 +55,7 @@ struct Room {
 impl Room {
     fn of_person(people: &People, i: usize, params: &HumanSpaceParams) -> Self {
         let (vx, vy) = (people.vx[i], people.vy[i]);
-        let ahead = params.personal * (1.0 + params.ahead * hypot(vx, vy));
+        let ahead = params.personal * (1.0 + params.ahead * people.speed(i));
         let sigmas = [ahead, params.personal, params.personal];
         Self { centre: people.position(i), velocity: (vx, vy), along: direction(vx, vy), sigmas, core: 0.0 }
     }
