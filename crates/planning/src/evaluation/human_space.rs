@@ -77,17 +77,17 @@ impl Room {
         Self { centre, velocity: (vx, vy), along: direction(vx, vy), sigmas: [along, along, across], core }
     }
 
-    /// How much of the room is at `p` after `t` seconds, 0 to 1.
-    fn at(&self, p: Point2, t: f64) -> f64 {
+    /// How many standard deviations `p` is away from it after `t` seconds, squared; 0 within its core.
+    fn away(&self, p: Point2, t: f64) -> f64 {
         let (dx, dy) = (p.x - self.centre.x - t * self.velocity.0, p.y - self.centre.y - t * self.velocity.1);
         if dx * dx + dy * dy < self.core * self.core {
-            return 1.0;
+            return 0.0;
         }
         let (c, s) = self.along;
         let (ahead, aside) = (c * dx + s * dy, c * dy - s * dx);
         let [front, rear, side] = self.sigmas;
         let (a, b) = (ahead / if ahead >= 0.0 { front } else { rear }, aside / side);
-        exp(-0.5 * (a * a + b * b))
+        a * a + b * b
     }
 }
 
@@ -109,7 +109,8 @@ impl Evaluator for HumanSpaceEvaluator {
         each(candidates, should_stop, |i| {
             let at = |(k, state): (usize, usize)| {
                 let (p, t) = (states.position(state), (k + 1) as f64 * candidates.dt());
-                rooms.iter().map(|room| room.at(p, t)).fold(0.0, f64::max)
+                // The greatest room is the nearest one.
+                exp(-0.5 * rooms.iter().map(|room| room.away(p, t)).fold(f64::INFINITY, f64::min))
             };
             candidates.range(i).enumerate().map(at).sum()
         })
