@@ -51,7 +51,7 @@ pub use evaluate::{EvaluateRequest, Scores};
 pub use fields::Fields;
 pub use generate::{Forward, ForwardTo, GenerateReply, GenerateRequest};
 pub use map::{MapId, MapIdError, OccupancyGrid, hex};
-pub use memory::{Memory, Place, Previous, Progress};
+pub use memory::{Memory, Place, Previous};
 pub use message::{Message, Validate};
 pub use mission::{Mission, MissionCommand, MissionOrder, Readiness};
 pub use mission_state::{Clock, MissionState};

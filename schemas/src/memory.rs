@@ -29,12 +29,16 @@ pub struct Memory {
     /// The place that the robot has not left; absent before the first cycle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
+    /// The wider place that it has not left while it was patient; absent before the first cycle, and for a planner that
+    /// never loses patience.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<Place>,
+    /// Since when the robot is impatient, robot clock, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub impatient_since: Option<f64>,
     /// Where something stands that only the driver sees, and since when the driver has not braked for it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unseen: Option<Place>,
-    /// How the robot comes nearer to its goal; absent before the first cycle, and for a planner that never loses patience.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub progress: Option<Progress>,
     /// The trajectory being driven.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous: Option<Previous>,
@@ -50,8 +54,8 @@ checks! { memory: Memory {
     version: text;
     members: length(0, MAX_PEOPLE);
     members: ascending;
-    place, unseen: optional(part);
-    progress: optional(part);
+    place, region, unseen: optional(part);
+    impatient_since: optional(number);
     previous: optional(part);
     driven: optional(part);
     trees: list(MAX_TREES, part);
@@ -69,26 +73,6 @@ pub struct Place {
 }
 
 checks! { place: Place { x, y, since: number; } }
-
-/// How a robot comes nearer to its goal.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Progress {
-    /// The least distance to go so far, m.
-    pub nearest: f64,
-    /// By how much it lags behind the pace that its patience asks for, s.
-    pub lag_s: f64,
-    /// When it was observed last, robot clock, s.
-    pub stamp: f64,
-    /// Since when it is impatient, robot clock, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub impatient_since: Option<f64>,
-}
-
-checks! { progress: Progress {
-    nearest, lag_s: non_negative;
-    stamp: number;
-    impatient_since: optional(number);
-}}
 
 /// A trajectory that an earlier cycle has chosen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -19,7 +19,7 @@ pub struct Scene {
     pub uncertain: bool,
     /// For how long the robot has not left the place where it is, s; the profile says how far away another place is.
     pub in_place_s: f64,
-    /// Whether the robot has come no nearer to its goal for so long that terms which give way count less.
+    /// Whether the robot has stayed where it is for so long that terms which give way count less.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub impatient: bool,
 }

@@ -44,8 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         vy: vec![-0.4],
         ..Default::default()
     };
-    let to_go = geodesic.at(belief.pose.position());
-    let scene = Observer::default().form_scene(&profile, &task.robot, (0, 0.0), belief, to_go, &people);
+    let scene = Observer::default().form_scene(&profile, &task.robot, (0, 0.0), belief, &people);
 
     // Generate.
     let input = GenerationInput {

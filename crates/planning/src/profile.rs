@@ -63,7 +63,7 @@ crate::parameters! {
         pub goal: GoalTolerance [table] = GoalTolerance::default(),
         /// How far a decision outlives the cycle that made it.
         pub hold: HoldLimits [table] = HoldLimits::default(),
-        /// When the robot has come no nearer to its goal for too long.
+        /// When the robot has not got away from where it is for too long.
         pub patience: Patience [table] = Patience::default(),
         /// How reluctantly the robot changes its mind.
         pub persistence: Persistence [table] = Persistence::default(),
@@ -283,17 +283,17 @@ crate::parameters! {
 }
 
 crate::parameters! {
-    /// When the robot has come no nearer to its goal for too long. For a while it is then impatient: terms with
+    /// When the robot has not got away from where it is for too long. For a while it is then impatient: terms with
     /// `gives_way` count less, so that it passes people from whom it would otherwise turn away. Then it is patient
     /// again, and lets people pass.
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct Patience {
-        /// Seconds by which the robot has to lag behind `pace`. At 0 it is never impatient, as in the paper.
+        /// Seconds for which the robot has to stay within `radius`. At 0 it is never impatient, as in the paper.
         pub after: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 0.0,
-        /// The pace at which the robot does not lag, m/s, at most half its top speed: each metre that it is nearer to its
-        /// goal than ever before takes 1 / `pace` seconds off.
-        pub pace: f64 [0.01, 10.0, "m/s", "a slower robot gets nowhere, and none is faster"] = 0.25,
+        /// How far it has to get away from where it came to, metres; at most as far as half its top speed takes it in
+        /// `after` seconds.
+        pub radius: f64 [0.01, 100.0, "m", "nearer is the same place, and farther is another room"] = 3.0,
         /// Seconds for which the robot is impatient.
         pub lasts: f64 [0.0, 1000.0, "s", "a mission does not last longer"] = 8.0,
         /// Seconds in one place, of those for which it has been impatient, after which it is so no longer: something stands

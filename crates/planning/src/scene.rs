@@ -171,7 +171,7 @@ pub struct Scene {
     /// For how long the robot has not left the place where it is, seconds
     /// ([`crate::generation::RecoveryParams::radius`]).
     pub in_place: f64,
-    /// Whether the robot has come no nearer to its goal for so long that terms which give way count less
+    /// Whether the robot has stayed where it is for so long that terms which give way count less
     /// ([`crate::profile::Patience`]).
     pub impatient: bool,
 }

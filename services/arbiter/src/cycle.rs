@@ -39,9 +39,8 @@ pub async fn plan<P: Peers>(
         let now = (belief.pose, stamp);
         memory.observer.observe_braking(&context.profile, &context.robot, now, seconds);
     }
-    let to_go = context.geodesic.at(belief.pose.position());
     let (profile, robot) = (&context.profile, &context.robot);
-    let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, to_go, &people);
+    let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
     // Generate: replicas grow the trees, which travel with the questions. Where it is possible, the generator then asks the
@@ -130,7 +129,8 @@ pub async fn decide<P: Peers>(
         Ok((decision, outcome)) => (decision, Some(outcome)),
         Err((reason, degraded)) => {
             // A robot that was told to stop does not stay where it is for want of a way.
-            (memory.observer.place, memory.observer.progress) = (None, None);
+            let observer = &mut memory.observer;
+            (observer.place, observer.region, observer.impatient_since) = (None, None, None);
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }

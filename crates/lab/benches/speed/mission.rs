@@ -63,9 +63,8 @@ impl OnTheWay {
     /// The scene `tick` ticks after the start for a robot at `pose` that is sure of its position.
     pub(crate) fn scene(&self, pose: Pose2, tick: u64) -> Scene {
         let (belief, people) = (self.belief(pose, 0.01), self.world.people());
-        let PlanContext { profile, robot, geodesic, .. } = &*self.context;
-        let to_go = geodesic.at(pose.position());
-        Observer::default().form_scene(profile, robot, (tick, 0.1 * tick as f64), belief, to_go, people)
+        let PlanContext { profile, robot, .. } = &*self.context;
+        Observer::default().form_scene(profile, robot, (tick, 0.1 * tick as f64), belief, people)
     }
 
     /// The same as messages, for a position known with `variance` m2.

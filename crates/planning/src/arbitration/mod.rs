@@ -16,5 +16,5 @@ pub use arbiter::{Context, Verdict, arbitrate};
 pub use cost::{TermCosts, Totals, total_costs};
 pub use decision::{Action, Decision, Lack, Previous, PreviousState, Reason, Rejection};
 pub use explanation::{Explanation, TermInfluence, explain};
-pub use observer::{Observer, Place, Progress};
+pub use observer::{Observer, Place};
 pub use scores::{ScoreError, Scores};

@@ -5,8 +5,8 @@ use crate::motion::RobotModel;
 use crate::profile::{Patience, Profile};
 use crate::scene::{Belief, People, Scene};
 
-/// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and how it
-/// comes nearer to its goal. A new observer, as after a restart, is certain, knows no people, and has just come to where
+/// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and whether it
+/// is impatient. A new observer, as after a restart, is certain, knows no people, is patient, and has just come to where
 /// it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Observer {
@@ -16,10 +16,12 @@ pub struct Observer {
     pub members: Vec<u32>,
     /// The place that the robot has not left.
     pub place: Option<Place>,
+    /// The wider place that it has not left while it was patient; nothing for a planner that never loses patience.
+    pub region: Option<Place>,
+    /// Since when it is impatient, seconds of the robot's clock.
+    pub impatient_since: Option<f64>,
     /// Where something stands that only the driver sees, and since when the driver has not braked for it.
     pub unseen: Option<Place>,
-    /// How the robot comes nearer to its goal; nothing for a planner that never loses patience.
-    pub progress: Option<Progress>,
 }
 
 /// Somewhere that the robot came to.
@@ -31,53 +33,24 @@ pub struct Place {
     pub since: f64,
 }
 
-/// How a robot comes nearer to its goal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// The least distance to go so far, metres.
-    pub nearest: f64,
-    /// Seconds by which it lags behind the pace of [`Patience`].
-    pub lag: f64,
-    /// When it was observed last, seconds of the robot's clock.
-    pub stamp: f64,
-    /// Since when it is impatient.
-    pub impatient_since: Option<f64>,
-}
-
-impl Progress {
-    /// What follows from it at `stamp` with `to_go` metres left, after `in_place` seconds in one place.
-    fn next(&self, patience: &Patience, robot: &RobotModel, stamp: f64, to_go: f64, in_place: f64) -> Self {
-        // Stamps are sums of steps: a rounding error must not add a cycle.
-        let is_over = |seconds: f64, limit: f64| seconds >= limit - 1e-6;
-        let nearest = self.nearest.min(to_go);
-        let gained = (self.nearest - to_go).max(0.0);
-        let pace = patience.pace.min(0.5 * robot.v_max);
-        let lag = (self.lag + (stamp - self.stamp) - gained / pace).max(0.0);
-        let is_wanted = match self.impatient_since {
-            Some(since) => !is_over(stamp - since, patience.lasts),
-            None => is_over(lag, patience.after),
-        };
-        // What it stood before it became impatient is what made it so.
-        let stands = in_place.min(stamp - self.impatient_since.unwrap_or(stamp));
-        let is_impatient = is_wanted && !is_over(stands, patience.stands);
-        let impatient_since = is_impatient.then(|| self.impatient_since.unwrap_or(stamp));
-        // What it lags behind begins anew with its impatience, and again with its end.
-        let lag = if is_impatient || self.impatient_since.is_some() { 0.0 } else { lag };
-        Self { nearest, lag, stamp, impatient_since }
+impl Place {
+    /// The place of a robot that is `here` at `stamp`: `last`, unless it is `radius` metres or more away from there, or its
+    /// clock has started over.
+    fn of(last: Option<Self>, radius: f64, here: Point2, stamp: f64) -> Self {
+        let stays = |place: &Self| place.position.distance(here) < radius && place.since <= stamp;
+        last.filter(stays).unwrap_or(Self { position: here, since: stamp })
     }
 }
 
 impl Observer {
-    /// The scene at `stamp` seconds of the robot's clock, with `to_go` metres left to the goal by the shortest way.
-    /// `people` are all that the tracker reports, in any order; the scene holds those inside the Working Zone, by
-    /// ascending id.
+    /// The scene at `stamp` seconds of the robot's clock. `people` are all that the tracker reports, in any order; the
+    /// scene holds those inside the Working Zone, by ascending id.
     pub fn form_scene(
         &mut self,
         profile: &Profile,
         robot: &RobotModel,
         (tick, stamp): (u64, f64),
         belief: Belief,
-        to_go: f64,
         people: &People,
     ) -> Scene {
         self.uncertain = self.next_uncertain(profile, belief.uncertainty());
@@ -88,13 +61,10 @@ impl Observer {
             people.push_standing(People::UNSEEN, it.position);
         }
         self.members.clone_from(&people.id);
-        let radius = profile.generation.recovery.radius;
-        let stays = |place: &Place| place.position.distance(here) < radius && place.since <= stamp;
-        let place = self.place.filter(stays).unwrap_or(Place { position: here, since: stamp });
+        let place = Place::of(self.place, profile.generation.recovery.radius, here, stamp);
         self.place = Some(place);
         let (uncertain, in_place) = (self.uncertain, stamp - place.since);
-        self.progress = self.next_progress(profile, robot, stamp, to_go, in_place);
-        let impatient = self.progress.is_some_and(|progress| progress.impatient_since.is_some());
+        let impatient = profile.patience.after > 0.0 && self.is_impatient(&profile.patience, robot, place, here, stamp);
         Scene { tick, stamp, belief, people, uncertain, in_place, impatient }
     }
 
@@ -114,24 +84,32 @@ impl Observer {
         }
     }
 
-    /// How the robot comes nearer to its goal. It begins anew after a time without cycles, and where there has been no
-    /// way.
-    fn next_progress(
-        &self,
-        profile: &Profile,
+    /// Whether the robot, which is `here` and has not left `place`, is impatient at `stamp`.
+    fn is_impatient(
+        &mut self,
+        patience: &Patience,
         robot: &RobotModel,
+        place: Place,
+        here: Point2,
         stamp: f64,
-        to_go: f64,
-        in_place: f64,
-    ) -> Option<Progress> {
-        let patience = &profile.patience;
-        if patience.after <= 0.0 {
-            return None;
-        }
-        let is_recent = |last: &Progress| (0.0..=profile.hold.max_age).contains(&(stamp - last.stamp));
-        let begun = Progress { nearest: to_go, lag: 0.0, stamp, impatient_since: None };
-        let last = self.progress.filter(is_recent).or(to_go.is_finite().then_some(begun))?;
-        Some(last.next(patience, robot, stamp, to_go, in_place))
+    ) -> bool {
+        // Stamps are sums of steps: a rounding error must not add a cycle.
+        let is_over = |since: f64, limit: f64| stamp - since >= limit - 1e-6;
+        let radius = patience.radius.min(0.5 * robot.v_max * patience.after);
+        let region = Place::of(self.region, radius, here, stamp);
+        let before = self.impatient_since.filter(|&since| since <= stamp);
+        let is_wanted = match before {
+            Some(since) => !is_over(since, patience.lasts),
+            None => is_over(region.since, patience.after),
+        };
+        // What it stood before it became impatient is what made it so.
+        let stands_since = place.since.max(before.unwrap_or(stamp));
+        let is_impatient = is_wanted && !is_over(stands_since, patience.stands);
+        self.impatient_since = is_impatient.then(|| before.unwrap_or(stamp));
+        // Its patience begins anew where its impatience ends.
+        let has_ended = before.is_some() && !is_impatient;
+        self.region = Some(if has_ended { Place { position: here, since: stamp } } else { region });
+        is_impatient
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
@@ -190,7 +168,7 @@ mod tests {
 
     fn form(observer: &mut Observer, trace: f64, at: &[(u32, f64)]) -> Scene {
         let (profile, robot) = (Profile::default(), RobotModel::default());
-        observer.form_scene(&profile, &robot, (7, 2.1), belief(trace), 9.0, &people(at))
+        observer.form_scene(&profile, &robot, (7, 2.1), belief(trace), &people(at))
     }
 
     #[test]
@@ -218,7 +196,7 @@ mod tests {
         let (mut observer, profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let mut seconds = |stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-            observer.form_scene(&profile, &robot, (7, stamp), belief, 9.0, &people(&[])).in_place
+            observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[])).in_place
         };
         // The place is where it came to, not where it was last; half a metre away is another one.
         assert_eq!([seconds(2.0, 1.0), seconds(3.0, 1.4), seconds(4.0, 0.6)], [0.0, 1.0, 2.0]);
@@ -228,49 +206,63 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_comes_no_nearer_loses_patience_for_a_while() {
+    fn a_robot_that_does_not_get_away_loses_patience_for_a_while() {
         let (mut observer, mut profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let paper = profile.clone();
-        profile.hold.max_age = 2.0;
-        profile.patience = Patience { after: 2.0, pace: 0.4, lasts: 1.5, stands: 1.0, ..profile.patience };
-        let mut impatient = |profile: &Profile, stamp: f64, x: f64, to_go: f64| {
+        profile.patience =
+            Patience { after: 4.0, radius: 1.5, lasts: 2.5, stands: 1.5, ..profile.patience };
+        let mut impatient = |profile: &Profile, stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-            observer.form_scene(profile, &robot, (7, stamp), belief, to_go, &people(&[])).impatient
+            observer.form_scene(profile, &robot, (7, stamp), belief, &people(&[])).impatient
         };
-        // Seconds of the clock, where the robot is, metres to go, and whether it is impatient then.
-        for (stamp, x, to_go, expected) in [
-            (1.0, 0.0, 9.0, false),
-            // It lags for 1.5 s. 0.4 m make up for one of them; farther away, and where there is no way, for none.
-            (2.5, 1.0, 9.0, false),
-            (2.5, 2.0, 8.6, false),
-            (3.5, 3.0, 8.8, false),
-            (3.9, 4.0, f64::INFINITY, false),
-            (4.0, 5.0, 8.6, true),
-            // Whatever it gains now, it lasts for 1.5 s. Then it begins anew.
-            (5.4, 6.0, 5.0, true),
-            (5.5, 7.0, 5.0, false),
-            (6.5, 8.0, 5.0, false),
-            (7.5, 9.0, 5.0, true),
-            // It stands for 1 s, and gives way.
-            (8.4, 9.1, 5.0, true),
-            (8.5, 9.1, 5.0, false),
+        // Seconds of the clock, where the robot is, and whether it is impatient then.
+        for (stamp, x, expected) in [
+            (1.0, 0.0, false),
+            // It gets away in time, by 1.5 m.
+            (3.0, 1.4, false),
+            (4.9, 1.5, false),
+            // It does not, and drives to and fro.
+            (7.0, 2.9, false),
+            (8.8, 0.1, false),
+            (8.9, 1.0, true),
+            // However far it gets now, it stays impatient for 2.5 s. Then it begins anew.
+            (10.0, 4.0, true),
+            (11.3, 5.0, true),
+            (11.4, 6.0, false),
+            (15.3, 7.0, false),
+            (15.4, 7.0, true),
+            // It stands for 1.5 s, and gives way.
+            (16.8, 7.1, true),
+            (16.9, 7.1, false),
             // Where it stands it loses patience as anywhere else, for as long as before.
-            (10.4, 9.1, 5.0, false),
-            (10.5, 9.1, 5.0, true),
-            (11.4, 9.1, 5.0, true),
-            (11.5, 9.1, 5.0, false),
-            (12.9, 9.1, 5.0, false),
-            // Nothing was planned for longer than decisions hold.
-            (15.0, 9.1, 5.0, false),
-            (16.5, 11.0, 5.0, false),
-            (17.0, 12.0, 5.0, true),
+            (20.8, 7.1, false),
+            (20.9, 7.1, true),
+            (22.3, 7.1, true),
+            (22.4, 7.1, false),
             // The robot's clock has started over.
-            (0.5, 13.0, 5.0, false),
-            (2.5, 14.0, 5.0, true),
+            (0.5, 7.1, false),
+            (4.4, 7.1, false),
+            (4.5, 7.1, true),
+            (0.5, 7.1, false),
         ] {
-            assert_eq!(impatient(&profile, stamp, x, to_go), expected, "at {stamp} s");
+            assert_eq!(impatient(&profile, stamp, x), expected, "at {stamp} s");
         }
-        assert!(!impatient(&paper, 2.6, 15.0, 5.0), "the paper's planner never is");
+        assert!(!impatient(&paper, 100.0, 7.1), "the paper's planner never is");
+    }
+
+    #[test]
+    fn a_slow_robot_has_as_long_to_get_away_as_half_its_speed_asks() {
+        let (mut profile, robot) = (Profile::default(), RobotModel { v_max: 0.4, ..Default::default() });
+        profile.patience = Patience { after: 4.0, radius: 1.5, ..profile.patience };
+        let is_impatient_after = |metres: f64| {
+            let mut observer = Observer::default();
+            let mut form = |stamp: f64, x: f64| {
+                let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
+                observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[])).impatient
+            };
+            form(0.0, 0.0) || form(4.0, metres)
+        };
+        assert!(is_impatient_after(0.79) && !is_impatient_after(0.81));
     }
 
     #[test]
@@ -285,7 +277,7 @@ mod tests {
         observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
         let mut people_at = |stamp: f64| {
             let belief = Belief { pose, ..belief(0.0) };
-            observer.form_scene(&profile, &robot, (7, stamp), belief, 9.0, &people(&[(3, 1.0)])).people
+            observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[(3, 1.0)])).people
         };
         let seen = people_at(5.0);
         assert_eq!(seen.id, [3, People::UNSEEN]);
@@ -300,7 +292,7 @@ mod tests {
         observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
         let tracked =
             People { position_variance: vec![0.01], velocity_variance: vec![0.04], ..people(&[(3, 1.0)]) };
-        let scene = observer.form_scene(&profile, &robot, (7, 5.0), belief(0.0), 9.0, &tracked);
+        let scene = observer.form_scene(&profile, &robot, (7, 5.0), belief(0.0), &tracked);
         assert_eq!((scene.people.variances(0), scene.people.variances(1)), ((0.01, 0.04), (0.0, 0.0)));
         assert_eq!((scene.people.position_variance.len(), scene.people.velocity_variance.len()), (2, 2));
     }

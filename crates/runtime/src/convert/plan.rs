@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use curionav_planning::arbitration::{Place, Previous, Progress};
+use curionav_planning::arbitration::{Place, Previous};
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Tree;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
@@ -95,18 +95,6 @@ pub fn place(p: wire::Place) -> Place {
 /// A place that the robot has not left.
 pub fn place_to_wire(p: Place) -> wire::Place {
     wire::Place { x: p.position.x, y: p.position.y, since: p.since }
-}
-
-/// How a robot comes nearer to its goal.
-pub fn progress(p: wire::Progress) -> Progress {
-    let wire::Progress { nearest, lag_s: lag, stamp, impatient_since } = p;
-    Progress { nearest, lag, stamp, impatient_since }
-}
-
-/// How a robot comes nearer to its goal.
-pub fn progress_to_wire(p: Progress) -> wire::Progress {
-    let Progress { nearest, lag: lag_s, stamp, impatient_since } = p;
-    wire::Progress { nearest, lag_s, stamp, impatient_since }
 }
 
 /// The trajectory that an earlier cycle has chosen.

@@ -358,27 +358,13 @@ class Place(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Progress(Record):
-    """How a robot comes nearer to its goal.
-
-    ``nearest`` are the metres that were left at the least, ``lag_s`` the seconds by which it lags behind the pace that
-    its patience asks for, ``stamp`` and ``impatient_since`` times of the robot's clock.
-    """
-
-    nearest: NonNegative
-    lag_s: NonNegative
-    stamp: Number
-    impatient_since: Number | None = None
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class Memory(Message):
     """What the arbiter carried into cycle ``seq``: with mission and scene it decides the cycle.
 
     ``uncertain`` and ``members`` (ids of people) are those of the scene before, ``place`` what the robot has not left,
-    ``unseen`` what only the driver sees, ``progress`` how it comes nearer to its goal, ``previous`` the trajectory
-    being driven, ``driven`` the driver's newest command, ``trees`` those of the generators, an empty one if there is
-    nothing to go on with. Published only while something listens.
+    ``region`` the wider place that it has not left while it was patient, ``unseen`` what only the driver sees,
+    ``previous`` the trajectory being driven, ``driven`` the driver's newest command, ``trees`` those of the generators,
+    an empty one if there is nothing to go on with. Published only while something listens.
     """
 
     NAME: ClassVar[str] = "memory"
@@ -393,8 +379,9 @@ class Memory(Message):
     uncertain: bool
     members: Annotated[U32, Array("u32", "*", high=2**32 - 1, limit=1024)]
     place: Place | None = None
+    region: Place | None = None
+    impatient_since: Number | None = None
     unseen: Place | None = None
-    progress: Progress | None = None
     previous: Previous | None = None
     driven: Twist | None = None
     trees: Annotated[list[Tree], {"limit": 8}]

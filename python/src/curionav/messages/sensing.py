@@ -159,7 +159,7 @@ class Scene(Message):
     """One moment as the planner sees it: the belief, the people in the map frame, whether localisation is uncertain.
 
     ``in_place_s`` are the seconds for which the robot has not left the place where it is. ``impatient`` says that it
-    has come no nearer to its goal for so long that terms which give way count less.
+    has stayed where it is for so long that terms which give way count less.
     """
 
     NAME: ClassVar[str] = "scene"
