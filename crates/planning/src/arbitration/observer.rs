@@ -64,7 +64,8 @@ impl Observer {
         let place = Place::of(self.place, profile.generation.recovery.radius, here, stamp);
         self.place = Some(place);
         let (uncertain, in_place) = (self.uncertain, stamp - place.since);
-        let impatient = profile.patience.after > 0.0 && self.is_impatient(&profile.patience, robot, place, here, stamp);
+        let impatient =
+            profile.patience.after > 0.0 && self.is_impatient(&profile.patience, robot, place, here, stamp);
         Scene { tick, stamp, belief, people, uncertain, in_place, impatient }
     }
 
@@ -209,8 +210,7 @@ mod tests {
     fn a_robot_that_does_not_get_away_loses_patience_for_a_while() {
         let (mut observer, mut profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let paper = profile.clone();
-        profile.patience =
-            Patience { after: 4.0, radius: 1.5, lasts: 2.5, stands: 1.5, ..profile.patience };
+        profile.patience = Patience { after: 4.0, radius: 1.5, lasts: 2.5, stands: 1.5, ..profile.patience };
         let mut impatient = |profile: &Profile, stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
             observer.form_scene(profile, &robot, (7, stamp), belief, &people(&[])).impatient

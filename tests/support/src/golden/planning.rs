@@ -4,8 +4,8 @@ use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
     Action, CandidateSet, CandidateShard, Clock, CommandReason, Crowd, CycleReport, Decision, Degradation,
     EvaluateRequest, Evaluated, F64Array, Footprint, Forward, ForwardTo, GenerateReply, GenerateRequest,
-    Memory, NO_PARENT, Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection,
-    Scores, TermReport, TermTime, Timings, Tree, Twist,
+    Memory, NO_PARENT, Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores,
+    TermReport, TermTime, Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -323,9 +323,9 @@ pub fn memory() -> Memory {
         uncertain: true,
         members: vec![7, 11].into(),
         place: Some(Place { x: 1.25, y: -0.5, since: 3.6 }),
-        unseen: Some(Place { x: 1.5, y: 0.25, since: 3.9 }),
         region: Some(Place { x: 1.5, y: 2.25, since: 0.6 }),
         impatient_since: Some(3.6),
+        unseen: Some(Place { x: 1.5, y: 0.25, since: 3.9 }),
         previous: Some(Previous {
             candidate: Some(3),
             stamp: 3.9,
