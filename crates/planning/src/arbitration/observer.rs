@@ -34,11 +34,11 @@ pub struct Place {
 }
 
 impl Place {
-    /// The place of a robot that is `here` at `stamp`: `last`, unless it is `radius` metres or more away from there, or its
-    /// clock has started over.
-    fn of(last: Option<Self>, radius: f64, here: Point2, stamp: f64) -> Self {
-        let stays = |place: &Self| place.position.distance(here) < radius && place.since <= stamp;
-        last.filter(stays).unwrap_or(Self { position: here, since: stamp })
+    /// The place of a robot that has come to `self` now: `last`, unless it is `radius` metres or more away from there, or
+    /// its clock has started over.
+    fn or_still(self, last: Option<Self>, radius: f64) -> Self {
+        let stays = |it: &Self| it.position.distance(self.position) < radius && it.since <= self.since;
+        last.filter(stays).unwrap_or(self)
     }
 }
 
@@ -61,12 +61,12 @@ impl Observer {
             people.push_standing(People::UNSEEN, it.position);
         }
         self.members.clone_from(&people.id);
-        let place = Place::of(self.place, profile.generation.recovery.radius, here, stamp);
+        let now = Place { position: here, since: stamp };
+        let place = now.or_still(self.place, profile.generation.recovery.radius);
         self.place = Some(place);
-        let (uncertain, in_place) = (self.uncertain, stamp - place.since);
-        let impatient =
-            profile.patience.after > 0.0 && self.is_impatient(&profile.patience, robot, place, here, stamp);
-        Scene { tick, stamp, belief, people, uncertain, in_place, impatient }
+        (self.region, self.impatient_since) = self.next_patience(&profile.patience, robot, now, place.since);
+        let (in_place, impatient) = (stamp - place.since, self.impatient_since.is_some());
+        Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place, impatient }
     }
 
     /// The driver has braked for so many seconds now, at `stamp`, because something is too close to a robot that is at
@@ -85,32 +85,32 @@ impl Observer {
         }
     }
 
-    /// Whether the robot, which is `here` and has not left `place`, is impatient at `stamp`.
-    fn is_impatient(
-        &mut self,
+    /// The region that a robot has not left which is at `now` and in one place since `in_place_since`, and since when it is
+    /// impatient.
+    fn next_patience(
+        &self,
         patience: &Patience,
         robot: &RobotModel,
-        place: Place,
-        here: Point2,
-        stamp: f64,
-    ) -> bool {
+        now: Place,
+        in_place_since: f64,
+    ) -> (Option<Place>, Option<f64>) {
+        if patience.after <= 0.0 {
+            return (None, None);
+        }
         // Stamps are sums of steps: a rounding error must not add a cycle.
-        let is_over = |since: f64, limit: f64| stamp - since >= limit - 1e-6;
-        let radius = patience.radius.min(0.5 * robot.v_max * patience.after);
-        let region = Place::of(self.region, radius, here, stamp);
-        let before = self.impatient_since.filter(|&since| since <= stamp);
+        let is_over = |since: f64, limit: f64| now.since - since >= limit - 1e-6;
+        let region = now.or_still(self.region, patience.radius.min(0.5 * robot.v_max * patience.after));
+        let before = self.impatient_since.filter(|&since| since <= now.since);
         let is_wanted = match before {
             Some(since) => !is_over(since, patience.lasts),
             None => is_over(region.since, patience.after),
         };
         // What it stood before it became impatient is what made it so.
-        let stands_since = place.since.max(before.unwrap_or(stamp));
-        let is_impatient = is_wanted && !is_over(stands_since, patience.stands);
-        self.impatient_since = is_impatient.then(|| before.unwrap_or(stamp));
+        let since = before.unwrap_or(now.since);
+        let is_impatient = is_wanted && !is_over(in_place_since.max(since), patience.stands);
         // Its patience begins anew where its impatience ends.
-        let has_ended = before.is_some() && !is_impatient;
-        self.region = Some(if has_ended { Place { position: here, since: stamp } } else { region });
-        is_impatient
+        let region = if before.is_some() && !is_impatient { now } else { region };
+        (Some(region), is_impatient.then_some(since))
     }
 
     /// Eq. 5's case with D3's hysteresis: on above Thr', off below a share of it, else as before. A
