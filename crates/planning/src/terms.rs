@@ -178,9 +178,8 @@ impl InformationToGoTermParams {
     /// The field, from the information field of the same map and laser.
     pub fn field(&self, map: &StaticMap, seen: &InformationField, task: &Task) -> InformationToGoField {
         let way = (task.goal, self.tolerance, task.robot.radius());
-        let UncertaintySwitch { threshold, release_ratio } = self.uncertainty;
-        let traces = (threshold * release_ratio, threshold);
-        InformationToGoField::new(map, seen, way, &task.noise, traces, &self.information_to_go)
+        let threshold = self.uncertainty.threshold;
+        InformationToGoField::new(map, seen, way, &task.noise, threshold, &self.information_to_go)
     }
 }
 

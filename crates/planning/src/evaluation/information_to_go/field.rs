@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
+use nalgebra::Matrix3;
+
 use super::roadmap::{Edge, Roadmap};
+use super::uncertainty::{Levels, Mix, STATES, Variances};
 use crate::evaluation::cpc::InformationField;
 use crate::geometry::Point2;
 use crate::motion::OdometryNoise;
@@ -14,8 +17,8 @@ crate::parameters! {
     #[derive(Copy)]
     #[non_exhaustive]
     pub struct InformationToGoParams {
-        /// Metres of blind way that one metre makes up for where a scan tells the position.
-        pub recovery: f64 [0.1, 1000.0, "m per m", "slower than that no filter recovers, and faster than at once neither"] = 5.0,
+        /// Metres on which the uncertainty of the position falls to a third where a scan tells it.
+        pub recovery: f64 [0.01, 1000.0, "m", "faster than at once no filter recovers, and slower than that neither"] = 0.5,
         /// Metres that a metre counts more for each threshold (`uncertainty.threshold`) by which the position is more
         /// uncertain than the threshold.
         pub excess: f64 [0.0, 1000.0, "m per m", "ways longer than that are on no map"] = 0.3,
@@ -32,33 +35,27 @@ crate::parameters! {
     }
 }
 
-/// Metres without a landmark beyond which uncertainty grows no further.
-const LONGEST_BLIND: f64 = 12.0;
+/// A cost that falls by less, metres, does not let the neighbours be looked at again.
+const EXACT: f32 = 0.01;
 
 /// Metres by which the way to a goal counts longer, by place and by how uncertain the robot is there.
 ///
-/// The state of a robot is its place and how far it has driven without a landmark. Both follow from the edges of a
-/// roadmap: an edge to a place where a scan tells the position makes up for some of the blind way (`recovery`), one to a
-/// place along a single wall leaves it as it is, and any other makes it longer. Odometry alone makes the trace of the
-/// covariance grow with the blind way u by 2 p u + h u + h u^3 / 3, with the variances p of position and h of heading per
-/// metre: an error of heading displaces everything driven after it. One search from the goal backwards (Dijkstra, 1959)
-/// gives the least cost of each state, of which the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009)
-/// with one number for the covariance.
+/// The state of a robot is its place on a roadmap, the variance of its position and that of its heading. A stretch of way
+/// changes the two by the odometry's noise and by what a scan tells at its end ([`Levels::after`]). The least cost of each
+/// state is found backwards from the goal, and the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009)
+/// with two numbers for the covariance.
 #[derive(Debug, Clone)]
 pub struct InformationToGoField {
     grid: Arc<OccupancyGrid>,
     roadmap: Roadmap,
-    /// What is seen at the place of each block.
-    sight: Vec<Sight>,
-    /// Metres, for each block and step of blind way; infinite without a place.
+    levels: Levels,
+    /// Metres, for each block and state; infinite without a place.
     metres: Vec<f32>,
-    /// l(u) of each step of blind way, ascending, m2 + rad2.
-    trace: Vec<f64>,
 }
 
 /// What one scan tells, as a mean over headings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sight {
+pub(super) enum Sight {
     /// Too little.
     Nothing,
     /// Heading, and position across a wall but not along it.
@@ -69,62 +66,65 @@ enum Sight {
 
 impl InformationToGoField {
     /// For a robot of `radius` metres with that odometry, on the map and laser of `information`. With an error of position
-    /// up to `tolerance` metres it is still at the goal. The position counts as certain below a trace of `certain`, and what
-    /// is above one of `threshold` is in excess, m2 + rad2.
+    /// up to `tolerance` metres it is still at the goal. What the trace of the covariance has above `threshold` is in
+    /// excess, m2 + rad2.
     pub fn new(
         map: &StaticMap,
         information: &InformationField,
         (goal, tolerance, radius): (Point2, f64, f64),
         noise: &OdometryNoise,
-        (certain, threshold): (f64, f64),
+        threshold: f64,
         params: &InformationToGoParams,
     ) -> Self {
         let roadmap = Roadmap::new(map, radius);
         let edges = roadmap.edges(map, radius);
-        let step = 0.5 * roadmap.spacing;
-        let levels = (LONGEST_BLIND / step).ceil() as usize + 1;
-        let trace: Vec<f64> = (0..levels).map(|k| certain + blind_trace(noise, k as f64 * step)).collect();
-        let sight: Vec<Sight> = (0..roadmap.len())
-            .map(|block| roadmap.place(block).map_or(Sight::Nothing, |p| seen(information, p, params)))
-            .collect();
-        let rates = trace.iter().map(|l| {
-            let excess = (l / threshold - 1.0).clamp(0.0, params.most_excess);
-            (1.0 + params.excess * excess) as f32
-        });
-        let mut field =
-            Self { grid: Arc::clone(&map.grid), roadmap, sight, metres: Vec::new(), trace: trace.clone() };
+        let levels = Levels::new(noise, params.heading_sigma, params.recovery);
+        let mut field = Self { grid: Arc::clone(&map.grid), roadmap, levels, metres: Vec::new() };
         let Some(end) = field.roadmap.nearest(goal) else { return field };
-        let missing = |l: &f64| (params.miss * exp(-tolerance * tolerance / l.max(1e-9))) as f32;
-        let search =
-            Search { field: &field, edges: &edges, rates: rates.collect(), recovery: params.recovery };
-        let uncertain = search.run(end, &trace.iter().map(missing).collect::<Vec<_>>());
         let shortest = field.shortest(&edges, end);
-        // What is left is what uncertainty costs.
-        field.metres = uncertain;
-        for (block, shortest) in shortest.into_iter().enumerate() {
-            for at in field.states(block) {
-                let more = field.metres[at] - shortest;
-                field.metres[at] = if more.is_finite() { more.max(0.0) } else { f32::INFINITY };
+        let sight =
+            |block| field.roadmap.place(block).map_or(Sight::Nothing, |p| seen(information, p, params));
+        let states = || (0..STATES).map(|state| field.levels.of(state));
+        let rate = |v: Variances| {
+            let excess = ((v.position + v.heading) / threshold - 1.0).clamp(0.0, params.most_excess);
+            (1.0 + params.excess * excess) as f32
+        };
+        let missing = |v: Variances| (params.miss * exp(-tolerance * tolerance / v.position)) as f32;
+        let search = Search {
+            edges: &edges,
+            after: std::array::from_fn(|k| field.after(SIGHTS[k / LENGTHS], k % LENGTHS)),
+            sight: (0..edges.len()).map(sight).collect(),
+            rates: states().map(rate).collect(),
+            missing: states().map(missing).collect(),
+        };
+        let mut metres = search.run(end, &shortest);
+        // What is left is what uncertainty costs. Where the goal cannot be reached from, it stays infinite.
+        for (of_block, shortest) in metres.chunks_exact_mut(STATES).zip(shortest) {
+            if shortest.is_finite() {
+                of_block.iter_mut().for_each(|metres| *metres = (*metres - shortest).max(0.0));
             }
         }
+        field.metres = metres;
         field
     }
 
-    /// Metres that the way from `p` counts more for a robot whose covariance has this trace, between the places around.
+    /// Metres that the way from `p` counts more for a robot of this covariance (x, y, heading), between the places around.
     /// Zero where no place is near from which the goal can be reached.
-    pub fn at(&self, p: Point2, trace: f64) -> f64 {
+    pub fn at(&self, p: Point2, covariance: &Matrix3<f64>) -> f64 {
         let (column, row) = self.roadmap.between(&self.grid, p);
         let (c, r) = (column.floor(), row.floor());
         let (u, v) = (column - c, row - r);
         let (mut sum, mut weights) = (0.0, 0.0);
-        let level = self.level(trace);
+        let variances =
+            Variances { position: covariance[(0, 0)] + covariance[(1, 1)], heading: covariance[(2, 2)] };
+        let mix = self.levels.around(variances);
         for (dc, dr, weight) in [
             (0.0, 0.0, (1.0 - u) * (1.0 - v)),
             (1.0, 0.0, u * (1.0 - v)),
             (0.0, 1.0, (1.0 - u) * v),
             (1.0, 1.0, u * v),
         ] {
-            if let Some(metres) = self.of_block(c + dc, r + dr, level) {
+            if let Some(metres) = self.of_block(c + dc, r + dr, &mix) {
                 sum += weight * metres;
                 weights += weight;
             }
@@ -134,40 +134,24 @@ impl InformationToGoField {
 
     /// What it takes in memory, bytes.
     pub fn bytes(&self) -> usize {
-        let blocks = size_of_val(&self.sight[..]) + self.roadmap.bytes();
-        size_of_val(&self.metres[..]) + size_of_val(&self.trace[..]) + blocks
+        size_of_val(&self.metres[..]) + self.roadmap.bytes()
     }
 
-    /// How many steps of blind way make a covariance of this trace.
-    fn level(&self, trace: f64) -> f64 {
-        let above = self.trace.partition_point(|l| *l <= trace);
-        match (above.checked_sub(1), self.trace.get(above)) {
-            (None, _) => 0.0,
-            (Some(below), None) => below as f64,
-            (Some(below), Some(next)) => {
-                below as f64 + (trace - self.trace[below]) / (next - self.trace[below]).max(1e-12)
-            }
-        }
-    }
-
-    fn of_block(&self, column: f64, row: f64, level: f64) -> Option<f64> {
+    fn of_block(&self, column: f64, row: f64, mix: &Mix) -> Option<f64> {
         let (columns, rows) = (self.roadmap.columns as f64, self.roadmap.rows as f64);
         if !(column >= 0.0 && row >= 0.0 && column < columns && row < rows) {
             return None;
         }
         let block = row as usize * self.roadmap.columns + column as usize;
-        let states = self.states(block);
-        let metres = |k: usize| self.metres.get(states.start + k).copied().map(f64::from);
-        let last = self.trace.len() - 1;
-        let below = (level as usize).min(last);
-        let (a, b) = (metres(below)?, metres((below + 1).min(last))?);
-        let between = a + (b - a) * (level - below as f64).min(1.0);
-        between.is_finite().then_some(between)
+        let of_block = self.metres.get(block * STATES..(block + 1) * STATES)?;
+        of_block[0].is_finite().then(|| f64::from(mixed(of_block, mix)))
     }
 
-    /// Where the values of a block are.
-    fn states(&self, block: usize) -> std::ops::Range<usize> {
-        block * self.trace.len()..(block + 1) * self.trace.len()
+    /// What becomes of each state on an edge of one of the [`LENGTHS`].
+    fn after(&self, sight: Sight, length: usize) -> Vec<Mix> {
+        let metres = 0.5 * self.roadmap.spacing * (length + SHORTEST_HALVES) as f64;
+        let of = |state| self.levels.around(self.levels.after(self.levels.of(state), sight, metres));
+        (0..STATES).map(of).collect()
     }
 
     /// Metres from each place to that of block `end`.
@@ -192,64 +176,75 @@ impl InformationToGoField {
     }
 }
 
+const SIGHTS: [Sight; 3] = [Sight::Nothing, Sight::Wall, Sight::Position];
+/// Edges are two or three halves of the spacing long.
+const LENGTHS: usize = 2;
+const SHORTEST_HALVES: usize = 2;
+
 /// The search from the goal backwards.
 struct Search<'a> {
-    field: &'a InformationToGoField,
     edges: &'a [Vec<Edge>],
-    /// What a metre costs at each step of blind way.
+    /// [`InformationToGoField::after`] each of [`SIGHTS`] and [`LENGTHS`].
+    after: [Vec<Mix>; SIGHTS.len() * LENGTHS],
+    /// What is seen at the place of each block.
+    sight: Vec<Sight>,
+    /// What a metre costs in each state.
     rates: Vec<f32>,
-    /// Steps of blind way that one step makes up for.
-    recovery: f64,
+    /// What arriving costs in each state.
+    missing: Vec<f32>,
 }
 
 impl Search<'_> {
-    /// The least cost from each state to the place of block `end`, where arriving costs `missing` by the blind way.
-    fn run(&self, end: usize, missing: &[f32]) -> Vec<f32> {
-        let Self { field, edges, rates, recovery } = self;
-        let mut metres = vec![f32::INFINITY; field.roadmap.len() * rates.len()];
-        let dearest = rates.iter().copied().fold(1.0, f32::max);
-        let mut front = Front::new((2.0 * std::f64::consts::SQRT_2 * field.roadmap.spacing) as f32 * dearest);
-        let offer = |metres: &mut Vec<f32>, front: &mut Front, state: usize, cost: f32| {
-            if cost < metres[state] {
-                metres[state] = cost;
-                front.push(cost, state);
-            }
-        };
-        for (level, state) in field.states(end).enumerate() {
-            offer(&mut metres, &mut front, state, missing[level]);
-        }
-        let last = rates.len() - 1;
-        while let Some((so_far, state)) = front.pop() {
-            if so_far > metres[state] {
-                continue;
-            }
-            let (block, level) = (state / rates.len(), state % rates.len());
-            for edge in &edges[block] {
-                let states = field.states(edge.to);
-                // Which states of the place before this edge lead here?
-                let less = (edge.halves as f64 * recovery) as usize;
-                let before = match field.sight[block] {
-                    Sight::Position if level == 0 => 0..(less + 1).min(last + 1),
-                    Sight::Position => (level + less).min(last + 1)..(level + less + 1).min(last + 1),
-                    Sight::Wall => level..level + 1,
-                    Sight::Nothing if level == last => last.saturating_sub(edge.halves)..last + 1,
-                    Sight::Nothing if level >= edge.halves => level - edge.halves..level - edge.halves + 1,
-                    Sight::Nothing => continue,
-                };
-                for before in before {
-                    let cost = so_far + rates[before] * edge.metres;
-                    offer(&mut metres, &mut front, states.start + before, cost);
+    /// The least cost of each block and state: it falls from the cost of the shortest way, in rounds that go outward and
+    /// inward in turns, until no block lowers another's.
+    fn run(&self, end: usize, shortest: &[f32]) -> Vec<f32> {
+        let dearest = self.rates.iter().copied().fold(1.0, f32::max);
+        let worst = self.missing.iter().copied().fold(0.0, f32::max);
+        let bound = |metres: &f32| std::iter::repeat_n(metres * dearest + worst, STATES);
+        let mut metres: Vec<f32> = shortest.iter().flat_map(bound).collect();
+        let mut order: Vec<usize> =
+            (0..self.edges.len()).filter(|block| shortest[*block].is_finite()).collect();
+        order.sort_by(|a, b| shortest[*a].total_cmp(&shortest[*b]));
+        let mut stale = vec![true; self.edges.len()];
+        let mut lowered = true;
+        while std::mem::take(&mut lowered) {
+            for &block in &order {
+                if !std::mem::take(&mut stale[block]) {
+                    continue;
+                }
+                let least = self.least(block, end, &metres);
+                let of_block = &mut metres[block * STATES..(block + 1) * STATES];
+                let fall = of_block.iter().zip(&least).fold(0.0, |most: f32, (old, new)| most.max(old - new));
+                of_block.iter_mut().zip(least).for_each(|(old, new)| *old = old.min(new));
+                if fall > EXACT {
+                    lowered = true;
+                    self.edges[block].iter().for_each(|edge| stale[edge.to] = true);
                 }
             }
+            order.reverse();
         }
         metres
     }
+
+    /// The least cost of each state of a block by those of its neighbours.
+    fn least(&self, block: usize, end: usize, metres: &[f32]) -> [f32; STATES] {
+        let mut least = [f32::INFINITY; STATES];
+        if block == end {
+            least.copy_from_slice(&self.missing);
+        }
+        for edge in &self.edges[block] {
+            let after = &self.after[self.sight[edge.to] as usize * LENGTHS + edge.halves - SHORTEST_HALVES];
+            let beyond = &metres[edge.to * STATES..(edge.to + 1) * STATES];
+            for ((least, mix), rate) in least.iter_mut().zip(after).zip(&self.rates) {
+                *least = least.min(rate * edge.metres + mixed(beyond, mix));
+            }
+        }
+        least
+    }
 }
 
-/// By how much the trace has grown after so many metres without a landmark.
-fn blind_trace(noise: &OdometryNoise, metres: f64) -> f64 {
-    let (position, heading) = (noise.position_per_metre, noise.heading_per_metre);
-    2.0 * position * metres + heading * metres + heading * metres * metres * metres / 3.0
+fn mixed(of_states: &[f32], mix: &Mix) -> f32 {
+    mix.iter().map(|(state, weight)| weight * of_states[*state]).sum()
 }
 
 fn seen(information: &InformationField, p: Point2, params: &InformationToGoParams) -> Sight {

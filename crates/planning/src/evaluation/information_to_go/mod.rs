@@ -7,6 +7,7 @@
 
 mod field;
 mod roadmap;
+mod uncertainty;
 
 use std::sync::Arc;
 
@@ -32,7 +33,7 @@ impl Evaluator for InformationToGoEvaluator {
         let mut costs = vec![0.0; candidates.len()];
         self.cpc.along(&scene.belief.covariance, candidates, should_stop, |i, sigmas| {
             let states = candidates.range(i).map(|at| candidates.all_states().position(at));
-            costs[i] = states.zip(sigmas).map(|(p, sigma)| self.field.at(p, sigma.trace())).sum();
+            costs[i] = states.zip(sigmas).map(|(p, sigma)| self.field.at(p, sigma)).sum();
         })?;
         Ok(costs)
     }

@@ -10,9 +10,21 @@ use crate::scene::{Belief, People};
 use crate::sensor::LaserModel;
 
 const RADIUS: f64 = 0.3;
-/// Traces of the covariance of a robot that knows where it is, and of one that does not, m2 + rad2.
-const SURE: f64 = 0.02;
-const UNSURE: f64 = 0.3;
+
+/// The covariance of a robot with these variances of position (x and y together), m2, and heading, rad2.
+fn known_to(position: f64, heading: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&nalgebra::vector![0.5 * position, 0.5 * position, heading])
+}
+
+/// A robot that knows where it is.
+fn sure() -> Matrix3<f64> {
+    known_to(0.02, 0.002)
+}
+
+/// One that does not.
+fn unsure() -> Matrix3<f64> {
+    known_to(0.3, 0.02)
+}
 
 /// A hall of 40 m x 30 m at 0.1 m with walls at its rim alone.
 fn hall() -> StaticMap {
@@ -27,7 +39,7 @@ fn seen(map: &StaticMap) -> Arc<InformationField> {
 
 fn field(map: &StaticMap, goal: Point2) -> InformationToGoField {
     let (noise, params) = (OdometryNoise::default(), InformationToGoParams::default());
-    InformationToGoField::new(map, &seen(map), (goal, 0.5, RADIUS), &noise, (0.08, 0.1), &params)
+    InformationToGoField::new(map, &seen(map), (goal, 0.5, RADIUS), &noise, 0.1, &params)
 }
 
 #[test]
@@ -35,7 +47,7 @@ fn where_landmarks_are_always_in_view_it_is_flat() {
     // A corridor with niches.
     let map = map(Pose2::default(), corridor);
     let field = field(&map, Point2::new(27.0, 10.0));
-    let at: Vec<f64> = (3..27).map(|x| field.at(Point2::new(f64::from(x), 10.0), SURE)).collect();
+    let at: Vec<f64> = (3..27).map(|x| field.at(Point2::new(f64::from(x), 10.0), &sure())).collect();
     let (least, most) = at.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), a| (l.min(*a), m.max(*a)));
     assert!(most - least < 0.05, "{least} to {most} m");
 }
@@ -45,12 +57,13 @@ fn a_robot_that_knows_less_has_a_longer_way_and_one_without_a_landmark_near_the_
     let map = hall();
     let field = field(&map, Point2::new(35.0, 3.0));
     for p in [Point2::new(20.0, 15.0), Point2::new(10.0, 12.0), Point2::new(25.0, 9.0)] {
-        let costs: Vec<f64> = [0.02, 0.1, 0.15, 0.2, 0.3, 0.45].map(|trace| field.at(p, trace)).to_vec();
+        let costs: Vec<f64> =
+            [0.02, 0.1, 0.15, 0.2, 0.3, 0.45].map(|v| field.at(p, &known_to(v, 0.01))).to_vec();
         assert!(costs.is_sorted(), "{p:?}: {costs:?}");
         assert!(costs[5] > costs[0] + 1.0, "{p:?}: {costs:?}");
     }
     let (corner, middle) = (Point2::new(38.0, 28.0), Point2::new(20.0, 15.0));
-    assert!(field.at(middle, UNSURE) > field.at(corner, UNSURE) + 1.0);
+    assert!(field.at(middle, &unsure()) > field.at(corner, &unsure()) + 1.0);
 }
 
 #[test]
@@ -59,13 +72,24 @@ fn an_uncertain_robot_is_drawn_to_the_nearer_of_rim_and_goal() {
     // The goal lies in the void; the way to go is the straight distance, as nothing is in between.
     let goal = Point2::new(20.0, 15.0);
     let field = field(&map, goal);
-    let to_go = |p: Point2| p.distance(goal) + field.at(p, UNSURE);
-    // Close to the goal the goal is nearer than any corner, 11 m off a corner the corner is.
+    let to_go = |p: Point2| p.distance(goal) + field.at(p, &unsure());
+    // Close to the goal the goal is nearer than the rim, far from it the rim is.
     let (near, toward, away) = (Point2::new(18.0, 13.5), Point2::new(19.0, 14.25), Point2::new(17.0, 12.75));
     assert!(to_go(toward) < to_go(near) && to_go(near) < to_go(away), "{} {}", to_go(near), to_go(away));
-    let (far, toward, corner) = (Point2::new(6.5, 5.5), Point2::new(7.5, 6.2), Point2::new(5.5, 4.8));
-    let gained = |p: Point2| to_go(far) - to_go(p);
-    assert!(gained(corner) > 1.0 && gained(corner) > 2.0 * gained(toward), "{}", gained(toward));
+    for far in [Point2::new(6.5, 5.5), Point2::new(8.5, 7.1), Point2::new(10.5, 8.7)] {
+        let gained = |by: f64| to_go(far) - to_go(Point2::new(far.x + by, far.y + 0.8 * by));
+        assert!(gained(-1.0) > 0.5 && gained(1.0) < 0.0, "{far:?}: {} {}", gained(-1.0), gained(1.0));
+    }
+}
+
+#[test]
+fn a_robot_that_is_uncertain_of_its_heading_pays_for_it_in_the_void_but_not_where_it_sees_a_wall() {
+    let map = hall();
+    let field = field(&map, Point2::new(20.0, 15.0));
+    let more = |p: Point2| field.at(p, &known_to(0.05, 0.05)) - field.at(p, &known_to(0.05, 0.002));
+    // The wall tells the heading, and with it what the heading's error has done to the position.
+    let (void, wall) = (Point2::new(15.0, 15.0), Point2::new(3.0, 15.0));
+    assert!(more(void) > 5.0 && more(wall) < 0.1, "{} and {} m", more(void), more(wall));
 }
 
 #[test]
@@ -73,10 +97,10 @@ fn where_no_way_leads_it_says_nothing() {
     let map = hall();
     let field = field(&map, Point2::new(35.0, 3.0));
     for p in [Point2::new(-50.0, 3.0), Point2::new(1e9, 0.0)] {
-        assert_eq!(field.at(p, UNSURE), 0.0);
+        assert_eq!(field.at(p, &unsure()), 0.0);
     }
-    for trace in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
-        assert!(field.at(Point2::new(20.0, 15.0), trace).is_finite());
+    for broken in [f64::NAN, f64::INFINITY, -1.0, 0.0] {
+        assert!(field.at(Point2::new(20.0, 15.0), &known_to(broken, broken)).is_finite());
     }
 }
 
