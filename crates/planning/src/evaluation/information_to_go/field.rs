@@ -41,9 +41,9 @@ const EXACT: f32 = 0.01;
 /// Metres by which the way to a goal counts longer, by place and by how uncertain the robot is there.
 ///
 /// The state of a robot is its place on a roadmap, the variance of its position and that of its heading. A stretch of way
-/// changes the two by the odometry's noise and by what a scan tells at its end ([`Levels::after`]). The least cost of each
-/// state is found backwards from the goal, and the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009)
-/// with two numbers for the covariance.
+/// changes the two by the odometry's noise and by what a scan tells at its end. The least cost of each state is found
+/// backwards from the goal, and the shortest way is taken off: a belief roadmap (Prentice and Roy, 2009) with two numbers
+/// for the covariance.
 #[derive(Debug, Clone)]
 pub struct InformationToGoField {
     grid: Arc<OccupancyGrid>,
