@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::roadmap::{Edge, Roadmap};
-use super::uncertainty::{Levels, Mix, STATES, Variances};
+use super::uncertainty::{Levels, Mix, STATES, Sight, Variances};
 use crate::evaluation::cpc::InformationField;
 use crate::geometry::Point2;
 use crate::motion::OdometryNoise;
@@ -51,17 +51,6 @@ pub struct InformationToGoField {
     levels: Levels,
     /// Metres, for each block and state; infinite without a place.
     metres: Vec<f32>,
-}
-
-/// What one scan tells, as a mean over headings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Sight {
-    /// Too little.
-    Nothing,
-    /// Heading, and position across a wall but not along it.
-    Wall,
-    /// Heading and position.
-    Position,
 }
 
 impl InformationToGoField {

@@ -2,7 +2,6 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::field::Sight;
 use crate::motion::OdometryNoise;
 use crate::numerics::exp;
 
@@ -19,6 +18,17 @@ pub(super) const STATES: usize = POSITION.len() * HEADING.len();
 pub(super) struct Variances {
     pub(super) position: f64,
     pub(super) heading: f64,
+}
+
+/// What one scan tells, as a mean over headings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sight {
+    /// Too little.
+    Nothing,
+    /// Heading, and position across a wall but not along it.
+    Wall,
+    /// Heading and position.
+    Position,
 }
 
 /// The states around some variances, with weights that sum to 1: their weighted variances are those.
