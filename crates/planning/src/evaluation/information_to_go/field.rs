@@ -81,7 +81,7 @@ impl InformationToGoField {
         let missing = |v: Variances| (params.miss * exp(-tolerance * tolerance / v.position)) as f32;
         let search = Search {
             edges: &edges,
-            after: std::array::from_fn(|k| field.after(SIGHTS[k / LENGTHS], k % LENGTHS)),
+            after: Sight::ALL.map(|sight| [false, true].map(|diagonal| field.after(sight, diagonal))),
             sight: (0..edges.len()).map(sight).collect(),
             rates: states().map(rate).collect(),
             missing: states().map(missing).collect(),
@@ -136,9 +136,9 @@ impl InformationToGoField {
         of_block[0].is_finite().then(|| f64::from(mixed(of_block, mix)))
     }
 
-    /// What becomes of each state on an edge of one of the [`LENGTHS`].
-    fn after(&self, sight: Sight, length: usize) -> Vec<Mix> {
-        let metres = 0.5 * self.roadmap.spacing * (length + SHORTEST_HALVES) as f64;
+    /// What becomes of each state on an edge, which is taken to be as long as a block's side or, diagonal, half as long again.
+    fn after(&self, sight: Sight, diagonal: bool) -> Vec<Mix> {
+        let metres = self.roadmap.spacing * if diagonal { 1.5 } else { 1.0 };
         let of = |state| self.levels.around(self.levels.after(self.levels.of(state), sight, metres));
         (0..STATES).map(of).collect()
     }
@@ -165,16 +165,11 @@ impl InformationToGoField {
     }
 }
 
-const SIGHTS: [Sight; 3] = [Sight::Nothing, Sight::Wall, Sight::Position];
-/// Edges are two or three halves of the spacing long.
-const LENGTHS: usize = 2;
-const SHORTEST_HALVES: usize = 2;
-
 /// The search from the goal backwards.
 struct Search<'a> {
     edges: &'a [Vec<Edge>],
-    /// [`InformationToGoField::after`] each of [`SIGHTS`] and [`LENGTHS`].
-    after: [Vec<Mix>; SIGHTS.len() * LENGTHS],
+    /// [`InformationToGoField::after`] each of [`Sight::ALL`], straight and diagonal.
+    after: [[Vec<Mix>; 2]; Sight::ALL.len()],
     /// What is seen at the place of each block.
     sight: Vec<Sight>,
     /// What a metre costs in each state.
@@ -222,7 +217,7 @@ impl Search<'_> {
             least.copy_from_slice(&self.missing);
         }
         for edge in &self.edges[block] {
-            let after = &self.after[self.sight[edge.to] as usize * LENGTHS + edge.halves - SHORTEST_HALVES];
+            let after = &self.after[self.sight[edge.to] as usize][usize::from(edge.diagonal)];
             let beyond = &metres[edge.to * STATES..(edge.to + 1) * STATES];
             for ((least, mix), rate) in least.iter_mut().zip(after).zip(&self.rates) {
                 *least = least.min(rate * edge.metres + mixed(beyond, mix));

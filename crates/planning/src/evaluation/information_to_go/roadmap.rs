@@ -25,8 +25,8 @@ pub(super) struct Roadmap {
 pub(super) struct Edge {
     pub(super) to: usize,
     pub(super) metres: f32,
-    /// Halves of the spacing: the same for all edges of one direction.
-    pub(super) halves: usize,
+    /// Whether the blocks of the two places touch at a corner alone.
+    pub(super) diagonal: bool,
 }
 
 impl Roadmap {
@@ -86,11 +86,11 @@ impl Roadmap {
 
     /// The places beside each place to which the straight way touches no wall.
     pub(super) fn edges(&self, map: &StaticMap, radius: f64) -> Vec<Vec<Edge>> {
-        const AHEAD: [(isize, isize, usize); 4] = [(1, 0, 2), (0, 1, 2), (1, 1, 3), (-1, 1, 3)];
+        const AHEAD: [(isize, isize); 4] = [(1, 0), (0, 1), (1, 1), (-1, 1)];
         let mut edges: Vec<Vec<Edge>> = (0..self.len()).map(|_| Vec::new()).collect();
         for from in 0..self.len() {
             let Some(p) = self.places[from] else { continue };
-            for (right, up, halves) in AHEAD {
+            for (right, up) in AHEAD {
                 let (column, row) =
                     ((from % self.columns) as isize + right, (from / self.columns) as isize + up);
                 if column < 0 || column >= self.columns as isize || row >= self.rows as isize {
@@ -99,9 +99,9 @@ impl Roadmap {
                 let to = row as usize * self.columns + column as usize;
                 let Some(q) = self.places[to] else { continue };
                 if is_clear(map, p, q, 0.5 * radius) {
-                    let metres = p.distance(q) as f32;
-                    edges[from].push(Edge { to, metres, halves });
-                    edges[to].push(Edge { to: from, metres, halves });
+                    let (metres, diagonal) = (p.distance(q) as f32, right != 0 && up != 0);
+                    edges[from].push(Edge { to, metres, diagonal });
+                    edges[to].push(Edge { to: from, metres, diagonal });
                 }
             }
         }

@@ -31,6 +31,11 @@ pub(super) enum Sight {
     Position,
 }
 
+impl Sight {
+    /// In the order of their numbers.
+    pub(super) const ALL: [Self; 3] = [Self::Nothing, Self::Wall, Self::Position];
+}
+
 /// The states around some variances, with weights that sum to 1: their weighted variances are those.
 pub(super) type Mix = [(usize, f32); 4];
 
