@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
+import math
+import subprocess
 import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from live import RUN_TIMEOUT, Up, hall
+from contract import ROOT
+from live import RUN_TIMEOUT, Up, hall, program
 
 import curionav
 from curionav import CrowdStep, Scenario
@@ -182,6 +186,27 @@ def test_the_scenario_says_how_its_people_are_known(directory: Path) -> None:
     seen = plain.with_perception("tracked").with_perception("robot-frame").data["perception"]
     assert (seen["source"], seen["frame"]) == ("truth", "robot")
     assert plain.data.get("perception", {}) == before
+
+
+@pytest.mark.parametrize(("laser", "beams"), [({}, 360), ({"fov": 2.0, "beams": 91}, 283), ({"fov": math.tau}, None)])
+def test_a_laser_that_sees_all_around_keeps_its_spacing(
+    directory: Path, laser: dict[str, Any], beams: int | None
+) -> None:
+    plain = scenario(directory)
+    plain.data["laser"] = laser
+    around = plain.with_perception("tracked-all-round").data
+    assert around["perception"]["source"] == "tracker"
+    assert (around["laser"]["fov"], around["laser"].get("beams")) == (math.tau, beams)
+
+
+@live
+def test_a_tracker_that_sees_all_around_decides_as_on_the_command_line(connected: curionav.Deployment) -> None:
+    file = ROOT / "scenarios" / "quickstart.toml"
+    command = [str(program()), "run", str(file), "--perception", "tracked-all-round", "--seed", "1003", "--json"]
+    printed = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    with connected.inject(Scenario.load(file).with_perception("tracked-all-round"), seed=1003) as run:
+        result = run.wait(RUN_TIMEOUT)
+    assert result.decisions_sha256 == printed["decisions_sha256"]
 
 
 def test_the_scenario_says_that_its_people_are_live(directory: Path) -> None:

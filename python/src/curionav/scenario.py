@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import re
 from pathlib import Path, PurePosixPath
 from typing import Any, Literal
@@ -77,19 +78,25 @@ class Scenario:
         changed.data.setdefault("people", {}).update(kind="live", live_patience_s=float(patience_s))
         return changed
 
-    def with_perception(self, known: Literal["truth", "robot-frame", "tracked"]) -> Scenario:
+    def with_perception(self, known: Literal["truth", "robot-frame", "tracked", "tracked-all-round"]) -> Scenario:
         """The scenario with people who are known in another way.
 
         Args:
             known: ``truth``: without error, on the map; ``robot-frame``: without error, as seen from the robot, so that
                 they are as far off on the map as the robot's belief; ``tracked``: by the service ``tracker``, from the
-                laser alone.
+                laser alone; ``tracked-all-round``: the same with a laser that sees all around, its beams as far apart.
         """
         changed = Scenario.from_dict(self.data, self.base)
         perception = changed.data.setdefault("perception", {})
-        perception["source"] = "tracker" if known == "tracked" else "truth"
-        if known != "tracked":
-            perception["frame"] = "robot" if known == "robot-frame" else "map"
+        if known in ("truth", "robot-frame"):
+            perception.update(source="truth", frame="robot" if known == "robot-frame" else "map")
+        else:
+            perception["source"] = "tracker"
+        if known == "tracked-all-round":
+            laser = changed.data.setdefault("laser", {})
+            fov, beams = laser.get("fov", math.pi), laser.get("beams", 181)
+            if fov < math.tau - 1e-9:
+                laser.update(fov=math.tau, beams=round(max(beams - 1, 1) * math.tau / fov))
         return changed
 
     def profile(self, planner: Planner | None = None) -> dict[str, Any]:
