@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import time
 from pathlib import Path
@@ -188,20 +189,33 @@ def test_the_scenario_says_how_its_people_are_known(directory: Path) -> None:
     assert plain.data.get("perception", {}) == before
 
 
-@pytest.mark.parametrize(("laser", "beams"), [({}, 360), ({"fov": 2.0, "beams": 91}, 283), ({"fov": math.tau}, None)])
+@pytest.mark.parametrize(
+    ("laser", "around"),
+    [
+        ({}, {"fov": math.tau, "beams": 360}),
+        ({"fov": 2.0, "beams": 91}, {"fov": math.tau, "beams": 283}),
+        ({"fov": math.tau}, {"fov": math.tau}),
+        ({"fov": 0.0}, {"fov": 0.0}),
+    ],
+)
 def test_a_laser_that_sees_all_around_keeps_its_spacing(
-    directory: Path, laser: dict[str, Any], beams: int | None
+    directory: Path, laser: dict[str, Any], around: dict[str, Any]
 ) -> None:
     plain = scenario(directory)
-    plain.data["laser"] = laser
-    around = plain.with_perception("tracked-all-round").data
-    assert around["perception"]["source"] == "tracker"
-    assert (around["laser"]["fov"], around["laser"].get("beams")) == (math.tau, beams)
+    plain.data["laser"] = dict(laser)
+    changed = plain.with_perception("tracked-all-round").data
+    assert (changed["perception"]["source"], changed["laser"]) == ("tracker", around)
+    assert plain.data["laser"] == laser
 
 
 @live
-def test_a_tracker_that_sees_all_around_decides_as_on_the_command_line(connected: curionav.Deployment) -> None:
-    file = ROOT / "scenarios" / "quickstart.toml"
+@pytest.mark.parametrize("left_out", [r"$^", r"^(fov|beams) = .*\n"], ids=["as in the file", "default laser"])
+def test_a_tracker_that_sees_all_around_decides_as_on_the_command_line(
+    connected: curionav.Deployment, directory: Path, left_out: str
+) -> None:
+    text = (ROOT / "scenarios" / "quickstart.toml").read_text().replace('"maps/', f'"{ROOT}/scenarios/maps/')
+    file = directory / "quickstart.toml"
+    file.write_text(re.sub(left_out, "", text, flags=re.MULTILINE))
     command = [str(program()), "run", str(file), "--perception", "tracked-all-round", "--seed", "1003", "--json"]
     printed = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
     with connected.inject(Scenario.load(file).with_perception("tracked-all-round"), seed=1003) as run:

@@ -88,14 +88,15 @@ class Scenario:
         """
         changed = Scenario.from_dict(self.data, self.base)
         perception = changed.data.setdefault("perception", {})
-        if known in ("truth", "robot-frame"):
-            perception.update(source="truth", frame="robot" if known == "robot-frame" else "map")
-        else:
-            perception["source"] = "tracker"
+        tracked = known in ("tracked", "tracked-all-round")
+        perception["source"] = "tracker" if tracked else "truth"
+        if not tracked:
+            perception["frame"] = "robot" if known == "robot-frame" else "map"
         if known == "tracked-all-round":
-            laser = changed.data.setdefault("laser", {})
+            # As `LaserModel::all_round` of the services does, with their defaults. They refuse a laser that cannot be.
+            laser = changed.data["laser"] = changed._table("laser")
             fov, beams = laser.get("fov", math.pi), laser.get("beams", 181)
-            if fov < math.tau - 1e-9:
+            if 0.0 < fov < math.tau - 1e-9:
                 laser.update(fov=math.tau, beams=round(max(beams - 1, 1) * math.tau / fov))
         return changed
 
