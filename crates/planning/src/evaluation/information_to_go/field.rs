@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Matrix3;
 
 use super::roadmap::{Edge, Roadmap};
-use super::uncertainty::{Levels, Mix, STATES, Sight, Variances};
+use super::uncertainty::{Levels, Mix, STATES, Sight, Variances, rise_with_heading};
 use crate::evaluation::cpc::InformationField;
 use crate::geometry::Point2;
 use crate::motion::OdometryNoise;
@@ -21,12 +21,12 @@ crate::parameters! {
         pub recovery: f64 [0.01, 1000.0, "m", "faster than at once no filter recovers, and slower than that neither"] = 0.5,
         /// Metres that a metre counts more for each threshold (`uncertainty.threshold`) by which the position is more
         /// uncertain than the threshold.
-        pub excess: f64 [0.0, 1000.0, "m per m", "ways longer than that are on no map"] = 0.3,
+        pub excess: f64 [0.0, 1000.0, "m per m", "ways longer than that are on no map"] = 0.1,
         /// Thresholds beyond which more uncertainty costs no more.
         pub most_excess: f64 [0.0, 1e6, "thresholds", "no filter is that uncertain"] = 5.0,
         /// Metres that count for arriving where the goal is not. The chance of it is that of a position error greater
         /// than the goal's tolerance.
-        pub miss: f64 [0.0, 1e6, "m", "ways longer than that are on no map"] = 20.0,
+        pub miss: f64 [0.0, 1e6, "m", "ways longer than that are on no map"] = 45.0,
         /// A place has landmarks if one scan there tells the heading to this standard deviation, radians, and ...
         pub heading_sigma: f64 [1e-4, 10.0, "rad", "no scan is better, and beyond it says nothing"] = 0.05,
         /// ... the position, across the wall that it tells most about, to this one, metres. They are enough to find the
@@ -223,6 +223,7 @@ impl Search<'_> {
                 *least = least.min(rate * edge.metres + mixed(beyond, mix));
             }
         }
+        rise_with_heading(&mut least);
         least
     }
 }

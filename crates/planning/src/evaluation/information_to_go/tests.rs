@@ -73,12 +73,15 @@ fn an_uncertain_robot_is_drawn_to_the_nearer_of_rim_and_goal() {
     let goal = Point2::new(20.0, 15.0);
     let field = field(&map, goal);
     let to_go = |p: Point2| p.distance(goal) + field.at(p, &unsure());
-    // Close to the goal the goal is nearer than the rim, far from it the rim is.
-    let (near, toward, away) = (Point2::new(18.0, 13.5), Point2::new(19.0, 14.25), Point2::new(17.0, 12.75));
-    assert!(to_go(toward) < to_go(near) && to_go(near) < to_go(away), "{} {}", to_go(near), to_go(away));
-    for far in [Point2::new(6.5, 5.5), Point2::new(8.5, 7.1), Point2::new(10.5, 8.7)] {
-        let gained = |by: f64| to_go(far) - to_go(Point2::new(far.x + by, far.y + 0.8 * by));
-        assert!(gained(-1.0) > 0.5 && gained(1.0) < 0.0, "{far:?}: {} {}", gained(-1.0), gained(1.0));
+    // From 12 m on, the rim is worth its detour; the laser sees it from 6 m.
+    let gained = |p: Point2, by: f64| to_go(p) - to_go(Point2::new(p.x + by, p.y + 0.8 * by));
+    for near in [Point2::new(18.0, 13.5), Point2::new(14.0, 10.5), Point2::new(10.5, 8.7)] {
+        let (away, toward) = (gained(near, -1.0), gained(near, 1.0));
+        assert!(away < 0.0 && toward > 0.5, "{near:?}: {away} {toward}");
+    }
+    for far in [Point2::new(6.5, 5.5), Point2::new(7.5, 6.3), Point2::new(8.5, 7.1)] {
+        let (away, toward) = (gained(far, -1.0), gained(far, 1.0));
+        assert!(away > 0.5 && toward < 0.0, "{far:?}: {away} {toward}");
     }
 }
 
@@ -90,6 +93,20 @@ fn a_robot_that_is_uncertain_of_its_heading_pays_for_it_in_the_void_but_not_wher
     // The wall tells the heading, and with it what the heading's error has done to the position.
     let (void, wall) = (Point2::new(15.0, 15.0), Point2::new(3.0, 15.0));
     assert!(more(void) > 5.0 && more(wall) < 0.1, "{} and {} m", more(void), more(wall));
+}
+
+#[test]
+fn to_know_the_heading_less_never_helps() {
+    // A wall that has told the heading leaves a part of the position's error that the heading had not caused.
+    let map = hall();
+    let field = field(&map, Point2::new(20.0, 15.0));
+    for p in (2..39).flat_map(|x| [2.0, 4.0, 6.0, 8.0, 15.0].map(|y| Point2::new(f64::from(x), y))) {
+        for position in [0.03, 0.1, 0.3, 1.0] {
+            let heading = [0.002, 0.01, 0.02, 0.05, 0.1, 0.2];
+            let costs = heading.map(|heading| field.at(p, &known_to(position, heading)));
+            assert!(costs.is_sorted_by(|a, b| *a <= b + 1e-5), "{p:?}, {position} m2: {costs:?}");
+        }
+    }
 }
 
 #[test]

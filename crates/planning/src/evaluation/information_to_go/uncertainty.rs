@@ -101,6 +101,16 @@ impl Levels {
     }
 }
 
+/// Raises the cost of each state to that of the states of its position whose heading is known better: to know it less
+/// never helps.
+pub(super) fn rise_with_heading(costs: &mut [f32; STATES]) {
+    for of_position in costs.chunks_exact_mut(HEADING.len()) {
+        for k in 1..of_position.len() {
+            of_position[k] = of_position[k].max(of_position[k - 1]);
+        }
+    }
+}
+
 /// The level at or below x, and which share of the way to the next x has come.
 fn between(levels: &[f64], x: f64) -> (usize, f64) {
     let above = levels.partition_point(|level| *level <= x);
