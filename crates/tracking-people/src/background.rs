@@ -34,9 +34,9 @@ impl<'a> Posed<'a> {
         Point2::new(self.pose.x + c * end.x - s * end.y, self.pose.y + s * end.x + c * end.y)
     }
 
-    /// Whether a person can be where a beam ends, robot frame: the place is known to be free.
-    pub(crate) fn may_be_a_person(&self, end: Point2) -> bool {
-        self.map.grid.at(self.on_map(end)) == Cell::Free
+    /// What the map has where a beam ends, robot frame.
+    pub(crate) fn cell(&self, end: Point2) -> Cell {
+        self.map.grid.at(self.on_map(end))
     }
 
     /// Distance from the end of a beam, robot frame, to the face of the nearest wall.

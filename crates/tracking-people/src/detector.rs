@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::numerics::{hypot, sin_cos};
-use curionav_planning::occupancy::StaticMap;
+use curionav_planning::occupancy::{Cell, StaticMap};
 use curionav_planning::sensor::LaserModel;
 use nalgebra::Matrix3;
 
@@ -67,6 +67,8 @@ const CONTINUED_ODDS: f64 = 2.0;
 const SHAPE_BEAMS: usize = 4;
 /// What is wider than a person is cut in two so many times at most: sixteen people shoulder to shoulder.
 const CUTS: usize = 4;
+/// What is so far from every wall of the map is no part of one that is there in another shape, metres.
+const STANDS_OUT: f64 = 0.3;
 /// Standard deviation of a centre of which one side is not seen, metres, in addition.
 const PARTIAL_SIGMA: f64 = 0.1;
 /// Standard deviation of a centre besides the laser's noise and resolution, metres: no person is a cylinder.
@@ -101,34 +103,38 @@ impl Detector {
         let hits: Vec<Point2> =
             in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
         let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
-        let unexplained = self.unexplained(&met, &in_robot, sigma, pose, &covariance);
+        let off = self.off_walls(&met, &in_robot, sigma, pose, &covariance);
+        let unexplained: Vec<bool> = off.iter().map(|off| off.is_some_and(|metres| metres > 0.0)).collect();
         let full = laser.sees_all_around();
         let sweep =
             Sweep { ends: &ends, ranges, unexplained: &unexplained, gap, full, jump: self.params.jump };
         let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };
         for segment in sweep.segments() {
-            self.classify(&sweep, &met, segment, laser, CUTS, &mut seen);
+            self.classify(&sweep, (&met, &off), segment, laser, CUTS, &mut seen);
         }
         seen
     }
 
-    /// Which beams ended where a person can be and the map has no wall, within some standard deviations of where the robot
-    /// is and how the laser measures (`sigma`, metres).
-    fn unexplained(
+    /// How far from the walls of the map each beam ended, metres; 0 if it may have ended on one, within some standard
+    /// deviations of where the robot is and how the laser measures (`sigma`, metres). Nothing if it met nothing, or where the
+    /// map does not know whether a person can be.
+    fn off_walls(
         &self,
         met: &[bool],
         in_robot: &[Point2],
         sigma: f64,
         pose: Pose2,
         covariance: &Matrix3<f64>,
-    ) -> Vec<bool> {
+    ) -> Vec<Option<f64>> {
         let posed = Posed::new(&self.map, pose);
         let of_beam = |(end, met): (&Point2, &bool)| {
-            *met && posed.may_be_a_person(*end) && {
-                let wall = posed.to_wall(*end);
-                let reach = self.params.explained_sigmas * (sigma * sigma + wall.variance(covariance)).sqrt();
-                wall.metres > reach
+            let cell = posed.cell(*end);
+            if !*met || cell == Cell::Unknown {
+                return None;
             }
+            let wall = posed.to_wall(*end);
+            let reach = self.params.explained_sigmas * (sigma * sigma + wall.variance(covariance)).sqrt();
+            Some(if cell == Cell::Free && wall.metres > reach { wall.metres } else { 0.0 })
         };
         in_robot.iter().zip(met).map(of_beam).collect()
     }
@@ -137,7 +143,7 @@ impl Detector {
     fn classify(
         &self,
         sweep: &Sweep<'_>,
-        met: &[bool],
+        (met, off): (&[bool], &[Option<f64>]),
         segment: Segment,
         laser: &LaserModel,
         cuts: usize,
@@ -155,7 +161,7 @@ impl Detector {
             if cuts > 0 && points.len() >= 2 * SHAPE_BEAMS {
                 let at = first + deepest(&points);
                 for beams in [first..at, at..last + 1] {
-                    self.classify(sweep, met, Segment { beams }, laser, cuts - 1, seen);
+                    self.classify(sweep, (met, off), Segment { beams }, laser, cuts - 1, seen);
                 }
             }
             return;
@@ -163,15 +169,19 @@ impl Detector {
         let [before, after] = sweep.beside(&segment);
         let sides = [(before, first), (after, last)];
         let meets = |side: Option<usize>| side.filter(|at| met[sweep.beam(*at)]);
-        // A thing that goes on in what the map explains, or was cut, is a person only if it has the shape of one.
-        let goes_on =
-            |&&(side, edge): &&(Option<usize>, usize)| meets(side).is_some_and(|at| sweep.joined(at, edge));
         // Whether the rest of it is behind something nearer, or outside of the view.
         let goes_unseen = |&(side, edge): &(Option<usize>, usize)| {
             side.is_none() || meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
         };
-        let continued = sides.iter().filter(goes_on).count();
         let partial = sides.iter().any(goes_unseen);
+        // A thing that goes on in what the map explains, or was cut, is a person only if it has the shape of one. What is seen
+        // whole and stands out from the walls of the map ends at them.
+        let stands_out = !partial && segment.beams.clone().any(|at| off[sweep.beam(at)] >= Some(STANDS_OUT));
+        let ends = |at: usize| stands_out && off[sweep.beam(at)] == Some(0.0);
+        let goes_on = |&&(side, edge): &&(Option<usize>, usize)| {
+            meets(side).is_some_and(|at| sweep.joined(at, edge) && !ends(at))
+        };
+        let continued = sides.iter().filter(goes_on).count();
         let noise = laser.range_sigma * laser.range_sigma / points.len() as f64 + spacing * spacing / 12.0;
         let mut sigma = (noise + LEAST_SIGMA * LEAST_SIGMA).sqrt();
         if partial {
