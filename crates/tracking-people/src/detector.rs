@@ -103,14 +103,12 @@ impl Detector {
         let hits: Vec<Point2> =
             in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
         let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
-        let off = self.off_walls(&met, &in_robot, sigma, pose, &covariance);
-        let unexplained: Vec<bool> = off.iter().map(|off| off.is_some_and(|metres| metres > 0.0)).collect();
-        let full = laser.sees_all_around();
-        let sweep =
-            Sweep { ends: &ends, ranges, unexplained: &unexplained, gap, full, jump: self.params.jump };
+        let off_walls = self.off_walls(&met, &in_robot, sigma, pose, &covariance);
+        let (full, jump) = (laser.sees_all_around(), self.params.jump);
+        let sweep = Sweep { ends: &ends, ranges, met: &met, off_walls: &off_walls, gap, full, jump };
         let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };
         for segment in sweep.segments() {
-            self.classify(&sweep, (&met, &off), segment, laser, CUTS, &mut seen);
+            self.classify(&sweep, segment, laser, CUTS, &mut seen);
         }
         seen
     }
@@ -127,14 +125,16 @@ impl Detector {
         covariance: &Matrix3<f64>,
     ) -> Vec<Option<f64>> {
         let posed = Posed::new(&self.map, pose);
-        let of_beam = |(end, met): (&Point2, &bool)| {
-            let cell = posed.cell(*end);
-            if !*met || cell == Cell::Unknown {
-                return None;
+        let of_beam = |(end, met): (&Point2, &bool)| match posed.cell(*end) {
+            _ if !*met => None,
+            Cell::Unknown => None,
+            Cell::Occupied => Some(0.0),
+            Cell::Free => {
+                let wall = posed.to_wall(*end);
+                let variance = sigma * sigma + wall.variance(covariance);
+                let reach = self.params.explained_sigmas * variance.sqrt();
+                Some(if wall.metres > reach { wall.metres } else { 0.0 })
             }
-            let wall = posed.to_wall(*end);
-            let reach = self.params.explained_sigmas * (sigma * sigma + wall.variance(covariance)).sqrt();
-            Some(if cell == Cell::Free && wall.metres > reach { wall.metres } else { 0.0 })
         };
         in_robot.iter().zip(met).map(of_beam).collect()
     }
@@ -143,7 +143,6 @@ impl Detector {
     fn classify(
         &self,
         sweep: &Sweep<'_>,
-        (met, off): (&[bool], &[Option<f64>]),
         segment: Segment,
         laser: &LaserModel,
         cuts: usize,
@@ -161,14 +160,14 @@ impl Detector {
             if cuts > 0 && points.len() >= 2 * SHAPE_BEAMS {
                 let at = first + deepest(&points);
                 for beams in [first..at, at..last + 1] {
-                    self.classify(sweep, (met, off), Segment { beams }, laser, cuts - 1, seen);
+                    self.classify(sweep, Segment { beams }, laser, cuts - 1, seen);
                 }
             }
             return;
         }
         let [before, after] = sweep.beside(&segment);
         let sides = [(before, first), (after, last)];
-        let meets = |side: Option<usize>| side.filter(|at| met[sweep.beam(*at)]);
+        let meets = |side: Option<usize>| side.filter(|at| sweep.met[sweep.beam(*at)]);
         // Whether the rest of it is behind something nearer, or outside of the view.
         let goes_unseen = |&(side, edge): &(Option<usize>, usize)| {
             side.is_none() || meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
@@ -176,8 +175,8 @@ impl Detector {
         let partial = sides.iter().any(goes_unseen);
         // A thing that goes on in what the map explains, or was cut, is a person only if it has the shape of one. What is seen
         // whole and stands out from the walls of the map ends at them.
-        let stands_out = !partial && segment.beams.clone().any(|at| off[sweep.beam(at)] >= Some(STANDS_OUT));
-        let ends = |at: usize| stands_out && off[sweep.beam(at)] == Some(0.0);
+        let stands_out = !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
+        let ends = |at: usize| stands_out && sweep.off_wall(at) == Some(0.0);
         let goes_on = |&&(side, edge): &&(Option<usize>, usize)| {
             meets(side).is_some_and(|at| sweep.joined(at, edge) && !ends(at))
         };

@@ -18,8 +18,10 @@ pub(crate) struct Sweep<'a> {
     pub(crate) ends: &'a [Point2],
     /// Metres.
     pub(crate) ranges: &'a [f32],
-    /// Whether each met something that the map does not explain.
-    pub(crate) unexplained: &'a [bool],
+    /// Whether each met something.
+    pub(crate) met: &'a [bool],
+    /// How far from the walls of the map each ended, metres; 0 if on one, and nothing where the map does not know.
+    pub(crate) off_walls: &'a [Option<f64>],
     /// Radians between beams.
     pub(crate) gap: f64,
     /// Whether the last beam is next to the first.
@@ -54,6 +56,16 @@ impl Sweep<'_> {
         [before, after]
     }
 
+    /// How far from the walls of the map the beam at a position ended: see [`Self::off_walls`].
+    pub(crate) fn off_wall(&self, position: usize) -> Option<f64> {
+        self.off_walls[self.beam(position)]
+    }
+
+    /// Whether the beam at a position met something that the map does not explain.
+    fn unexplained(&self, position: usize) -> bool {
+        self.off_wall(position) > Some(0.0)
+    }
+
     /// Whether the ends of two neighbouring beams lie so near to each other that they may be of one thing.
     pub(crate) fn joined(&self, a: usize, b: usize) -> bool {
         let reach = self.jump + 1.5 * self.gap * self.range(a).min(self.range(b));
@@ -64,10 +76,10 @@ impl Sweep<'_> {
     pub(crate) fn segments(&self) -> Vec<Segment> {
         let count = self.len();
         // Of a full turn none begins in the middle of a thing.
-        let first = if self.full { (0..count).find(|i| !self.unexplained[*i]).unwrap_or(0) } else { 0 };
+        let first = if self.full { (0..count).find(|i| !self.unexplained(*i)).unwrap_or(0) } else { 0 };
         let mut segments: Vec<Segment> = Vec::new();
         for position in first..first + count {
-            if !self.unexplained[self.beam(position)] {
+            if !self.unexplained(position) {
                 continue;
             }
             match segments.last_mut() {
@@ -95,8 +107,9 @@ mod tests {
                 Point2::new(f64::from(*r) * c, f64::from(*r) * s)
             })
             .collect();
-        let unexplained: Vec<bool> = ranges.iter().map(|r| *r < 5.0).collect();
-        let sweep = Sweep { ends: &ends, ranges, unexplained: &unexplained, gap, full, jump: 0.12 };
+        let off_walls: Vec<Option<f64>> = ranges.iter().map(|r| Some(f64::from(5.0 - r))).collect();
+        let met = vec![true; ranges.len()];
+        let sweep = Sweep { ends: &ends, ranges, met: &met, off_walls: &off_walls, gap, full, jump: 0.12 };
         sweep.segments().into_iter().map(|s| s.beams).collect()
     }
 
