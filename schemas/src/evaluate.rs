@@ -68,9 +68,6 @@ pub struct Scores {
     pub elapsed_us: u64,
     /// Shards it computes at once.
     pub slots: u32,
-    /// Whether it also takes questions that a generator forwards ([`Forward`](crate::Forward)).
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub takes_forwarded: bool,
 }
 
 checks! { scores: Scores {

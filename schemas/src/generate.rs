@@ -1,8 +1,8 @@
 //! Asking a generator for candidates.
 
-use crate::check::{checks, count, fraction, id, list, number, optional, parameters, part};
-use crate::limits::{MAX_BUDGET_MS, MAX_LIST};
-use crate::{CandidateSet, Clock, LaserModel, MapId, OdometryNoise, RobotModel, Scene, Tree};
+use crate::check::{checks, count, id, number, optional, parameters, part};
+use crate::limits::MAX_BUDGET_MS;
+use crate::{CandidateSet, LaserModel, MapId, RobotModel, Scene, Tree};
 use ciborium::Value;
 use serde::{Deserialize, Serialize};
 
@@ -38,53 +38,7 @@ pub struct GenerateRequest {
     pub laser: LaserModel,
     /// The generator's parameters: a map.
     pub params: Value,
-    /// Evaluators that the generator is to ask about its candidates; they answer the robot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub forward: Option<Forward>,
 }
-
-/// What a generator needs besides its own question to ask evaluators.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Forward {
-    /// How the robot's time passes: in real time a question is dropped rather than stalling a link.
-    pub clock: Clock,
-    /// Time for the answer, from when the question comes, ms.
-    pub budget_ms: u32,
-    /// Noise of dead reckoning.
-    pub odometry_noise: OdometryNoise,
-    /// Who is to be asked.
-    pub to: Vec<ForwardTo>,
-}
-
-checks! { forward: Forward {
-    budget_ms: count(0, MAX_BUDGET_MS as usize);
-    odometry_noise: part;
-    to: list(MAX_LIST, part);
-}}
-
-/// Which replica is to be asked about which part of the candidates.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ForwardTo {
-    /// The term.
-    pub term: String,
-    /// Which of its replicas.
-    pub instance: String,
-    /// Which part of the batch this is.
-    pub shard: u32,
-    /// Share of the candidates that come before the shard.
-    pub start: f64,
-    /// The same with the shard. It has the candidates from `round(start * count)` up to, and without,
-    /// `round(end * count)`.
-    pub end: f64,
-    /// The term's parameters: a map.
-    pub params: Value,
-}
-
-checks! { part: ForwardTo {
-    term, instance: id;
-    start, end: fraction;
-    params: parameters;
-}}
 
 checks! { request: GenerateRequest {
     budget_ms: count(0, MAX_BUDGET_MS as usize);
@@ -95,7 +49,6 @@ checks! { request: GenerateRequest {
     robot_model: part;
     laser: part;
     params: parameters;
-    forward: optional(part);
 }}
 
 /// Candidates, and the tree to hand back next time.
@@ -115,9 +68,6 @@ pub struct GenerateReply {
     pub elapsed_us: u64,
     /// Whether the budget ended its growth: another machine would have grown another tree.
     pub cut: bool,
-    /// Whether all of [`GenerateRequest::forward`] have been asked.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub forwarded: bool,
 }
 
 checks! { reply: GenerateReply {

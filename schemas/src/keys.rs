@@ -63,40 +63,6 @@ pub fn questions(role: &str, instance: &str) -> Result<String, KeyError> {
     Ok(format!("{}/{instance}/*", pool_of(role)?))
 }
 
-/// Where `generator` asks one replica of a term about the candidates that it has made for `robot`.
-pub fn forward(generator: &str, robot: &str, term: &str, instance: &str) -> Result<String, KeyError> {
-    [generator, robot, term, instance].into_iter().try_for_each(check_id)?;
-    Ok(format!("{ROOT}/forward/{generator}/{robot}/{term}/{instance}"))
-}
-
-/// Where one replica of a term takes the questions of every generator, about every robot.
-pub fn forwarded(term: &str, instance: &str) -> Result<String, KeyError> {
-    [term, instance].into_iter().try_for_each(check_id)?;
-    Ok(format!("{ROOT}/forward/*/*/{term}/{instance}"))
-}
-
-/// The robot that a forwarded question's key names; nothing if it is the key of something else.
-pub fn forwarded_for(key: &str) -> Option<&str> {
-    names_of(key, "forward").map(|[_, robot, _, _]| robot)
-}
-
-/// Where one replica of a term answers forwarded questions about `robot`.
-pub fn scores(term: &str, instance: &str, robot: &str) -> Result<String, KeyError> {
-    [term, instance, robot].into_iter().try_for_each(check_id)?;
-    Ok(format!("{ROOT}/scores/{term}/{instance}/{robot}"))
-}
-
-/// The same of every replica of every term.
-pub fn every_scores(robot: &str) -> Result<String, KeyError> {
-    check_id(robot)?;
-    Ok(format!("{ROOT}/scores/*/*/{robot}"))
-}
-
-/// The (term, instance) that a key of scores names; nothing if it is the key of something else.
-pub fn scores_of(key: &str) -> Option<(&str, &str)> {
-    names_of(key, "scores").map(|[term, instance, _]| (term, instance))
-}
-
 /// The names in a key of a family; nothing if they are more or fewer, or one is not plain.
 fn names_of<'a, const N: usize>(key: &'a str, family: &str) -> Option<[&'a str; N]> {
     let names = key.strip_prefix(ROOT)?.strip_prefix('/')?.strip_prefix(family)?.strip_prefix('/')?;
@@ -176,10 +142,6 @@ mod tests {
         assert_eq!(question("cpc", "a", "r1").unwrap(), "curionav/@v1/evaluate/cpc/a/r1");
         assert_eq!(questions("generator", "g-0").unwrap(), "curionav/@v1/generate/g-0/*");
         assert_eq!(questions("cnc", "a").unwrap(), "curionav/@v1/evaluate/cnc/a/*");
-        assert_eq!(forward("g-0", "r1", "cpc", "a").unwrap(), "curionav/@v1/forward/g-0/r1/cpc/a");
-        assert_eq!(forwarded("cpc", "a").unwrap(), "curionav/@v1/forward/*/*/cpc/a");
-        assert_eq!(scores("cpc", "a", "r1").unwrap(), "curionav/@v1/scores/cpc/a/r1");
-        assert_eq!(every_scores("r1").unwrap(), "curionav/@v1/scores/*/*/r1");
         assert_eq!(map(&MapId([0xab; 32])), format!("curionav/@v1/map/{}", "ab".repeat(32)));
         assert_eq!(world("w", "run").unwrap(), "curionav/@v1/world/w/run");
         assert_eq!(live("arbiter", "x_1").unwrap(), "curionav/@v1/live/arbiter/x_1");
@@ -203,20 +165,6 @@ mod tests {
         {
             assert_eq!(asker(key), None, "{key}");
         }
-    }
-
-    #[test]
-    fn a_forwarded_question_names_its_robot_and_its_answer_the_replica() {
-        let (asked, answered) =
-            (forward("g-0", "r1", "cpc", "a").unwrap(), scores("cpc", "a", "r1").unwrap());
-        assert_eq!((forwarded_for(&asked), scores_of(&asked)), (Some("r1"), None));
-        assert_eq!((forwarded_for(&answered), scores_of(&answered)), (None, Some(("cpc", "a"))));
-        for key in [forwarded("cpc", "a"), every_scores("r1"), question("cpc", "a", "r1")] {
-            let key = key.unwrap();
-            assert_eq!((forwarded_for(&key), scores_of(&key)), (None, None), "{key}");
-        }
-        // What names the right number of plain names, and something else beside them, names none.
-        assert_eq!(forwarded_for(&format!("{ROOT}/forward/g-0/r1/**/cpc/a")), None);
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub use ciborium::Value;
 pub use decision::{Action, Decision, Evaluated, Twist};
 pub use evaluate::{EvaluateRequest, Scores};
 pub use fields::Fields;
-pub use generate::{Forward, ForwardTo, GenerateReply, GenerateRequest};
+pub use generate::{GenerateReply, GenerateRequest};
 pub use map::{MapId, MapIdError, OccupancyGrid, hex};
 pub use memory::{Memory, Place, Previous};
 pub use message::{Message, Validate};

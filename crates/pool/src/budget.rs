@@ -5,8 +5,6 @@ use std::time::Duration;
 use curionav_schemas::limits::MAX_BUDGET_MS;
 use curionav_schemas::{Clock, Mission};
 
-use crate::lateness::Usual;
-
 /// No stage of a cycle takes longer.
 const LONGEST: Duration = Duration::from_millis(MAX_BUDGET_MS as u64);
 /// Share of the time between two cycles that both stages have in real time: the rest is for deciding, and for what the
@@ -18,9 +16,8 @@ const LEAST: f64 = 0.25;
 /// counted as needing little time, robots would give them less and less, and each another share.
 const LEAST_OF_GENERATION: f64 = 0.5;
 
-/// The time of one stage. The pool has the first half of it: a question unanswered after a quarter, and after longer
-/// than is usual, is late and may go to another replica as well, and at half the arbiter computes what is missing in
-/// process.
+/// The time of one stage. The pool has the first half of it: a question unanswered after a quarter is late and may go to
+/// another replica as well, and at half the arbiter computes what is missing in process.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     start: Duration,
@@ -38,14 +35,6 @@ impl Budget {
     /// Of evaluation, which begins `now` in a cycle that began at `began`: what generation has left of the time for both.
     pub fn of_evaluation(began: Duration, now: Duration, mission: &Mission) -> Self {
         Self::new(now, mission, |both| (began + both).saturating_sub(now).max(both.mul_f64(LEAST)))
-    }
-
-    /// For an evaluator that the generator asks in a cycle that begins `now`: how long its answer is waited for, and the
-    /// milliseconds that it has for it if generation takes what it usually takes.
-    pub fn ahead(now: Duration, mission: &Mission, stages: &StageTimes) -> (Duration, u32) {
-        let most = Self::of_generation(now, mission, stages).total;
-        let evaluation = |generation| Self::of_evaluation(now, now + generation, mission).total;
-        (most + evaluation(most), Self::ms(evaluation(stages.generation.time().min(most)) / 2))
     }
 
     /// In lockstep a slow machine must never change a decision, so a budget only catches what hangs.
@@ -80,6 +69,29 @@ impl Budget {
     /// rest is for the way.
     pub fn ms(timeout: Duration) -> u32 {
         (timeout.as_millis() * 4 / 5).clamp(1, u128::from(MAX_BUDGET_MS)) as u32
+    }
+}
+
+/// A stage that takes longer than this share of its times is unusual.
+const USUAL: f64 = 0.95;
+/// By this share the usual time grows with every time that is longer than it.
+const STEP: f64 = 0.1;
+
+/// Time within which `USUAL` of a stage's times have been, as far as is known; zero until there has been one.
+#[derive(Debug, Clone, Copy, Default)]
+struct Usual(f64);
+
+impl Usual {
+    /// Another time. The estimate settles where longer times lift it as much as the others lower it, at the quantile
+    /// `USUAL`; a time that is more than twice as long is no noise, and lifts it at once.
+    fn took(&mut self, time: Duration) {
+        let time = time.as_secs_f64();
+        self.0 *= if time > self.0 { 1.0 + STEP } else { 1.0 - STEP * (1.0 - USUAL) / USUAL };
+        self.0 = self.0.max(time / 2.0);
+    }
+
+    fn time(&self) -> Duration {
+        Duration::from_secs_f64(self.0)
     }
 }
 
@@ -141,14 +153,6 @@ mod tests {
             (70 * MS, 40 * MS, 20 * MS)
         );
         assert!((generation.spent(began + 10 * MS) - 0.25).abs() < 1e-9);
-        // An evaluator that the generator asks has four fifths of half of what generation usually leaves.
-        let mut stages = StageTimes::default();
-        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 32));
-        (0..100).for_each(|_| stages.took(20 * MS, 20 * MS));
-        let (waits, ms) = Budget::ahead(began, &mission, &stages);
-        assert!(waits == 80 * MS && (23..=24).contains(&ms), "{waits:?}, {ms} ms");
-        (0..100).for_each(|_| stages.took(200 * MS, 20 * MS));
-        assert_eq!(Budget::ahead(began, &mission, &stages), (80 * MS, 8));
         assert!(generation.is_over(began + 40 * MS) && !generation.is_over(began + 39 * MS));
     }
 }

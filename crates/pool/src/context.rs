@@ -19,7 +19,7 @@ use curionav_planning::scene as planning;
 use curionav_planning::terms::{self, BuildError, DerivedFields, Task};
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
-use curionav_schemas::{Mission, Refusal, Reject, Scene, Value, keys};
+use curionav_schemas::{Mission, Refusal, Reject, Scene, keys};
 
 /// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
 /// of a seed, so that no tree draws what another draws at another tick.
@@ -185,7 +185,7 @@ impl PlanContext {
         index: usize,
         tree: Option<&Tree>,
         previous: &[Pose2],
-    ) -> GenerateQuestion<'static> {
+    ) -> GenerateQuestion {
         self.fields.generate(id, scene, tree, previous, (self.tree_seed(index), self.profile.iterations()))
     }
 
@@ -223,13 +223,8 @@ impl PlanContext {
         self.fields.evaluate((0, 0), &self.empty_scene(), Cow::Owned(none))
     }
 
-    /// The parameters of a term as they travel; nothing if the profile does not have it.
-    pub fn term_parameters(&self, term: &str) -> Option<&Value> {
-        self.fields.term_parameters(term)
-    }
-
     /// A question for no growth at all: a replica that answers it is warm.
-    pub fn warm_up_generator(&self) -> GenerateQuestion<'static> {
+    pub fn warm_up_generator(&self) -> GenerateQuestion {
         self.fields.generate((0, 0), &self.empty_scene(), None, &[], (self.tree_seed(0), 0))
     }
 

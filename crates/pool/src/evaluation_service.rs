@@ -18,12 +18,12 @@ pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
     let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
     let answer = move |fields: &Fields, request: EvaluateRequest, asked: Asked<'_>| {
         let scores = answer(term, &instance, fields, request, slots, &|| asked.came.elapsed())?;
-        Ok((scores.cost.len(), Scores { takes_forwarded: true, ..scores }))
+        Ok((scores.cost.len(), scores))
     };
     let budget = |request: &EvaluateRequest| {
         (request.candidates.count > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(term, "Candidates scored", start, budget, true, answer))
+    Box::pin(pool_service::run(term, "Candidates scored", start, budget, answer))
 }
 
 /// The scores of `instance`, which has so many `slots`, within the budget of `request`, of which some has `elapsed`. A
@@ -58,7 +58,6 @@ pub fn answer(
         cost: cost.into(),
         elapsed_us: elapsed().as_micros() as u64,
         slots,
-        takes_forwarded: false,
     })
 }
 

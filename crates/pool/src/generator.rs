@@ -2,20 +2,15 @@
 
 use std::time::Duration;
 
-use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::{self, GenerationInput, GeneratorPart};
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::parameters::Range;
 use curionav_planning::terms::DerivedFields;
 use curionav_runtime::convert;
 use curionav_runtime::process::{Running, Start};
-use curionav_runtime::query::{Urgency, tell};
 use curionav_runtime::serve::Asked;
-use curionav_schemas::{
-    EvaluateRequest, Forward, ForwardTo, GenerateReply, GenerateRequest, Refusal, Reject, keys,
-};
+use curionav_schemas::{GenerateReply, GenerateRequest, Refusal, Reject, keys};
 
-use crate::parts::ForwardedFields;
 use crate::pool_service;
 use curionav_runtime::fields::Fields;
 
@@ -34,28 +29,18 @@ curionav_planning::parameters! {
 /// Serves questions. A request for no growth warms the replica: it is answered once every field the request
 /// would need is there.
 pub fn run(start: Start<'_>) -> Running<'_> {
-    let (instance, session) = (start.config.instance.clone(), start.session.clone());
-    let answer = move |fields: &Fields, mut request: GenerateRequest, asked: Asked<'_>| {
-        let forward = request.forward.take();
-        let forward = forward.map(|forward| (ForwardedFields::new(&request, &forward), forward));
-        let (mut reply, candidates) = answer(&instance, fields, request, &|| asked.came.elapsed())?;
-        if let Some((fields, Forward { clock, to, .. })) = forward {
-            let ask = |(to, question): (&ForwardTo, Vec<u8>)| {
-                let key = keys::forward(&instance, asked.robot, &to.term, &to.instance);
-                let quality = Urgency::Shard { clock }.quality();
-                key.is_ok_and(|key| tell::<EvaluateRequest>(&session, &key, question, quality))
-            };
-            reply.forwarded = fields.questions(&to, &candidates).all(ask);
-        }
-        Ok((candidates.len(), reply))
+    let instance = start.config.instance.clone();
+    let answer = move |fields: &Fields, request: GenerateRequest, asked: Asked<'_>| {
+        let reply = answer(&instance, fields, request, &|| asked.came.elapsed())?;
+        Ok((reply.candidates.count as usize, reply))
     };
     let budget = |request: &GenerateRequest| {
         (request.iterations > 0).then(|| Duration::from_millis(request.budget_ms.into()))
     };
-    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, false, answer))
+    Box::pin(pool_service::run(keys::GENERATOR, "Candidates offered", start, budget, answer))
 }
 
-/// The answer of `instance`, and its candidates once more, within the budget of `request`, of which some has `elapsed`. A
+/// The answer of `instance` within the budget of `request`, of which some has `elapsed`. A
 /// request for no growth derives what such requests need; any other for which it has not been derived is refused as cold,
 /// at once.
 pub fn answer(
@@ -63,7 +48,7 @@ pub fn answer(
     fields: &Fields,
     request: GenerateRequest,
     elapsed: &dyn Fn() -> Duration,
-) -> Result<(GenerateReply, CandidateSet), Reject> {
+) -> Result<GenerateReply, Reject> {
     let budget = Duration::from_millis(request.budget_ms.into()).as_secs_f64().max(1e-6);
     let spent = || elapsed().as_secs_f64() / budget;
     let warms_up = request.iterations == 0;
@@ -102,7 +87,7 @@ pub fn answer(
     };
     let tree = request.tree.map(convert::tree);
     let (generated, cut) = kind.generate(&input, tree, &spent);
-    let reply = GenerateReply {
+    Ok(GenerateReply {
         epoch: request.epoch,
         seq: request.seq,
         instance: instance.to_owned(),
@@ -110,9 +95,7 @@ pub fn answer(
         tree: convert::tree_to_wire(generated.tree),
         elapsed_us: (elapsed() - started).as_micros() as u64,
         cut,
-        forwarded: false,
-    };
-    Ok((reply, generated.candidates))
+    })
 }
 
 #[cfg(test)]
@@ -161,7 +144,7 @@ mod tests {
         for kind in generation::GENERATORS {
             // What warms a replica up.
             let request = GenerateRequest { iterations: 0, generator: kind.name.into(), ..request.clone() };
-            let tree = answer("a", &fields, request, &Duration::default).unwrap().0.tree;
+            let tree = answer("a", &fields, request, &Duration::default).unwrap().tree;
             assert!(convert::tree(tree).is_sound(), "{}", kind.name);
         }
         let answered = |generator: &str, is_short: bool| {
@@ -171,7 +154,7 @@ mod tests {
             // A budget that is over when it is asked for the second time.
             let asked = Cell::new(false);
             let elapsed = || Duration::from_secs(u64::from(asked.replace(true) && is_short));
-            let (reply, _) = answer("a", &fields, request, &elapsed).unwrap();
+            let reply = answer("a", &fields, request, &elapsed).unwrap();
             assert_eq!(reply.cut, is_short, "{generator}");
             reply.tree.parent.len() + reply.candidates.count as usize
         };

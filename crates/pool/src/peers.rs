@@ -14,7 +14,6 @@ use zenoh::Session;
 
 use crate::budget::Budget;
 use crate::question::{EvaluateQuestion, GenerateQuestion};
-use crate::scores_inbox::ScoresInbox;
 
 /// The world behind the arbiter. Production asks over Zenoh and lives in real time; tests answer from
 /// memory and in a time of their own, so that a cycle is a function of what they answer and when.
@@ -28,9 +27,8 @@ pub trait Peers: Send + Sync + 'static {
     /// Does work that takes long without waiting for anything.
     fn compute<R>(&self, work: impl FnOnce() -> R) -> R;
 
-    /// Follows from now on which instances of these roles are alive, besides those that it follows anyway, and listens to
-    /// the answers that replicas send to `robot`.
-    fn follow(&self, robot: &str, roles: &[&str]);
+    /// Follows from now on which instances of these roles are alive, besides those that it follows anyway.
+    fn follow(&self, roles: &[&str]);
 
     /// Instances of `role` that are alive, in order.
     fn alive(&self, role: &str) -> Vec<String>;
@@ -42,17 +40,8 @@ pub trait Peers: Send + Sync + 'static {
     fn generate(
         &self,
         call: Call<'_>,
-        question: &GenerateQuestion<'_>,
+        question: &GenerateQuestion,
     ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
-
-    /// The answer of one evaluator of a term to a question that a generator asks it, by the question's epoch, cycle and
-    /// shard; it is expected from the first poll on.
-    fn expect(
-        &self,
-        term: &str,
-        call: Call<'_>,
-        number: (u64, u64, u32),
-    ) -> impl Future<Output = Result<Scores, AskError>> + Send;
 
     /// Asks one evaluator of a term.
     fn evaluate(
@@ -88,17 +77,14 @@ pub struct ZenohPeers {
     session: Session,
     membership: Membership,
     changes: Mutex<watch::Receiver<Members>>,
-    inbox: ScoresInbox,
     started: Instant,
     /// See [`curionav_runtime::config::ServiceConfig::takes_turns`].
     takes_turns: bool,
-    /// Questions sent, by role, probes and those asked twice included, and those that generators ask.
+    /// Questions sent, by role, probes and those asked twice included.
     pub questions: Tally,
-    /// Usable answers to the latter, by role.
-    pub forwarded: Tally,
-    /// Bytes of the arbiter's own questions, and of the answers that came, by role; without what Zenoh and the link add.
+    /// Bytes of the questions, by role; without what Zenoh and the link add.
     pub sent: Tally,
-    /// See [`sent`](Self::sent).
+    /// Bytes of the answers that came, by role.
     pub received: Tally,
 }
 
@@ -114,20 +100,15 @@ impl ZenohPeers {
             .collect();
         let membership = Membership::follow_roles(session, &built_in)?;
         let changes = Mutex::new(membership.changes());
-        let (session, started) = (session.clone(), Instant::now());
-        let [questions, forwarded, sent, received] = std::array::from_fn(|_| Tally::new(&["pool"]));
-        let inbox = ScoresInbox::default();
         Ok(Arc::new(Self {
-            session,
+            session: session.clone(),
             membership,
             changes,
-            inbox,
-            started,
+            started: Instant::now(),
             takes_turns,
-            questions,
-            forwarded,
-            sent,
-            received,
+            questions: Tally::new(&["pool"]),
+            sent: Tally::new(&["pool"]),
+            received: Tally::new(&["pool"]),
         }))
     }
 
@@ -161,10 +142,7 @@ impl Peers for ZenohPeers {
         if self.takes_turns { work() } else { tokio::task::block_in_place(work) }
     }
 
-    fn follow(&self, robot: &str, roles: &[&str]) {
-        if let Err(error) = self.inbox.listen(&self.session, robot) {
-            tracing::error!(robot, %error, "no answer to a question of a generator will be heard");
-        }
+    fn follow(&self, roles: &[&str]) {
         for role in roles {
             if let Err(error) = self.membership.also(role) {
                 tracing::error!(role, %error, "no replica of this role will be found");
@@ -183,30 +161,9 @@ impl Peers for ZenohPeers {
         }
     }
 
-    async fn generate(
-        &self,
-        call: Call<'_>,
-        question: &GenerateQuestion<'_>,
-    ) -> Result<GenerateReply, AskError> {
-        let bytes = question.encode(call.instance, call.budget_ms());
+    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+        let bytes = question.encode(call.budget_ms());
         self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
-    }
-
-    async fn expect(&self, term: &str, call: Call<'_>, number: (u64, u64, u32)) -> Result<Scores, AskError> {
-        let answer = self.inbox.expect(term, call.instance, number);
-        self.questions.add(&[term]);
-        let mut members = self.membership.changes();
-        let is_gone = |members: &Members| members.get(term).is_none_or(|of| !of.contains(call.instance));
-        tokio::select! {
-            biased;
-            answer = answer => {
-                let (answer, received) = answer.map_err(|_| AskError::NoReply)?;
-                self.received.add_many(&[term], received);
-                answer.inspect(|_| self.forwarded.add(&[term]))
-            }
-            _ = members.wait_for(is_gone) => Err(AskError::NoReply),
-            () = tokio::time::sleep(call.timeout) => Err(AskError::Timeout),
-        }
     }
 
     async fn evaluate(

@@ -45,31 +45,6 @@ pub struct Pool<P> {
     refusals: Mutex<BTreeMap<String, (String, Reject)>>,
 }
 
-/// A usable answer: what was asked for, and how much work it was.
-#[derive(Debug)]
-pub(crate) struct Answer<T> {
-    pub(crate) value: T,
-    /// Candidates in it.
-    pub(crate) count: usize,
-    /// What the replica says it took; the way is not its fault.
-    pub(crate) busy: Duration,
-    /// Since when it was expected, if the generator has asked.
-    pub(crate) ahead: Option<Duration>,
-}
-
-/// Takes a question off the books of its replica, however it ends.
-struct InFlight<'a> {
-    replicas: &'a Mutex<Replicas>,
-    role: &'a str,
-    instance: &'a str,
-}
-
-impl Drop for InFlight<'_> {
-    fn drop(&mut self) {
-        locked(self.replicas).done(self.role, self.instance);
-    }
-}
-
 impl<P: Peers> Pool<P> {
     /// No replica is known yet.
     pub fn new(peers: Arc<P>) -> Self {
@@ -137,18 +112,17 @@ impl<P: Peers> Pool<P> {
     ) -> Option<T>
     where
         T: Send,
-        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+        F: Future<Output = Result<T, AskError>> + Send,
     {
         let now = self.peers.now();
-        let (quarter, half) = (budget.until(0.25, now), budget.until(0.5, now));
-        let late_after = self.replicas().lateness(role).asked(quarter);
-        let mut late = pin!(self.peers.sleep(late_after));
-        let mut end = pin!(self.peers.sleep(half));
+        self.replicas().count_question(role);
+        let mut late = pin!(self.peers.sleep(budget.until(0.25, now)));
+        let mut end = pin!(self.peers.sleep(budget.until(0.5, now)));
         let mut asked: Vec<String> = Vec::new();
         let mut waited_for: Vec<String> = Vec::new();
         let mut open = FuturesUnordered::new();
-        // A second answer that cannot come in time is not asked for.
-        let (mut next, mut hedged) = (Some(first), late_after >= half);
+        let mut next = Some(first);
+        let mut is_late = false;
         loop {
             if let Some(instance) = next.take() {
                 asked.push(instance.clone());
@@ -170,16 +144,13 @@ impl<P: Peers> Pool<P> {
                         waited_for.retain(|other| *other != instance);
                         // A pool with too much to do is not to be asked everywhere. In lockstep it has the time.
                         let is_free = failure != Failure::Overloaded || budget.clock == Clock::Lockstep;
-                        let mut replicas = self.replicas();
-                        let spare = replicas.spare(role, &asked);
-                        next = spare.filter(|_| is_free || replicas.lateness(role).may_ask_twice());
+                        next = self.spare(role, &asked, is_free);
                     }
                     None => return None,
                 },
-                () = &mut late, if !hedged => {
-                    hedged = true;
-                    let mut replicas = self.replicas();
-                    next = replicas.spare(role, &asked).filter(|_| replicas.lateness(role).may_ask_twice());
+                () = &mut late, if !is_late => {
+                    is_late = true;
+                    next = self.spare(role, &asked, false);
                 }
                 () = &mut end => {
                     waited_for.iter().for_each(|instance| self.is_late(role, instance, budget));
@@ -187,6 +158,14 @@ impl<P: Peers> Pool<P> {
                 }
             }
         }
+    }
+
+    /// Another replica for a question that `asked` have not answered. One that is not free counts among the few that may
+    /// be asked twice.
+    fn spare(&self, role: &str, asked: &[String], is_free: bool) -> Option<String> {
+        let mut replicas = self.replicas();
+        let spare = replicas.spare(role, asked)?;
+        (is_free || replicas.may_ask_twice(role)).then_some(spare)
     }
 
     fn is_late(&self, role: &str, instance: &str, budget: Budget) {
@@ -209,26 +188,14 @@ impl<P: Peers> Pool<P> {
         ask: &(impl Fn(String, Duration) -> F + Sync),
     ) -> (String, Result<T, AskError>)
     where
-        F: Future<Output = Result<Answer<T>, AskError>> + Send,
+        F: Future<Output = Result<T, AskError>> + Send,
     {
-        self.replicas().asked(role, &instance);
-        let in_flight = InFlight { replicas: &self.replicas, role, instance: &instance };
-        let sent = self.peers.now();
-        let outcome = ask(instance.clone(), timeout).await.inspect_err(|error| self.note_refused(error));
-        drop(in_flight);
-        let value = outcome.map(|answer| {
-            // No replica can have been busy for longer than the answer took.
-            let now = self.peers.now();
-            let waited = now.saturating_sub(sent);
-            let busy = answer.busy.min(answer.ahead.map_or(waited, |since| now.saturating_sub(since)));
-            let mut replicas = self.replicas();
-            match answer.ahead {
-                Some(_) => replicas.answered_ahead(role, &instance, answer.count, busy, waited),
-                None => replicas.answered(role, &instance, answer.count, busy, waited - busy),
-            }
-            answer.value
-        });
-        (instance, value)
+        let outcome = ask(instance.clone(), timeout).await;
+        match &outcome {
+            Ok(_) => self.replicas().answered(role, &instance),
+            Err(error) => self.note_refused(error),
+        }
+        (instance, outcome)
     }
 
     /// Follows which replicas come and go, and probes each unready one with an empty request until it answers: then
@@ -236,7 +203,7 @@ impl<P: Peers> Pool<P> {
     pub async fn keep_ready(&self, context: &PlanContext) {
         let roles: Vec<&str> = context.pool_roles().collect();
         let robot = &context.mission.order.robot;
-        self.peers.follow(robot, &roles);
+        self.peers.follow(&roles);
         let mut probes = FuturesUnordered::new();
         loop {
             let now = self.peers.now();
@@ -298,7 +265,6 @@ impl<P: Peers> Pool<P> {
         }
         let warm_up = context.warm_up();
         let scores = self.peers.evaluate(&probe.role, call, &warm_up.shard(&probe.role, 0, 0..0)).await?;
-        self.replicas().takes_forwarded(&probe.role, instance, scores.takes_forwarded);
         Ok(scores.slots)
     }
 }
@@ -332,7 +298,7 @@ mod tests {
             work()
         }
 
-        fn follow(&self, _: &str, _: &[&str]) {}
+        fn follow(&self, _: &[&str]) {}
 
         fn alive(&self, _: &str) -> Vec<String> {
             vec!["a".into()]
@@ -340,11 +306,7 @@ mod tests {
 
         async fn membership_changed(&self) {}
 
-        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
-            Err(AskError::NoReply)
-        }
-
-        async fn expect(&self, _: &str, _: Call<'_>, _: (u64, u64, u32)) -> Result<Scores, AskError> {
+        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
             Err(AskError::NoReply)
         }
 

@@ -17,8 +17,7 @@ use curionav_runtime::fields::Fields;
 /// a built-in profile and no people.
 const WARM_UP_BYTES: usize = 256 << 10;
 
-/// Serves `role`, which also takes questions that generators forward if it `takes_forwarded`. `answer` is told who asks and
-/// when the question came, and also gives how many candidates are in the answer: they are counted, which `help` describes.
+/// Serves `role`. `answer` is told who asks and when the question came, and also gives how many candidates are in the answer: they are counted, which `help` describes.
 /// A question without a `budget` warms the replica up: it is answered once all that such questions need is there, and
 /// refused as cold while that is derived beside the work.
 pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
@@ -27,7 +26,6 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     start: Start<'_>,
     // Nothing for a question that warms the replica up.
     budget: fn(&Q) -> Option<Duration>,
-    takes_forwarded: bool,
     answer: impl Fn(&Fields, Q, Asked<'_>) -> Result<(usize, A), Reject> + Send + Sync + 'static,
 ) -> anyhow::Result<()> {
     let Start { config, session, fields, mut shutdown, on_ready } = start;
@@ -62,8 +60,7 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
     };
     let handler = move |question: Q, asked: Asked<'_>| (budget(&question), handle(question, asked));
     let key = keys::questions(role, &config.instance)?;
-    let replica = takes_forwarded.then_some((role, config.instance.as_str()));
-    let server = serve_in_time(session, &key, (config.slots, config.queue), replica, &refusals(), handler)?;
+    let server = serve_in_time(session, &key, (config.slots, config.queue), &refusals(), handler)?;
     let mut metrics = Metrics::new(role, &config.instance, None);
     metrics.count("candidates", help, candidates);
     let fields = fields.clone();

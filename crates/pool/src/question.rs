@@ -11,7 +11,7 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_schemas::{Fields, Forward, Mission, Reject, Scene, Value};
+use curionav_schemas::{Fields, Mission, Reject, Scene, Value};
 
 use crate::evaluators;
 
@@ -21,8 +21,8 @@ const OWN_FIELDS: usize = 256;
 /// What all questions of a mission have in common.
 pub(crate) struct MissionFields {
     evaluate: Fields,
-    /// The parameters of each term, and encoded.
-    terms: BTreeMap<String, (Value, Fields)>,
+    /// The parameters of each term.
+    terms: BTreeMap<String, Fields>,
     generate: Fields,
     /// What the generator takes from the profile.
     generator_part: Fields,
@@ -39,9 +39,7 @@ impl MissionFields {
             .with("robot_model", &order.robot_model);
         let mut terms = BTreeMap::new();
         for term in profile.terms.keys() {
-            let parameters = evaluators::parameters(profile, term)?;
-            let fields = term_fields(&parameters);
-            terms.insert(term.clone(), (parameters, fields));
+            terms.insert(term.clone(), term_fields(&evaluators::parameters(profile, term)?));
         }
         Ok(Self {
             evaluate: common.clone().with("odometry_noise", &order.odometry_noise),
@@ -49,11 +47,6 @@ impl MissionFields {
             generate: common.with("generator", &profile.generator),
             generator_part: Fields::default().with("profile", &generator_part(profile)?),
         })
-    }
-
-    /// The parameters of a term of the profile.
-    pub(crate) fn term_parameters(&self, term: &str) -> Option<&Value> {
-        self.terms.get(term).map(|(parameters, _)| parameters)
     }
 
     /// The questions about `candidates` of a scene in cycle (epoch, seq).
@@ -74,7 +67,7 @@ impl MissionFields {
         tree: Option<&Tree>,
         previous: &[Pose2],
         (seed, iterations): (u64, u32),
-    ) -> GenerateQuestion<'static> {
+    ) -> GenerateQuestion {
         let previous: Vec<[f64; 3]> = previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect();
         let params = self.generator_part.clone().with("previous", &previous);
         let mut fields = cycle_fields(id, scene)
@@ -85,7 +78,7 @@ impl MissionFields {
         if let Some(tree) = tree {
             fields = fields.with("tree", &convert::tree_to_wire(tree.clone()));
         }
-        GenerateQuestion { id, fields, forward: None }
+        GenerateQuestion { id, fields }
     }
 }
 
@@ -156,7 +149,7 @@ impl EvaluateQuestion<'_> {
         let EvaluateQuestions { mission, cycle, candidates, .. } = self.questions;
         // A term that the profile does not have has no parameters.
         let term = match mission.terms.get(self.term) {
-            Some((_, fields)) => Cow::Borrowed(fields),
+            Some(fields) => Cow::Borrowed(fields),
             None => Cow::Owned(term_fields(&Value::Map(Vec::new()))),
         };
         let shard = convert::shard_to_wire(candidates, self.range.clone(), terms::columns(self.term));
@@ -174,36 +167,24 @@ impl EvaluateQuestion<'_> {
 }
 
 /// One question to a generator.
-pub struct GenerateQuestion<'a> {
+pub struct GenerateQuestion {
     id: (u64, u64),
-    /// All but the budget, and whom one generator is to ask.
+    /// All but the budget.
     fields: Fields,
-    forward: Option<(&'a str, &'a Forward)>,
 }
 
-impl<'a> GenerateQuestion<'a> {
-    /// The same, and if this generator is asked, it asks evaluators about its candidates.
-    #[must_use]
-    pub fn to_forward(self, forward: Option<(&'a str, &'a Forward)>) -> Self {
-        Self { forward, ..self }
-    }
-
+impl GenerateQuestion {
     /// Epoch and number of the cycle.
     pub fn id(&self) -> (u64, u64) {
         self.id
     }
 
-    /// The bytes of the [`GenerateRequest`](curionav_schemas::GenerateRequest) to `instance`, to be answered within
-    /// `budget_ms`.
-    pub fn encode(&self, instance: &str, budget_ms: u32) -> Vec<u8> {
-        let fields = Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
+    /// The bytes of the [`GenerateRequest`](curionav_schemas::GenerateRequest), to be answered within `budget_ms`.
+    pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
+        Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
             .and(&self.fields)
-            .with("budget_ms", &budget_ms);
-        match self.forward.filter(|(generator, _)| *generator == instance) {
-            Some((_, forward)) => fields.with("forward", forward),
-            None => fields,
-        }
-        .into_bytes()
+            .with("budget_ms", &budget_ms)
+            .into_bytes()
     }
 }
 
@@ -299,13 +280,12 @@ mod tests {
                 robot_model: order.robot_model,
                 laser: order.laser,
                 params: convert::to_value(&params).unwrap(),
-                forward: None,
             };
             let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
             let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));
             let question =
                 fields(&mission, &profile).generate((2, 14), &scene, tree.as_ref(), &previous, (17, 400));
-            let (asked, plain) = (question.encode("a", BUDGET), plain.encode());
+            let (asked, plain) = (question.encode(BUDGET), plain.encode());
             assert!(asked.len() < plain.len(), "{name}: what others read stays behind");
             let whole = |bytes: &[u8]| {
                 let mut request: GenerateRequest = read(bytes);

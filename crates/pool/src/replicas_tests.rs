@@ -4,7 +4,6 @@ use super::*;
 
 const NOW: Duration = Duration::from_secs(7);
 const ALL: Wanted<'_> = Wanted { robot: "robot", count: 32 };
-const WAY: Duration = Duration::from_millis(1);
 
 fn ready(slots: &[(&str, u32)]) -> Replicas {
     let mut replicas = Replicas::default();
@@ -17,20 +16,19 @@ fn ready(slots: &[(&str, u32)]) -> Replicas {
     replicas
 }
 
-/// Every free slot, by name.
-fn known_slots(replicas: &Replicas) -> Vec<(String, f64)> {
-    let all = replicas.of.get("cpc").map(|of| free_slots(of, 1)).unwrap_or_default();
-    all.into_iter().map(|slot| (slot.instance, slot.speed)).collect()
+/// Who gets a shard of a large batch, in order.
+fn asked(replicas: &Replicas) -> Vec<String> {
+    replicas.split("cpc", 10_000).into_iter().map(|assignment| assignment.instance).collect()
 }
 
 #[test]
 fn a_cold_replica_gets_nothing() {
     let mut replicas = Replicas::default();
     replicas.update("cpc", &["a".into()], ALL, NOW);
-    assert!(known_slots(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
+    assert!(asked(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
     let probe = Probe { role: "cpc".into(), instance: "a".into() };
     assert_eq!(replicas.take_due(NOW), [probe]);
-    assert!(replicas.take_due(NOW).is_empty() && known_slots(&replicas).is_empty());
+    assert!(replicas.take_due(NOW).is_empty() && asked(&replicas).is_empty());
     replicas.probed("cpc", "a", None, NOW);
     assert_eq!(replicas.next_due(), Some(NOW + FIRST_PAUSE));
     let mut now = NOW;
@@ -42,49 +40,57 @@ fn a_cold_replica_gets_nothing() {
     }
     assert_eq!(replicas.take_due(now + PROBE_PAUSE).len(), 1);
     replicas.probed("cpc", "a", Some(1), NOW);
-    assert_eq!(known_slots(&replicas).len(), 1);
+    assert_eq!(asked(&replicas), ["a"]);
 }
 
 #[test]
-fn work_in_flight_takes_slots() {
-    let mut replicas = ready(&[("a", 1), ("b", 3)]);
-    let names = |r: &Replicas| known_slots(r).into_iter().map(|slot| slot.0).collect::<Vec<_>>();
-    assert_eq!(names(&replicas), ["a", "b", "b", "b"]);
-    replicas.asked("cpc", "b");
-    assert_eq!(names(&replicas), ["a", "b", "b"]);
-    replicas.done("cpc", "b");
-    replicas.asked("cpc", "a");
-    assert_eq!(names(&replicas), ["b", "b", "b"]);
-}
-
-#[test]
-fn the_faster_gets_more_and_the_unmeasured_as_much_as_the_fastest() {
-    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
-    replicas.answered("cpc", "b", 100, Duration::from_millis(40), WAY);
-    let speeds: Vec<f64> = known_slots(&replicas).into_iter().map(|slot| slot.1).collect();
-    assert_eq!(speeds, [10_000.0, 2500.0, 10_000.0]);
-    // 2500 + 0.3 * (10 000 - 2500)
-    replicas.answered("cpc", "b", 100, Duration::from_millis(10), WAY);
-    assert!((known_slots(&replicas)[1].1 - 4750.0).abs() < 1e-9);
-}
-
-#[test]
-fn a_shard_is_worth_its_way_and_a_busy_replica_is_asked_less_often() {
-    let mut replicas = ready(&[("a", 1)]);
-    let worth = |replicas: &Replicas| free_slots(&replicas.of["cpc"], 1)[0].worth;
-    assert_eq!(worth(&replicas), 0.0);
-    // 1000 candidates in 10 ms are 100 in the 1 ms of the way.
-    replicas.answered("cpc", "a", 1000, Duration::from_millis(10), WAY);
-    assert!((worth(&replicas) - 100.0).abs() < 1e-9);
-    // Now others are in the way: 10 000 a second instead of 100 000, of which 30 % count at once.
-    replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
-    let (unhindered, speed) = (98_000.0, 73_000.0);
-    assert!((worth(&replicas) - 1e-3 * unhindered * unhindered / speed).abs() < 1e-6);
-    for _ in 0..10 {
-        replicas.answered("cpc", "a", 1000, Duration::from_millis(100), WAY);
+fn a_batch_is_split_evenly_and_every_candidate_is_in_one_shard() {
+    let replicas = ready(&[("a", 1), ("b", 2), ("c", 1)]);
+    for count in [1, 15, 16, 33, 100, 2000] {
+        let shards = replicas.split("cpc", count);
+        let all: Vec<usize> = shards.iter().flat_map(|shard| shard.range.clone()).collect();
+        assert_eq!(all, (0..count).collect::<Vec<_>>());
+        let longest = shards.iter().map(|shard| shard.range.len()).max().unwrap();
+        let shortest = shards.iter().map(|shard| shard.range.len()).min().unwrap();
+        assert!(longest - shortest <= 1, "{count}: {shards:?}");
+        // 16 candidates are the least that is worth a question, and there are four slots.
+        assert_eq!(shards.len(), (count / 16).clamp(1, 4));
     }
-    assert!(worth(&replicas) > 150.0 && worth(&replicas) < 400.0);
+    assert!(Replicas::default().split("cpc", 100).is_empty());
+}
+
+#[test]
+fn every_replica_has_a_shard_before_one_has_a_second() {
+    let replicas = ready(&[("a", 2), ("b", 1), ("c", 2)]);
+    let order = asked(&replicas);
+    let first: std::collections::BTreeSet<&String> = order[..3].iter().collect();
+    assert_eq!((order.len(), first.len()), (5, 3), "{order:?}");
+    assert!(!order[3..].contains(&"b".to_owned()), "{order:?}");
+}
+
+#[test]
+fn robots_begin_with_different_replicas() {
+    let alive: Vec<String> = (0..8).map(|i| format!("cpc-{i}")).collect();
+    let first = |robot: usize| {
+        let mut replicas = Replicas::default();
+        replicas.update("cpc", &alive, Wanted { robot: &format!("robot-{robot}"), count: 8 }, NOW);
+        replicas.take_due(NOW).iter().for_each(|p| replicas.probed("cpc", &p.instance, Some(1), NOW));
+        replicas.split("cpc", 16)[0].instance.clone()
+    };
+    let used: std::collections::BTreeSet<String> = (0..32).map(first).collect();
+    assert!(used.len() >= 6, "{used:?}");
+}
+
+#[test]
+fn only_a_few_questions_are_asked_twice_however_many_are_late() {
+    let mut replicas = ready(&[("a", 1)]);
+    let mut twice = 0;
+    for _ in 0..2000 {
+        replicas.count_question("cpc");
+        twice += u32::from(replicas.may_ask_twice("cpc"));
+    }
+    // 8 at once and 2000 / 20 one after the other.
+    assert!((100..=108).contains(&twice), "{twice}");
 }
 
 #[test]
@@ -113,21 +119,8 @@ fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
         (due - NOW).as_millis()
     };
     assert_eq!([0; 5].map(|_| fail(&mut replicas)), [0, 200, 400, 600, 600]);
-    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+    replicas.answered("cpc", "a");
     assert_eq!(fail(&mut replicas), 0);
-}
-
-#[test]
-fn an_overloaded_replica_is_only_given_less() {
-    let mut replicas = ready(&[("a", 1), ("b", 1)]);
-    for instance in ["a", "b"] {
-        replicas.answered("cpc", instance, 100, Duration::from_millis(10), WAY);
-    }
-    for _ in 0..9 {
-        replicas.failed("cpc", "a", Failure::Overloaded, NOW, Clock::Lockstep);
-        replicas.wake(NOW);
-    }
-    assert_eq!(known_slots(&replicas), [("a".into(), 1250.0), ("b".into(), 10_000.0)]);
 }
 
 #[test]
@@ -139,11 +132,11 @@ fn a_replica_that_refuses_again_and_again_is_asked_less_often_until_it_answers()
         assert!(replicas.ready("cpc") == ["a"] && replicas.next_due().is_none());
         (0..).step_by(100).find(|&ms| {
             replicas.wake(NOW + Duration::from_millis(ms));
-            !known_slots(replicas).is_empty()
+            !asked(replicas).is_empty()
         })
     };
     assert_eq!([0; 5].map(|_| rests_for(&mut replicas)), [0, 200, 200, 200, 200].map(Some));
-    replicas.answered("cpc", "a", 100, Duration::from_millis(10), WAY);
+    replicas.answered("cpc", "a");
     assert_eq!(rests_for(&mut replicas), Some(0));
 }
 
@@ -159,13 +152,17 @@ fn a_preferred_generator_that_has_no_time_for_a_probe_keeps_its_place() {
 }
 
 #[test]
-fn a_spare_is_another_and_the_least_busy() {
-    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-    replicas.asked("cpc", "b");
-    assert_eq!(replicas.spare("cpc", &["a".into()]).as_deref(), Some("c"));
-    assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]).as_deref(), Some("b"));
-    replicas.asked("cpc", "b");
-    assert_eq!(replicas.spare("cpc", &["a".into(), "c".into()]), None);
+fn a_spare_is_another_and_the_next_in_turn() {
+    let replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+    let order = asked(&replicas);
+    for turn in 0..3 {
+        let first = order[turn].clone();
+        let second = replicas.spare("cpc", std::slice::from_ref(&first)).unwrap();
+        assert_eq!(second, order[(turn + 1) % 3]);
+        let third = replicas.spare("cpc", &[first.clone(), second.clone()]).unwrap();
+        assert_eq!(third, order[(turn + 2) % 3]);
+        assert_eq!(replicas.spare("cpc", &[first, second, third]), None);
+    }
 }
 
 /// The generators that each of 100 robots keeps ready, of `pool`.
@@ -260,6 +257,5 @@ fn who_is_gone_is_forgotten() {
     let mut replicas = ready(&[("a", 1), ("b", 1)]);
     replicas.update("cpc", &["b".into()], ALL, NOW);
     replicas.probed("cpc", "a", Some(1), NOW);
-    replicas.done("cpc", "a");
     assert_eq!((replicas.ready("cpc"), replicas.known()), (vec!["b".to_owned()], 1));
 }

@@ -64,18 +64,6 @@ impl Urgency {
     }
 }
 
-/// Sends a message `M` in its bytes to `key`, as questions are sent; whether it could be sent.
-pub fn tell<M: Message>(
-    session: &Session,
-    key: &str,
-    message: Vec<u8>,
-    (congestion, priority): (CongestionControl, Priority),
-) -> bool {
-    let put = session.put(key, message).encoding(M::ENCODING);
-    let sent = put.congestion_control(congestion).priority(priority).express(true).wait();
-    sent.inspect_err(|error| tracing::warn!(key, %error, "not sent")).is_ok()
-}
-
 /// Asks `key` and waits for the first usable answer, at most `timeout`.
 pub async fn ask<Q: Message, A: Message>(
     session: &Session,

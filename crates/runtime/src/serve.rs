@@ -8,18 +8,16 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use curionav_schemas::{Message, Refusal, Reject, keys};
+use curionav_schemas::{Message, Refusal, Reject};
 use prometheus_client::metrics::counter::Counter;
 use prometheus_client::metrics::gauge::Gauge;
 use prometheus_client::metrics::histogram::Histogram;
 use zenoh::key_expr::KeyExpr;
-use zenoh::pubsub::Subscriber;
 use zenoh::query::{Query, Queryable};
-use zenoh::sample::Sample;
 use zenoh::{Session, Wait};
 
 use crate::fair_queue::FairQueue;
-use crate::incoming::{Admission, Home, Incoming};
+use crate::incoming::{self, Admission, Served};
 use crate::latency::Latency;
 use crate::locked::locked;
 use crate::metrics::{Metrics, Tally, durations};
@@ -125,7 +123,7 @@ impl ServeCounts {
 
 /// Questions that wait for a slot.
 struct Waiting {
-    queue: Mutex<(FairQueue<(Incoming, Instant)>, bool)>,
+    queue: Mutex<(FairQueue<(Query, Instant)>, bool)>,
     /// The queue counts time from here.
     started: Instant,
     /// Signalled for each question, and for all when the server ends.
@@ -134,7 +132,7 @@ struct Waiting {
 
 impl Waiting {
     /// Adds a question of so many bytes, or gives back those that find no room.
-    fn push(&self, robot: &str, bytes: usize, question: Incoming) -> Vec<Incoming> {
+    fn push(&self, robot: &str, bytes: usize, question: Query) -> Vec<Query> {
         let mut queue = locked(&self.queue);
         if queue.1 {
             return vec![question];
@@ -146,7 +144,7 @@ impl Waiting {
     }
 
     /// The next question, waited for; nothing once the server ends.
-    fn wait(&self) -> Option<(Incoming, Instant)> {
+    fn wait(&self) -> Option<(Query, Instant)> {
         let mut queue = locked(&self.queue);
         loop {
             if let Some(next) = queue.0.pop() {
@@ -173,7 +171,6 @@ impl Waiting {
 /// A running server; dropping it undeclares the key, answers what waits and ends its threads.
 pub struct Server {
     queryable: Option<Queryable<()>>,
-    forwarded: Option<Subscriber<()>>,
     waiting: Arc<Waiting>,
     threads: Vec<JoinHandle<()>>,
     counts: Arc<ServeCounts>,
@@ -188,7 +185,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        drop((self.queryable.take(), self.forwarded.take()));
+        drop(self.queryable.take());
         self.waiting.end();
         for thread in self.threads.drain(..) {
             // A panic in a handler has already been reported by its thread.
@@ -221,7 +218,7 @@ pub fn serve<Q: Message, A: Message>(
     handler: impl Fn(Q, Instant) -> Result<A, Reject> + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
     let handler = move |question: Q, asked: Asked<'_>| (None, handler(question, asked.came));
-    serve_in_time(session, key, at_once_and_waiting, None, refused, handler)
+    serve_in_time(session, key, at_once_and_waiting, refused, handler)
 }
 
 /// Who asks, and since when.
@@ -235,13 +232,11 @@ pub struct Asked<'a> {
 
 /// The same for questions that are of use for a time alone, which the handler also gives. If the key ends with `/*`, its
 /// last chunk is the name of the robot that asks: robots are served in turn, and a question that will not be answered in
-/// the time that its robot gave for the last one is refused as overloaded when it comes. A `replica`, which is a term and an
-/// instance, also takes questions that generators forward, and answers them where robots listen for scores.
+/// the time that its robot gave for the last one is refused as overloaded when it comes.
 pub fn serve_in_time<Q: Message, A: Message>(
     session: &Session,
     key: &str,
     at_once_and_waiting: (usize, usize),
-    replica: Option<(&str, &str)>,
     refused: &Tally,
     handler: impl Fn(Q, Asked<'_>) -> (Option<Duration>, Result<A, Reject>) + Send + Sync + 'static,
 ) -> Result<Server, ServeError> {
@@ -250,7 +245,7 @@ pub fn serve_in_time<Q: Message, A: Message>(
         Ok(question) => handler(question, asked),
         Err(reject) => (None, Err(reject)),
     };
-    serve_all(session, (key, replica), at_once_and_waiting, admission, refused, handler)
+    serve_all(session, key, at_once_and_waiting, admission, refused, handler)
 }
 
 /// Answers questions that carry no payload: the current state, a map. Those that do carry one, and are refused,
@@ -264,14 +259,14 @@ pub fn serve_state<A: Message>(
     let nothing =
         |length, _: Option<&str>| if length == 0 { Ok(()) } else { Err(Refusal::UnexpectedPayload.into()) };
     let admission = Admission { most: 0, check: nothing };
-    serve_all(session, (key, None), (1, 64), admission, refused, move |_, _| (None, state()))
+    serve_all(session, key, (1, 64), admission, refused, move |_, _| (None, state()))
 }
 
 /// The general form: `handler` sees the bytes, and also says for how long an answer is of use; what it refuses is added to
 /// `refused`.
 fn serve_all<A: Message>(
     session: &Session,
-    (key, replica): (&str, Option<(&str, &str)>),
+    key: &str,
     (slots, queue): (usize, usize),
     admission: Admission,
     refused: &Tally,
@@ -284,106 +279,76 @@ fn serve_all<A: Message>(
         arrived: Condvar::new(),
     });
     let handler = Arc::new(handler);
-    let home = Arc::new(Home {
-        session: session.clone(),
-        own: KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?,
+    let served = Arc::new(Served {
+        key: KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?,
         is_pool: key.ends_with("/*"),
-        replica: replica.map(|(term, instance)| (term.to_owned(), instance.to_owned())),
     });
     let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
     // If what follows fails, dropping it ends the threads that have been started.
-    let mut server = Server { queryable: None, forwarded: None, waiting, threads: Vec::new(), counts };
+    let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots {
         let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
-        let home = Arc::clone(&home);
+        let served = Arc::clone(&served);
         let work = move || {
             while let Some(next) = waiting.wait() {
-                answer(&waiting, &home, &*handler, &counts, next);
+                answer(&waiting, &served, &*handler, &counts, next);
             }
         };
         let thread = std::thread::Builder::new().name(format!("serve-{slot}")).spawn(work);
         server.threads.push(thread.map_err(|e| ServeError::new(key, e))?);
     }
-    if let Some((term, instance)) = replica {
-        let forwarded = keys::forwarded(term, instance).map_err(|e| ServeError::new(key, e))?;
-        let (queue, counted, home) = (Arc::clone(&queue), Arc::clone(&counted), Arc::clone(&home));
-        let subscriber = session
-            .declare_subscriber(forwarded)
-            .callback(move |sample| admit_forwarded(&queue, &home, admission, &counted, &sample))
-            .wait();
-        server.forwarded = Some(subscriber.map_err(|e| ServeError::new(key, e))?);
-    }
     let queryable = session
         .declare_queryable(key.to_owned())
         .complete(true)
-        .callback(move |query| admit(&queue, &home, admission, &counted, query))
+        .callback(move |query| admit(&queue, &served, admission, &counted, query))
         .wait();
     server.queryable = Some(queryable.map_err(|e| ServeError::new(key, e))?);
     Ok(server)
 }
 
-fn admit(waiting: &Waiting, home: &Home, admission: Admission, counts: &ServeCounts, query: Query) {
-    let bytes = admission.of_query(&query);
-    let question = Incoming::Query(query);
-    match bytes {
-        Ok(bytes) => push(waiting, home, counts, question, bytes),
-        Err(reject) => refuse(&question, home, reject, counts),
-    }
-}
-
-fn admit_forwarded(
-    waiting: &Waiting,
-    home: &Home,
-    admission: Admission,
-    counts: &ServeCounts,
-    sample: &Sample,
-) {
-    match admission.of_sample(sample) {
-        Ok((question, bytes)) => push(waiting, home, counts, Incoming::Forwarded(question), bytes),
-        Err(reject) => counts.refuse(&reject),
-    }
-}
-
-fn push(waiting: &Waiting, home: &Home, counts: &ServeCounts, question: Incoming, bytes: usize) {
-    let Some(robot) = question.robot(home).map(str::to_owned) else {
-        return refuse(&question, home, Refusal::WrongRobot, counts);
+fn admit(waiting: &Waiting, served: &Served, admission: Admission, counts: &ServeCounts, query: Query) {
+    let bytes = match admission.admit(&query) {
+        Ok(bytes) => bytes,
+        Err(reject) => return refuse(&query, &reject, counts),
+    };
+    let Some(robot) = served.robot(&query).map(str::to_owned) else {
+        return refuse(&query, &Refusal::WrongRobot.into(), counts);
     };
     counts.in_flight.inc();
-    for refused in waiting.push(&robot, bytes, question) {
+    for refused in waiting.push(&robot, bytes, query) {
         counts.in_flight.dec();
-        refuse(&refused, home, Refusal::Overloaded, counts);
+        refuse(&refused, &Refusal::Overloaded.into(), counts);
     }
 }
 
-fn refuse(question: &Incoming, home: &Home, why: impl Into<Reject>, counts: &ServeCounts) {
-    let reject = why.into();
-    counts.refuse(&reject);
-    question.refuse(home, &reject);
+fn refuse(query: &Query, reject: &Reject, counts: &ServeCounts) {
+    counts.refuse(reject);
+    incoming::refuse(query, reject);
 }
 
 fn answer<A: Message>(
     waiting: &Waiting,
-    home: &Home,
+    served: &Served,
     handler: &impl Fn(&[u8], Asked<'_>) -> (Option<Duration>, Result<A, Reject>),
     counts: &ServeCounts,
-    (question, came): (Incoming, Instant),
+    (query, came): (Query, Instant),
 ) {
     let begun = Instant::now();
-    let robot = question.robot(home).unwrap_or_default();
+    let robot = served.robot(&query).unwrap_or_default();
     // A handler that panics has answered nothing yet; the next question finds the service alive.
     let failed = || Err(Refusal::failed("the service failed on this question").into());
-    let handle = || handler(&question.payload(), Asked { robot, came });
+    let handle = || handler(&incoming::payload(&query), Asked { robot, came });
     let (budget, answered) = catch_unwind(AssertUnwindSafe(handle)).unwrap_or_else(|_| (None, failed()));
     let took = answered.is_ok().then(|| begun.elapsed());
     waiting.done(robot, took, budget);
     match answered {
         Ok(answer) => {
             counts.answered.inc();
-            question.answer(home, &answer);
+            served.answer(&query, &answer);
         }
         Err(reject) => {
-            tracing::debug!(key = %home.own, robot, %reject, "question refused");
-            refuse(&question, home, reject, counts);
+            tracing::debug!(key = %served.key, robot, %reject, "question refused");
+            refuse(&query, &reject, counts);
         }
     }
     counts.took(came.elapsed());

@@ -54,12 +54,6 @@ const STREAMS: &[&str] = &[
 /// What replicas are asked for, and maps.
 const POOLS: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*"];
 
-/// What generators ask evaluators, and what these answer the robots.
-const FORWARDED: &[&str] = &["forward/*/*/*/*", "scores/*/*/*"];
-
-/// The same about one robot.
-const OF_ROBOT: &[&str] = &["forward/*/{robot}/*/*", "scores/*/*/{robot}"];
-
 /// What is asked between routers.
 const LINKED: &[&str] = &["generate/*/*", "evaluate/*/*/*", "map/*", "status/*/*"];
 
@@ -133,7 +127,6 @@ pub const TABLE: &[Row] = &[
                     "robot/{robot}/belief",
                     "robot/{robot}/people",
                     "robot/{robot}/cmd",
-                    "scores/*/*/{robot}",
                 ],
             ),
             may(Verb::Notice, &["robot/{robot}/report", "robot/{robot}/memory"]),
@@ -185,22 +178,13 @@ pub const TABLE: &[Row] = &[
         "generator",
         &["instance"],
         "a replica that generates trajectories",
-        &[
-            may(Verb::Put, &["forward/{instance}/*/*/*"]),
-            may(Verb::Ask, &["map/*"]),
-            may(Verb::Serve, &["generate/{instance}/*"]),
-        ],
+        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["generate/{instance}/*"])],
     ),
     service(
         ANY_TERM,
         &["instance"],
         "a replica that evaluates a term, such as `cpc.a`",
-        &[
-            may(Verb::Put, &["scores/{role}/{instance}/*"]),
-            may(Verb::Subscribe, &["forward/*/*/{role}/{instance}"]),
-            may(Verb::Ask, &["map/*"]),
-            may(Verb::Serve, &["evaluate/{role}/{instance}/*"]),
-        ],
+        &[may(Verb::Ask, &["map/*"]), may(Verb::Serve, &["evaluate/{role}/{instance}/*"])],
     ),
     service(
         "simulator",
@@ -305,9 +289,6 @@ pub const TABLE: &[Row] = &[
         &["robot"],
         "the router on a robot, at a router of pools: nothing of `robot/` passes",
         &[
-            may(Verb::Put, OF_ROBOT),
-            may(Verb::Subscribe, OF_ROBOT),
-            may(Verb::Notice, FORWARDED),
             may(Verb::Ask, &["generate/*/{robot}", "evaluate/*/*/{robot}", "map/*", "status/*/*"]),
             may(Verb::Serve, &["map/*"]),
             may(Verb::Find, LINKED),
@@ -320,9 +301,6 @@ pub const TABLE: &[Row] = &[
         &[],
         "a router of pools, at another router",
         &[
-            may(Verb::Put, FORWARDED),
-            may(Verb::Subscribe, FORWARDED),
-            may(Verb::Notice, FORWARDED),
             may(Verb::Ask, LINKED),
             may(Verb::Serve, LINKED),
             may(Verb::Find, LINKED),

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use curionav_planning::arbitration::{Previous, arbitrate};
-use curionav_pool::ahead::{Ahead, Plan};
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
@@ -43,21 +42,14 @@ pub async fn plan<P: Peers>(
     let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
-    // Generate: replicas grow the trees, which travel with the questions. Where it is possible, the generator then asks the
-    // evaluators, which answer here.
-    let asked_of_pools = context.active_pool_terms(&scene);
-    let plan = Plan::new(pool, context, &asked_of_pools);
-    let mut ahead = plan.as_ref().map(|plan| Ahead::new(pool, context, plan, id)).unwrap_or_default();
-    let growing = generate(pool, context, memory, &scene, &scene_message, plan.as_ref());
-    let GenerationOutcome { candidates, forwarded, shortfalls: mut degraded } =
-        ahead.alongside(growing).await?;
-    let ahead = if forwarded { ahead } else { Ahead::default() };
+    // Generate: replicas grow the trees, which travel with the questions.
+    let GenerationOutcome { candidates, shortfalls: mut degraded } =
+        generate(pool, context, memory, &scene, &scene_message).await?;
     let generated = now();
 
     // Evaluate: shards over every replica, and in process what no replica has scored.
     let EvaluationOutcome { scores, evaluated, times, shortfalls } =
-        evaluate(pool, context, (id, started), (&asked_of_pools, ahead), &scene, &scene_message, &candidates)
-            .await;
+        evaluate(pool, context, (id, started), &scene, &scene_message, &candidates).await;
     degraded.extend(shortfalls);
     let scored = now();
     pool.stages().took(generated - started, scored - generated);

@@ -71,8 +71,6 @@ impl CycleCounts {
         metrics.tally("pool_failures", "Questions to replicas that were of no use", &pool.failures);
         metrics.tally("pool_probes", "Questions whether a replica is ready", &pool.probes);
         metrics.tally("pool_questions", "Questions to replicas, probes included", &pool.peers.questions);
-        let help = "Answers of evaluators that a generator has asked";
-        metrics.tally("pool_forwarded", help, &pool.peers.forwarded);
         metrics.tally("pool_sent_bytes", "Bytes of the questions to replicas", &pool.peers.sent);
         metrics.tally("pool_received_bytes", "Bytes of the answers of replicas", &pool.peers.received);
         let (pool, roles) = (Arc::clone(pool), Arc::clone(&self.roles));

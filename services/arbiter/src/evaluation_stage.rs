@@ -9,7 +9,6 @@ use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
 use crate::in_process;
-use curionav_pool::ahead::Ahead;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Shard};
@@ -29,12 +28,11 @@ pub(crate) struct EvaluationOutcome {
 }
 
 /// Evaluates the candidates under every active term: shards over the pool, and in process what no replica has scored.
-/// The cycle `id` began at `began`. Pools are asked for `remote`; some answers may be expected already, `ahead`.
+/// The cycle `id` began at `began`.
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
     (id, began): ((u64, u64), Duration),
-    (remote, ahead): (&[String], Ahead<'_>),
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
@@ -45,7 +43,8 @@ pub(crate) async fn evaluate<P: Peers>(
     let stage = Budget::of_evaluation(began, started, &context.mission);
     let questions = context.evaluate_questions(id, scene_message, candidates);
     let robot = &context.mission.order.robot;
-    let shards = dispatch::evaluate(pool, remote, robot, &questions, stage, ahead).await;
+    let of_pools = context.active_pool_terms(scene);
+    let shards = dispatch::evaluate(pool, &of_pools, robot, &questions, stage).await;
     let (mut scores, mut times) = gather(candidates.len(), &shards);
 
     let missing: Vec<&str> =

@@ -6,10 +6,9 @@ use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Reject};
 use futures_util::future::join_all;
 
-use curionav_pool::ahead::Plan;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::{self, PlanContext};
-use curionav_pool::dispatch::{self, Grown};
+use curionav_pool::dispatch::{self, Grown, Shape};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
 
@@ -19,8 +18,6 @@ use crate::memory::Memory;
 pub(crate) struct GenerationOutcome {
     /// Those of every tree.
     pub(crate) candidates: CandidateSet,
-    /// Whether the generator has asked the evaluators that it was to ask.
-    pub(crate) forwarded: bool,
     /// What fell short.
     pub(crate) shortfalls: Vec<Degradation>,
 }
@@ -32,37 +29,34 @@ pub(crate) async fn generate<P: Peers>(
     memory: &mut Memory,
     scene: &Scene,
     scene_message: &wire::Scene,
-    plan: Option<&Plan>,
 ) -> Result<GenerationOutcome, Reject> {
     let (id, peers) = (memory.id(), &*pool.peers);
     let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
     memory.trees.resize(context.profile.trees as usize, None);
-    let shape = (context.profile.steps, context.profile.dt);
+    let shape = Shape { steps: context.profile.steps, dt: context.profile.dt };
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
-    let forward = plan.map(|plan| (plan.generator.as_str(), &plan.forward));
     let asked = memory.trees.iter().enumerate().map(|(index, tree)| {
         let (tree, previous) = (tree.as_ref(), &previous);
-        let question =
-            move || context.generate_question(id, scene_message, index, tree, previous).to_forward(forward);
+        let question = move || context.generate_question(id, scene_message, index, tree, previous);
         dispatch::generate(pool, &context.mission.order.robot, question, index, shape, stage)
     });
     let answers = join_all(asked).await;
     let mut sets = Vec::new();
-    let (mut is_local, mut is_cut, mut is_forwarded) = (false, false, false);
+    let mut is_local = false;
+    let mut is_cut = false;
     for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
             let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
             let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
             is_local = !context.alone;
-            Some(Grown { generated, cut, forwarded: false })
+            Some(Grown { generated, cut })
         });
-        let Some(Grown { generated, cut, forwarded }) = answer else { continue };
+        let Some(Grown { generated, cut }) = answer else { continue };
         let Generated { candidates, tree: grown } = generated;
         sets.push(candidates);
         *tree = Some(grown);
         is_cut |= cut;
-        is_forwarded |= forwarded;
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
@@ -70,6 +64,6 @@ pub(crate) async fn generate<P: Peers>(
         _ => is_local.then_some(Degradation::GeneratedLocally),
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();
-    let candidates = CandidateSet::concat(shape.0, shape.1, sets);
-    Ok(GenerationOutcome { candidates, forwarded: is_forwarded, shortfalls })
+    let candidates = CandidateSet::concat(shape.steps, shape.dt, sets);
+    Ok(GenerationOutcome { candidates, shortfalls })
 }

@@ -62,8 +62,6 @@ pub(super) enum Fault {
     Flood,
     /// The arbiter and the pool do not hear each other.
     NoPool,
-    /// No evaluator hears a generator.
-    NoForwarding,
     /// The arbiter and the robot do not hear each other.
     NoRobot,
     /// The arbiter is gone, and another starts in its place.
@@ -98,7 +96,6 @@ impl Fault {
                 | Self::Overload(_)
                 | Self::Flood
                 | Self::NoPool
-                | Self::NoForwarding
         )
     }
 }

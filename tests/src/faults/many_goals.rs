@@ -38,8 +38,8 @@ fn robots() -> Vec<Robot> {
             let context = PlanContext::new(mission, &fields, true).unwrap();
             let scene = Scene { uncertain: false, ..golden::scene() };
             let request = |bytes: Vec<u8>| GenerateRequest::decode(&bytes, None).unwrap();
-            let warm_up = request(context.warm_up_generator().encode("a", 1000));
-            let cycle = request(context.generate_question((1, 1), &scene, 0, None, &[]).encode("a", 1000));
+            let warm_up = request(context.warm_up_generator().encode(1000));
+            let cycle = request(context.generate_question((1, 1), &scene, 0, None, &[]).encode(1000));
             Robot { name: format!("robot-{i}"), warm_up, cycle }
         })
         .collect()

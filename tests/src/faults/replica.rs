@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use curionav_planning::random::{Rng, uniform};
-use curionav_pool::parts::ForwardedFields;
 use curionav_pool::{evaluation_service, generator};
 use curionav_runtime::fair_queue::FairQueue;
 use curionav_runtime::query::AskError;
@@ -239,24 +238,15 @@ fn answer(world: &Arc<World>, name: &Name, job: &Job, prepared: bool) -> Result<
     let elapsed = || world.executor.now() - job.arrived;
     let answered = match &job.question {
         Question::Generate(request) => {
-            let answered = generator::answer(&name.1, &world.fields, request.clone(), &elapsed);
-            answered.map(|(mut reply, candidates)| {
-                reply.forwarded = request.forward.is_some();
-                if let Some(forward) = &request.forward {
-                    let fields = ForwardedFields::new(request, forward);
-                    for (to, question) in fields.questions(&forward.to, &candidates) {
-                        world.forward(&job.robot, (to.term.clone(), to.instance.clone()), &question);
-                    }
-                }
-                Answer::Generated(Box::new(reply))
-            })
+            let reply = generator::answer(&name.1, &world.fields, request.clone(), &elapsed);
+            reply.map(|reply| Answer::Generated(Box::new(reply)))
         }
         Question::Evaluate(request) if name.0 == FOREIGN => Ok(Answer::Scored(foreign(name, request))),
         Question::Evaluate(request) => {
             let slots = world.state().replicas.get(name).map_or(1, |r| r.slots);
             let (request, fields) = (request.clone(), &world.fields);
             let scores = evaluation_service::answer(&name.0, &name.1, fields, request, slots, &elapsed);
-            scores.map(|scores| Answer::Scored(Scores { takes_forwarded: true, ..scores }))
+            scores.map(Answer::Scored)
         }
     };
     answered.map_err(AskError::Rejected)
@@ -273,7 +263,6 @@ fn foreign(name: &Name, request: &EvaluateRequest) -> Scores {
         cost: vec![1.0; request.candidates.count as usize].into(),
         elapsed_us: 0,
         slots: 1,
-        takes_forwarded: false,
     }
 }
 

@@ -15,7 +15,7 @@ use curionav_schemas::{
     Belief, CycleReport, Decision, EvaluateRequest, GenerateReply, GenerateRequest, Message, Mission, People,
     Scores, Twist,
 };
-use tokio::sync::{Notify, oneshot};
+use tokio::sync::Notify;
 
 use super::executor::{Executor, TaskId};
 use super::fault::{Episode, Fault};
@@ -30,9 +30,6 @@ const JOIN: Duration = Duration::from_millis(100);
 
 /// Role and instance.
 pub(super) type Name = (String, String);
-
-/// A robot, a replica, and epoch, cycle and shard of the question.
-type Expected = (String, Name, (u64, u64, u32));
 
 /// What one arbiter has heard of the robot, and how to wake it.
 #[derive(Default)]
@@ -66,10 +63,6 @@ pub(super) struct State {
     pub(super) work_answered: BTreeMap<(String, String), usize>,
     /// Questions that replicas answered in a flood.
     pub(super) flood_answered: usize,
-    /// Questions of generators to evaluators that have been answered.
-    pub(super) answered_forwarded: usize,
-    /// Who expects which answer to such a question.
-    expected: BTreeMap<Expected, oneshot::Sender<Result<Scores, AskError>>>,
     pub(super) robot: Robot,
     pub(super) checker: Checker,
     pub(super) arbiters_started: u64,
@@ -103,8 +96,6 @@ impl World {
             work_asked: BTreeMap::new(),
             work_answered: BTreeMap::new(),
             flood_answered: 0,
-            answered_forwarded: 0,
-            expected: BTreeMap::new(),
             robot: Robot::new(&mission),
             checker: Checker::new(format!("seed {}", mission.order.seed), vec![Arc::new(context)], 0.0),
             arbiters_started: 0,
@@ -256,39 +247,6 @@ impl World {
         });
     }
 
-    /// A question of a generator to an evaluator, and the answer to the robot's arbiter.
-    pub(super) fn forward(self: &Arc<Self>, robot: &str, name: Name, question: &[u8]) {
-        let request = EvaluateRequest::decode(question, None).unwrap();
-        let number = (request.epoch, request.seq, request.shard);
-        let (world, robot, question) = (Arc::clone(self), robot.to_owned(), Question::Evaluate(request));
-        self.note_asked(&name.0, &question);
-        if self.has(|f| *f == Fault::NoForwarding) {
-            return;
-        }
-        self.executor.spawn(async move {
-            world.way_to_pool().await;
-            let (job, answer) = Job::new(&robot, question, world.executor.now());
-            match world.state().replicas.get_mut(&name).filter(|r| r.is_up()) {
-                Some(replica) => replica.admit(job),
-                None => return,
-            }
-            let Ok(answer) = answer.await else { return };
-            world.way_to_pool().await;
-            let scores = answer.and_then(|answer| match answer {
-                Answer::Scored(scores) => Ok(scores),
-                Answer::Generated(_) => Err(AskError::Malformed("candidates".into())),
-            });
-            let number = scores.as_ref().map_or(number, |s| (s.epoch, s.seq, s.shard));
-            let (whose, is_good) = ((robot.clone(), name.0.clone()), scores.is_ok());
-            let mut state = world.state();
-            let expected = state.expected.remove(&(robot, name, number));
-            if expected.is_some_and(|expected| expected.send(scores).is_ok()) && is_good {
-                *state.work_answered.entry(whose).or_default() += 1;
-                state.answered_forwarded += 1;
-            }
-        });
-    }
-
     fn note_asked(&self, role: &str, question: &Question) {
         let mut state = self.state();
         state.asked.push((self.executor.now(), format!("{role}: {}", question.name())));
@@ -415,7 +373,7 @@ impl Peers for SimulatedPeers {
         result
     }
 
-    fn follow(&self, _: &str, _: &[&str]) {}
+    fn follow(&self, _: &[&str]) {}
 
     fn alive(&self, role: &str) -> Vec<String> {
         let state = self.world.state();
@@ -427,31 +385,13 @@ impl Peers for SimulatedPeers {
         self.seat.members.notified().await;
     }
 
-    async fn generate(
-        &self,
-        call: Call<'_>,
-        question: &GenerateQuestion<'_>,
-    ) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
-        let request =
-            GenerateRequest::decode(&question.encode(call.instance, call.budget_ms()), None).unwrap();
+        let request = GenerateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
         match self.world.exchange(name, (call.robot, call.timeout), Question::Generate(request)).await? {
             Answer::Generated(reply) => Ok(*reply),
             Answer::Scored(_) => Err(AskError::Malformed("scores".into())),
         }
-    }
-
-    async fn expect(&self, term: &str, call: Call<'_>, number: (u64, u64, u32)) -> Result<Scores, AskError> {
-        let key = (call.robot.to_owned(), (term.to_owned(), call.instance.to_owned()), number);
-        let (sender, answer) = oneshot::channel();
-        self.world.state().expected.insert(key.clone(), sender);
-        let answer = tokio::select! {
-            biased;
-            answer = answer => answer.unwrap_or(Err(AskError::NoReply)),
-            () = self.world.executor.sleep(call.timeout) => Err(AskError::Timeout),
-        };
-        self.world.state().expected.remove(&key);
-        answer
     }
 
     async fn evaluate(

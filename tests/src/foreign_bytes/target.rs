@@ -32,7 +32,6 @@ pub(super) fn all(map: &MapId) -> Vec<Target> {
     let ask = |key: String, message, heard_by| Target { key, message, asked: true, heard_by };
     let robot = |stream| keys::robot("robot", stream).unwrap();
     let world = |channel| keys::world("world", channel).unwrap();
-    let forward = |term: &str| keys::forward("generator-0", "robot", term, &format!("{term}-0")).unwrap();
     let mut all = vec![
         put(robot("scan"), "scan", &["localizer", "driver"][..]),
         put(robot("odom"), "odometry", &["localizer", "driver"]),
@@ -43,10 +42,6 @@ pub(super) fn all(map: &MapId) -> Vec<Target> {
         put(robot("cmd"), "twist", &["arbiter", "simulator"]),
         // Recorders, viewers and `curionav run` listen to these.
         put(robot("report"), "cycle_report", &[]),
-        put(forward("cpc"), "evaluate_request", &["cpc"]),
-        put(forward("cnc"), "evaluate_request", &["cnc"]),
-        // The arbiter reads this only while it expects an answer there.
-        put(keys::scores("cnc", "cnc-0", "robot").unwrap(), "scores", &[]),
         put(world("people"), "people", &[]),
         put(world("run"), "run_status", &[]),
         ask(robot("mission"), None, &["driver"]),

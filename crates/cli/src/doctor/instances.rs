@@ -169,7 +169,7 @@ impl Instance {
         let is_generator = self.role == keys::GENERATOR;
         let question = match context {
             None => Vec::new(),
-            Some(context) if is_generator => context.warm_up_generator().encode(&self.name, budget_ms),
+            Some(context) if is_generator => context.warm_up_generator().encode(budget_ms),
             Some(context) => context.warm_up().shard(&self.role, 0, 0..0).encode(budget_ms),
         };
         let encoding = if is_generator { GenerateRequest::ENCODING } else { EvaluateRequest::ENCODING };

@@ -36,7 +36,6 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         tree: convert::tree_to_wire(tree.clone()),
         elapsed_us: 0,
         cut: false,
-        forwarded: false,
     };
     let generate = {
         let (context, scene) = (Arc::clone(context), scene_message.clone());

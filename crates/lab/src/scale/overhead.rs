@@ -210,12 +210,12 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
     for (seq, past) in workload.cycles.iter().enumerate().take(half + 1) {
         let seq = seq as u64;
         let asked = || context.generate_question((epoch, seq), &past.scene, 0, tree.as_ref(), &[]);
-        let question = asked().encode("", Budget::ms(TIMEOUT));
+        let question = asked().encode(Budget::ms(TIMEOUT));
         let stage = Budget::of_generation(robot.pool.peers.now(), &context.mission, &robot.pool.stages());
-        let shape = (context.profile.steps, context.profile.dt);
+        let shape = dispatch::Shape { steps: context.profile.steps, dt: context.profile.dt };
         let generated =
             dispatch::generate(&robot.pool, &context.mission.order.robot, asked, 0, shape, stage).await;
-        let Grown { generated, cut, .. } = generated.context("no generator answered")?;
+        let Grown { generated, cut } = generated.context("no generator answered")?;
         let Generated { candidates, tree: grown } = generated;
         tree = Some(grown.clone());
         if seq < half as u64 {
@@ -229,7 +229,6 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
             tree: convert::tree_to_wire(grown),
             elapsed_us: 0,
             cut,
-            forwarded: false,
         };
         add(wire::keys::GENERATOR, question, reply.encode());
         let questions = context.evaluate_questions((epoch, seq), &past.scene, &candidates);
@@ -244,7 +243,6 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
                 cost: vec![0.0; candidates.len()].into(),
                 elapsed_us: 0,
                 slots: 1,
-                takes_forwarded: false,
             };
             add(term, asked.encode(Budget::ms(TIMEOUT)), scores.encode());
         }

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use anyhow::{Context, anyhow};
 use curionav_planning::generation::{Generated, Tree};
-use curionav_pool::ahead::Ahead;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch;
@@ -107,8 +106,7 @@ impl Robot {
                 let batch = turn(batches, seq).context("no batch")?;
                 let questions = self.context.evaluate_questions((1, seq), &batch.message, &batch.candidates);
                 let terms = [(*term).to_owned()];
-                let shards =
-                    dispatch::evaluate(&self.pool, &terms, robot, &questions, stage, Ahead::default()).await;
+                let shards = dispatch::evaluate(&self.pool, &terms, robot, &questions, stage).await;
                 let scored = shards.iter().filter_map(|shard| shard.cost.as_ref()).map(Vec::len).sum();
                 let unanswered = shards.iter().filter(|shard| shard.cost.is_none()).count();
                 Ok(Answer {
@@ -123,7 +121,8 @@ impl Robot {
                 let scene = turn(scenes, seq).context("no scene")?;
                 // A new drive begins without trees.
                 let old = if turn_of(scenes, seq) > 0 { std::mem::take(trees) } else { Vec::new() };
-                let shape = (self.context.profile.steps, self.context.profile.dt);
+                let profile = &self.context.profile;
+                let shape = dispatch::Shape { steps: profile.steps, dt: profile.dt };
                 let asked = (0..*count).map(|tree| {
                     let old = old.get(tree).and_then(Option::as_ref);
                     let question = move || self.context.generate_question((1, seq), scene, tree, old, &[]);

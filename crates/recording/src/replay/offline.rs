@@ -174,7 +174,7 @@ impl Peers for OfflinePeers {
         work()
     }
 
-    fn follow(&self, _: &str, _: &[&str]) {}
+    fn follow(&self, _: &[&str]) {}
 
     fn alive(&self, _role: &str) -> Vec<String> {
         Vec::new()
@@ -184,11 +184,7 @@ impl Peers for OfflinePeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
-        Err(AskError::NoReply)
-    }
-
-    async fn expect(&self, _: &str, _: Call<'_>, _: (u64, u64, u32)) -> Result<Scores, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 
@@ -210,7 +206,6 @@ impl Peers for OfflinePeers {
             cost: cost.into(),
             elapsed_us: 0,
             slots: 1,
-            takes_forwarded: false,
         })
     }
 }

@@ -9,9 +9,8 @@ import numpy as np
 
 from ..array import F64, U32, Array
 from ..errors import DecodeError
-from ..field_types import Fault, Fraction, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
+from ..field_types import Fault, Integer, MapId, Name, Number, Params, Positive, Uint, Uint32
 from ..record import Message, Record
-from .mission import Clock
 from .robot import LaserModel, OdometryNoise, RobotModel
 from .sensing import Scene
 
@@ -90,36 +89,10 @@ class Tree(Message):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ForwardTo(Record):
-    """Which replica of a term a generator is to ask about which part of its candidates.
-
-    Shard number ``shard`` has the candidates ``round(start * count)`` up to, and without, ``round(end * count)``.
-    """
-
-    term: Name
-    instance: Name
-    shard: Uint32
-    start: Fraction
-    end: Fraction
-    params: Params
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Forward(Record):
-    """What a generator needs besides its own question to ask evaluators, within ``budget_ms`` from when they get it."""
-
-    clock: Clock
-    budget_ms: Annotated[int, Integer(0, 10_000)]
-    odometry_noise: OdometryNoise
-    to: Annotated[list[ForwardTo], {"limit": 64}]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class GenerateRequest(Message):
     """Asks a generator for candidates within ``budget_ms``; ``iterations`` of 0 only warms it up for the map.
 
-    The last chunk of the key it is asked on is the robot's name. It asks the evaluators in ``forward`` about its
-    candidates; they answer the robot.
+    The last chunk of the key it is asked on is the robot's name.
     """
 
     NAME: ClassVar[str] = "generate_request"
@@ -139,15 +112,11 @@ class GenerateRequest(Message):
     robot_model: RobotModel
     laser: LaserModel
     params: Params
-    forward: Forward | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GenerateReply(Message):
-    """Candidates, and the tree to hand back with the next request; ``cut`` if the budget ended its growth.
-
-    ``forwarded`` says that all evaluators which the request names have been asked.
-    """
+    """Candidates, and the tree to hand back with the next request; ``cut`` if the budget ended its growth."""
 
     NAME: ClassVar[str] = "generate_reply"
     MAX_BYTES: ClassVar[int] = 15360 << 10
@@ -159,7 +128,6 @@ class GenerateReply(Message):
     tree: Tree
     elapsed_us: Uint
     cut: bool
-    forwarded: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -203,8 +171,7 @@ class EvaluateRequest(Message):
 class Scores(Message):
     """Costs of a shard's candidates in their order, shape [candidates], in the term's unit; lower is better.
 
-    ``slots`` is the number of shards that the replica computes at once. ``takes_forwarded`` says that it also takes the
-    questions of generators, which one in Python does not.
+    ``slots`` is the number of shards that the replica computes at once.
     """
 
     NAME: ClassVar[str] = "scores"
@@ -218,4 +185,3 @@ class Scores(Message):
     cost: Annotated[F64, Array("f64", "candidates", limit=4096)]
     elapsed_us: Uint
     slots: Uint32
-    takes_forwarded: bool = False

@@ -2,8 +2,8 @@
 
 use super::planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request,
-    evaluate_request_of_positions, explained_cycle_report, forwarded_generate_reply, generate_reply,
-    generate_request, generate_request_to_forward, memory, scores, stop, tree, tree_of_two_roots, twist,
+    evaluate_request_of_positions, explained_cycle_report, generate_reply, generate_request, memory, scores,
+    stop, tree, tree_of_two_roots, twist,
 };
 use super::sentences;
 use super::world::{inject_request, occupancy_grid, run_result, run_status, service_status};
@@ -56,9 +56,7 @@ pub fn all() -> Vec<Golden> {
         golden("tree", &tree()),
         golden("tree.two_roots", &tree_of_two_roots()),
         golden("generate_request", &generate_request()),
-        golden("generate_request.forward", &generate_request_to_forward()),
         golden("generate_reply", &generate_reply()),
-        golden("generate_reply.forwarded", &forwarded_generate_reply()),
         golden("generate_reply.cut", &cut_generate_reply()),
         golden("evaluate_request", &evaluate_request()),
         golden("evaluate_request.positions", &evaluate_request_of_positions()),

@@ -11,8 +11,8 @@ mod world;
 pub use files::{Golden, all, files};
 pub use planning::{
     candidate_set, cut_generate_reply, cycle_report, decision, evaluate_request,
-    evaluate_request_of_positions, explained_cycle_report, forwarded_generate_reply, generate_reply,
-    generate_request, generate_request_to_forward, memory, scores, stop, tree, tree_of_two_roots, twist,
+    evaluate_request_of_positions, explained_cycle_report, generate_reply, generate_request, memory, scores,
+    stop, tree, tree_of_two_roots, twist,
 };
 pub use world::{inject_request, occupancy_grid, run_result, run_status, service_status};
 

@@ -2,10 +2,10 @@
 
 use super::{MAP, laser, odometry_noise, parameters, robot_model, scene};
 use curionav_schemas::{
-    Action, CandidateSet, CandidateShard, Clock, CommandReason, Crowd, CycleReport, Decision, Degradation,
-    EvaluateRequest, Evaluated, F64Array, Footprint, Forward, ForwardTo, GenerateReply, GenerateRequest,
-    Memory, NO_PARENT, Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores,
-    TermReport, TermTime, Timings, Tree, Twist,
+    Action, CandidateSet, CandidateShard, CommandReason, Crowd, CycleReport, Decision, Degradation,
+    EvaluateRequest, Evaluated, F64Array, Footprint, GenerateReply, GenerateRequest, Memory, NO_PARENT,
+    Place, Previous, PreviousState, Reason, RejectedCandidate, Rejection, Scores, TermReport, TermTime,
+    Timings, Tree, Twist,
 };
 use std::collections::BTreeMap;
 
@@ -67,23 +67,7 @@ pub fn generate_request() -> GenerateRequest {
         robot_model: robot_model(Footprint::Disc { radius: 0.3 }),
         laser: laser(),
         params: parameters(&[("goal_bias", 0.1.into())]),
-        forward: None,
     }
-}
-
-/// The same, with evaluators that the generator is to ask.
-pub fn generate_request_to_forward() -> GenerateRequest {
-    let to = |term: &str, shard, start, end| ForwardTo {
-        term: term.into(),
-        instance: format!("{term}-1"),
-        shard,
-        start,
-        end,
-        params: parameters(&[("stride", 4.into())]),
-    };
-    let to = vec![to("cnc", 0, 0.0, 1.0), to("cpc", 0, 0.0, 0.25), to("cpc", 1, 0.25, 1.0)];
-    let forward = Forward { clock: Clock::Realtime, budget_ms: 40, odometry_noise: odometry_noise(), to };
-    GenerateRequest { forward: Some(forward), ..generate_request() }
 }
 
 /// The answer with two candidates.
@@ -96,13 +80,7 @@ pub fn generate_reply() -> GenerateReply {
         tree: tree(),
         elapsed_us: 5_210,
         cut: false,
-        forwarded: false,
     }
-}
-
-/// The answer of one that has asked evaluators.
-pub fn forwarded_generate_reply() -> GenerateReply {
-    GenerateReply { forwarded: true, ..generate_reply() }
 }
 
 /// The answer of one that ran out of time.
@@ -146,7 +124,6 @@ pub fn scores() -> Scores {
         cost: vec![0.42, 0.37].into(),
         elapsed_us: 830,
         slots: 2,
-        takes_forwarded: true,
     }
 }
 
