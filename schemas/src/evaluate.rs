@@ -64,7 +64,7 @@ pub struct Scores {
     pub instance: String,
     /// `[candidates of the shard]`, in the term's own unit.
     pub cost: F64Array,
-    /// Microseconds from the request's arrival to the answer, waiting for a slot included.
+    /// Microseconds of computing, without what was waited for a slot.
     pub elapsed_us: u64,
     /// Shards it computes at once.
     pub slots: u32,

@@ -15,7 +15,7 @@ use futures_util::stream::FuturesUnordered;
 
 use crate::budget::Budget;
 use crate::peers::{Call, Peers};
-use crate::pool::Pool;
+use crate::pool::{Answer, Pool};
 use crate::question::{EvaluateQuestion, EvaluateQuestions, GenerateQuestion};
 
 /// What a generator has answered.
@@ -63,7 +63,13 @@ pub async fn generate<P: Peers>(
     pool.first_answer(keys::GENERATOR, first, budget, ask).await
 }
 
-fn usable(reply: GenerateReply, instance: &str, cycle: (u64, u64), shape: Shape) -> Result<Grown, AskError> {
+fn usable(
+    reply: GenerateReply,
+    instance: &str,
+    cycle: (u64, u64),
+    shape: Shape,
+) -> Result<Answer<Grown>, AskError> {
+    let busy = Duration::from_micros(reply.elapsed_us);
     if (reply.epoch, reply.seq) != cycle || reply.instance != instance {
         return Err(AskError::Malformed("candidates of another cycle or replica".into()));
     }
@@ -71,8 +77,9 @@ fn usable(reply: GenerateReply, instance: &str, cycle: (u64, u64), shape: Shape)
     if (Shape { steps: candidates.steps(), dt: candidates.dt() }) != shape {
         return Err(AskError::Malformed("candidates of another shape".into()));
     }
+    let count = candidates.len();
     let generated = Generated { candidates, tree: convert::tree(reply.tree) };
-    Ok(Grown { generated, cut: reply.cut })
+    Ok(Answer { value: Grown { generated, cut: reply.cut }, count, busy })
 }
 
 /// Scores of one shard.
@@ -129,7 +136,8 @@ async fn evaluate_shard<P: Peers>(
         if !fits(&scores, question, term, &instance) {
             return Err(AskError::Malformed("scores are not for this shard".into()));
         }
-        Ok(scores.cost.0)
+        let busy = Duration::from_micros(scores.elapsed_us);
+        Ok(Answer { count: scores.cost.len(), value: scores.cost.0, busy })
     };
     pool.first_answer(term, first, budget, ask).await
 }

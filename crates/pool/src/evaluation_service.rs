@@ -48,6 +48,7 @@ pub fn answer(
     let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
     let scene = convert::scene(&request.scene);
     let candidates = convert::shard(request.candidates, term, terms::columns(term))?;
+    let begun = elapsed();
     let cost = evaluator.evaluate(&scene, &candidates, &should_stop).map_err(|_| Refusal::Stopped)?;
     Ok(Scores {
         epoch,
@@ -56,7 +57,7 @@ pub fn answer(
         term: term.to_owned(),
         instance: instance.to_owned(),
         cost: cost.into(),
-        elapsed_us: elapsed().as_micros() as u64,
+        elapsed_us: (elapsed() - begun).as_micros() as u64,
         slots,
     })
 }

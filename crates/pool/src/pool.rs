@@ -45,6 +45,16 @@ pub struct Pool<P> {
     refusals: Mutex<BTreeMap<String, (String, Reject)>>,
 }
 
+/// A usable answer, and how much work it was.
+#[derive(Debug)]
+pub(crate) struct Answer<T> {
+    pub(crate) value: T,
+    /// Candidates in it.
+    pub(crate) count: usize,
+    /// What the replica says it computed for.
+    pub(crate) busy: Duration,
+}
+
 impl<P: Peers> Pool<P> {
     /// No replica is known yet.
     pub fn new(peers: Arc<P>) -> Self {
@@ -112,7 +122,7 @@ impl<P: Peers> Pool<P> {
     ) -> Option<T>
     where
         T: Send,
-        F: Future<Output = Result<T, AskError>> + Send,
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
     {
         let now = self.peers.now();
         self.replicas().count_question(role);
@@ -188,14 +198,19 @@ impl<P: Peers> Pool<P> {
         ask: &(impl Fn(String, Duration) -> F + Sync),
     ) -> (String, Result<T, AskError>)
     where
-        F: Future<Output = Result<T, AskError>> + Send,
+        F: Future<Output = Result<Answer<T>, AskError>> + Send,
     {
+        let sent = self.peers.now();
         let outcome = ask(instance.clone(), timeout).await;
         match &outcome {
-            Ok(_) => self.replicas().answered(role, &instance),
+            Ok(answer) => {
+                // No replica can have been busy for longer than the answer took.
+                let busy = answer.busy.min(self.peers.now().saturating_sub(sent));
+                self.replicas().answered(role, &instance, answer.count, busy);
+            }
             Err(error) => self.note_refused(error),
         }
-        (instance, outcome)
+        (instance, outcome.map(|answer| answer.value))
     }
 
     /// Follows which replicas come and go, and probes each unready one with an empty request until it answers: then

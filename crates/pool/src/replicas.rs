@@ -23,8 +23,11 @@ const PAUSES_MAX: u32 = 3;
 /// The most pauses for one that refuses one question after the other as overloaded: a second after a burst the robot is
 /// to be nominal again.
 const RESTS_MAX: u32 = 1;
-/// Candidates below which a batch is not split further: a question costs more than scoring them.
-const SHARD_MIN: usize = 16;
+/// A replica computes at least this long on a shard of a batch that is split: a question costs it about 0.2 ms besides,
+/// and four replicas that spend a quarter of their time on questions are worth three.
+const SHARD_MIN: Duration = Duration::from_millis(2);
+/// By this share the fastest scoring of late is forgotten with every answer.
+const FORGOTTEN: f64 = 0.02;
 /// Questions that may be asked twice, as a share of all questions. Asking a second replica each time would double the
 /// load of a pool that is slow throughout, and it would never recover (Dean and Barroso, The tail at scale, 2013;
 /// Bronson et al., Metastable failures in distributed systems, 2021).
@@ -89,17 +92,43 @@ struct Role {
     wanted: usize,
     /// Questions that may still be asked twice.
     twice: f64,
+    /// Batches that have been split.
+    batches: usize,
+    /// Candidates per second of one slot, the fastest of late; zero until an answer has been measured.
+    speed: f64,
 }
 
 impl Default for Role {
     fn default() -> Self {
-        Self { replicas: BTreeMap::new(), order: Vec::new(), wanted: 0, twice: ASKED_TWICE_AT_ONCE }
+        Self {
+            replicas: BTreeMap::new(),
+            order: Vec::new(),
+            wanted: 0,
+            twice: ASKED_TWICE_AT_ONCE,
+            batches: 0,
+            speed: 0.0,
+        }
     }
 }
 
 impl Role {
     fn is_ready(&self, instance: &str) -> bool {
         self.replicas.get(instance).is_some_and(|replica| replica.standing == Standing::Ready)
+    }
+
+    /// The replicas that may be given work, each as often as it has slots: all first slots come before any second one, and
+    /// with each batch another replica comes first.
+    fn slots(&self) -> Vec<String> {
+        let mut ready: Vec<&String> = self.order.iter().filter(|instance| self.is_ready(instance)).collect();
+        let begin = self.batches % ready.len().max(1);
+        ready.rotate_left(begin);
+        let mut slots: Vec<(u32, &String)> = Vec::new();
+        for instance in ready {
+            let count = self.replicas.get(instance).map_or(0, |replica| replica.slots);
+            slots.extend((0..count).map(|slot| (slot, instance)));
+        }
+        slots.sort_by_key(|(slot, _)| *slot);
+        slots.into_iter().map(|(_, instance)| instance.clone()).collect()
     }
 
     /// Those that are to be probed next, and when: the preferred ones, until they fail a probe, and as many others as are
@@ -257,29 +286,19 @@ impl Replicas {
     }
 
     /// Splits a batch of `count` candidates evenly over the replicas that may be given work: one shard for each, then one
-    /// more for each second slot, and so on. A small batch goes to the first few in the robot's own order.
-    pub fn split(&self, role: &str, count: usize) -> Vec<Assignment> {
-        let mut instances = self.slots(role);
-        instances.truncate((count / SHARD_MIN).max(1));
+    /// more for each second slot, and so on. A batch that is too small for all goes to some of them in turn.
+    pub fn split(&mut self, role: &str, count: usize) -> Vec<Assignment> {
+        let Some(of_role) = self.of.get_mut(role) else { return Vec::new() };
+        of_role.batches += 1;
+        let mut instances = of_role.slots();
+        let least = (of_role.speed * SHARD_MIN.as_secs_f64()).max(1.0);
+        instances.truncate(((count as f64 / least) as usize).max(1));
         let shards = instances.len();
         let assigned = instances.into_iter().enumerate().map(|(index, instance)| Assignment {
             instance,
             range: index * count / shards..(index + 1) * count / shards,
         });
         assigned.collect()
-    }
-
-    /// The replicas that may be given work in the robot's order, each as often as it has slots: all first slots come
-    /// before any second one.
-    fn slots(&self, role: &str) -> Vec<String> {
-        let Some(role) = self.of.get(role) else { return Vec::new() };
-        let mut slots: Vec<(u32, &String)> = Vec::new();
-        for instance in role.order.iter().filter(|instance| role.is_ready(instance)) {
-            let count = role.replicas.get(instance).map_or(0, |replica| replica.slots);
-            slots.extend((0..count).map(|slot| (slot, instance)));
-        }
-        slots.sort_by_key(|(slot, _)| *slot);
-        slots.into_iter().map(|(_, instance)| instance.clone()).collect()
     }
 
     /// Who takes a question that all of `asked` have failed: for generators, which prepare for each goal, the one that the
@@ -311,9 +330,14 @@ impl Replicas {
         true
     }
 
-    /// A usable answer: what the replica has failed before is forgiven.
-    pub fn answered(&mut self, role: &str, instance: &str) {
-        if let Some(replica) = self.find(role, instance) {
+    /// A usable answer: what the replica has failed before is forgiven. It has computed `count` candidates in `busy`.
+    pub fn answered(&mut self, role: &str, instance: &str, count: usize, busy: Duration) {
+        let Some(role) = self.of.get_mut(role) else { return };
+        if count > 0 {
+            let speed = count as f64 / busy.as_secs_f64().max(1e-6);
+            role.speed = speed.max((1.0 - FORGOTTEN) * role.speed);
+        }
+        if let Some(replica) = role.replicas.get_mut(instance) {
             replica.failures = 0;
         }
     }

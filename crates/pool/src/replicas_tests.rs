@@ -17,7 +17,7 @@ fn ready(slots: &[(&str, u32)]) -> Replicas {
 }
 
 /// Who gets a shard of a large batch, in order.
-fn asked(replicas: &Replicas) -> Vec<String> {
+fn asked(replicas: &mut Replicas) -> Vec<String> {
     replicas.split("cpc", 10_000).into_iter().map(|assignment| assignment.instance).collect()
 }
 
@@ -25,10 +25,10 @@ fn asked(replicas: &Replicas) -> Vec<String> {
 fn a_cold_replica_gets_nothing() {
     let mut replicas = Replicas::default();
     replicas.update("cpc", &["a".into()], ALL, NOW);
-    assert!(asked(&replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
+    assert!(asked(&mut replicas).is_empty() && replicas.spare("cpc", &[]).is_none());
     let probe = Probe { role: "cpc".into(), instance: "a".into() };
     assert_eq!(replicas.take_due(NOW), [probe]);
-    assert!(replicas.take_due(NOW).is_empty() && asked(&replicas).is_empty());
+    assert!(replicas.take_due(NOW).is_empty() && asked(&mut replicas).is_empty());
     replicas.probed("cpc", "a", None, NOW);
     assert_eq!(replicas.next_due(), Some(NOW + FIRST_PAUSE));
     let mut now = NOW;
@@ -40,45 +40,59 @@ fn a_cold_replica_gets_nothing() {
     }
     assert_eq!(replicas.take_due(now + PROBE_PAUSE).len(), 1);
     replicas.probed("cpc", "a", Some(1), NOW);
-    assert_eq!(asked(&replicas), ["a"]);
+    assert_eq!(asked(&mut replicas), ["a"]);
 }
 
 #[test]
 fn a_batch_is_split_evenly_and_every_candidate_is_in_one_shard() {
-    let replicas = ready(&[("a", 1), ("b", 2), ("c", 1)]);
-    for count in [1, 15, 16, 33, 100, 2000] {
+    let mut replicas = ready(&[("a", 1), ("b", 2), ("c", 1)]);
+    // 2 ms are 100 candidates.
+    replicas.answered("cpc", "a", 500, Duration::from_millis(10));
+    for count in [1, 99, 199, 200, 399, 2000] {
         let shards = replicas.split("cpc", count);
         let all: Vec<usize> = shards.iter().flat_map(|shard| shard.range.clone()).collect();
         assert_eq!(all, (0..count).collect::<Vec<_>>());
         let longest = shards.iter().map(|shard| shard.range.len()).max().unwrap();
         let shortest = shards.iter().map(|shard| shard.range.len()).min().unwrap();
         assert!(longest - shortest <= 1, "{count}: {shards:?}");
-        // 16 candidates are the least that is worth a question, and there are four slots.
-        assert_eq!(shards.len(), (count / 16).clamp(1, 4));
+        assert_eq!(shards.len(), (count / 100).clamp(1, 4));
     }
     assert!(Replicas::default().split("cpc", 100).is_empty());
 }
 
 #[test]
 fn every_replica_has_a_shard_before_one_has_a_second() {
-    let replicas = ready(&[("a", 2), ("b", 1), ("c", 2)]);
-    let order = asked(&replicas);
+    let mut replicas = ready(&[("a", 2), ("b", 1), ("c", 2)]);
+    let order = asked(&mut replicas);
     let first: std::collections::BTreeSet<&String> = order[..3].iter().collect();
     assert_eq!((order.len(), first.len()), (5, 3), "{order:?}");
     assert!(!order[3..].contains(&"b".to_owned()), "{order:?}");
 }
 
 #[test]
-fn robots_begin_with_different_replicas() {
-    let alive: Vec<String> = (0..8).map(|i| format!("cpc-{i}")).collect();
-    let first = |robot: usize| {
-        let mut replicas = Replicas::default();
-        replicas.update("cpc", &alive, Wanted { robot: &format!("robot-{robot}"), count: 8 }, NOW);
-        replicas.take_due(NOW).iter().for_each(|p| replicas.probed("cpc", &p.instance, Some(1), NOW));
-        replicas.split("cpc", 16)[0].instance.clone()
+fn small_batches_go_to_one_replica_after_the_other() {
+    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+    replicas.answered("cpc", "a", 500, Duration::from_millis(10));
+    let mut next = || {
+        let shards = replicas.split("cpc", 100);
+        assert_eq!(shards.len(), 1);
+        shards[0].instance.clone()
     };
-    let used: std::collections::BTreeSet<String> = (0..32).map(first).collect();
-    assert!(used.len() >= 6, "{used:?}");
+    let first: std::collections::BTreeSet<String> = [0; 3].map(|_| next()).into();
+    assert_eq!(first.len(), 3);
+}
+
+#[test]
+fn a_batch_is_split_by_the_fastest_answer_of_late() {
+    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1), ("d", 1)]);
+    // 2 ms are 1000 candidates, also where an answer takes ten times as long now and then.
+    replicas.answered("cpc", "a", 1000, Duration::from_millis(2));
+    replicas.answered("cpc", "b", 1000, Duration::from_millis(20));
+    assert_eq!(replicas.split("cpc", 2000).len(), 2);
+    for _ in 0..200 {
+        replicas.answered("cpc", "a", 1000, Duration::from_millis(20));
+    }
+    assert_eq!(replicas.split("cpc", 2000).len(), 4);
 }
 
 #[test]
@@ -119,7 +133,7 @@ fn who_answers_probes_and_fails_questions_is_asked_less_and_less_often() {
         (due - NOW).as_millis()
     };
     assert_eq!([0; 5].map(|_| fail(&mut replicas)), [0, 200, 400, 600, 600]);
-    replicas.answered("cpc", "a");
+    replicas.answered("cpc", "a", 100, Duration::from_millis(10));
     assert_eq!(fail(&mut replicas), 0);
 }
 
@@ -136,7 +150,7 @@ fn a_replica_that_refuses_again_and_again_is_asked_less_often_until_it_answers()
         })
     };
     assert_eq!([0; 5].map(|_| rests_for(&mut replicas)), [0, 200, 200, 200, 200].map(Some));
-    replicas.answered("cpc", "a");
+    replicas.answered("cpc", "a", 100, Duration::from_millis(10));
     assert_eq!(rests_for(&mut replicas), Some(0));
 }
 
@@ -153,8 +167,8 @@ fn a_preferred_generator_that_has_no_time_for_a_probe_keeps_its_place() {
 
 #[test]
 fn a_spare_is_another_and_the_next_in_turn() {
-    let replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
-    let order = asked(&replicas);
+    let mut replicas = ready(&[("a", 1), ("b", 1), ("c", 1)]);
+    let order = asked(&mut replicas);
     for turn in 0..3 {
         let first = order[turn].clone();
         let second = replicas.spare("cpc", std::slice::from_ref(&first)).unwrap();
