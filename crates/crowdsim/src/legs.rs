@@ -17,9 +17,9 @@ const STRIDE: [f64; 2] = [0.7, 0.6];
 /// Slower people stand, m/s.
 const STANDING: f64 = 0.05;
 
-/// Both legs of all people. The swing follows from where a person is and how it moves, so the same world always looks the
-/// same: the phase grows with the metres walked in the present direction, and two people who walk side by side are not
-/// in step.
+/// Both legs of all people. The swing follows from where a person is and how it moves, so the same world always looks
+/// the same: the phase grows with the metres walked in the present direction, and two people who walk side by side are
+/// not in step.
 pub(crate) fn legs(people: &People) -> Bodies {
     let centres = (0..people.len()).flat_map(|i| of_person(people, i)).collect();
     Bodies { centres, radius: LEG_RADIUS }

@@ -5,9 +5,9 @@
 //! recordings and a seed determine a run bit for bit. Only the simulator, the laboratory, the command
 //! line and the tests import it.
 //!
-//! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `crowds`
-//! (who is drawn), `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and `perception`), [`measures`] and [`outcome`] (how it went). The crate
-//! `curionav-lab` draws the scenes of the paper.
+//! Read in this order: [`scenario`] (what is asked for), [`world`] (what happens, tick by tick, with `crowds` (who is
+//! drawn), `plant`, `motion` (`walkers` or `avoiding`), `recorded`, `lidar` and `perception`), [`measures`] and
+//! [`outcome`] (how it went). The crate `curionav-lab` draws the scenes of the paper.
 
 mod avoiding;
 mod crowds;

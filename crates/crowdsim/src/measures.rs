@@ -1,4 +1,5 @@
-//! The paper's nine measures of a run, the time until the error is small, collisions and the least gap; the standard social measures are in [`social`].
+//! The paper's nine measures of a run, the time until the error is small, collisions and the least gap; the standard
+//! social measures are in [`social`].
 //!
 //! Distances to people are between centres (A28), except the gap. Every row stands for the time since the
 //! row before it; the first has none.

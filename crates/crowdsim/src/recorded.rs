@@ -50,9 +50,9 @@ pub struct RecordedPerson {
 }
 
 impl Recording {
-    /// Reads a recording; `fps` turns frame numbers into seconds. Columns are parted by blanks or commas. Blank lines, lines
-    /// that begin with `#`, and a first line of names are skipped; rows may come in any order. Velocities in the file are
-    /// ignored: they are smoothed and do not fit the positions.
+    /// Reads a recording; `fps` turns frame numbers into seconds. Columns are parted by blanks or commas. Blank lines,
+    /// lines that begin with `#`, and a first line of names are skipped; rows may come in any order. Velocities in the
+    /// file are ignored: they are smoothed and do not fit the positions.
     pub fn parse(text: &str, format: RecordingFormat, fps: f64) -> Result<Self, RecordingError> {
         let mut people: BTreeMap<u32, Vec<(f64, Point2, usize)>> = BTreeMap::new();
         let mut rows = 0;

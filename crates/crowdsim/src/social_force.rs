@@ -35,8 +35,8 @@ curionav_planning::parameters! {
         pub wall_strength: f64 [0.0, 100.0, "m/s2", "no person stands ten times its weight"] = 3.0,
         /// Distance in which the force of a wall falls to a third, metres.
         pub wall_reach: f64 [0.01, 10.0, "m", "shorter is contact, longer is the next wall"] = 0.1,
-        /// Others farther away than this, centre to centre, are not minded, metres. Not of the article: at 8 m the force
-        /// is below a hundredth of its strength.
+        /// Others farther away than this, centre to centre, are not minded, metres. Not of the article: at 8 m the
+        /// force is below a hundredth of its strength.
         pub neighbor_distance: f64
             [0.1, 100.0, "m", "people nearer than that touch, and people farther away do not matter"] = 8.0,
         /// A route's corner is reached this near to it, metres. Not of the article.
@@ -81,7 +81,8 @@ fn interaction(me: &Body, other: &Body, params: &SocialForceParams) -> Velocity 
     let along = vector / length;
     let left = Velocity::new(-along.y, along.x);
     let reach = params.reach * length;
-    // From the interaction vector to the other, counter-clockwise; one straight ahead counts as one a little to the left.
+    // From the interaction vector to the other, counter-clockwise; one straight ahead counts as one a little to the
+    // left.
     let angle = wrap_angle(atan2(towards.y, towards.x) - atan2(along.y, along.x)) + params.side * reach;
     let force = |sharpness: f64| {
         let spread = sharpness * reach * angle;

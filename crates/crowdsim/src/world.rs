@@ -79,8 +79,8 @@ pub struct Truth {
     pub wall_clearance: f64,
     /// Speed at which a wall stopped the robot during this tick, m/s.
     pub wall_impact: Option<f64>,
-    /// The people whose disc overlaps the robot's (D11), by ascending id. One who came into being too late for the robot to
-    /// stop, as filmed people do at the edge of a film, is left out until they have parted.
+    /// The people whose disc overlaps the robot's (D11), by ascending id. One who came into being too late for the
+    /// robot to stop, as filmed people do at the edge of a film, is left out until they have parted.
     pub touching: Vec<Touch>,
     /// Seconds until the robot and a person touch if all go on as they go; infinite when they never will.
     pub time_to_collision: f64,
@@ -246,8 +246,8 @@ impl World {
         (0..self.people.len()).filter(move |&i| self.people.position(i).distance(robot) < contact)
     }
 
-    /// Seconds after which a robot at full speed can stand still because of something that it did not know of: until its
-    /// next plan, and to brake.
+    /// Seconds after which a robot at full speed can stand still because of something that it did not know of: until
+    /// its next plan, and to brake.
     fn seconds_to_stop(&self) -> f64 {
         let (clock, robot) = (&self.scenario.clock, &self.scenario.robot.model);
         f64::from(clock.plan_every) * clock.tick_s + robot.v_max / robot.a_max

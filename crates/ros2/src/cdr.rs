@@ -1,7 +1,7 @@
 //! Common Data Representation, version 1, as ROS 2 uses it: OMG DDSI-RTPS 2.5, 9.3, and DDS-XTypes 1.3, 7.4.1.
 //!
-//! Numbers are aligned to their size, counted from the end of the four bytes of encapsulation. A text has its length with
-//! its NUL before it, a sequence its number of items. Both byte orders are read, little-endian is written.
+//! Numbers are aligned to their size, counted from the end of the four bytes of encapsulation. A text has its length
+//! with its NUL before it, a sequence its number of items. Both byte orders are read, little-endian is written.
 
 use crate::limits;
 
@@ -118,8 +118,8 @@ impl Writer {
     }
 }
 
-/// `value` with its encapsulation, little-endian; an error names no field, because a value that cannot be written is this
-/// program's own fault.
+/// `value` with its encapsulation, little-endian; an error names no field, because a value that cannot be written is
+/// this program's own fault.
 pub(crate) fn to_bytes<T: Cdr>(value: &T, most: usize) -> Result<Vec<u8>, CdrError> {
     let mut out = Writer::default();
     value.write(&mut out).map_err(|fault| fault.at("message"))?;

@@ -1,8 +1,8 @@
 //! The macro that declares the types of ROS 2 interfaces.
 
 /// Declares a struct with the fields of a ROS 2 type, in their order. A sequence has its greatest length after it in
-/// brackets. Before a type that is sent by itself stands its name, its interface, whose hash is part of keys, and how many
-/// bytes a payload may have.
+/// brackets. Before a type that is sent by itself stands its name, its interface, whose hash is part of keys, and how
+/// many bytes a payload may have.
 macro_rules! message {
     (
         $(#[$attribute:meta])*

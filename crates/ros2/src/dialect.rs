@@ -81,8 +81,8 @@ impl Outgoing {
     }
 }
 
-/// The payload and attachment of everything that is sent: messages, requests and replies. A listener of ROS ends its process
-/// on bytes that are malformed, so nothing is put into a session in another way.
+/// The payload and attachment of everything that is sent: messages, requests and replies. A listener of ROS ends its
+/// process on bytes that are malformed, so nothing is put into a session in another way.
 ///
 /// # Errors
 /// If the message is longer than a reader takes; then nothing may be sent.

@@ -20,8 +20,8 @@
 //! # Ok::<(), curionav_ros2::cdr::CdrError>(())
 //! ```
 //!
-//! [`cdr`] reads and writes; [`messages`] has the types; [`dialect`] says where and with what they are sent; [`token`] and
-//! [`qos`] say how nodes find each other.
+//! [`cdr`] reads and writes; [`messages`] has the types; [`dialect`] says where and with what they are sent; [`token`]
+//! and [`qos`] say how nodes find each other.
 
 #[macro_use]
 mod declare;

@@ -3,8 +3,8 @@
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-/// What a publisher offers or a subscriber asks for. Deadlines, lifespans and leases are read over: nothing here depends
-/// on them.
+/// What a publisher offers or a subscriber asks for. Deadlines, lifespans and leases are read over: nothing here
+/// depends on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Qos {
     /// Whether everything arrives.

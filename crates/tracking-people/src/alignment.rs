@@ -1,9 +1,9 @@
 //! Laying a scan on the map: where the robot is according to belief and scan together.
 //!
-//! The belief of a localiser is wide, because it has to be right about many scans in a row. To tell people from walls, what
-//! counts is how well one scan fits the map, which is far better known: the walls in a scan are all off by the same error
-//! of the pose. A few steps of Gauss and Newton, with what is expected as prior and a loss that takes no notice of beams
-//! that end far from walls, find the pose that fits, and how well it is determined in each direction.
+//! The belief of a localiser is wide, because it has to be right about many scans in a row. To tell people from walls,
+//! what counts is how well one scan fits the map, which is far better known: the walls in a scan are all off by the
+//! same error of the pose. A few steps of Gauss and Newton, with what is expected as prior and a loss that takes no
+//! notice of beams that end far from walls, find the pose that fits, and how well it is determined in each direction.
 
 use curionav_planning::geometry::{Point2, Pose2};
 use curionav_planning::occupancy::StaticMap;
@@ -27,8 +27,8 @@ const LINEAR: f64 = 0.25;
 /// Added to the belief's variances, m2 and rad2: a prior that is certain could not be inverted.
 const LEAST_VARIANCE: f64 = 1e-6;
 
-/// The pose that fits `ends`, robot frame, and its covariance, given what is believed. `sigma` is the standard deviation
-/// of a beam's end around a wall, metres.
+/// The pose that fits `ends`, robot frame, and its covariance, given what is believed. `sigma` is the standard
+/// deviation of a beam's end around a wall, metres.
 pub(crate) fn align(
     map: &StaticMap,
     ends: &[Point2],

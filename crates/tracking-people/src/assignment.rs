@@ -8,8 +8,8 @@ const UNITS_PER_COST: f64 = 1e6;
 /// What no row is given: far above every sum of costs.
 const NEVER: i64 = 1 << 40;
 
-/// Gives each row at most one column and each column to at most one row. `costs` are the pairs that may be, each at most
-/// `most`; a row that is left without costs `most`. Answers with the column of each row.
+/// Gives each row at most one column and each column to at most one row. `costs` are the pairs that may be, each at
+/// most `most`; a row that is left without costs `most`. Answers with the column of each row.
 ///
 /// Rows and columns that no chain of pairs connects are solved apart, so that the work grows with how crowded it is and
 /// not with how many there are.

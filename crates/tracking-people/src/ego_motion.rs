@@ -1,16 +1,17 @@
 //! How the robot itself moves from scan to scan, by its odometry and by how the walls lie.
 //!
-//! A person who stands seems to walk where the robot is wrong about its own turn: a hundredth of a radian moves what is 7 m
-//! off by 7 cm, and a scan later again. So people are followed on the map. Odometry says where the robot is to be
-//! expected there, the walls in the scan correct it ([`crate::Detector::see`]), and where no wall tells anything odometry
-//! stands. The belief of a localiser would not do in its place: its mean jumps.
+//! A person who stands seems to walk where the robot is wrong about its own turn: a hundredth of a radian moves what is
+//! 7 m off by 7 cm, and a scan later again. So people are followed on the map. Odometry says where the robot is to be
+//! expected there, the walls in the scan correct it ([`crate::Detector::see`]), and where no wall tells anything
+//! odometry stands. The belief of a localiser would not do in its place: its mean jumps.
 
 use curionav_planning::geometry::{Point2, Pose2, wrap_angle};
 use curionav_planning::motion::OdometryNoise;
 use curionav_planning::scene::Belief;
 use nalgebra::{Matrix3, Vector3};
 
-/// Greatest squared Mahalanobis distance between the pose and the belief: 99 % of errors in x, y and heading are nearer.
+/// Greatest squared Mahalanobis distance between the pose and the belief: 99 % of errors in x, y and heading are
+/// nearer.
 const GATE: f64 = 11.34;
 
 /// The robot on the map at the last scan.
@@ -46,8 +47,8 @@ impl EgoMotion {
         self.last = None;
     }
 
-    /// Where the robot is by what it has moved since the last scan. Where the belief says it is at the beginning, if both
-    /// do not agree, and if the belief knows it better.
+    /// Where the robot is by what it has moved since the last scan. Where the belief says it is at the beginning, if
+    /// both do not agree, and if the belief knows it better.
     pub(crate) fn expect(&self, odometry: Pose2, belief: &Belief) -> Expected {
         let believed = Expected { pose: belief.pose, covariance: belief.covariance, instead_of: None };
         let Some(last) = self.last else { return believed };

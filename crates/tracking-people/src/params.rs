@@ -24,8 +24,8 @@ curionav_planning::parameters! {
         /// Greatest gap between neighbouring beams' ends that belong to one thing, metres, besides what the laser's
         /// resolution leaves between them.
         pub jump: f64 [0.01, 1.0, "m", "farther apart are two people"] = 0.12,
-        /// Power of the random acceleration of people who change their way, m2/s3: a velocity is off by its root after a
-        /// second.
+        /// Power of the random acceleration of people who change their way, m2/s3: a velocity is off by its root after
+        /// a second.
         pub acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.5,
         /// The same of people who walk on as before, m2/s3.
         pub steady_acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.02,
@@ -42,8 +42,9 @@ curionav_planning::parameters! {
         pub confirm: u32 [1.0, 32.0, "scans", "the history is as long"] = 3,
         /// The scans of which `confirm` have to show a person.
         pub confirm_of: u32 [1.0, 32.0, "scans", "the history is as long"] = 5,
-        /// A person who cannot be seen now, behind another person or outside of the view, is remembered until its position
-        /// is known worse than this, metres: the standard deviation on an axis. One who stands is remembered for longer.
+        /// A person who cannot be seen now, behind another person or outside of the view, is remembered until its
+        /// position is known worse than this, metres: the standard deviation on an axis. One who stands is remembered
+        /// for longer.
         pub forget_sigma: f64 [0.0, 10.0, "m", "ten metres off is nowhere"] = 1.0,
         /// Longest that a person is remembered who should be seen now and is not, seconds.
         pub forget_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,

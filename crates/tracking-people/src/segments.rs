@@ -7,8 +7,8 @@ use curionav_planning::geometry::Point2;
 /// A run of beams that the map does not explain and that ended on one thing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Segment {
-    /// Positions in the order of the sweep; those from the number of beams on are of the next turn of a laser that sees all
-    /// around.
+    /// Positions in the order of the sweep; those from the number of beams on are of the next turn of a laser that sees
+    /// all around.
     pub(crate) beams: Range<usize>,
 }
 

@@ -3,8 +3,8 @@
 use curionav_planning::geometry::Point2;
 use curionav_planning::numerics::hypot;
 
-/// A circle of known radius fitted to points that the laser at the origin sees of it, and how well it and a straight line
-/// fit: sums of squares, m2.
+/// A circle of known radius fitted to points that the laser at the origin sees of it, and how well it and a straight
+/// line fit: sums of squares, m2.
 pub(crate) struct Fit {
     pub(crate) centre: Point2,
     pub(crate) circle: f64,
@@ -13,11 +13,11 @@ pub(crate) struct Fit {
 
 /// Steps of Gauss and Newton.
 const STEPS: usize = 6;
-/// The mean of what is seen of a circle lies this share of its radius before its centre: pi / 4, for beams that are spread
-/// evenly across it.
+/// The mean of what is seen of a circle lies this share of its radius before its centre: pi / 4, for beams that are
+/// spread evenly across it.
 const FRONT: f64 = std::f64::consts::FRAC_PI_4;
-/// Pulls the centre to where it is for a circle that is seen as a whole, as so many points would: the ends of a short arc
-/// say little across the line of sight.
+/// Pulls the centre to where it is for a circle that is seen as a whole, as so many points would: the ends of a short
+/// arc say little across the line of sight.
 const PULL: f64 = 0.5;
 
 /// The middle of some points.

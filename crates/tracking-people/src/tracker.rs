@@ -99,7 +99,8 @@ impl Tracker {
                 let (sigma, estimate) = (spread(one, &params), track.estimate());
                 let distance = estimate.distance(one.position, sigma);
                 if distance <= params.gate {
-                    // How unlikely it is: of two who may both be there, the one whose place is known better is likelier.
+                    // How unlikely it is: of two who may both be there, the one whose place is known better is
+                    // likelier.
                     let cost = distance + estimate.ln_determinant(sigma);
                     costs.push((2 * t, d, cost));
                     if one.kind == Kind::Leg && distance + SECOND_LEG <= params.gate {

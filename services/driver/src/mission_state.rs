@@ -21,8 +21,8 @@ pub struct CurrentMission {
 }
 
 impl CurrentMission {
-    /// No mission yet, of a robot with this base. `first_run` must differ from every run number used before on this robot, for
-    /// services that have outlived an earlier driver: milliseconds of the wall clock will do.
+    /// No mission yet, of a robot with this base. `first_run` must differ from every run number used before on this
+    /// robot, for services that have outlived an earlier driver: milliseconds of the wall clock will do.
     pub fn new(base: Base, first_run: u64) -> Self {
         Self { base, mission: None, next_run: first_run, paused: false }
     }

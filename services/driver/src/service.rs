@@ -210,9 +210,9 @@ impl Driver {
         self.service.counts.record(arrived.elapsed());
     }
 
-    /// A new run, or a new revision of this one. Nothing of a new run in lockstep can be on its way before all roles are
-    /// ready, so all there is belongs to the one before; of a new revision nothing has to be forgotten. In real time a base
-    /// goes on measuring, whatever the mission, and is told what to do each time.
+    /// A new run, or a new revision of this one. Nothing of a new run in lockstep can be on its way before all roles
+    /// are ready, so all there is belongs to the one before; of a new revision nothing has to be forgotten. In real
+    /// time a base goes on measuring, whatever the mission, and is told what to do each time.
     fn begin(&mut self) {
         let Some(mission) = self.mission() else { return };
         if self.begun.0 != mission.run {

@@ -6,7 +6,8 @@ use curionav_planning::motion::OdometryNoise;
 use curionav_planning::scene::Belief;
 use curionav_tracking_people::Detector;
 
-/// Finds the beams of people with the belief before the scan: the tracker needs the belief after it, so it comes too late.
+/// Finds the beams of people with the belief before the scan: the tracker needs the belief after it, so it comes too
+/// late.
 pub(crate) struct Mask {
     detector: Detector,
     noise: OdometryNoise,

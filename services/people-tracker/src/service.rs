@@ -76,7 +76,8 @@ impl MissionFollower for Tracking {
         &self.service
     }
 
-    /// Starts the tracker, in a new run only, and only if the mission requires one: otherwise people come from elsewhere.
+    /// Starts the tracker, in a new run only, and only if the mission requires one: otherwise people come from
+    /// elsewhere.
     async fn prepare(&mut self, mission: &Mission) -> Result<(), Reject> {
         if self.tracker.as_ref().is_some_and(|(run, ..)| *run == mission.run) {
             return Ok(());

@@ -196,7 +196,8 @@ fn is_name(part: &str) -> bool {
 }
 
 impl Ros2Config {
-    /// What the table `[ros2]` of a configuration says; files that it names lie beside `directory` if they are relative.
+    /// What the table `[ros2]` of a configuration says; files that it names lie beside `directory` if they are
+    /// relative.
     ///
     /// # Errors
     /// If there is none, or a field of it is wrong.
@@ -286,8 +287,8 @@ impl Ros2Config {
         Profile::from_toml(&text).with_context(|| format!("ros2.mission.profile: {name}"))
     }
 
-    /// Checks what belongs to other crates: parameters of the localiser and of the tracker, and that the silence is longer
-    /// than the time between two messages of odometry.
+    /// Checks what belongs to other crates: parameters of the localiser and of the tracker, and that the silence is
+    /// longer than the time between two messages of odometry.
     ///
     /// # Errors
     /// Names the field.

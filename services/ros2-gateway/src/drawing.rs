@@ -41,7 +41,8 @@ pub(crate) fn believed(belief: &Belief, header: ros::Header) -> ros::PoseWithCov
     ros::PoseWithCovarianceStamped { header, pose: ros::PoseWithCovariance { pose: place, covariance } }
 }
 
-/// The transform from the map to odometry: where odometry began, if the robot is at `belief` now and odometry says `odometry`.
+/// The transform from the map to odometry: where odometry began, if the robot is at `belief` now and odometry says
+/// `odometry`.
 pub(crate) fn map_from_odom(belief: &Belief, odometry: Pose2) -> Pose2 {
     let robot = Pose2::new(belief.x, belief.y, belief.heading);
     robot.compose(odometry.relative(Pose2::default()))
@@ -84,8 +85,8 @@ fn fresh(header: &ros::Header) -> Vec<ros::Marker> {
     vec![ros::Marker { header: header.clone(), action: DELETE_ALL, ..ros::Marker::default() }]
 }
 
-/// The candidates of a cycle as lines: from green for the cheapest to red for the dearest, grey without a total, and the
-/// chosen one blue and wide.
+/// The candidates of a cycle as lines: from green for the cheapest to red for the dearest, grey without a total, and
+/// the chosen one blue and wide.
 pub(crate) fn candidates(report: &CycleReport, header: &ros::Header) -> ros::MarkerArray {
     let set = &report.candidates;
     let (count, steps) = (set.count as usize, set.steps as usize);

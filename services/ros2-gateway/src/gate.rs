@@ -20,7 +20,8 @@ use crate::node::{Node, Outlet};
 
 /// Between two looks, and between two zeros.
 const PERIOD: Duration = Duration::from_millis(50);
-/// For how long zeros are sent once no mission is under way. After that the gateway is silent, and others may drive the base.
+/// For how long zeros are sent once no mission is under way. After that the gateway is silent, and others may drive the
+/// base.
 const AFTERWARDS: Duration = Duration::from_secs(1);
 
 /// What has to be heard of for the robot to move.
@@ -199,7 +200,8 @@ impl Gate {
         locked(&self.state).watch.engage(engaged, Instant::now());
     }
 
-    /// What is silent: all that the robot stands for while a mission is under way, otherwise what has been heard of the robot.
+    /// What is silent: all that the robot stands for while a mission is under way, otherwise what has been heard of the
+    /// robot.
     pub(crate) fn silent(&self) -> Option<Source> {
         let (now, state) = (Instant::now(), locked(&self.state));
         let watch = &state.watch;
@@ -211,8 +213,8 @@ impl Gate {
         [Source::Odom, Source::Scan].into_iter().find(has_ended)
     }
 
-    /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the thread
-    /// sends zeros instead.
+    /// Passes on a command of the driver: finite, and within the robot's own limits. If something else is silent, the
+    /// thread sends zeros instead.
     pub(crate) fn command(&self, twist: Twist) {
         let now = Instant::now();
         let mut state = locked(&self.state);

@@ -62,8 +62,8 @@ impl Graph {
         Ok(Self { own_session: session.zid().to_string(), tokens, _subscriber: subscriber })
     }
 
-    /// What is wrong with what the gateway uses: another publisher where there may be none, and other types under the same
-    /// name.
+    /// What is wrong with what the gateway uses: another publisher where there may be none, and other types under the
+    /// same name.
     pub(crate) fn problems(&self, used: &[Used]) -> Vec<Problem> {
         problems(&locked(&self.tokens), &self.own_session, used)
     }

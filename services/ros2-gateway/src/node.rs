@@ -155,8 +155,8 @@ impl Node {
         })
     }
 
-    /// A subscriber on a topic, by its name in the configuration. What is too long or has no attachment is refused before it
-    /// is copied.
+    /// A subscriber on a topic, by its name in the configuration. What is too long or has no attachment is refused
+    /// before it is copied.
     ///
     /// # Errors
     /// If it cannot be declared.

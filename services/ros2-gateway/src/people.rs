@@ -14,8 +14,8 @@ use crate::robot_clock::RobotClock;
 const FAST: f64 = 20.0;
 const FAR: f64 = 1e5;
 
-/// The people of a message, at `stamp` seconds of the robot's clock: in the map's frame if that is theirs, and otherwise in
-/// the robot's. `z` is not read: some publishers have other things there.
+/// The people of a message, at `stamp` seconds of the robot's clock: in the map's frame if that is theirs, and
+/// otherwise in the robot's. `z` is not read: some publishers have other things there.
 ///
 /// # Errors
 /// If a number is none, or if it is not known where their frame is.
@@ -70,8 +70,8 @@ pub(crate) fn people(
     Ok(people)
 }
 
-/// A number for a name: the name itself if it is a number, and otherwise a hash of it (FNV-1a). The upper half of the numbers
-/// is left to curionav.
+/// A number for a name: the name itself if it is a number, and otherwise a hash of it (FNV-1a). The upper half of the
+/// numbers is left to curionav.
 fn id(name: &str) -> u32 {
     let own = |number: u32| number & (u32::MAX >> 1);
     name.parse().map_or_else(

@@ -84,8 +84,8 @@ impl Problem {
         Self { kind, topic: topic.into(), detail }
     }
 
-    /// The problem of which a sample of the metric `curionav_ros2_problem` tells, by its name with labels; nothing for the
-    /// sample of another metric.
+    /// The problem of which a sample of the metric `curionav_ros2_problem` tells, by its name with labels; nothing for
+    /// the sample of another metric.
     pub fn of_sample(sample: &str) -> Option<Self> {
         let labels = sample.strip_prefix("curionav_ros2_problem{")?;
         let label = |name: &str| {

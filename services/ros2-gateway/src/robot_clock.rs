@@ -95,8 +95,8 @@ impl RobotClock {
         Moment::Tick(sample)
     }
 
-    /// Where the robot was by dead reckoning at a stamp, seconds since the first sample: between two samples on the straight
-    /// line, and a little past the newest as it moved then. Nothing of before what is remembered.
+    /// Where the robot was by dead reckoning at a stamp, seconds since the first sample: between two samples on the
+    /// straight line, and a little past the newest as it moved then. Nothing of before what is remembered.
     pub(crate) fn pose_at(&self, stamp: f64) -> Option<Pose2> {
         let newest = self.samples.back()?;
         if stamp >= newest.stamp {

@@ -16,9 +16,10 @@ const BLIND_SHARE: f32 = 0.5;
 /// How far the frame of odometry may lie from the robot's, m and rad.
 const SAME_PLACE: f64 = 0.01;
 
-/// A scan as curionav has it, of no tick yet. A range that is infinite, too great, or below what the scanner can measure, counts as one that hit
-/// nothing, as ROS has it (REP 117); one that is minus infinity as one that hit something at the least range. A beam that is
-/// no number says nothing, and counts as one that hit nothing too, but a scan with many of them is refused.
+/// A scan as curionav has it, of no tick yet. A range that is infinite, too great, or below what the scanner can
+/// measure, counts as one that hit nothing, as ROS has it (REP 117); one that is minus infinity as one that hit
+/// something at the least range. A beam that is no number says nothing, and counts as one that hit nothing too, but a
+/// scan with many of them is refused.
 ///
 /// # Errors
 /// If the scan is none, if it is not known where the scanner is, or if the scanner leans.

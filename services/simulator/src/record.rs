@@ -48,8 +48,8 @@ impl Record {
         }
     }
 
-    /// One decision, which came while the world was at `tick`: its scene's stamp and what was chosen go into the digest,
-    /// wall times and epochs do not.
+    /// One decision, which came while the world was at `tick`: its scene's stamp and what was chosen go into the
+    /// digest, wall times and epochs do not.
     pub(crate) fn decision(&mut self, decision: &Decision, tick: u64) {
         self.digest.update(decision.stamp.to_le_bytes());
         self.digest.update([decision.action as u8]);

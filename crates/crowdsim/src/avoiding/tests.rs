@@ -188,8 +188,8 @@ fn the_robot_is_walked_around() {
     }
 }
 
-/// Thirty people to and fro in a corridor of 3 m: metres gained towards their ends per second and person, once lanes had
-/// time to form.
+/// Thirty people to and fro in a corridor of 3 m: metres gained towards their ends per second and person, once lanes
+/// had time to form.
 fn counterflow(law: Law) -> f64 {
     let map = map(|_, y| !(8.5..11.5).contains(&y));
     let mut r = rng(7, 0);

@@ -17,7 +17,8 @@ pub(crate) struct NearWall {
 }
 
 /// The walls around `at` within `reach` metres, nearest first: the nearest point, then the nearest of those not behind
-/// a line through a nearer one across the view of it, and so on. A straight wall counts once, a corner of the room twice.
+/// a line through a nearer one across the view of it, and so on. A straight wall counts once, a corner of the room
+/// twice.
 pub(crate) fn nearest_walls(map: &StaticMap, at: Point2, reach: f64) -> Vec<NearWall> {
     let mut found = Vec::new();
     let grid = &map.grid;

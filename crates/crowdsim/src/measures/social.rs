@@ -39,8 +39,8 @@ pub struct Task<'a> {
     pub robot_radius: f64,
 }
 
-/// The social measures of one run by name, from the truth of every tick; yes is 1, no is 0, and what there is none of is
-/// left out. Shares are of the rows of the track, 0 to 1; a gap is between bodies, a distance between centres.
+/// The social measures of one run by name, from the truth of every tick; yes is 1, no is 0, and what there is none of
+/// is left out. Shares are of the rows of the track, 0 to 1; a gap is between bodies, a distance between centres.
 pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static str, f64> {
     let length_m = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
     let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();

@@ -64,8 +64,8 @@ curionav_planning::parameters! {
         /// Parameters of the localiser that differ from its defaults; checked by the localiser.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub localizer: Option<toml::Table>,
-        /// Parameters of the tracker of people that differ from its defaults; checked by the tracker. Its people are as wide
-        /// as those of the scenario.
+        /// Parameters of the tracker of people that differ from its defaults; checked by the tracker. Its people are as
+        /// wide as those of the scenario.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub tracker: Option<toml::Table>,
         /// Parameters of the planner profile that differ from it; checked by the planner.

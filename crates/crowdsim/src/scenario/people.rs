@@ -29,8 +29,8 @@ curionav_planning::parameters! {
         /// From the simulator, which says their true positions and velocities as `people` and `frame` say.
         #[default]
         Truth,
-        /// From the service `tracker`, which has nothing but the laser and the robot's belief. The simulator says nothing
-        /// of people; `people` and `frame` have no effect.
+        /// From the service `tracker`, which has nothing but the laser and the robot's belief. The simulator says
+        /// nothing of people; `people` and `frame` have no effect.
         Tracker,
     }
 }
@@ -84,7 +84,8 @@ curionav_planning::parameters! {
         /// that plays a crowd may start after the run, or load a model first.
         #[serde(skip_serializing_if = "is_default_patience")]
         pub live_patience_s: f64 [0.1, 600.0, "s", "a run that waits longer is forgotten"] = LIVE_PATIENCE_S,
-        /// How the people of `[[walkers]]` and `[[crowds]]` move; the recorded and the live ones move as they were told.
+        /// How the people of `[[walkers]]` and `[[crowds]]` move; the recorded and the live ones move as they were
+        /// told.
         #[serde(skip_serializing_if = "is_default")]
         pub motion: Motion [words] = Motion::Scripted,
         /// Parameters of `motion = "hrvo"`; without effect on scripted people.
