@@ -15,18 +15,18 @@ use curionav_schemas::{self as wire, Action, Belief, Decision, MapId, MissionCom
 
 use crate::config::Ros2Config;
 use crate::diagnosis;
+use crate::driver_client::{Answer, DriverClient};
 use crate::fault::{Fault, FaultKind};
 use crate::frames::planar;
 use crate::gate::{Gate, Source};
 use crate::goals::Status;
 use crate::graph::{Graph, Used};
-use crate::journey::{Deed, Id, Journey, id};
+use crate::journey::{Effect, Id, Journey, id};
 use crate::node::Request;
 use crate::order::{Orders, Start};
-use crate::pilot::{Answer, Pilot};
 use crate::problem::{Problem, ProblemKind};
-use crate::senses::Senses;
-use crate::voice::Voice;
+use crate::publishers::Publishers;
+use crate::robot_state::RobotState;
 
 /// The localiser answers every tick; if its last answer is older than this, it has nothing to go on from.
 const BELIEF_AGE: Duration = Duration::from_secs(2);
@@ -57,11 +57,11 @@ pub(crate) struct Parts {
     /// The way to the base.
     pub(crate) gate: Arc<Gate>,
     /// What it says to ROS.
-    pub(crate) voice: Voice,
+    pub(crate) publishers: Publishers,
     /// The way to the driver.
-    pub(crate) pilot: Pilot,
+    pub(crate) driver_client: DriverClient,
     /// What is known of the robot.
-    pub(crate) senses: Senses,
+    pub(crate) robot_state: RobotState,
 }
 
 /// The gateway.
@@ -121,29 +121,29 @@ impl Gateway {
     }
 
     /// What is known of the robot.
-    pub(crate) fn senses(&mut self) -> &mut Senses {
-        &mut self.parts.senses
+    pub(crate) fn robot_state(&mut self) -> &mut RobotState {
+        &mut self.parts.robot_state
     }
 
     /// Whether something wants to see the arbiter's reports.
     pub(crate) fn wants_reports(&self) -> bool {
-        self.parts.voice.wants_reports()
+        self.parts.publishers.wants_reports()
     }
 
     /// Odometry; if the clock has been set back, nothing of before is of any use.
     pub(crate) fn odom(&mut self, said: &ros::Odometry) {
-        if self.parts.senses.odom(said) {
+        if self.parts.robot_state.odom(said) {
             tracing::warn!("the robot's clock was set back: its run is over");
             self.begins_at(None);
             (self.belief, self.is_lost) = (None, true);
-            let deeds = self.journey.fail("the robot's clock was set back");
-            self.act(deeds);
+            let effects = self.journey.fail("the robot's clock was set back");
+            self.act(effects);
         }
     }
 
     /// A map is served from now on, and new runs take place on it.
     pub(crate) fn map(&mut self, map: Result<OccupancyGrid, Fault>) {
-        let Some(grid) = self.parts.senses.used(&self.parts.config.topics.map, map) else { return };
+        let Some(grid) = self.parts.robot_state.used(&self.parts.config.topics.map, map) else { return };
         let map = convert::occupancy_grid_to_wire(&grid);
         let id = map.map;
         if self.map == Some(id) {
@@ -177,17 +177,17 @@ impl Gateway {
             Ok(Start { pose: planar(&said.pose.pose)?, covariance: covariance.into() })
         });
         let topic = self.parts.config.topics.initialpose.clone();
-        let Some(start) = self.parts.senses.used(&topic, start) else { return };
+        let Some(start) = self.parts.robot_state.used(&topic, start) else { return };
         self.begins_at(Some(start));
         self.localize_after = Instant::now();
         if let Some(destination) = self.journey.goal() {
             let outcome = self.order_anew(destination);
-            self.parts.senses.used(&topic, outcome);
+            self.parts.robot_state.used(&topic, outcome);
         }
     }
 
     fn begins_at(&mut self, start: Option<Start>) {
-        let odometry = self.parts.senses.clock.newest().map(|sample| sample.pose);
+        let odometry = self.parts.robot_state.clock.newest().map(|sample| sample.pose);
         (self.start, self.start_ordered, self.start_taken) =
             (start.map(|start| (start, odometry)), None, None);
     }
@@ -216,7 +216,7 @@ impl Gateway {
             return self.order_anew(destination);
         }
         let (Point2 { x, y }, heading) = destination;
-        let number = self.parts.pilot.send(MissionCommand::Goal { x, y, heading });
+        let number = self.parts.driver_client.send(MissionCommand::Goal { x, y, heading });
         self.destination = Some(destination);
         self.journey.asked_to_go(number, true);
         Ok(())
@@ -235,7 +235,7 @@ impl Gateway {
             return Err(Fault::new(FaultKind::NotYet, why));
         };
         let driven = then
-            .zip(self.parts.senses.clock.newest())
+            .zip(self.parts.robot_state.clock.newest())
             .map_or(Pose2::default(), |(then, now)| then.relative(now.pose));
         Ok(Start { pose: start.pose.compose(driven), ..start })
     }
@@ -244,10 +244,10 @@ impl Gateway {
     fn order(&mut self, start: &Start, destination: Destination) -> Result<u64, Fault> {
         let not_yet = |what: &str| Fault::new(FaultKind::NotYet, format!("no {what} has come"));
         let map = self.map.ok_or_else(|| not_yet("map"))?;
-        let laser = self.parts.senses.laser.as_ref().ok_or_else(|| not_yet("scan that can be used"))?;
+        let laser = self.parts.robot_state.laser.as_ref().ok_or_else(|| not_yet("scan that can be used"))?;
         let order = self.parts.orders.order(map, laser, start, destination);
         let order = Box::new(order.map_err(|reject| Fault::unusable(reject.to_string()))?);
-        let number = self.parts.pilot.send(MissionCommand::Set { order });
+        let number = self.parts.driver_client.send(MissionCommand::Set { order });
         self.start_ordered = Some(number);
         Ok(number)
     }
@@ -276,9 +276,9 @@ impl Gateway {
     /// A goal of the topic.
     pub(crate) fn goal_pose(&mut self, said: &ros::PoseStamped) {
         let outcome = self.destination_of(said).and_then(|destination| self.go(destination));
-        if self.parts.senses.used(&self.parts.config.topics.goal_pose, outcome).is_some() {
-            let deeds = self.journey.replaced();
-            self.act(deeds);
+        if self.parts.robot_state.used(&self.parts.config.topics.goal_pose, outcome).is_some() {
+            let effects = self.journey.replaced();
+            self.act(effects);
         }
     }
 
@@ -291,11 +291,11 @@ impl Gateway {
             }
             self.go(destination)
         });
-        let goes = self.parts.senses.used(&self.parts.config.topics.navigate_to_pose, outcome).is_some();
+        let goes = self.parts.robot_state.used(&self.parts.config.topics.navigate_to_pose, outcome).is_some();
         let accepted = goes && self.journey.accept(said.goal_id, now);
         asked.reply(&ros::SendGoalResponse { accepted, stamp: now });
         if accepted {
-            self.act(vec![Deed::Goals]);
+            self.act(vec![Effect::Goals]);
         }
     }
 
@@ -304,8 +304,8 @@ impl Gateway {
         let answer = self.journey.goals.cancel(said);
         asked.reply(&answer);
         if !answer.goals_canceling.is_empty() {
-            let deeds = self.journey.canceling();
-            self.act(deeds);
+            let effects = self.journey.canceling();
+            self.act(effects);
         }
     }
 
@@ -317,27 +317,27 @@ impl Gateway {
                     self.results.push((said.goal_id, asked));
                 }
             }
-            goal => self.parts.voice.result(goal, &asked),
+            goal => self.parts.publishers.result(goal, &asked),
         }
     }
 
-    fn act(&mut self, deeds: Vec<Deed>) {
-        for deed in deeds {
-            match deed {
-                Deed::Tell(command) => drop(self.parts.pilot.send(command)),
-                Deed::Goals => self.goals_changed(),
-                Deed::NoPlan => self.parts.voice.no_plan(self.parts.gate.robot_time()),
-                Deed::OrderAnew => {
+    fn act(&mut self, effects: Vec<Effect>) {
+        for effect in effects {
+            match effect {
+                Effect::Tell(command) => drop(self.parts.driver_client.send(command)),
+                Effect::Goals => self.goals_changed(),
+                Effect::NoPlan => self.parts.publishers.no_plan(self.parts.gate.robot_time()),
+                Effect::OrderAnew => {
                     let outcome = self.destination.map_or(Ok(()), |destination| self.order_anew(destination));
                     if let Err(fault) = outcome {
-                        let deeds = self.journey.fail(&fault.to_string());
-                        self.act(deeds);
+                        let effects = self.journey.fail(&fault.to_string());
+                        self.act(effects);
                     }
                 }
-                Deed::Refused(reject) => {
+                Effect::Refused(reject) => {
                     let problem = Problem::new(ProblemKind::Refused, "mission", reject.to_string());
                     tracing::warn!("{}", problem.sentence());
-                    locked(&self.parts.senses.problems).set(problem);
+                    locked(&self.parts.robot_state.problems).set(problem);
                 }
             }
         }
@@ -345,42 +345,42 @@ impl Gateway {
     }
 
     fn goals_changed(&mut self) {
-        let (goals, voice) = (&self.journey.goals, &self.parts.voice);
-        voice.status(goals);
+        let (goals, publishers) = (&self.journey.goals, &self.parts.publishers);
+        publishers.status(goals);
         let ended = |id: &ros::Uuid| goals.get(id).is_none_or(|goal| goal.status.is_end());
         for (id, asked) in self.results.extract_if(.., |(id, _)| ended(id)) {
-            voice.result(goals.get(&id), &asked);
+            publishers.result(goals.get(&id), &asked);
         }
     }
 
     fn tick(&self) -> u64 {
-        self.parts.senses.clock.newest().map_or(0, |sample| sample.tick)
+        self.parts.robot_state.clock.newest().map_or(0, |sample| sample.tick)
     }
 
     /// The driver has answered a command.
     pub(crate) fn answer(&mut self, answer: Answer) {
         self.driver_heard = Instant::now();
         if answer.outcome.is_ok() {
-            locked(&self.parts.senses.problems).clear(ProblemKind::Refused, "mission");
+            locked(&self.parts.robot_state.problems).clear(ProblemKind::Refused, "mission");
             if self.start_ordered == Some(answer.number) {
                 self.start_taken = answer.outcome.as_ref().ok().map(id);
             }
         }
-        let deeds = self.journey.answered(answer.number, answer.outcome, self.tick());
-        self.act(deeds);
+        let effects = self.journey.answered(answer.number, answer.outcome, self.tick());
+        self.act(effects);
         self.begun();
     }
 
     /// The driver has said how the mission stands.
     pub(crate) fn mission(&mut self, mission: wire::Mission) {
         self.driver_heard = Instant::now();
-        let deeds = self.journey.said(mission, self.tick());
-        self.act(deeds);
+        let effects = self.journey.said(mission, self.tick());
+        self.act(effects);
         self.begun();
     }
 
-    /// Once all services are at work in the run that begins where the robot was said to be, the localiser knows it. What it
-    /// has said until then belongs to the run before.
+    /// Once all services are at work in the run that begins where the robot was said to be, the localiser knows it.
+    /// What it has said until then belongs to the run before.
     fn begun(&mut self) {
         if self.start_taken.is_some() && self.start_taken == self.journey.running() {
             self.begins_at(None);
@@ -390,22 +390,22 @@ impl Gateway {
 
     /// The localiser has said where the robot is.
     pub(crate) fn believed(&mut self, belief: Belief) {
-        let clock = &self.parts.senses.clock;
+        let clock = &self.parts.robot_state.clock;
         let Some(sample) = clock.of_tick(belief.tick).filter(|_| !self.is_lost && self.start.is_none())
         else {
             return;
         };
-        self.parts.voice.belief(&belief, sample.pose, clock.stamp(sample.stamp));
+        self.parts.publishers.belief(&belief, sample.pose, clock.stamp(sample.stamp));
         self.belief = Some((belief, sample.pose, Instant::now()));
     }
 
     /// The arbiter has decided.
     pub(crate) fn decided(&mut self, decision: &Decision) {
         if self.journey.is_engaged() && decision.action != Action::Stop {
-            self.parts.voice.plan(decision, self.parts.senses.clock.stamp(decision.stamp));
+            self.parts.publishers.plan(decision, self.parts.robot_state.clock.stamp(decision.stamp));
         }
-        let deeds = self.journey.decided(decision);
-        self.act(deeds);
+        let effects = self.journey.decided(decision);
+        self.act(effects);
     }
 
     /// The driver has said what to do.
@@ -415,15 +415,15 @@ impl Gateway {
 
     /// The arbiter has said what it has weighed.
     pub(crate) fn reported(&self, report: &wire::CycleReport) {
-        self.parts.voice.report(report, self.parts.senses.clock.stamp(report.scene.stamp));
+        self.parts.publishers.report(report, self.parts.robot_state.clock.stamp(report.scene.stamp));
     }
 
     /// Some time has passed.
     pub(crate) fn beat(&mut self) {
         if self.journey.is_engaged() && self.driver_heard.elapsed() > DRIVER_SILENCE {
             tracing::warn!("the driver says nothing any more: its mission is lost");
-            let deeds = self.journey.forget_mission();
-            self.act(deeds);
+            let effects = self.journey.forget_mission();
+            self.act(effects);
         }
         self.localize();
         self.feedback();
@@ -440,13 +440,13 @@ impl Gateway {
             let at = Pose2::new(belief.x, belief.y, belief.heading);
             let distance = at.position().distance(place);
             let remaining = distance / belief.v.max(0.1);
-            self.parts.voice.feedback(goal, at, (distance, remaining), self.parts.gate.robot_time());
+            self.parts.publishers.feedback(goal, at, (distance, remaining), self.parts.gate.robot_time());
         }
     }
 
     fn diagnose(&self) {
-        let Parts { config, graph, used, gate, voice, senses, .. } = &self.parts;
-        let mut problems = locked(&senses.problems);
+        let Parts { config, graph, used, gate, publishers, robot_state, .. } = &self.parts;
+        let mut problems = locked(&robot_state.problems);
         problems.replace(&[ProblemKind::SecondPublisher, ProblemKind::OtherType], graph.problems(used));
         let silent = gate.silent().map(|source| match source {
             Source::Command => ("cmd".to_owned(), "no command of the driver comes"),
@@ -455,22 +455,22 @@ impl Gateway {
         });
         let silent = silent.map(|(topic, why)| Problem::new(ProblemKind::Silent, topic, why));
         problems.replace(&[ProblemKind::Silent], silent.into_iter().collect());
-        let slow = senses.rate.fault(self.tick_s);
+        let slow = robot_state.rate.fault(self.tick_s);
         let slow = slow.map(|why| Problem::new(ProblemKind::Rate, config.resolve(&config.topics.odom), why));
         problems.replace(&[ProblemKind::Rate], slow.into_iter().collect());
         problems.replace(&[ProblemKind::Awaited], self.awaited());
         let status = diagnosis::status(&problems.all(), self.journey.mission(), self.belief.is_some());
         drop(problems);
-        voice.diagnostics(status, gate.robot_time());
+        publishers.diagnostics(status, gate.robot_time());
     }
 
     /// What has to come before a mission can begin.
     fn awaited(&self) -> Vec<Problem> {
-        let Parts { config, senses, .. } = &self.parts;
+        let Parts { config, robot_state, .. } = &self.parts;
         let topics = &config.topics;
         let missing = [
-            (&topics.odom, senses.clock.newest().is_none(), "no odometry that can be used has come"),
-            (&topics.scan, senses.laser.is_none(), "no scan that can be used has come"),
+            (&topics.odom, robot_state.clock.newest().is_none(), "no odometry that can be used has come"),
+            (&topics.scan, robot_state.laser.is_none(), "no scan that can be used has come"),
             (&topics.map, self.map.is_none(), "no map that can be used has come"),
         ];
         let mut awaited: Vec<_> = missing.into_iter().filter(|(_, is_missing, _)| *is_missing).collect();
@@ -486,9 +486,9 @@ impl Gateway {
     /// The robot stands, and what was under way has failed; whether the driver has to be told.
     pub(crate) fn end(&mut self) -> bool {
         self.parts.gate.stop();
-        let deeds = self.journey.fail("the gateway ends");
-        let tells = deeds.iter().any(|deed| matches!(deed, Deed::Tell(_)));
-        self.act(deeds);
+        let effects = self.journey.fail("the gateway ends");
+        let tells = effects.iter().any(|effect| matches!(effect, Effect::Tell(_)));
+        self.act(effects);
         tells
     }
 }

@@ -36,7 +36,7 @@ struct Asked {
 
 /// What has to be done because of what has happened.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Deed {
+pub(crate) enum Effect {
     /// The driver has to be told.
     Tell(MissionCommand),
     /// How goals fare has changed.
@@ -74,8 +74,8 @@ impl Journey {
         self.mission.as_ref()
     }
 
-    /// Whether a mission is under way that moves the robot. Until the driver has answered, the newest may be the one that
-    /// only localises: its state can come before the answer.
+    /// Whether a mission is under way that moves the robot. Until the driver has answered, the newest may be the one
+    /// that only localises: its state can come before the answer.
     pub(crate) fn is_engaged(&self) -> bool {
         let may_localize = self.asked.is_some_and(|asked| asked.purpose == Purpose::Localize);
         let moves = |mission: &Mission| {
@@ -116,7 +116,7 @@ impl Journey {
     }
 
     /// A goal of the topic has taken the place of that of the action, if one is under way.
-    pub(crate) fn replaced(&mut self) -> Vec<Deed> {
+    pub(crate) fn replaced(&mut self) -> Vec<Effect> {
         self.abort("another goal has taken its place")
     }
 
@@ -131,40 +131,45 @@ impl Journey {
         self.asked = Some(Asked { number, purpose: Purpose::Localize, is_change: false });
     }
 
-    fn abort(&mut self, why: &str) -> Vec<Deed> {
-        self.goals.set(Status::Aborted, why).map(|_| Deed::Goals).into_iter().collect()
+    fn abort(&mut self, why: &str) -> Vec<Effect> {
+        self.goals.set(Status::Aborted, why).map(|_| Effect::Goals).into_iter().collect()
     }
 
     /// The robot can go on with nothing: whatever is under way has failed.
-    pub(crate) fn fail(&mut self, why: &str) -> Vec<Deed> {
-        let mut deeds = self.abort(why);
+    pub(crate) fn fail(&mut self, why: &str) -> Vec<Effect> {
+        let mut effects = self.abort(why);
         if self.asked.take().is_some() || self.is_engaged() {
-            deeds.extend([Deed::Tell(MissionCommand::Cancel), Deed::NoPlan]);
+            effects.extend([Effect::Tell(MissionCommand::Cancel), Effect::NoPlan]);
         }
         (self.ours, self.running) = (None, None);
         self.failed = self.mission.as_ref().map(id);
-        deeds
+        effects
     }
 
     /// The driver says nothing any more: the mission that it had is lost with it.
-    pub(crate) fn forget_mission(&mut self) -> Vec<Deed> {
-        let mut deeds = self.abort("the driver is gone");
+    pub(crate) fn forget_mission(&mut self) -> Vec<Effect> {
+        let mut effects = self.abort("the driver is gone");
         let goals = std::mem::take(&mut self.goals);
         *self = Self { goals, ..Self::default() };
-        deeds.push(Deed::NoPlan);
-        deeds
+        effects.push(Effect::NoPlan);
+        effects
     }
 
     /// Goals are being given up: the driver is told, unless it has yet to say which mission is theirs.
-    pub(crate) fn canceling(&self) -> Vec<Deed> {
+    pub(crate) fn canceling(&self) -> Vec<Effect> {
         if self.asked.is_some() {
-            return vec![Deed::Goals];
+            return vec![Effect::Goals];
         }
-        vec![Deed::Goals, Deed::Tell(MissionCommand::Cancel)]
+        vec![Effect::Goals, Effect::Tell(MissionCommand::Cancel)]
     }
 
     /// The driver has answered.
-    pub(crate) fn answered(&mut self, number: u64, outcome: Result<Mission, Reject>, tick: u64) -> Vec<Deed> {
+    pub(crate) fn answered(
+        &mut self,
+        number: u64,
+        outcome: Result<Mission, Reject>,
+        tick: u64,
+    ) -> Vec<Effect> {
         let Some(asked) = self.asked.filter(|asked| asked.number == number) else {
             // Of an end, or of an order that another has taken the place of.
             return outcome.map_or_else(|_| Vec::new(), |mission| self.said(mission, tick));
@@ -172,24 +177,24 @@ impl Journey {
         self.asked = None;
         let mission = match outcome {
             Ok(mission) => mission,
-            Err(_) if asked.is_change => return vec![Deed::OrderAnew],
+            Err(_) if asked.is_change => return vec![Effect::OrderAnew],
             Err(reject) => {
-                let mut deeds = self.abort(&words::say("refusal", &reject.why));
-                deeds.push(Deed::Refused(reject));
-                return deeds;
+                let mut effects = self.abort(&words::say("refusal", &reject.why));
+                effects.push(Effect::Refused(reject));
+                return effects;
             }
         };
-        let mut deeds = Vec::new();
+        let mut effects = Vec::new();
         let ordered = Some(id(&mission));
         match asked.purpose {
             Purpose::Localize => self.localizing = ordered,
             Purpose::Goal => {
                 (self.ours, self.localizing) = (ordered, None);
                 match self.goals.active().map(|goal| goal.status) {
-                    Some(Status::Canceling) => deeds.push(Deed::Tell(MissionCommand::Cancel)),
+                    Some(Status::Canceling) => effects.push(Effect::Tell(MissionCommand::Cancel)),
                     Some(_) => {
                         self.goals.set(Status::Executing, "");
-                        deeds.push(Deed::Goals);
+                        effects.push(Effect::Goals);
                     }
                     None => {}
                 }
@@ -198,21 +203,21 @@ impl Journey {
         // The topic may have been faster than the answer, and what it has said is then newer.
         let newest = self.mission.take_if(|known| Some(id(known)) >= ordered).unwrap_or(mission);
         self.running = None;
-        deeds.extend(self.said(newest, tick));
-        deeds
+        effects.extend(self.said(newest, tick));
+        effects
     }
 
     /// The driver has said how the mission stands, at `tick` of the robot.
-    pub(crate) fn said(&mut self, mission: Mission, tick: u64) -> Vec<Deed> {
-        let mut deeds = Vec::new();
+    pub(crate) fn said(&mut self, mission: Mission, tick: u64) -> Vec<Effect> {
+        let mut effects = Vec::new();
         let newest = id(&mission);
         if self.mission.as_ref().is_some_and(|known| newest < id(known)) {
-            return deeds;
+            return effects;
         }
         if mission.state == MissionState::Running && self.running.is_none_or(|(of, _)| of != newest) {
             self.running = Some((newest, tick));
             if self.localizing == Some(newest) {
-                deeds.push(Deed::Tell(MissionCommand::Cancel));
+                effects.push(Effect::Tell(MissionCommand::Cancel));
             }
         }
         let was_engaged = self.is_engaged();
@@ -220,23 +225,23 @@ impl Journey {
             Some(ours) if ours == newest && is_over(&mission) => {
                 self.ours = None;
                 let (status, why) = end(&mission, self.goals.active().map(|goal| goal.status));
-                deeds.extend(self.goals.set(status, &why).map(|_| Deed::Goals));
+                effects.extend(self.goals.set(status, &why).map(|_| Effect::Goals));
             }
             Some(ours) if ours < newest && self.asked.is_none() => {
                 self.ours = None;
-                deeds.extend(self.abort("another mission has been ordered"));
+                effects.extend(self.abort("another mission has been ordered"));
             }
             _ => {}
         }
         self.mission = Some(mission);
         if was_engaged && !self.is_engaged() {
-            deeds.push(Deed::NoPlan);
+            effects.push(Effect::NoPlan);
         }
-        deeds
+        effects
     }
 
     /// The arbiter has decided: if the robot is at the goal of the mission that runs, the run is over.
-    pub(crate) fn decided(&mut self, decision: &Decision) -> Vec<Deed> {
+    pub(crate) fn decided(&mut self, decision: &Decision) -> Vec<Effect> {
         let Some(mission) = self.mission.as_ref().filter(|m| m.state == MissionState::Running) else {
             return Vec::new();
         };
@@ -248,7 +253,7 @@ impl Journey {
             return Vec::new();
         }
         self.ending = Some(running);
-        vec![Deed::Tell(MissionCommand::Finish { revision, end: MissionEnd::Reached })]
+        vec![Effect::Tell(MissionCommand::Finish { revision, end: MissionEnd::Reached })]
     }
 }
 
@@ -282,8 +287,8 @@ mod tests {
         let mut journey = Journey::default();
         assert!(journey.accept(GOAL, NOW));
         journey.asked_to_go(1, false);
-        let deeds = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
-        assert_eq!(deeds, [Deed::Goals]);
+        let effects = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
+        assert_eq!(effects, [Effect::Goals]);
         assert_eq!(journey.said(mission(3, MissionState::Running, None), 10), []);
         assert!(journey.is_engaged());
         journey
@@ -303,10 +308,10 @@ mod tests {
         let mut journey = under_way();
         assert_eq!(journey.decided(&arrived(9)), [], "it was decided for the goal before");
         let finish = MissionCommand::Finish { revision: 3, end: MissionEnd::Reached };
-        assert_eq!(journey.decided(&arrived(12)), [Deed::Tell(finish)]);
+        assert_eq!(journey.decided(&arrived(12)), [Effect::Tell(finish)]);
         assert_eq!(journey.decided(&arrived(13)), [], "once is enough");
-        let deeds = journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 14);
-        assert_eq!(deeds, [Deed::Goals, Deed::NoPlan]);
+        let effects = journey.said(mission(3, MissionState::Finished, Some(MissionEnd::Reached)), 14);
+        assert_eq!(effects, [Effect::Goals, Effect::NoPlan]);
         assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Succeeded, false));
     }
 
@@ -315,7 +320,7 @@ mod tests {
         let cancelled = || mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled));
         let mut journey = under_way();
         journey.goals.cancel(&Default::default());
-        assert_eq!(journey.canceling(), [Deed::Goals, Deed::Tell(MissionCommand::Cancel)]);
+        assert_eq!(journey.canceling(), [Effect::Goals, Effect::Tell(MissionCommand::Cancel)]);
         journey.said(cancelled(), 20);
         assert_eq!(status(&journey).0, Status::Canceled);
         let mut journey = under_way();
@@ -329,9 +334,9 @@ mod tests {
         journey.accept(GOAL, NOW);
         journey.asked_to_go(1, false);
         journey.goals.cancel(&Default::default());
-        assert_eq!(journey.canceling(), [Deed::Goals]);
-        let deeds = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
-        assert_eq!(deeds, [Deed::Tell(MissionCommand::Cancel)]);
+        assert_eq!(journey.canceling(), [Effect::Goals]);
+        let effects = journey.answered(1, Ok(mission(3, MissionState::Preparing, None)), 8);
+        assert_eq!(effects, [Effect::Tell(MissionCommand::Cancel)]);
         journey.said(mission(3, MissionState::Cancelled, Some(MissionEnd::Cancelled)), 9);
         assert_eq!(status(&journey).0, Status::Canceled);
     }
@@ -359,7 +364,7 @@ mod tests {
     #[test]
     fn a_mission_that_another_orders_takes_the_place_of_the_goal_and_the_base_obeys_it() {
         let mut journey = under_way();
-        assert_eq!(journey.said(mission(4, MissionState::Preparing, None), 20), [Deed::Goals]);
+        assert_eq!(journey.said(mission(4, MissionState::Preparing, None), 20), [Effect::Goals]);
         assert_eq!((status(&journey).0, journey.is_engaged()), (Status::Aborted, true));
         journey.said(mission(4, MissionState::Running, None), 22);
         assert_eq!(journey.decided(&arrived(25)).len(), 1, "the base ends that run too");
@@ -371,8 +376,8 @@ mod tests {
         journey.asked_to_localize(1);
         journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 0);
         assert!(!journey.is_engaged());
-        let deeds = journey.said(mission(1, MissionState::Running, None), 5);
-        assert_eq!((deeds, journey.is_engaged()), (vec![Deed::Tell(MissionCommand::Cancel)], false));
+        let effects = journey.said(mission(1, MissionState::Running, None), 5);
+        assert_eq!((effects, journey.is_engaged()), (vec![Effect::Tell(MissionCommand::Cancel)], false));
         assert_eq!(journey.decided(&arrived(6)), []);
     }
 
@@ -382,8 +387,8 @@ mod tests {
         journey.asked_to_localize(1);
         assert_eq!(journey.said(mission(1, MissionState::Running, None), 5), []);
         assert!(!journey.is_engaged());
-        let deeds = journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6);
-        assert_eq!((deeds, journey.is_engaged()), (vec![Deed::Tell(MissionCommand::Cancel)], false));
+        let effects = journey.answered(1, Ok(mission(1, MissionState::Preparing, None)), 6);
+        assert_eq!((effects, journey.is_engaged()), (vec![Effect::Tell(MissionCommand::Cancel)], false));
         assert!(journey.is_localizing() && journey.running() == Some((1, 1)));
         // A mission of another client came meanwhile: that one moves the robot.
         let mut journey = Journey::default();
@@ -415,7 +420,7 @@ mod tests {
         // A restart while a goal is under way: it is of no mission any more.
         let mut journey = under_way();
         let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };
-        assert_eq!(journey.said(fresh, 20), [Deed::Goals]);
+        assert_eq!(journey.said(fresh, 20), [Effect::Goals]);
         assert_eq!(status(&journey).0, Status::Aborted);
     }
 
@@ -425,10 +430,10 @@ mod tests {
         let mut journey = Journey::default();
         journey.accept(GOAL, NOW);
         journey.asked_to_go(1, true);
-        assert_eq!(journey.answered(1, Err(reject()), 0), [Deed::OrderAnew]);
+        assert_eq!(journey.answered(1, Err(reject()), 0), [Effect::OrderAnew]);
         assert_eq!(status(&journey).0, Status::Accepted);
         journey.asked_to_go(2, false);
-        assert_eq!(journey.answered(2, Err(reject()), 0), [Deed::Goals, Deed::Refused(reject())]);
+        assert_eq!(journey.answered(2, Err(reject()), 0), [Effect::Goals, Effect::Refused(reject())]);
         assert_eq!(status(&journey).0, Status::Aborted);
         assert!(!status(&journey).1.is_empty());
     }
@@ -446,13 +451,13 @@ mod tests {
     #[test]
     fn when_the_clock_is_set_back_or_the_driver_goes_the_goal_has_failed() {
         let mut journey = under_way();
-        let deeds = journey.fail("the robot's clock was set back");
-        assert_eq!(deeds, [Deed::Goals, Deed::Tell(MissionCommand::Cancel), Deed::NoPlan]);
+        let effects = journey.fail("the robot's clock was set back");
+        assert_eq!(effects, [Effect::Goals, Effect::Tell(MissionCommand::Cancel), Effect::NoPlan]);
         assert!(!journey.is_engaged());
         journey.said(mission(3, MissionState::Running, None), 21);
         assert!(!journey.is_engaged(), "the driver has not heard of it yet");
         let mut journey = under_way();
-        assert_eq!(journey.forget_mission(), [Deed::Goals, Deed::NoPlan]);
+        assert_eq!(journey.forget_mission(), [Effect::Goals, Effect::NoPlan]);
         assert!(!journey.is_engaged() && status(&journey).0 == Status::Aborted);
         // A driver that was started anew counts its revisions from 1 on, in a later run.
         let fresh = Mission { run: 2, ..mission(1, MissionState::Preparing, None) };

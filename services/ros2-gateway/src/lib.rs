@@ -1,13 +1,13 @@
 //! The gateway to a robot of ROS 2: it plays the robot's base for curionav, and curionav's navigation for the robot.
 //!
-//! One session is curionav's, the other is a client of the robot's own router. Read `senses` for what becomes of what the
-//! robot says, `journey` for how goals become missions, `gate` for what reaches the base, and `service` for how these are
-//! joined.
+//! One session is curionav's, the other is a client of the robot's own router. Read `robot_state` for what becomes of
+//! what the robot says, `journey` for how goals become missions, `gate` for what reaches the base, and `service` for
+//! how these are joined.
 
 pub mod config;
 mod diagnosis;
 mod drawing;
-mod ears;
+mod driver_client;
 mod fault;
 mod frames;
 mod gate;
@@ -18,12 +18,12 @@ mod journey;
 mod node;
 mod order;
 mod people;
-mod pilot;
 pub mod problem;
+mod publishers;
 mod robot_clock;
-mod senses;
+mod robot_state;
 mod sensing;
 mod service;
-mod voice;
+mod subscriptions;
 
 pub use service::{check, run};

@@ -20,16 +20,16 @@ use curionav_schemas::{MissionCommand, keys};
 use zenoh::Session;
 
 use crate::config::{DialectName, PeopleSource, Ros2Config};
-use crate::ears::{Ears, Event};
+use crate::driver_client::DriverClient;
 use crate::gate::Gate;
 use crate::gateway::{Gateway, Parts};
 use crate::graph::{Graph, Used};
 use crate::node::Node;
 use crate::order::Orders;
-use crate::pilot::Pilot;
 use crate::problem::{Problem, ProblemKind};
-use crate::senses::{Noted, Senses};
-use crate::voice::Voice;
+use crate::publishers::Publishers;
+use crate::robot_state::{Noted, RobotState};
+use crate::subscriptions::{Event, Subscriptions};
 
 /// For how long the gateway waits, when it ends, until the driver has heard of it.
 const FAREWELL: Duration = Duration::from_millis(500);
@@ -61,8 +61,8 @@ pub fn check(config: &ServiceConfig) -> anyhow::Result<()> {
     Told::read(config).map(drop)
 }
 
-/// Makes one robot of ROS 2 one of curionav's until `shutdown`. `on_ready` is called once curionav knows the gateway; the robot's
-/// router may come later.
+/// Makes one robot of ROS 2 one of curionav's until `shutdown`. `on_ready` is called once curionav knows the gateway;
+/// the robot's router may come later.
 pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, mut shutdown, on_ready, .. } = start;
@@ -87,24 +87,27 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         };
         let node = Node::new(&robots, &ros2, noted.refused.clone())?;
         let gate = Arc::new(Gate::new(&node, &ros2, &limits, noted.zeros.clone())?);
-        let (mut pilot, answers) = Pilot::start(session, keys::mission_command(&config.robot)?);
+        let (mut driver_client, answers) =
+            DriverClient::start(session, keys::mission_command(&config.robot)?);
         // What a gateway before this one has begun, nothing watches any more.
         if service.mission().await?.is_some_and(|mission| !is_over(&mission)) {
-            pilot.send(MissionCommand::Cancel);
+            driver_client.send(MissionCommand::Cancel);
         }
         let domain = (ros2.dialect == DialectName::RmwZenoh).then_some(ros2.domain);
         let graph = Graph::follow(&robots, domain, &noted.refused)?;
-        let senses = Senses::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), noted)?;
-        let mut ears = Ears::new(&node, &service, &ros2, answers)?;
-        let voice = Voice::new(&node, &ros2)?;
+        let robot_state = RobotState::new(&ros2, limits.tick_s, &service, Arc::clone(&gate), noted)?;
+        let mut subscriptions = Subscriptions::new(&node, &service, &ros2, answers)?;
+        let publishers = Publishers::new(&node, &ros2)?;
         let used = used(&ros2);
         let config = ros2;
-        let parts = Parts { config, orders, service, graph, used, gate, voice, pilot, senses };
+        let parts =
+            Parts { config, orders, service, graph, used, gate, publishers, driver_client, robot_state };
         let mut gateway = Gateway::new(parts, limits.tick_s);
-        let outcome = serve(&mut gateway, &mut ears, shutdown).await;
+        let outcome = serve(&mut gateway, &mut subscriptions, shutdown).await;
         // The base first. The driver is told on a task of its own, which ends with this program.
         if gateway.end() {
-            let told = async { while !matches!(ears.next().await, Event::Answer(_) | Event::Closed) {} };
+            let told =
+                async { while !matches!(subscriptions.next().await, Event::Answer(_) | Event::Closed) {} };
             let _ = tokio::time::timeout(FAREWELL, told).await;
         }
         drop(gateway);
@@ -180,25 +183,29 @@ fn used(ros2: &Ros2Config) -> Vec<Used> {
     always.into_iter().chain(people).collect()
 }
 
-async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -> anyhow::Result<()> {
+async fn serve(
+    gateway: &mut Gateway,
+    subscriptions: &mut Subscriptions,
+    mut shutdown: Shutdown,
+) -> anyhow::Result<()> {
     loop {
         let event = tokio::select! {
             biased;
             () = shutdown.requested() => return Ok(()),
-            event = ears.next() => event,
+            event = subscriptions.next() => event,
         };
         match event {
             Event::Command(command) => gateway.commanded(&command),
-            Event::Scan(scan) => gateway.senses().scan(&scan),
+            Event::Scan(scan) => gateway.robot_state().scan(&scan),
             Event::Odom(odometry) => gateway.odom(&odometry),
             Event::Belief(belief) => gateway.believed(belief),
             Event::Decision(decision) => gateway.decided(&decision),
             Event::Mission(mission) => gateway.mission(*mission),
             Event::Answer(answer) => gateway.answer(*answer),
-            Event::Transforms { message, is_static } => gateway.senses().transforms(&message, is_static),
+            Event::Transforms { message, is_static } => gateway.robot_state().transforms(&message, is_static),
             Event::Map(map) => gateway.map(map),
-            Event::People(people) => gateway.senses().people(&people),
-            Event::Clock(clock) => gateway.senses().sim_time(&clock),
+            Event::People(people) => gateway.robot_state().people(&people),
+            Event::Clock(clock) => gateway.robot_state().sim_time(&clock),
             Event::GoalPose(pose) => gateway.goal_pose(&pose),
             Event::InitialPose(pose) => gateway.initial_pose(&pose),
             Event::SendGoal(goal, asked) => gateway.send_goal(&goal, &asked),
@@ -207,7 +214,7 @@ async fn serve(gateway: &mut Gateway, ears: &mut Ears, mut shutdown: Shutdown) -
             Event::Report(report) => gateway.reported(&report),
             Event::Beat => {
                 gateway.beat();
-                ears.follow_reports(gateway.wants_reports(), gateway.service())?;
+                subscriptions.follow_reports(gateway.wants_reports(), gateway.service())?;
             }
             Event::Closed => return Ok(()),
         }

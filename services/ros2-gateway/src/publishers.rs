@@ -1,4 +1,4 @@
-//! Everything that the gateway says to ROS, but velocities.
+//! The gateway's publishers to ROS, except that of velocities.
 
 use curionav_planning::geometry::Pose2;
 use curionav_ros2::interface::Distribution;
@@ -17,7 +17,7 @@ enum Feedback {
 }
 
 /// The gateway's publishers.
-pub(crate) struct Voice {
+pub(crate) struct Publishers {
     distribution: Distribution,
     frames: Frames,
     amcl_pose: Outlet<ros::PoseWithCovarianceStamped>,
@@ -30,7 +30,7 @@ pub(crate) struct Voice {
     status: Outlet<ros::GoalStatusArray>,
 }
 
-impl Voice {
+impl Publishers {
     /// Declares them all.
     ///
     /// # Errors

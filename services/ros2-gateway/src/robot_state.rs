@@ -1,4 +1,4 @@
-//! The robot's senses: what it says becomes the streams of a base, with one tick per sample of odometry.
+//! The state of the robot: what it says becomes the streams of a base, with one tick per sample of odometry.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -44,9 +44,9 @@ pub(crate) struct Noted {
 }
 
 /// What is known of the robot.
-pub(crate) struct Senses {
+pub(crate) struct RobotState {
     config: Ros2Config,
-    /// The way to the base, which is closed while the senses are silent.
+    /// The way to the base, which is closed while the robot is silent.
     pub(crate) gate: Arc<Gate>,
     scans: Topic<Scan>,
     odometry: Topic<Odometry>,
@@ -68,7 +68,7 @@ pub(crate) struct Senses {
     pub(crate) problems: Arc<Mutex<Problems>>,
 }
 
-impl Senses {
+impl RobotState {
     /// Nothing has been heard; all that happens is added to `noted`.
     ///
     /// # Errors

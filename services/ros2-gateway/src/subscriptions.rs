@@ -1,4 +1,4 @@
-//! Everything that the gateway hears, one event after the other.
+//! The gateway's subscriptions and services, merged into one sequence of events.
 
 use std::time::Duration;
 
@@ -14,25 +14,25 @@ use tokio::task::JoinHandle;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use crate::config::{Frames, PeopleSource, Ros2Config};
+use crate::driver_client::Answer;
 use crate::fault::Fault;
 use crate::node::{Intake, Node, Request, Serving};
-use crate::pilot::Answer;
 use crate::sensing;
 
 /// Between two looks at what changes slowly.
 const BEAT: Duration = Duration::from_millis(200);
 
-/// Something that has happened.
+/// What a subscription, a service or the clock has brought.
 pub(crate) enum Event {
-    /// Of the robot.
+    /// A scan of the robot's laser.
     Scan(ros::LaserScan),
-    /// Of the robot.
+    /// A sample of the robot's odometry.
     Odom(Box<ros::Odometry>),
-    /// Of the robot; whether of frames that stay.
+    /// Transforms between the robot's frames; `is_static` for frames that stay.
     Transforms { message: ros::TfMessage, is_static: bool },
-    /// Of the robot.
+    /// A map from the robot, or why it cannot be used.
     Map(Result<OccupancyGrid, Fault>),
-    /// Of the robot.
+    /// People that the robot tracks itself.
     People(ros::People),
     /// A goal from a topic.
     GoalPose(ros::PoseStamped),
@@ -46,15 +46,15 @@ pub(crate) enum Event {
     CancelGoal(ros::CancelGoalRequest, Request),
     /// What has become of a goal?
     GetResult(ros::GetResultRequest, Request),
-    /// Of the driver.
+    /// The driver's mission has changed.
     Mission(Box<Mission>),
-    /// Of the localizer.
+    /// Where the localizer believes the robot is.
     Belief(Belief),
-    /// Of the arbiter.
+    /// What the arbiter has decided for a cycle.
     Decision(Decision),
-    /// Of the driver.
+    /// A velocity that the driver commands.
     Command(Twist),
-    /// Of the arbiter, while something wants to see it.
+    /// The arbiter's report of a cycle, published only while something wants to see it.
     Report(Box<CycleReport>),
     /// The driver's answer to a command.
     Answer(Box<Answer>),
@@ -64,8 +64,8 @@ pub(crate) enum Event {
     Closed,
 }
 
-/// What the gateway listens to.
-pub(crate) struct Ears {
+/// The gateway's subscriptions, services and timer.
+pub(crate) struct Subscriptions {
     scan: Intake<ros::LaserScan>,
     odom: Intake<ros::Odometry>,
     tf: Intake<ros::TfMessage>,
@@ -90,7 +90,7 @@ pub(crate) struct Ears {
     beat: Interval,
 }
 
-impl Ears {
+impl Subscriptions {
     /// Listens to the robot through `node`, and to curionav through `service`.
     ///
     /// # Errors

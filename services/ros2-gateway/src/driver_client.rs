@@ -29,7 +29,7 @@ pub(crate) struct Answer {
 
 /// Where commands go in.
 #[derive(Debug)]
-pub(crate) struct Pilot {
+pub(crate) struct DriverClient {
     waiting: watch::Sender<Waiting>,
     sent: u64,
 }
@@ -37,7 +37,7 @@ pub(crate) struct Pilot {
 /// Numbered commands that wait.
 type Waiting = VecDeque<(u64, MissionCommand)>;
 
-impl Pilot {
+impl DriverClient {
     /// Begins to send commands to `key`; answers come out in their order.
     pub(crate) fn start(session: &Session, key: String) -> (Self, mpsc::Receiver<Answer>) {
         let (waiting, mut more) = watch::channel(Waiting::new());
@@ -66,8 +66,8 @@ impl Pilot {
     }
 }
 
-/// While a driver answers slowly, a mission, a goal or an end takes the place of all that waits: the robot does what was said
-/// last, and what waits stays short. What was replaced has no answer.
+/// While a driver answers slowly, a mission, a goal or an end takes the place of all that waits: the robot does what
+/// was said last, and what waits stays short. What was replaced has no answer.
 fn add(waiting: &mut Waiting, numbered: (u64, MissionCommand)) {
     if !matches!(numbered.1, MissionCommand::Finish { .. }) {
         waiting.clear();
