@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import runpy
 from pathlib import Path
 
 import cbor2
 import numpy as np
 import pytest
-from contract import SCHEMAS, golden, golden_files, validator
+from contract import ROOT, SCHEMAS, golden, golden_files, validator
 
 from curionav.messages import MESSAGES, CycleReport, MissionCommand, OccupancyGrid, Polygon, SetMission
 
@@ -19,6 +20,12 @@ def test_every_golden_file_is_in_the_index_and_every_message_has_one() -> None:
     others = {SCHEMAS / "golden" / "sentences.cbor"}
     assert {path for path, _ in GOLDEN} == set((SCHEMAS / "golden").glob("*.cbor")) - others
     assert {rule for _, rule in GOLDEN} == set(MESSAGES)
+
+
+def test_the_classes_are_what_the_generator_makes_of_the_cddl() -> None:
+    generate = runpy.run_path(str(ROOT / "python" / "generate_messages.py"))["generate"]
+    written = ROOT / "python" / "src" / "curionav" / "messages.py"
+    assert written.read_text("utf-8") == generate(), "run python/generate_messages.py"
 
 
 @by_file

@@ -1,4 +1,4 @@
-//! Codes in words, for people. The table is `words.toml`, which Python has a copy of.
+//! Codes in words, for people. The table is `words.toml`, which Python reads, too.
 
 use ciborium::Value;
 use ciborium::value::Integer;

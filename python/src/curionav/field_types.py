@@ -1,4 +1,4 @@
-"""What a field of a message may hold, how it is written and what is checked: the vocabulary of ``messages/``.
+"""What a field of a message may hold, how it is written and what is checked: the vocabulary of ``messages.py``.
 
 A message is a dataclass whose annotations carry field types: ``x: Annotated[F64, Array("f64", "count", "steps")]`` is
 one typed array (RFC 8746) of the shape its sibling fields ``count`` and ``steps`` give. ``take`` turns what CBOR gave

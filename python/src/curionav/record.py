@@ -1,4 +1,4 @@
-"""How a dataclass becomes a CBOR map and back: the machinery under ``messages/``."""
+"""How a dataclass becomes a CBOR map and back: the machinery under ``messages.py``."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy as np
 from .errors import DecodeError, EncodeError
 from .field_types import (
     Boolean,
+    Coded,
     Fault,
     FieldType,
     Float,
@@ -138,35 +139,42 @@ def _fields(cls: Any) -> tuple[_Field, ...]:
 
 
 def _read_fields(cls: Any) -> tuple[_Field, ...]:
-    hints = typing.get_type_hints(cls, include_extras=True)
+    # Of the constructor: the classes of methods have annotations of their own.
+    hints = typing.get_type_hints(cls.__init__, include_extras=True)
     result = []
     for field in dataclasses.fields(cls):
         has_default = field.default is not dataclasses.MISSING and field.name != "kind"
         default = field.default if has_default else None
-        result.append(_Field(field.name, _field_type(hints[field.name]), has_default, default))
+        result.append(_Field(field.name, field_type(hints[field.name]), has_default, default))
     return tuple(result)
 
 
-def _field_type(hint: Any) -> FieldType:
+def field_type(hint: Any) -> FieldType:
     """The field type an annotation stands for."""
     origin, arguments = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
-        return _field_type(next(arm for arm in arguments if arm is not type(None)))
+        return field_type(next(arm for arm in arguments if arm is not type(None)))
     if origin is typing.Annotated:
         inner, note = arguments[0], arguments[1]
         if isinstance(note, FieldType):
             return note
         # A list or map with a limit of its own.
-        return dataclasses.replace(_field_type(inner), **note)  # type: ignore[type-var]
+        return dataclasses.replace(field_type(inner), **note)  # type: ignore[type-var]
     if origin is typing.Literal:
         return OneOf(arguments)
     if origin is list:
-        return ListOf(_field_type(arguments[0]))
+        return ListOf(field_type(arguments[0]))
     if origin is dict:
-        return MapOf(_field_type(arguments[1]))
+        return MapOf(field_type(arguments[1]))
     if isinstance(hint, type) and issubclass(hint, Record):
         return Part(hint)
     return _SIMPLE[hint]
+
+
+def coded(codes: dict[str, dict[str, Any]], otherwise: str | None = None) -> Coded:
+    """A reason: the parameters of every code by their annotations."""
+    kinds = {code: {name: field_type(hint) for name, hint in names.items()} for code, names in codes.items()}
+    return Coded(kinds, otherwise)
 
 
 _SIMPLE: dict[Any, FieldType] = {float: Float(), int: Integer(), bool: Boolean(), str: Text()}
