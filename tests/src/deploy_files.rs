@@ -172,9 +172,9 @@ fn the_last_part_of_a_benchmark_on_kubernetes_is_the_last_of_all() {
     assert_understood("bench-job.yaml", &words);
 }
 
-/// What `docs/operations.md` lists in its table of metrics.
+/// What `docs/running.md` lists in its table of metrics.
 pub(crate) fn documented_metrics() -> BTreeSet<String> {
-    let text = std::fs::read_to_string(deploy("../docs/operations.md")).unwrap();
+    let text = std::fs::read_to_string(deploy("../docs/running.md")).unwrap();
     let names = text
         .lines()
         .filter_map(|l| Some(format!("curionav_{}", l.strip_prefix("| `curionav_")?.split('`').next()?)));

@@ -60,7 +60,7 @@ const LINKS: &[&str] = &[
     "tls",
 ];
 
-/// What every node shares (`docs/operations.md` says why): no scouting, a lease of one second, blocked sends that give
+/// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give
 /// up after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
 /// shared memory, short queries.
 const COMMON: &str = r#"{

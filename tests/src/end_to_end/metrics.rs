@@ -92,7 +92,7 @@ fn over_http_and_over_zenoh_the_numbers_are_the_same_and_all_are_documented() {
     families.extend(["curionav_degraded", "curionav_pool_failures"].map(String::from));
     // The gateway's own: there is none in this deployment.
     families.extend(documented.iter().filter(|name| name.starts_with("curionav_ros2_")).cloned());
-    assert_eq!(families, documented, "docs/operations.md and the services disagree");
+    assert_eq!(families, documented, "docs/running.md and the services disagree");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! What the robot does when something it needs is not there: the table "Degraded modes" of
-//! `docs/operations.md`, a test a line.
+//! `docs/failures.md`, a test a line.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

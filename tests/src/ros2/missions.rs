@@ -66,7 +66,7 @@ fn a_goal_of_the_topic_is_reached_on_a_map_that_came_late() {
             let name = sample.split('{').next().unwrap();
             let family =
                 ["_bucket", "_count", "_sum"].iter().find_map(|end| name.strip_suffix(end)).unwrap_or(name);
-            assert!(documented.contains(family), "{sample} is not in docs/operations.md");
+            assert!(documented.contains(family), "{sample} is not in docs/running.md");
         }
         services.stop().await;
     });

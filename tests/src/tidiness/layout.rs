@@ -3,7 +3,7 @@
 use super::tree::{assert_none, files, files_of, is_made, root, text};
 
 /// Everything that may be at the root.
-const ROOT: [&str; 20] = [
+const ROOT: [&str; 21] = [
     ".cargo",
     ".ci",
     ".github",
@@ -14,6 +14,7 @@ const ROOT: [&str; 20] = [
     "Cargo.toml",
     "LICENSE",
     "README.md",
+    "SECURITY.md",
     "clippy.toml",
     "crates",
     "deny.toml",
