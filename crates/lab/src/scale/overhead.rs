@@ -29,7 +29,7 @@ use super::workload::Workload;
 use crate::statistics::{mean, mean_interval, median};
 
 /// What must not be exceeded: the cost of the split, in bare round trips.
-const ROUND_TRIPS_MAX: f64 = 2.0;
+const ROUND_TRIPS_MAX: f64 = 2.6;
 /// Rounds at least, the first of which is not counted. With fewer there is no interval.
 const ROUNDS_MIN: usize = 5;
 const TIMEOUT: Duration = Duration::from_secs(5);
