@@ -87,7 +87,7 @@ def holm(p: Sequence[float]) -> list[float]:
 
 def least_p(differences: int) -> float:
     """The least p that so many differences can have: that of all in one direction."""
-    return min(0.5 ** (differences - 1.0), 1.0)
+    return min(math.pow(0.5, differences - 1.0), 1.0)
 
 
 def signed_rank(differences: Sequence[float]) -> float | None:
@@ -190,7 +190,8 @@ def _even_means(values: Floats, seed: int) -> Floats:
                 of_runs += values[place, scene, one_of(runs)]
             of_scenes += of_runs / runs
         of_places += of_scenes / scenes
-    return of_places / places
+    of_places /= places
+    return of_places
 
 
 def _uneven_means(places: Clusters, seed: int) -> Floats:
