@@ -77,7 +77,7 @@ impl Peers for NoPeers {
         work()
     }
 
-    fn follow(&self, _: &str, _: &[&str]) {}
+    fn follow(&self, _: &[&str]) {}
 
     fn alive(&self, _: &str) -> Vec<String> {
         Vec::new()
@@ -87,11 +87,7 @@ impl Peers for NoPeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
-        Err(AskError::NoReply)
-    }
-
-    async fn expect(&self, _: &str, _: Call<'_>, _: (u64, u64, u32)) -> Result<wire::Scores, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 

@@ -39,7 +39,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     };
     let generate = {
         let (context, scene) = (Arc::clone(context), scene_message.clone());
-        move || context.generate_question((1, 1), &scene, 0, Some(&tree), &[pose; 12]).encode("", BUDGET_MS)
+        move || context.generate_question((1, 1), &scene, 0, Some(&tree), &[pose; 12]).encode(BUDGET_MS)
     };
     let evaluate = |candidates: CandidateSet| {
         let (context, scene) = (Arc::clone(context), scene_message.clone());
