@@ -26,6 +26,8 @@ const RESTS_MAX: u32 = 1;
 /// A replica computes at least this long on a shard of a batch that is split: a question costs it about 0.2 ms besides,
 /// and four replicas that spend a quarter of their time on questions are worth three.
 const SHARD_MIN: Duration = Duration::from_millis(2);
+/// And on at least so many candidates, however slow it is: with less, a pool that has too much to do would do less still.
+const CANDIDATES_MIN: f64 = 16.0;
 /// By this share the fastest scoring of late is forgotten with every answer.
 const FORGOTTEN: f64 = 0.02;
 /// Questions that may be asked twice, as a share of all questions. Asking a second replica each time would double the
@@ -291,7 +293,7 @@ impl Replicas {
         let Some(of_role) = self.of.get_mut(role) else { return Vec::new() };
         of_role.batches += 1;
         let mut instances = of_role.slots();
-        let least = (of_role.speed * SHARD_MIN.as_secs_f64()).max(1.0);
+        let least = (of_role.speed * SHARD_MIN.as_secs_f64()).max(CANDIDATES_MIN);
         instances.truncate(((count as f64 / least) as usize).max(1));
         let shards = instances.len();
         let assigned = instances.into_iter().enumerate().map(|(index, instance)| Assignment {

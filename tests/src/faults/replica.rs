@@ -217,7 +217,11 @@ pub(super) async fn serve(world: Arc<World>, name: Name) {
         while world.has(|f| *f == Fault::Hang(index)) {
             arrived.notified().await;
         }
-        let answer = answer(&world, &name, &job, warms_up || prepared);
+        let mut answer = answer(&world, &name, &job, warms_up || prepared);
+        if let Ok(Answer::Scored(scores)) = &mut answer {
+            // The work takes no time of the simulated clock but the sleep above.
+            scores.elapsed_us = (world.executor.now() - begun).as_micros() as u64;
+        }
         if let Some(replica) = world.state().replicas.get_mut(&name) {
             let took = answer.is_ok().then(|| world.executor.now() - begun);
             replica.queue.done(&job.robot, took, job.budget());
