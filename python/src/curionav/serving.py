@@ -153,6 +153,7 @@ class EvaluatorServer(Closable):
         if not warms_up and _spent_ms(arrived) > request.budget_ms:
             self._refuse(query, {"code": "stopped"})
             return
+        begun = time.monotonic()
         try:
             cost = self._evaluator.trial(request) if warms_up and not prepared else self._evaluator.costs(request)
             if not warms_up and _spent_ms(arrived) > request.budget_ms:
@@ -175,7 +176,7 @@ class EvaluatorServer(Closable):
             term=self.term,
             instance=self.instance,
             cost=cost,
-            elapsed_us=max(0, round(_spent_ms(arrived) * 1e3)),
+            elapsed_us=round(_spent_ms(begun) * 1e3),
             slots=self._slots,
         )
         self._settle(query, scores)
