@@ -69,15 +69,6 @@ pub struct CandidateShard<Ids = U32Array, Column = F64Array> {
 /// Candidates as they are written.
 pub type CandidateShardSlices<'a> = CandidateShard<TypedSlice<'a, u32>, TypedSlice<'a, f64>>;
 
-impl CandidateShardSlices<'_> {
-    /// Bytes of all arrays.
-    pub fn array_bytes(&self) -> usize {
-        let further = [self.heading, self.v, self.omega].into_iter().flatten();
-        let columns = [self.x, self.y].into_iter().chain(further);
-        size_of_val(self.id.0) + columns.map(|column| size_of_val(column.0)).sum::<usize>()
-    }
-}
-
 checks! { shard: CandidateShard {
     dt: positive;
     count: count(0, MAX_CANDIDATES);

@@ -28,17 +28,7 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
 
     /// The CBOR bytes. Does not validate: a peer will refuse what [`Validate::validate`] refuses here.
     fn encode(&self) -> Vec<u8> {
-        // Counting first is cheap, as arrays count in one go; growing the buffer would copy them again and again.
-        let mut bytes = Vec::with_capacity(self.encoded_len());
-        write(self, &mut bytes);
-        bytes
-    }
-
-    /// How many bytes [`Message::encode`] gives.
-    fn encoded_len(&self) -> usize {
-        let mut length = Length(0);
-        write(self, &mut length);
-        length.0
+        encode(self)
     }
 
     /// Refuses, without looking at a byte of it, what is too long or says that it is another message.
@@ -77,8 +67,17 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
     }
 }
 
-/// Encodes a message, or a part of one.
-pub(crate) fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
+/// The CBOR bytes of a message, or of what borrows the parts of one. Does not validate.
+pub fn encode<M: Serialize>(message: &M) -> Vec<u8> {
+    // Counting first is cheap, as arrays count in one go; growing the buffer would copy them again and again.
+    let mut length = Length(0);
+    write(message, &mut length);
+    let mut bytes = Vec::with_capacity(length.0);
+    write(message, &mut bytes);
+    bytes
+}
+
+fn write<M: Serialize>(message: &M, to: impl std::io::Write) {
     #[expect(
         clippy::expect_used,
         reason = "memory takes all bytes and no type of the contract fails to serialise"

@@ -86,7 +86,7 @@ impl Checker {
 
     /// A decision that an arbiter of this robot has made.
     pub(crate) fn decided(&mut self, decision: &Decision) {
-        let mut terms = self.contexts[0].profile.active_terms(decision.uncertain);
+        let mut terms = self.contexts[0].course.profile.active_terms(decision.uncertain);
         let is_scored = |term| decision.evaluated.get(term).is_some_and(|how| *how != Evaluated::None);
         let scored = terms.all(|(term, _)| is_scored(term));
         let holds = decision.action != Action::Follow || scored;
@@ -102,8 +102,8 @@ impl Checker {
             && (decision.tick, decision.stamp, decision.uncertain)
                 == (scene.tick, scene.stamp, scene.uncertain);
         self.violations.check(here, OWN_SCENE, || format!("robot {}: {decision:?}", report.robot));
-        let (count, generation) = (report.candidates.count, &context.profile.generation);
-        let of_one_tree = match context.profile.generator.as_str() {
+        let (count, generation) = (report.candidates.count, &context.course.profile.generation);
+        let of_one_tree = match context.course.profile.generator.as_str() {
             "rrt-star" => generation.candidates.max_candidates,
             "risk-rrt" | "bi-risk-rrt" => generation.risk_rrt.max_candidates,
             "transient-goal" => generation.transient_goal.offers,
@@ -112,8 +112,9 @@ impl Checker {
             "hrvo-robot" => generation.hrvo_robot.offers,
             other => unreachable!("no bound is known for the generator {other}"),
         };
-        self.violations
-            .check(count <= context.profile.trees * of_one_tree, BOUNDED, || format!("{count} candidates"));
+        self.violations.check(count <= context.course.profile.trees * of_one_tree, BOUNDED, || {
+            format!("{count} candidates")
+        });
         if decision.action != Action::Follow {
             return;
         }
@@ -180,15 +181,15 @@ fn true_cost(context: &PlanContext, report: &CycleReport, index: usize) -> (f64,
     let scene = convert::scene(&report.scene);
     let candidate = convert::candidates(report.candidates.clone()).unwrap().pick([index]);
     let mut scores = Scores::new(1);
-    for (term, _) in context.profile.active_terms(scene.uncertain) {
-        let cost = match context.local(term) {
+    for (term, _) in context.course.profile.active_terms(scene.uncertain) {
+        let cost = match context.course.evaluator(term) {
             Some(evaluator) => evaluator.evaluate(&scene, &candidate, &|| false).unwrap(),
             // A term that is not built in cannot be computed anew here.
             None => vec![report.terms.iter().find(|t| t.term == term).unwrap().raw_of(index).unwrap()],
         };
         scores.insert(term, 0, &cost).unwrap();
     }
-    let totals = total_costs(&context.profile, &scene, candidate.steps(), &scores);
+    let totals = total_costs(&context.course.profile, &scene, candidate.steps(), &scores);
     let by_term = totals.terms.iter().map(|term| term.cost[0].unwrap()).collect();
     (totals.total[0].unwrap(), by_term)
 }

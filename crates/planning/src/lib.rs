@@ -9,42 +9,19 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use curionav_planning::arbitration::{Action, Context, Scores, arbitrate};
-//! use curionav_planning::generation::{self, GenerationInput};
 //! use curionav_planning::geometry::{Point2, Pose2, Twist};
 //! use curionav_planning::occupancy::{OccupancyGrid, StaticMap};
-//! use curionav_planning::scene::{Belief, People, Scene};
-//! use curionav_planning::terms::{self, DerivedFields, Task};
-//! use curionav_planning::{nalgebra::Matrix3, profile::Profile};
+//! use curionav_planning::scene::{Belief, People};
+//! use curionav_planning::{Planner, arbitration::Action, motion::RobotModel, nalgebra::Matrix3, profile::Profile};
 //!
 //! // An empty hall of 12 m by 12 m; the robot is in its middle and is to go 4 m to the right.
 //! let map = Arc::new(StaticMap::new(OccupancyGrid::new(120, 120, 0.1, Pose2::default(), vec![0; 14_400])?));
-//! let (profile, task) = (Profile::default(), Task { goal: Point2::new(10.0, 6.0), ..Task::default() });
-//! let geodesic = map.geodesic(task.goal, task.robot.radius())?;
+//! let mut planner = Planner::new(map, Profile::default(), RobotModel::default())?;
+//! planner.set_goal(Point2::new(10.0, 6.0))?;
 //!
-//! let (pose, covariance) = (Pose2::new(6.0, 6.0, 0.0), Matrix3::from_diagonal_element(0.01));
-//! let belief = Belief { pose, covariance, twist: Twist { v: 0.5, omega: 0.0 } };
-//! let scene = Scene::new(belief, People::default());
-//!
-//! let input = GenerationInput {
-//!     params: &profile.generator_part(), map: &map, goal: task.goal, geodesic: &geodesic, information: None,
-//!     robot: &task.robot,
-//!     scene: &scene, previous: None, seed: 1,
-//! };
-//! let generator = generation::find(&profile.generator).ok_or("no such generator")?;
-//! let (generated, _) = generator.generate(&input, None, &|| 0.0);
-//!
-//! let mut scores = Scores::new(generated.candidates.len());
-//! for (term, _) in profile.active_terms(scene.uncertain) {
-//!     let evaluator = terms::evaluator(term, &profile, &task, &map)?;
-//!     scores.insert(term, 0, &evaluator.evaluate(&scene, &generated.candidates, &|| false)?)?;
-//! }
-//!
-//! let context = Context {
-//!     profile: &profile, scene: &scene, map: &map, robot: &task.robot, goal: task.goal,
-//!     candidates: &generated.candidates, previous: None,
-//! };
-//! let verdict = arbitrate(&context, &scores);
+//! let covariance = Matrix3::from_diagonal_element(0.01);
+//! let belief = Belief { pose: Pose2::new(6.0, 6.0, 0.0), covariance, twist: Twist { v: 0.5, omega: 0.0 } };
+//! let verdict = planner.cycle(belief, &People::default(), 0.0)?;
 //! assert_eq!(verdict.decision.action, Action::Follow);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -61,6 +38,7 @@
 //!
 //! | to learn | read |
 //! |---|---|
+//! | the planner as one object | [`planner`] |
 //! | where walls are, and what is derived from them | [`occupancy`] |
 //! | what is known at one moment | [`scene`], [`forecast`], [`sensor`] |
 //! | what could be driven | [`states`], [`candidates`], [`trajectory`] |
@@ -93,6 +71,7 @@ pub mod motion;
 pub mod numerics;
 pub mod occupancy;
 pub mod parameters;
+pub mod planner;
 pub mod profile;
 pub mod random;
 pub mod scene;
@@ -103,6 +82,8 @@ pub mod time_to_collision;
 pub mod tracking;
 pub mod trajectory;
 pub mod workers;
+
+pub use planner::Planner;
 
 // Covariances are matrices of this version.
 pub use nalgebra;

@@ -56,22 +56,20 @@ pub struct People {
     pub radius: f64,
 }
 
-#[cfg(test)]
-impl People {
-    /// People of `radius` metres at (x, y) who walk with (vx, vy), for tests.
-    pub(crate) fn walking(radius: f64, each: &[[f64; 4]]) -> Self {
-        let column = |at: usize| each.iter().map(|person| person[at]).collect();
-        let id = (0..each.len() as u32).collect();
-        Self { id, x: column(0), y: column(1), vx: column(2), vy: column(3), radius, ..Self::default() }
-    }
-}
-
 impl People {
     /// Identity of what only the driver sees ([`crate::arbitration::Observer::observe_braking`]); no tracker gives it.
     pub const UNSEEN: u32 = u32::MAX;
 
     /// Radius of what only the driver sees where no people say theirs, metres: a person's.
     pub(crate) const UNSEEN_RADIUS: f64 = 0.25;
+
+    /// People of `radius` metres, each at (x, y), who walks with (vx, vy): metres and m/s, map frame. They are known
+    /// without error and numbered from 0.
+    pub fn walking(radius: f64, each: &[[f64; 4]]) -> Self {
+        let column = |at: usize| each.iter().map(|person| person[at]).collect();
+        let id = (0..each.len() as u32).collect();
+        Self { id, x: column(0), y: column(1), vx: column(2), vy: column(3), radius, ..Self::default() }
+    }
 
     /// Adds one who stands; `id` is greater than all others.
     pub(crate) fn push_standing(&mut self, id: u32, at: Point2) {
@@ -152,6 +150,15 @@ impl People {
         }
         kept
     }
+}
+
+/// When a cycle takes place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Simulation or sensor tick: samples depend on it.
+    pub tick: u64,
+    /// Robot's clock, seconds.
+    pub stamp: f64,
 }
 
 /// Everything a candidate's cost may depend on besides the candidate itself and the static map.

@@ -37,12 +37,11 @@ pub struct Shape {
     pub dt: f64,
 }
 
-/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle. The question is made once
-/// it is known that one is there.
+/// Asks generators until one gives candidates of the right shape for tree `index` of a cycle.
 pub async fn generate<P: Peers>(
     pool: &Pool<P>,
     robot: &str,
-    question: impl FnOnce() -> GenerateQuestion,
+    question: &GenerateQuestion<'_>,
     index: usize,
     shape: Shape,
     budget: Budget,
@@ -55,7 +54,6 @@ pub async fn generate<P: Peers>(
         replicas.preferred(keys::GENERATOR)
     };
     let first = preferred.get(index % preferred.len().max(1))?.clone();
-    let question = &question();
     let ask = |instance: String, timeout: Duration| async move {
         let call = Call { instance: &instance, robot, timeout, clock: budget.clock };
         usable(pool.peers.generate(call, question).await?, &instance, question.id(), shape)

@@ -40,7 +40,7 @@ pub trait Peers: Send + Sync + 'static {
     fn generate(
         &self,
         call: Call<'_>,
-        question: &GenerateQuestion,
+        question: &GenerateQuestion<'_>,
     ) -> impl Future<Output = Result<GenerateReply, AskError>> + Send;
 
     /// Asks one evaluator of a term.
@@ -161,7 +161,11 @@ impl Peers for ZenohPeers {
         }
     }
 
-    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(
+        &self,
+        call: Call<'_>,
+        question: &GenerateQuestion<'_>,
+    ) -> Result<GenerateReply, AskError> {
         let bytes = question.encode(call.budget_ms());
         self.ask::<GenerateRequest, _>(keys::GENERATOR, call, bytes).await
     }

@@ -321,7 +321,7 @@ mod tests {
 
         async fn membership_changed(&self) {}
 
-        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+        async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
             Err(AskError::NoReply)
         }
 

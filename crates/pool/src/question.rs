@@ -1,5 +1,4 @@
-//! Questions to replicas, put together from fields: those that stay the same for a mission or for a cycle are encoded
-//! once, and the arrays of candidates are copied once, from where they are into the bytes that are sent.
+//! Questions to replicas: borrowed from where their parts are, so that nothing is copied but into the bytes sent.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -11,74 +10,27 @@ use curionav_planning::geometry::Pose2;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms;
 use curionav_runtime::convert;
-use curionav_schemas::{Fields, Mission, Reject, Scene, Value};
+use curionav_schemas::{
+    self as wire, CandidateShardSlices, LaserModel, MapId, MissionOrder, OdometryNoise, Reject, RobotModel,
+    Scene, Value, encode,
+};
+use serde::Serialize;
 
 use crate::evaluators;
 
-/// Room for the fields that every question has of its own, with their names, bytes.
-const OWN_FIELDS: usize = 256;
-
-/// What all questions of a mission have in common.
-pub(crate) struct MissionFields {
-    evaluate: Fields,
-    /// The parameters of each term.
-    terms: BTreeMap<String, Fields>,
-    generate: Fields,
-    /// What the generator takes from the profile.
-    generator_part: Fields,
+/// Parameters of a mission's generator and terms, as they travel.
+pub(crate) struct Parameters {
+    terms: BTreeMap<String, Value>,
+    generator: Value,
 }
 
-impl MissionFields {
-    pub(crate) fn new(mission: &Mission, profile: &Profile) -> Result<Self, Reject> {
-        let order = &mission.order;
-        let common = Fields::default()
-            .with("map", &order.map)
-            .with("goal_x", &order.goal_x)
-            .with("goal_y", &order.goal_y)
-            .with("laser", &order.laser)
-            .with("robot_model", &order.robot_model);
+impl Parameters {
+    pub(crate) fn new(profile: &Profile) -> Result<Self, Reject> {
         let mut terms = BTreeMap::new();
         for term in profile.terms.keys() {
-            terms.insert(term.clone(), term_fields(&evaluators::parameters(profile, term)?));
+            terms.insert(term.clone(), evaluators::parameters(profile, term)?);
         }
-        Ok(Self {
-            evaluate: common.clone().with("odometry_noise", &order.odometry_noise),
-            terms,
-            generate: common.with("generator", &profile.generator),
-            generator_part: Fields::default().with("profile", &generator_part(profile)?),
-        })
-    }
-
-    /// The questions about `candidates` of a scene in cycle (epoch, seq).
-    pub(crate) fn evaluate<'a>(
-        &'a self,
-        id: (u64, u64),
-        scene: &Scene,
-        candidates: Cow<'a, CandidateSet>,
-    ) -> EvaluateQuestions<'a> {
-        EvaluateQuestions { id, mission: self, cycle: cycle_fields(id, scene), candidates }
-    }
-
-    /// The question for candidates of a scene in cycle (epoch, seq); `previous` is what is left of the last trajectory.
-    pub(crate) fn generate(
-        &self,
-        id: (u64, u64),
-        scene: &Scene,
-        tree: Option<&Tree>,
-        previous: &[Pose2],
-        (seed, iterations): (u64, u32),
-    ) -> GenerateQuestion {
-        let previous: Vec<[f64; 3]> = previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect();
-        let params = self.generator_part.clone().with("previous", &previous);
-        let mut fields = cycle_fields(id, scene)
-            .and(&self.generate)
-            .with_part("params", &params)
-            .with("seed", &seed)
-            .with("iterations", &iterations);
-        if let Some(tree) = tree {
-            fields = fields.with("tree", &convert::tree_to_wire(tree.clone()));
-        }
-        GenerateQuestion { id, fields }
+        Ok(Self { terms, generator: generator_part(profile)? })
     }
 }
 
@@ -97,20 +49,14 @@ fn generator_part(profile: &Profile) -> Result<Value, Reject> {
     Ok(part)
 }
 
-fn term_fields(parameters: &Value) -> Fields {
-    Fields::default().with("params", parameters)
-}
-
-fn cycle_fields((epoch, seq): (u64, u64), scene: &Scene) -> Fields {
-    Fields::default().with("epoch", &epoch).with("seq", &seq).with("scene", scene)
-}
-
 /// What evaluators can be asked in one cycle.
 pub struct EvaluateQuestions<'a> {
-    id: (u64, u64),
-    mission: &'a MissionFields,
-    cycle: Fields,
-    candidates: Cow<'a, CandidateSet>,
+    /// Epoch and number of the cycle.
+    pub(crate) id: (u64, u64),
+    pub(crate) order: &'a MissionOrder,
+    pub(crate) parameters: &'a Parameters,
+    pub(crate) scene: Cow<'a, Scene>,
+    pub(crate) candidates: Cow<'a, CandidateSet>,
 }
 
 impl EvaluateQuestions<'_> {
@@ -133,6 +79,24 @@ pub struct EvaluateQuestion<'a> {
     range: Range<usize>,
 }
 
+/// An [`EvaluateRequest`](wire::EvaluateRequest) that owns nothing.
+#[derive(Serialize)]
+struct EvaluateRequest<'a> {
+    epoch: u64,
+    seq: u64,
+    shard: u32,
+    budget_ms: u32,
+    map: MapId,
+    goal_x: f64,
+    goal_y: f64,
+    laser: &'a LaserModel,
+    robot_model: &'a RobotModel,
+    odometry_noise: OdometryNoise,
+    scene: &'a Scene,
+    candidates: CandidateShardSlices<'a>,
+    params: &'a Value,
+}
+
 impl EvaluateQuestion<'_> {
     /// Epoch, number of the cycle, and number of the shard.
     pub fn id(&self) -> (u64, u64, u32) {
@@ -144,64 +108,119 @@ impl EvaluateQuestion<'_> {
         self.range.len()
     }
 
-    /// The bytes of the [`EvaluateRequest`](curionav_schemas::EvaluateRequest), to be answered within `budget_ms`.
+    /// The bytes of the [`EvaluateRequest`](wire::EvaluateRequest), to be answered within `budget_ms`.
     pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
-        let EvaluateQuestions { mission, cycle, candidates, .. } = self.questions;
-        // A term that the profile does not have has no parameters.
-        let term = match mission.terms.get(self.term) {
-            Some(fields) => Cow::Borrowed(fields),
-            None => Cow::Owned(term_fields(&Value::Map(Vec::new()))),
-        };
-        let shard = convert::shard_to_wire(candidates, self.range.clone(), terms::columns(self.term));
-        let parts = [cycle, &mission.evaluate, &*term];
-        let room =
-            parts.iter().map(|part| part.encoded_len()).sum::<usize>() + shard.array_bytes() + OWN_FIELDS;
-        parts
-            .into_iter()
-            .fold(Fields::with_room(room), Fields::and)
-            .with("shard", &self.shard)
-            .with("budget_ms", &budget_ms)
-            .with("candidates", &shard)
-            .into_bytes()
+        let EvaluateQuestions { id: (epoch, seq), order, parameters, scene, candidates } = self.questions;
+        let none = Value::Map(Vec::new());
+        encode(&EvaluateRequest {
+            epoch: *epoch,
+            seq: *seq,
+            shard: self.shard,
+            budget_ms,
+            map: order.map,
+            goal_x: order.goal_x,
+            goal_y: order.goal_y,
+            laser: &order.laser,
+            robot_model: &order.robot_model,
+            odometry_noise: order.odometry_noise,
+            scene,
+            candidates: convert::shard_to_wire(candidates, self.range.clone(), terms::columns(self.term)),
+            // A term that the profile does not have has no parameters.
+            params: parameters.terms.get(self.term).unwrap_or(&none),
+        })
     }
 }
 
 /// One question to a generator.
-pub struct GenerateQuestion {
-    id: (u64, u64),
-    /// All but the budget.
-    fields: Fields,
+pub struct GenerateQuestion<'a> {
+    /// Epoch and number of the cycle.
+    pub(crate) id: (u64, u64),
+    pub(crate) order: &'a MissionOrder,
+    pub(crate) parameters: &'a Parameters,
+    pub(crate) generator: &'a str,
+    pub(crate) scene: Cow<'a, Scene>,
+    pub(crate) tree: Option<&'a Tree>,
+    /// What is left of the trajectory decided last.
+    pub(crate) previous: &'a [Pose2],
+    pub(crate) seed: u64,
+    pub(crate) iterations: u32,
 }
 
-impl GenerateQuestion {
+/// A [`GenerateRequest`](wire::GenerateRequest) that owns no more than it must.
+#[derive(Serialize)]
+struct GenerateRequest<'a> {
+    epoch: u64,
+    seq: u64,
+    budget_ms: u32,
+    map: MapId,
+    goal_x: f64,
+    goal_y: f64,
+    scene: &'a Scene,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tree: Option<wire::Tree>,
+    seed: u64,
+    iterations: u32,
+    generator: &'a str,
+    robot_model: &'a RobotModel,
+    laser: &'a LaserModel,
+    params: GeneratorParams<'a>,
+}
+
+/// [`GeneratorParams`](crate::generator::GeneratorParams) without what other generators read.
+#[derive(Serialize)]
+struct GeneratorParams<'a> {
+    profile: &'a Value,
+    previous: Vec<[f64; 3]>,
+}
+
+impl GenerateQuestion<'_> {
     /// Epoch and number of the cycle.
     pub fn id(&self) -> (u64, u64) {
         self.id
     }
 
-    /// The bytes of the [`GenerateRequest`](curionav_schemas::GenerateRequest), to be answered within `budget_ms`.
+    /// The bytes of the [`GenerateRequest`](wire::GenerateRequest), to be answered within `budget_ms`.
     pub fn encode(&self, budget_ms: u32) -> Vec<u8> {
-        Fields::with_room(self.fields.encoded_len() + OWN_FIELDS)
-            .and(&self.fields)
-            .with("budget_ms", &budget_ms)
-            .into_bytes()
+        let order = self.order;
+        let (epoch, seq) = self.id;
+        encode(&GenerateRequest {
+            epoch,
+            seq,
+            budget_ms,
+            map: order.map,
+            goal_x: order.goal_x,
+            goal_y: order.goal_y,
+            scene: &self.scene,
+            tree: self.tree.cloned().map(convert::tree_to_wire),
+            seed: self.seed,
+            iterations: self.iterations,
+            generator: self.generator,
+            robot_model: &order.robot_model,
+            laser: &order.laser,
+            params: GeneratorParams {
+                profile: &self.parameters.generator,
+                previous: self.previous.iter().map(|pose| [pose.x, pose.y, pose.heading]).collect(),
+            },
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use curionav_planning::terms::NAMES;
-    use curionav_schemas::{self as wire, EvaluateRequest, GenerateRequest, Message};
+    use std::borrow::Cow;
+
+    use curionav_planning::geometry::Pose2;
+    use curionav_planning::profile::Profile;
+    use curionav_planning::terms::{self, NAMES};
+    use curionav_runtime::convert;
+    use curionav_schemas::{self as wire, EvaluateRequest, GenerateRequest, Message, Value};
     use curionav_testing::golden;
 
-    use super::*;
+    use super::{EvaluateQuestions, GenerateQuestion, Parameters};
+    use crate::evaluators;
     use crate::generator::GeneratorParams;
 
     const BUDGET: u32 = 80;
-
-    fn fields(mission: &Mission, profile: &Profile) -> MissionFields {
-        MissionFields::new(mission, profile).unwrap()
-    }
 
     /// What the bytes of a message say, which is the same for any order of its fields.
     fn read<M: Message>(bytes: &[u8]) -> M {
@@ -213,9 +232,15 @@ mod tests {
         let (mission, scene, set) = (golden::mission(), golden::scene(), golden::candidate_set());
         let candidates = convert::candidates(set.clone()).unwrap();
         let profile = Profile::builtin("curiosity").unwrap();
-        let mission_fields = fields(&mission, &profile);
-        let questions = mission_fields.evaluate((2, 14), &scene, Cow::Borrowed(&candidates));
-        let order = mission.order;
+        let parameters = Parameters::new(&profile).unwrap();
+        let order = &mission.order;
+        let questions = EvaluateQuestions {
+            id: (2, 14),
+            order,
+            parameters: &parameters,
+            scene: Cow::Borrowed(&scene),
+            candidates: Cow::Borrowed(&candidates),
+        };
         for term in NAMES.iter().copied().chain(["comfort"]) {
             let columns = terms::columns(term);
             for (shard, range) in [0..2, 0..1, 1..2, 2..2].into_iter().enumerate() {
@@ -283,8 +308,17 @@ mod tests {
             };
             let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
             let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));
-            let question =
-                fields(&mission, &profile).generate((2, 14), &scene, tree.as_ref(), &previous, (17, 400));
+            let question = GenerateQuestion {
+                id: (2, 14),
+                order: &mission.order,
+                parameters: &Parameters::new(&profile).unwrap(),
+                generator: &profile.generator,
+                scene: Cow::Borrowed(&scene),
+                tree: tree.as_ref(),
+                previous: &previous,
+                seed: 17,
+                iterations: 400,
+            };
             let (asked, plain) = (question.encode(BUDGET), plain.encode());
             assert!(asked.len() < plain.len(), "{name}: what others read stays behind");
             let whole = |bytes: &[u8]| {

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use curionav_planning::arbitration::{Previous, arbitrate};
+use curionav_planning::arbitration::arbitrate;
+use curionav_planning::scene::Moment;
 use curionav_pool::context::PlanContext;
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
@@ -31,15 +32,16 @@ pub async fn plan<P: Peers>(
     let id = memory.id();
 
     // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
-    let (tick, stamp) = (observation.belief.tick, observation.belief.stamp);
+    let course = &context.course;
+    let moment = Moment { tick: observation.belief.tick, stamp: observation.belief.stamp };
     let belief = convert::belief(&observation.belief);
-    let people = convert::people_at(&observation.people, &belief, stamp);
-    if let Some(seconds) = memory.braked_for(stamp) {
-        let now = (belief.pose, stamp);
-        memory.observer.observe_braking(&context.profile, &context.robot, now, seconds);
+    let people = convert::people_at(&observation.people, &belief, moment.stamp);
+    let braked_for = memory.braked_for(moment.stamp);
+    let observer = &mut memory.carried.observer;
+    if let Some(seconds) = braked_for {
+        observer.observe_braking(&course.profile, &course.robot, belief.pose, moment.stamp, seconds);
     }
-    let (profile, robot) = (&context.profile, &context.robot);
-    let scene = memory.observer.form_scene(profile, robot, (tick, stamp), belief, &people);
+    let scene = observer.form_scene(&course.profile, &course.robot, moment, belief, &people);
     let scene_message = convert::scene_to_wire(&scene, observation.belief.health);
 
     // Generate: replicas grow the trees, which travel with the questions.
@@ -55,7 +57,7 @@ pub async fn plan<P: Peers>(
     pool.stages().took(generated - started, scored - generated);
 
     // Decide: the least total that is free of collisions (eqs. 4 to 6).
-    let arbitration = context.arbitration(&scene, &candidates, memory.previous.as_ref());
+    let arbitration = course.arbitration(&scene, &candidates, memory.carried.previous.as_ref());
     let verdict = arbitrate(&arbitration, &scores);
     let timings = Timings {
         generate_us: us(generated - started),
@@ -66,9 +68,8 @@ pub async fn plan<P: Peers>(
     let decision = report::decision(id, &scene, &verdict.decision, evaluated, degraded, timings.total_us);
 
     // Remember for the next cycle, and for the report of this one.
-    let next = Previous::of(&verdict.decision, stamp);
-    let previous = std::mem::replace(&mut memory.previous, next);
-    let gap = memory.gap(tick, u64::from(context.mission.order.plan_every));
+    let previous = memory.carried.remember(&verdict.decision, moment.stamp);
+    let gap = memory.gap(moment.tick, u64::from(context.mission.order.plan_every));
     let driven = memory.driven.clone();
     let outcome =
         CycleOutcome { scene_message, scene, candidates, verdict, scores, previous, timings, gap, driven };
@@ -120,9 +121,7 @@ pub async fn decide<P: Peers>(
     match planned.await {
         Ok((decision, outcome)) => (decision, Some(outcome)),
         Err((reason, degraded)) => {
-            // A robot that was told to stop does not stay where it is for want of a way.
-            let observer = &mut memory.observer;
-            (observer.place, observer.region, observer.impatient_since) = (None, None, None);
+            memory.carried.observer.forget_progress();
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }

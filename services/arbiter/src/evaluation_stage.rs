@@ -37,7 +37,7 @@ pub(crate) async fn evaluate<P: Peers>(
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
 ) -> EvaluationOutcome {
-    let active = context.profile.active_terms(scene.uncertain).map(|(term, _)| term.to_owned());
+    let active = context.course.profile.active_terms(scene.uncertain).map(|(term, _)| term.to_owned());
     let active: Vec<String> = active.collect();
     let started = pool.peers.now();
     let stage = Budget::of_evaluation(began, started, &context.mission);

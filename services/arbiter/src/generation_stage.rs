@@ -7,7 +7,7 @@ use curionav_schemas::{self as wire, Degradation, Reject};
 use futures_util::future::join_all;
 
 use curionav_pool::budget::Budget;
-use curionav_pool::context::{self, PlanContext};
+use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Grown, Shape};
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
@@ -31,23 +31,27 @@ pub(crate) async fn generate<P: Peers>(
     scene_message: &wire::Scene,
 ) -> Result<GenerationOutcome, Reject> {
     let (id, peers) = (memory.id(), &*pool.peers);
-    let previous = memory.previous.as_ref().map(|p| context::ahead(p, scene.stamp)).unwrap_or_default();
-    memory.trees.resize(context.profile.trees as usize, None);
-    let shape = Shape { steps: context.profile.steps, dt: context.profile.dt };
+    let previous = memory.carried.ahead(scene.stamp);
+    let trees = &mut memory.carried.trees;
+    let profile = &context.course.profile;
+    trees.resize(profile.trees as usize, None);
+    let shape = Shape { steps: profile.steps, dt: profile.dt };
     let stage = Budget::of_generation(peers.now(), &context.mission, &pool.stages());
-    let asked = memory.trees.iter().enumerate().map(|(index, tree)| {
-        let (tree, previous) = (tree.as_ref(), &previous);
-        let question = move || context.generate_question(id, scene_message, index, tree, previous);
-        dispatch::generate(pool, &context.mission.order.robot, question, index, shape, stage)
-    });
+    let asked =
+        trees.iter().enumerate().map(|(index, tree)| {
+            let question = context.generate_question(id, scene_message, index, tree.as_ref(), &previous);
+            async move {
+                dispatch::generate(pool, &context.mission.order.robot, &question, index, shape, stage).await
+            }
+        });
     let answers = join_all(asked).await;
     let mut sets = Vec::new();
     let mut is_local = false;
     let mut is_cut = false;
-    for (index, (tree, answer)) in memory.trees.iter_mut().zip(answers).enumerate() {
+    for (index, (tree, answer)) in trees.iter_mut().zip(answers).enumerate() {
         let answer = answer.or_else(|| {
             let spent = || stage.spent(peers.now());
-            let here = || context.generate(scene, index, tree.clone(), &previous, &spent);
+            let here = || context.course.generate(scene, index, tree.clone(), &previous, &spent);
             let (generated, cut) = context.in_process.then(|| peers.compute(here))?;
             is_local = !context.alone;
             Some(Grown { generated, cut })
@@ -60,7 +64,7 @@ pub(crate) async fn generate<P: Peers>(
     }
     let missing = match sets.len() {
         0 => Some(Degradation::NotGenerated),
-        grown if grown < memory.trees.len() => Some(Degradation::PartlyGenerated),
+        grown if grown < trees.len() => Some(Degradation::PartlyGenerated),
         _ => is_local.then_some(Degradation::GeneratedLocally),
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();

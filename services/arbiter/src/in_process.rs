@@ -25,7 +25,7 @@ pub(crate) fn score<'a>(
 ) -> BTreeSet<&'a str> {
     // Scores those of `indices` that `term` has not scored; whether any were.
     let score_some = |term: &str, indices: &[usize], scores: &mut Scores, is_over: &dyn Fn() -> bool| {
-        let Some(evaluator) = context.local(term) else { return false };
+        let Some(evaluator) = context.course.evaluator(term) else { return false };
         let is_missing = |i: &usize| scores.cost(term, *i).is_none();
         let missing: Vec<usize> = indices.iter().copied().filter(is_missing).collect();
         let wanted = if missing.iter().copied().eq(0..candidates.len()) {
@@ -77,7 +77,7 @@ fn promising(
     missing: &[&str],
     scores: &Scores,
 ) -> Vec<usize> {
-    let mut profile = context.profile.clone();
+    let mut profile = context.course.profile.clone();
     profile.terms.retain(|term, _| !missing.contains(&term.as_str()));
     let total = total_costs(&profile, scene, candidates.steps(), scores).total;
     let cost = |i: usize| total.get(i).copied().flatten().unwrap_or(f64::INFINITY);

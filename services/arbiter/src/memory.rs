@@ -1,7 +1,7 @@
 //! What the arbiter carries from one cycle into the next.
 
-use curionav_planning::arbitration::{Observer, Previous};
-use curionav_planning::generation::Tree;
+use curionav_planning::arbitration::Observer;
+use curionav_planning::planner::Carried;
 use curionav_runtime::convert;
 use curionav_schemas::{self as wire, CommandReason, Reject};
 
@@ -18,9 +18,7 @@ pub struct Memory {
     pub seq: u64,
     /// Tick of the last cycle that planned.
     planned: Option<u64>,
-    pub(crate) observer: Observer,
-    pub(crate) trees: Vec<Option<Tree>>,
-    pub(crate) previous: Option<Previous>,
+    pub(crate) carried: Carried,
     /// The driver's newest command: what became of the decisions before.
     pub(crate) driven: Option<wire::Twist>,
 }
@@ -41,22 +39,25 @@ impl Memory {
             seq: memory.seq,
             planned: None,
             driven: memory.driven,
-            observer: Observer {
-                uncertain: memory.uncertain,
-                members: memory.members.0,
-                place: memory.place.map(convert::place),
-                region: memory.region.map(convert::place),
-                impatient_since: memory.impatient_since,
-                unseen: memory.unseen.map(convert::place),
+            carried: Carried {
+                observer: Observer {
+                    uncertain: memory.uncertain,
+                    members: memory.members.0,
+                    place: memory.place.map(convert::place),
+                    region: memory.region.map(convert::place),
+                    impatient_since: memory.impatient_since,
+                    unseen: memory.unseen.map(convert::place),
+                },
+                trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
+                previous,
             },
-            trees: trees.map(|tree| Some(tree).filter(|t| !t.is_empty())).collect(),
-            previous,
         })
     }
 
     /// What is carried into the next cycle of `mission`, for a recorder.
     pub fn to_wire(&self, mission: &wire::Mission) -> wire::Memory {
-        let trees = self.trees.iter().cloned().map(Option::unwrap_or_default);
+        let Carried { observer, trees, previous } = &self.carried;
+        let trees = trees.iter().cloned().map(Option::unwrap_or_default);
         wire::Memory {
             robot: mission.order.robot.clone(),
             epoch: self.epoch.number(),
@@ -64,13 +65,13 @@ impl Memory {
             run: mission.run,
             revision: mission.revision,
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            uncertain: self.observer.uncertain,
-            members: self.observer.members.as_slice().into(),
-            place: self.observer.place.map(convert::place_to_wire),
-            region: self.observer.region.map(convert::place_to_wire),
-            impatient_since: self.observer.impatient_since,
-            unseen: self.observer.unseen.map(convert::place_to_wire),
-            previous: self.previous.as_ref().map(convert::previous_to_wire),
+            uncertain: observer.uncertain,
+            members: observer.members.as_slice().into(),
+            place: observer.place.map(convert::place_to_wire),
+            region: observer.region.map(convert::place_to_wire),
+            impatient_since: observer.impatient_since,
+            unseen: observer.unseen.map(convert::place_to_wire),
+            previous: previous.as_ref().map(convert::previous_to_wire),
             driven: self.driven.clone(),
             trees: trees.map(convert::tree_to_wire).collect(),
         }

@@ -110,9 +110,9 @@ pub struct CycleOutcome {
 impl CycleOutcome {
     /// The report of the cycle that ended in `decision`.
     pub fn report(self, context: &PlanContext, decision: Decision) -> CycleReport {
-        let arbitration = context.arbitration(&self.scene, &self.candidates, self.previous.as_ref());
+        let arbitration = context.course.arbitration(&self.scene, &self.candidates, self.previous.as_ref());
         let explanation = explain(&arbitration, &self.verdict);
-        let profile = &context.profile;
+        let profile = &context.course.profile;
         let terms = profile.terms.keys().map(|term| {
             let evaluated = decision.evaluated.get(term).copied();
             term_report(context, &self.verdict, &explanation, &self.scores, term, evaluated)
@@ -172,7 +172,7 @@ fn term_report(
     let (_, cost) = with_cost(costs.into_iter().flat_map(|costs| costs.cost.iter().copied()));
     let influence = explanation.terms.iter().find(|influence| influence.term == term);
     let index = |i: Option<usize>| i.map(|i| i as u32);
-    let settings = &context.profile.terms[term];
+    let settings = &context.course.profile.terms[term];
     TermReport {
         term: term.to_owned(),
         weight: settings.weight,

@@ -6,9 +6,13 @@ use std::time::Duration;
 
 use curionav_arbiter::cycle;
 use curionav_arbiter::memory::Memory;
+use curionav_planning::Planner;
+use curionav_planning::geometry::Point2;
 use curionav_planning::random::rng;
+use curionav_planning::terms::DerivedFields;
 use curionav_pool::context::PlanContext;
 use curionav_pool::pool::Pool;
+use curionav_runtime::convert;
 use curionav_schemas::{Clock, Evaluated};
 
 use super::base::TICK;
@@ -127,6 +131,40 @@ fn an_arbiter_that_is_alone_asks_nothing_decides_the_same_and_misses_nothing() {
                 decision.evaluated.values().all(|how| *how == Evaluated::Local),
                 "seed {seed}: {decision:?}"
             );
+        }
+    }
+}
+
+/// The library's planner for the mission of `world`, with its goal.
+fn planner(world: &World) -> Planner {
+    let order = &world.mission.order;
+    let map = world.fields.of(order.map).map().unwrap();
+    let profile = convert::parameters("profile", &order.profile).unwrap();
+    let mut planner = Planner::new(map, profile, convert::robot_model(&order.robot_model))
+        .unwrap()
+        .with_seed(order.seed)
+        .with_laser(convert::laser(&order.laser))
+        .with_odometry_noise(convert::noise(&order.odometry_noise));
+    planner.set_goal(Point2::new(order.goal_x, order.goal_y)).unwrap();
+    planner
+}
+
+#[test]
+fn the_librarys_planner_decides_as_the_services_do() {
+    for (seed, trees) in [(1000, 1), (1001, 3)] {
+        let world = driven(seed, trees, [1, 2, 2], Vec::new(), false);
+        let mut planner = planner(&world);
+        for (decision, report) in &world.state().decided {
+            let scene = convert::scene(&report.as_ref().unwrap().scene);
+            let verdict =
+                planner.cycle_of_tick(scene.tick, scene.belief.clone(), &scene.people, scene.stamp).unwrap();
+            let states = verdict.decision.trajectory.states();
+            let planned = [&states.x, &states.y, &states.heading, &states.v, &states.omega];
+            let decided = [&decision.x, &decision.y, &decision.heading, &decision.v, &decision.omega];
+            for (planned, decided) in planned.into_iter().zip(decided) {
+                assert_eq!(planned.as_slice(), &**decided, "seed {seed}, tick {}", decision.tick);
+            }
+            assert_eq!(verdict.decision.candidate, decision.candidate, "seed {seed}, tick {}", decision.tick);
         }
     }
 }

@@ -385,7 +385,11 @@ impl Peers for SimulatedPeers {
         self.seat.members.notified().await;
     }
 
-    async fn generate(&self, call: Call<'_>, question: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(
+        &self,
+        call: Call<'_>,
+        question: &GenerateQuestion<'_>,
+    ) -> Result<GenerateReply, AskError> {
         let name = ("generator".to_owned(), call.instance.to_owned());
         let request = GenerateRequest::decode(&question.encode(call.budget_ms()), None).unwrap();
         match self.world.exchange(name, (call.robot, call.timeout), Question::Generate(request)).await? {

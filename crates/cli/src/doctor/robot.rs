@@ -147,7 +147,7 @@ async fn fetch_map(session: &Session, id: MapId) -> Result<((usize, f64), Static
     match map_store::fetch(session, id, MAP_TIMEOUT).await {
         Ok(grid) => {
             let took_ms = started.elapsed().as_secs_f64() * 1e3;
-            Ok(((convert::occupancy_grid_to_wire(&grid).encoded_len(), took_ms), StaticMap::new(grid)))
+            Ok(((convert::occupancy_grid_to_wire(&grid).encode().len(), took_ms), StaticMap::new(grid)))
         }
         Err(AskError::NoReply) => Err(format!("map {id} is not served")),
         Err(error) => Err(error.to_string()),

@@ -87,7 +87,7 @@ impl Peers for NoPeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 

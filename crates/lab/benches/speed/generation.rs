@@ -17,8 +17,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         let on_the_way = OnTheWay::with(planner)?;
         let context = &on_the_way.context;
         let scene = on_the_way.scene(on_the_way.pose, 120);
-        let (generated, _) = context.generate(&scene, 0, None, &[], &|| 0.0);
-        let generator = &context.profile.generator;
+        let (generated, _) = context.course.generate(&scene, 0, None, &[], &|| 0.0);
+        let generator = &context.course.profile.generator;
         anyhow::ensure!(!generated.candidates.is_empty(), "{generator} offers nothing");
         cases.push(cycle(format!("generate/{generator}/fresh"), context, scene, None, Vec::new()));
         // The robot has driven the first of the candidates as long as a cycle lasts.
@@ -39,6 +39,6 @@ fn cycle(
     previous: Vec<Pose2>,
 ) -> Case {
     let context = Arc::clone(context);
-    let grow = move |tree| context.generate(&scene, 0, tree, &previous, &|| 0.0);
+    let grow = move |tree| context.course.generate(&scene, 0, tree, &previous, &|| 0.0);
     Case::after(name, 1, move || tree.clone(), grow)
 }

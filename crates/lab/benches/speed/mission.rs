@@ -10,7 +10,8 @@ use curionav_deployment::package::{self, Choice};
 use curionav_planning::arbitration::Observer;
 use curionav_planning::geometry::{Point2, Pose2, Twist};
 use curionav_planning::nalgebra::{Matrix3, Vector3};
-use curionav_planning::scene::{Belief, Scene};
+use curionav_planning::planner::Course;
+use curionav_planning::scene::{Belief, Moment, Scene};
 use curionav_pool::context::PlanContext;
 use curionav_runtime::convert;
 use curionav_runtime::fields::Fields;
@@ -47,7 +48,7 @@ impl OnTheWay {
         };
         let start = convert::pose(mission.order.initial_pose).position();
         let context = PlanContext::new(mission, &fields, true).context("mission")?;
-        let way = context.geodesic.descend_for(start, 0.2, DRIVEN);
+        let way = context.course.geodesic.descend_for(start, 0.2, DRIVEN);
         let [.., before, here] = way[..] else { anyhow::bail!("the goal cannot be reached") };
         let pose = Pose2::new(here.x, here.y, heading(before, here));
         Ok(Self { context: Arc::new(context), world: prepared.world, map: prepared.map, pose })
@@ -63,8 +64,9 @@ impl OnTheWay {
     /// The scene `tick` ticks after the start for a robot at `pose` that is sure of its position.
     pub(crate) fn scene(&self, pose: Pose2, tick: u64) -> Scene {
         let (belief, people) = (self.belief(pose, 0.01), self.world.people());
-        let PlanContext { profile, robot, .. } = &*self.context;
-        Observer::default().form_scene(profile, robot, (tick, 0.1 * tick as f64), belief, people)
+        let Course { profile, robot, .. } = &self.context.course;
+        let moment = Moment { tick, stamp: 0.1 * tick as f64 };
+        Observer::default().form_scene(profile, robot, moment, belief, people)
     }
 
     /// The same as messages, for a position known with `variance` m2.

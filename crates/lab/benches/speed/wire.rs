@@ -26,7 +26,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true };
     let scene_message = convert::scene_to_wire(&scene, health);
 
-    let (generated, _) = context.generate(&scene, 0, None, &[], &|| 0.0);
+    let (generated, _) = context.course.generate(&scene, 0, None, &[], &|| 0.0);
     let tree = generated.tree;
     let reply = GenerateReply {
         epoch: 1,

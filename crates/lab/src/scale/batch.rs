@@ -66,7 +66,7 @@ fn crowd(scene: &mut Scene, context: &PlanContext, wanted: usize, r: &mut Rng) -
         values.truncate(wanted);
     }
     people.id.truncate(wanted);
-    let zone = context.profile.working_zone_radius(context.robot.v_max);
+    let zone = context.course.profile.working_zone_radius(context.course.robot.v_max);
     let centre = scene.belief.pose.position();
     while people.len() < wanted {
         let (x, y) =
@@ -85,7 +85,7 @@ fn place(context: &PlanContext, centre: Point2, zone: f64, r: &mut Rng) -> Optio
         let mut near = |c: f64| c + zone * (2.0 * uniform(r) - 1.0);
         let p = Point2::new(near(centre.x), near(centre.y));
         let inside = p.distance_squared(centre) <= zone * zone;
-        (inside && context.map.grid.at(p) == Cell::Free).then_some((p.x, p.y))
+        (inside && context.course.map.grid.at(p) == Cell::Free).then_some((p.x, p.y))
     })
 }
 
@@ -103,10 +103,10 @@ fn candidates(
         if grown >= count {
             break;
         }
-        let (generated, _) = context.generate(&scene, seed, None, &[], &|| 0.0);
+        let (generated, _) = context.course.generate(&scene, seed, None, &[], &|| 0.0);
         grown += generated.candidates.len();
         sets.push(generated.candidates);
     }
-    let all = CandidateSet::concat(context.profile.steps, context.profile.dt, sets);
+    let all = CandidateSet::concat(context.course.profile.steps, context.course.profile.dt, sets);
     Ok((grown >= count).then(|| all.pick(0..count)))
 }

@@ -154,7 +154,7 @@ fn compute(robot: &Robot, work: &Work, seq: u64, trees: &mut Vec<Option<Tree>>) 
             let scene = convert::scene(turn(scenes, seq).context("no scene")?);
             let started = Instant::now();
             for (index, tree) in trees.iter_mut().enumerate() {
-                let (grown, _) = context.generate(&scene, index, tree.take(), &[], &|| 0.0);
+                let (grown, _) = context.course.generate(&scene, index, tree.take(), &[], &|| 0.0);
                 *tree = Some(std::hint::black_box(grown).tree);
             }
             Ok(started.elapsed())
@@ -164,7 +164,7 @@ fn compute(robot: &Robot, work: &Work, seq: u64, trees: &mut Vec<Option<Tree>>) 
 
 fn score(context: &PlanContext, term: &str, batch: &Batch) -> anyhow::Result<Duration> {
     let started = Instant::now();
-    let evaluator = context.local(term).context("no such evaluator in process")?;
+    let evaluator = context.course.evaluator(term).context("no such evaluator in process")?;
     let cost = evaluator.evaluate(&batch.scene, &batch.candidates, &|| false)?;
     std::hint::black_box(cost);
     Ok(started.elapsed())

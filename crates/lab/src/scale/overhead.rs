@@ -209,12 +209,12 @@ async fn questions(robot: &Robot, workload: &Workload) -> anyhow::Result<Vec<Que
     let epoch = 1;
     for (seq, past) in workload.cycles.iter().enumerate().take(half + 1) {
         let seq = seq as u64;
-        let asked = || context.generate_question((epoch, seq), &past.scene, 0, tree.as_ref(), &[]);
-        let question = asked().encode(Budget::ms(TIMEOUT));
+        let asked = context.generate_question((epoch, seq), &past.scene, 0, tree.as_ref(), &[]);
+        let question = asked.encode(Budget::ms(TIMEOUT));
         let stage = Budget::of_generation(robot.pool.peers.now(), &context.mission, &robot.pool.stages());
-        let shape = dispatch::Shape { steps: context.profile.steps, dt: context.profile.dt };
+        let shape = dispatch::Shape { steps: context.course.profile.steps, dt: context.course.profile.dt };
         let generated =
-            dispatch::generate(&robot.pool, &context.mission.order.robot, asked, 0, shape, stage).await;
+            dispatch::generate(&robot.pool, &context.mission.order.robot, &asked, 0, shape, stage).await;
         let Grown { generated, cut } = generated.context("no generator answered")?;
         let Generated { candidates, tree: grown } = generated;
         tree = Some(grown.clone());

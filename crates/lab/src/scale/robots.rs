@@ -121,12 +121,12 @@ impl Robot {
                 let scene = turn(scenes, seq).context("no scene")?;
                 // A new drive begins without trees.
                 let old = if turn_of(scenes, seq) > 0 { std::mem::take(trees) } else { Vec::new() };
-                let profile = &self.context.profile;
+                let profile = &self.context.course.profile;
                 let shape = dispatch::Shape { steps: profile.steps, dt: profile.dt };
                 let asked = (0..*count).map(|tree| {
                     let old = old.get(tree).and_then(Option::as_ref);
-                    let question = move || self.context.generate_question((1, seq), scene, tree, old, &[]);
-                    dispatch::generate(&self.pool, robot, question, tree, shape, stage)
+                    let question = self.context.generate_question((1, seq), scene, tree, old, &[]);
+                    async move { dispatch::generate(&self.pool, robot, &question, tree, shape, stage).await }
                 });
                 let generated: Vec<Option<Generated>> = join_all(asked)
                     .await

@@ -35,7 +35,7 @@ impl Setup<'_> {
         }
         let context = self.workload.context("robot", Clock::Lockstep)?;
         if !context.pool_terms().any(|term| term == role) {
-            let of = &context.profile.name;
+            let of = &context.course.profile.name;
             return Err(Exit::bad_input(anyhow!("--planner: `{of}` never asks for `{role}`")).into());
         }
         let batch = self.options.batch.first().copied().unwrap_or(default);

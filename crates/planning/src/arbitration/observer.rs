@@ -3,7 +3,7 @@
 use crate::geometry::{Point2, Pose2};
 use crate::motion::RobotModel;
 use crate::profile::{Patience, Profile};
-use crate::scene::{Belief, People, Scene};
+use crate::scene::{Belief, Moment, People, Scene};
 
 /// What the arbiter remembers between cycles to form scenes: the two hystereses, where the robot has stayed, and whether it
 /// is impatient. A new observer, as after a restart, is certain, knows no people, is patient, and has just come to where
@@ -49,10 +49,11 @@ impl Observer {
         &mut self,
         profile: &Profile,
         robot: &RobotModel,
-        (tick, stamp): (u64, f64),
+        moment: Moment,
         belief: Belief,
         people: &People,
     ) -> Scene {
+        let Moment { tick, stamp } = moment;
         self.uncertain = self.next_uncertain(profile, belief.uncertainty());
         let here = belief.pose.position();
         let mut people = self.inside(profile, robot, here, people);
@@ -75,7 +76,8 @@ impl Observer {
         &mut self,
         profile: &Profile,
         robot: &RobotModel,
-        (pose, stamp): (Pose2, f64),
+        pose: Pose2,
+        stamp: f64,
         seconds: f64,
     ) {
         if profile.unseen.after > 0.0 && seconds >= profile.unseen.after {
@@ -83,6 +85,14 @@ impl Observer {
             let position = pose.transform(Point2::new(ahead, 0.0));
             self.unseen = Some(Place { position, since: stamp });
         }
+    }
+
+    /// Lets the robot's time in this place begin anew, with patience: one that was told to stop does not stay where it is
+    /// for want of a way.
+    pub fn forget_progress(&mut self) {
+        self.place = None;
+        self.region = None;
+        self.impatient_since = None;
     }
 
     /// The region that a robot has not left which is at `now` and in one place since `in_place_since`, and since when it is
@@ -169,7 +179,7 @@ mod tests {
 
     fn form(observer: &mut Observer, trace: f64, at: &[(u32, f64)]) -> Scene {
         let (profile, robot) = (Profile::default(), RobotModel::default());
-        observer.form_scene(&profile, &robot, (7, 2.1), belief(trace), &people(at))
+        observer.form_scene(&profile, &robot, Moment { tick: 7, stamp: 2.1 }, belief(trace), &people(at))
     }
 
     #[test]
@@ -197,7 +207,7 @@ mod tests {
         let (mut observer, profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let mut seconds = |stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-            observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[])).in_place
+            observer.form_scene(&profile, &robot, Moment { tick: 7, stamp }, belief, &people(&[])).in_place
         };
         // The place is where it came to, not where it was last; half a metre away is another one.
         assert_eq!([seconds(2.0, 1.0), seconds(3.0, 1.4), seconds(4.0, 0.6)], [0.0, 1.0, 2.0]);
@@ -213,7 +223,7 @@ mod tests {
         profile.patience = Patience { after: 4.0, radius: 1.5, lasts: 2.5, stands: 1.5, ..profile.patience };
         let mut impatient = |profile: &Profile, stamp: f64, x: f64| {
             let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-            observer.form_scene(profile, &robot, (7, stamp), belief, &people(&[])).impatient
+            observer.form_scene(profile, &robot, Moment { tick: 7, stamp }, belief, &people(&[])).impatient
         };
         // Seconds of the clock, where the robot is, and whether it is impatient then.
         for (stamp, x, expected) in [
@@ -258,7 +268,9 @@ mod tests {
             let mut observer = Observer::default();
             let mut form = |stamp: f64, x: f64| {
                 let belief = Belief { pose: Pose2::new(x, 0.0, 0.0), ..belief(0.0) };
-                observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[])).impatient
+                observer
+                    .form_scene(&profile, &robot, Moment { tick: 7, stamp }, belief, &people(&[]))
+                    .impatient
             };
             form(0.0, 0.0) || form(4.0, metres)
         };
@@ -269,15 +281,17 @@ mod tests {
     fn what_the_driver_keeps_braking_for_is_in_the_scene_until_it_has_been_passed() {
         let (mut observer, mut profile, robot): (Observer, Profile, RobotModel) = Default::default();
         let pose = Pose2::new(2.0, 1.0, std::f64::consts::FRAC_PI_2);
-        observer.observe_braking(&profile, &robot, (pose, 5.0), 100.0);
+        observer.observe_braking(&profile, &robot, pose, 5.0, 100.0);
         assert_eq!(observer.unseen, None, "the paper's planner knows of no such thing");
         profile.unseen.after = 1.0;
-        observer.observe_braking(&profile, &robot, (pose, 5.0), 0.9);
+        observer.observe_braking(&profile, &robot, pose, 5.0, 0.9);
         assert_eq!(observer.unseen, None);
-        observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
+        observer.observe_braking(&profile, &robot, pose, 5.0, 1.0);
         let mut people_at = |stamp: f64| {
             let belief = Belief { pose, ..belief(0.0) };
-            observer.form_scene(&profile, &robot, (7, stamp), belief, &people(&[(3, 1.0)])).people
+            observer
+                .form_scene(&profile, &robot, Moment { tick: 7, stamp }, belief, &people(&[(3, 1.0)]))
+                .people
         };
         let seen = people_at(5.0);
         assert_eq!(seen.id, [3, People::UNSEEN]);
@@ -289,10 +303,11 @@ mod tests {
         // The robot's clock has started over.
         assert_eq!(people_at(1.0).id, [3]);
         // It has variances, too, where people have them.
-        observer.observe_braking(&profile, &robot, (pose, 5.0), 1.0);
+        observer.observe_braking(&profile, &robot, pose, 5.0, 1.0);
         let tracked =
             People { position_variance: vec![0.01], velocity_variance: vec![0.04], ..people(&[(3, 1.0)]) };
-        let scene = observer.form_scene(&profile, &robot, (7, 5.0), belief(0.0), &tracked);
+        let scene =
+            observer.form_scene(&profile, &robot, Moment { tick: 7, stamp: 5.0 }, belief(0.0), &tracked);
         assert_eq!((scene.people.variances(0), scene.people.variances(1)), ((0.01, 0.04), (0.0, 0.0)));
         assert_eq!((scene.people.position_variance.len(), scene.people.velocity_variance.len()), (2, 2));
     }

@@ -95,7 +95,7 @@ impl Offline {
                 context
             }
         };
-        let foreign = context.profile.generator != recorded.generator;
+        let foreign = context.course.profile.generator != recorded.generator;
         if foreign {
             memory.trees = self.own_trees.remove(&id).unwrap_or_default();
         }
@@ -117,7 +117,7 @@ impl Offline {
         self.pool.clear();
         let peers = &self.pool.peers;
         *locked(&peers.report) = Some(report.clone());
-        let foreign = context.pool_terms().filter(|term| context.local(term).is_none());
+        let foreign = context.pool_terms().filter(|term| context.course.evaluator(term).is_none());
         for term in foreign {
             let mut replicas = self.pool.replicas();
             let wanted = Wanted { robot: &context.mission.order.robot, count: 1 };
@@ -184,7 +184,7 @@ impl Peers for OfflinePeers {
         pending()
     }
 
-    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion) -> Result<GenerateReply, AskError> {
+    async fn generate(&self, _: Call<'_>, _: &GenerateQuestion<'_>) -> Result<GenerateReply, AskError> {
         Err(AskError::NoReply)
     }
 

@@ -1,0 +1,167 @@
+//! What stays the same on the way to one goal.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::arbitration::{Context, Previous, Scores};
+use crate::candidates::CandidateSet;
+use crate::evaluation::Evaluator;
+use crate::evaluation::cpc::InformationField;
+use crate::generation::{self, Generated, GenerationInput, GeneratorKind, Tree};
+use crate::geometry::{Point2, Pose2};
+use crate::motion::RobotModel;
+use crate::occupancy::{GeodesicField, StaticMap};
+use crate::planner::Carried;
+use crate::profile::Profile;
+use crate::scene::Scene;
+use crate::terms::{self, BuildError, DerivedFields, Task};
+
+/// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
+/// of a seed, so that no tree draws what another draws at another tick.
+const TREE_SEED_STEP: u64 = 0xB504_F333_F9DE_6485;
+
+/// A goal made ready: fields derived, generator found, evaluators built.
+pub struct Course {
+    /// How to plan.
+    pub profile: Profile,
+    /// Where walls are.
+    pub map: Arc<StaticMap>,
+    /// Distance to go.
+    pub geodesic: Arc<GeodesicField>,
+    /// What can be driven.
+    pub robot: RobotModel,
+    /// Where to go, map frame.
+    pub goal: Point2,
+    /// The run's.
+    pub seed: u64,
+    generator: &'static GeneratorKind,
+    /// What an observation is worth, if the generator asks for it.
+    information: Option<Arc<InformationField>>,
+    /// By term.
+    pub(super) evaluators: BTreeMap<String, Arc<dyn Evaluator>>,
+}
+
+/// Why a goal cannot be made ready.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CourseError<E> {
+    /// No generator of that name is built in.
+    #[error("profile.generator: `{name}` is unknown; known: {}", generation::known().join(", "))]
+    UnknownGenerator {
+        /// The name in the profile.
+        name: String,
+    },
+    /// A field could not be derived.
+    #[error("{0}")]
+    Field(E),
+}
+
+impl Course {
+    /// Takes from `fields` all that the way of `task` needs. Terms that are not built in have no evaluator here.
+    ///
+    /// # Errors
+    /// The profile names no generator that exists, or there is no such field.
+    pub fn new<F: DerivedFields>(
+        profile: Profile,
+        task: Task,
+        seed: u64,
+        fields: &F,
+    ) -> Result<Self, CourseError<F::Error>> {
+        let Some(generator) = generation::find(&profile.generator) else {
+            return Err(CourseError::UnknownGenerator { name: profile.generator });
+        };
+        let mut evaluators = BTreeMap::new();
+        for term in profile.terms.keys() {
+            match terms::evaluator(term, &profile, &task, fields) {
+                Ok(evaluator) => evaluators.insert(term.clone(), evaluator),
+                Err(BuildError::Unknown) => None,
+                Err(BuildError::Field(error)) => return Err(CourseError::Field(error)),
+            };
+        }
+        let looks = profile.generator_part().looks_for_landmarks();
+        let information = looks.then(|| fields.information(task.laser, &profile.information));
+        Ok(Self {
+            map: fields.map().map_err(CourseError::Field)?,
+            geodesic: fields.geodesic(task.goal, task.robot.radius()).map_err(CourseError::Field)?,
+            information: information.transpose().map_err(CourseError::Field)?,
+            profile,
+            robot: task.robot,
+            goal: task.goal,
+            seed,
+            generator,
+            evaluators,
+        })
+    }
+
+    /// The evaluator of a term; none if the term is not built in.
+    pub fn evaluator(&self, term: &str) -> Option<&Arc<dyn Evaluator>> {
+        self.evaluators.get(term)
+    }
+
+    /// What the arbitration of `candidates` in `scene` depends on.
+    pub fn arbitration<'a>(
+        &'a self,
+        scene: &'a Scene,
+        candidates: &'a CandidateSet,
+        previous: Option<&'a Previous>,
+    ) -> Context<'a> {
+        let Self { profile, map, robot, goal, .. } = self;
+        Context { profile, scene, map, robot, goal: *goal, candidates, previous }
+    }
+
+    /// Grows tree number `index` (Alg. 1) and says whether that was cut short. `previous` is what is left of the
+    /// trajectory decided last. `spent` gives the share of the time that is over, 1 at its end.
+    pub fn generate(
+        &self,
+        scene: &Scene,
+        index: usize,
+        tree: Option<Tree>,
+        previous: &[Pose2],
+        spent: &dyn Fn() -> f64,
+    ) -> (Generated, bool) {
+        let input = GenerationInput {
+            params: &self.profile.generator_part(),
+            map: &self.map,
+            goal: self.goal,
+            geodesic: &self.geodesic,
+            information: self.information.as_deref(),
+            robot: &self.robot,
+            scene,
+            previous: (!previous.is_empty()).then_some(previous),
+            seed: self.tree_seed(index),
+        };
+        self.generator.generate(&input, tree, spent)
+    }
+
+    /// The seed of tree number `index`. What a tree draws depends on it and on the scene's tick alone, so that a
+    /// restart, or another replica, grows the same tree.
+    pub fn tree_seed(&self, index: usize) -> u64 {
+        self.seed.wrapping_add((index as u64).wrapping_mul(TREE_SEED_STEP))
+    }
+
+    /// Grows every tree to its end, one after the other: the candidates of all of them.
+    pub(super) fn generate_all(&self, scene: &Scene, carried: &mut Carried) -> CandidateSet {
+        let previous = carried.ahead(scene.stamp);
+        carried.trees.resize(self.profile.trees as usize, None);
+        let mut sets = Vec::new();
+        for (index, tree) in carried.trees.iter_mut().enumerate() {
+            let (generated, _) = self.generate(scene, index, tree.take(), &previous, &|| 0.0);
+            sets.push(generated.candidates);
+            *tree = Some(generated.tree);
+        }
+        CandidateSet::concat(self.profile.steps, self.profile.dt, sets)
+    }
+
+    /// Scores every candidate under every term that counts in `scene`. A cost that is not finite or negative, or one
+    /// too many, leaves its candidates unscored.
+    pub(super) fn score(&self, scene: &Scene, candidates: &CandidateSet) -> Scores {
+        let mut scores = Scores::new(candidates.len());
+        for (term, _) in self.profile.active_terms(scene.uncertain) {
+            let costs = self.evaluator(term).map(|it| it.evaluate(scene, candidates, &|| false));
+            if let Some(Ok(costs)) = costs {
+                // Costs that do not fit are none: the candidates then lack the term.
+                let _ = scores.insert(term, 0, &costs);
+            }
+        }
+        scores
+    }
+}
