@@ -40,7 +40,8 @@ pub trait Message: Validate + Serialize + DeserializeOwned {
             return Err(Refusal::Oversize { found: length as u64, most: Self::MAX_BYTES as u64 }.into());
         }
         if let Some(found) = encoding.filter(|found| *found != Self::ENCODING) {
-            let (found, expected) = (cut(found.to_owned()), Self::ENCODING.to_owned());
+            let found = cut(found.to_owned());
+            let expected = Self::ENCODING.to_owned();
             return Err(Refusal::WrongEncoding { found, expected }.into());
         }
         Ok(())

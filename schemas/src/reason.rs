@@ -87,8 +87,6 @@ pub enum Reason {
     NotPrepared,
     /// No recent message says where people are.
     PeopleUnknown,
-    /// The arbiter could not carry out the cycle; its log says why.
-    CycleFailed,
 }
 
 impl Reason {
@@ -128,8 +126,6 @@ pub enum Degradation {
     NotPrepared,
     /// No recent message says where people are.
     PeopleUnknown,
-    /// The arbiter could not carry out the cycle.
-    CycleFailed,
 }
 
 impl Degradation {

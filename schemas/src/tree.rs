@@ -72,7 +72,9 @@ mod tests {
         let field = |tree: &Tree| {
             Tree::decode(&tree.encode(), None).map(|_| ()).map_err(|reject| reject.field.unwrap_or_default())
         };
-        let (nodes, columns, numbers) = (MAX_TREE_NODES, MAX_TREE_COLUMNS, MAX_COLUMN_NUMBERS);
+        let nodes = MAX_TREE_NODES;
+        let columns = MAX_TREE_COLUMNS;
+        let numbers = MAX_COLUMN_NUMBERS;
         assert_eq!(field(&tree(nodes, columns, numbers)), Ok(()));
         assert_eq!(field(&tree(nodes + 1, 0, 0)), Err("parent".to_owned()));
         assert_eq!(field(&tree(0, columns + 1, 0)), Err("columns".to_owned()));

@@ -12,7 +12,8 @@ fn malformed(offset: usize, fault: CborFault) -> Refusal {
 /// Checks that `bytes` are one well-formed item and nothing more; gives the length of the longest item without the
 /// items in it: of the longest string, that is, with its head.
 pub(crate) fn check(bytes: &[u8]) -> Result<usize, Refusal> {
-    let (mut offset, mut longest) = (0, 0);
+    let mut offset = 0;
+    let mut longest = 0;
     let mut items = 0;
     // Items still owed at each level of nesting; the first level owes the one item itself.
     let mut owed = [0; MAX_DEPTH + 1];
@@ -48,7 +49,8 @@ pub(crate) fn check(bytes: &[u8]) -> Result<usize, Refusal> {
 fn item(bytes: &[u8], offset: usize) -> Result<(usize, usize), Refusal> {
     let fault = |fault| malformed(offset, fault);
     let initial = *bytes.get(offset).ok_or_else(|| fault(CborFault::CutShort))?;
-    let (major, info) = (initial >> 5, initial & 0x1f);
+    let major = initial >> 5;
+    let info = initial & 0x1f;
     let width = match info {
         0..24 => 0,
         24 => 1,

@@ -16,7 +16,7 @@ use curionav_planning::parameters;
 use curionav_planning::profile::{Profile, Term};
 use curionav_planning::scene::{Belief, People, Scene};
 use curionav_planning::states::States;
-use curionav_planning::terms::{BuildError, Built, BuiltIn, DerivedFields, Task};
+use curionav_planning::terms::{Built, BuiltIn, DerivedFields, Task};
 
 parameters! {
     /// Parameters of `clearance`.
@@ -55,8 +55,7 @@ impl BuiltIn for Clearance {
     }
 
     fn evaluator<F: DerivedFields>(params: ClearanceParams, _: &Task, fields: &F) -> Built<F::Error> {
-        let map = fields.map().map_err(BuildError::Field)?;
-        Ok(Arc::new(ClearanceEvaluator { map, params }))
+        Ok(Arc::new(ClearanceEvaluator { map: fields.map()?, params }))
     }
 }
 

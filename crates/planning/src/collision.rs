@@ -334,7 +334,8 @@ impl<'a> TrajectoryChecker<'a> {
         let place = |i: usize, t: f64| people.position_after(i, checker.ahead(i, t));
         let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| place(i, time(k))));
         let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.gap_asked(i, time(k) + dt)));
-        let (at, asked) = (at.collect(), asked.collect());
+        let at = at.collect();
+        let asked = asked.collect();
         Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| walked(i, dt)).collect(), near }
     }
 
@@ -342,9 +343,11 @@ impl<'a> TrajectoryChecker<'a> {
     /// `(k + 1) * dt`; between poses robot and people move in straight lines, checked continuously. Nothing is checked
     /// beyond the last one, where the robot stands, nor beyond [`CollisionParams::horizon`].
     pub fn first_collision(&self, poses: impl ExactSizeIterator<Item = Pose2>) -> Option<Collision> {
-        let (checker, poses) = (self.checker, poses.take(self.steps));
+        let checker = self.checker;
+        let poses = poses.take(self.steps);
         let last = poses.len().saturating_sub(1);
-        let (mut from, mut free) = (checker.start, (Point2::default(), -1.0));
+        let mut from = checker.start;
+        let mut free = (Point2::default(), -1.0);
         for (step, to) in poses.enumerate() {
             let with = if checker.continue_wall_clear(&mut free, from, to) {
                 self.person_hit(from, to, step).map(Obstacle::Person)
@@ -362,7 +365,8 @@ impl<'a> TrajectoryChecker<'a> {
 
     /// Id of the first person who comes too near while the robot moves from `from` to `to` during a step.
     fn person_hit(&self, from: Pose2, to: Pose2, step: usize) -> Option<u32> {
-        let (people, count) = (self.checker.people, self.near.len());
+        let people = self.checker.people;
+        let count = self.near.len();
         let (now, next) = self.at[step * count..(step + 2) * count].split_at(count);
         let asked = &self.asked[step * count..(step + 1) * count];
         let body = self.checker.shape.circumscribed_radius() + people.radius;
@@ -397,8 +401,8 @@ impl<'a> TrajectoryChecker<'a> {
             }
             let far = contact + CollisionChecker::GUARD + length + Self::ROUNDING;
             let touches = self.near.iter().zip(&self.at).any(|(&i, p)| {
-                let (start, end) =
-                    (Point2::new(from.x - p.x, from.y - p.y), Point2::new(to.x - p.x, to.y - p.y));
+                let start = Point2::new(from.x - p.x, from.y - p.y);
+                let end = Point2::new(to.x - p.x, to.y - p.y);
                 p.distance_squared(from) <= far * far
                     && closest_approach(start, end) - contact
                         < CollisionChecker::GUARD.min(checker.person_cap[i])

@@ -64,7 +64,8 @@ impl RiskParams {
         root_distance: f64,
         target: Point2,
     ) -> f64x8<S> {
-        let (dx, dy) = (target.x - x, target.y - y);
+        let dx = target.x - x;
+        let dy = target.y - y;
         let far = risk * self.social_weight + (dx * dx + dy * dy).sqrt() / unit(root_distance);
         far + library::wrap_angle(library::atan2(dy, dx) - heading).abs() * self.rotation_weight
     }
@@ -95,7 +96,8 @@ pub(crate) struct Contacts {
 impl Contacts {
     /// Nothing yet, of so many people.
     pub(crate) fn new(contact: f64, people: usize) -> Self {
-        let (distances, sigmas) = ([0.0; LANES], [1.0; LANES]);
+        let distances = [0.0; LANES];
+        let sigmas = [1.0; LANES];
         Self { contact, worst: vec![0.0; people], waiting: 0, distances, sigmas, who: [0; LANES] }
     }
 
@@ -111,7 +113,8 @@ impl Contacts {
         sigma: f64,
     ) {
         let [x, y] = means.map(|of| f64x8::load_array(simd, of));
-        let (dx, dy) = (p.x - x, p.y - y);
+        let dx = p.x - x;
+        let dy = p.y - y;
         let distances = (dx * dx + dy * dy).sqrt();
         let mut near = distances.simd_lt(self.contact + overlap::CUT * sigma).to_bitmask();
         while near != 0 {
@@ -231,7 +234,8 @@ impl CollisionRisk {
         let Moment { means, overlap } = &self.moments[moment];
         let mut free = 1.0;
         for [x, y] in means {
-            let (dx, dy) = (f64x8::load_array_ref(simd, x) - p.x, f64x8::load_array_ref(simd, y) - p.y);
+            let dx = f64x8::load_array_ref(simd, x) - p.x;
+            let dy = f64x8::load_array_ref(simd, y) - p.y;
             match self.model {
                 RiskModel::Gaussian => free = overlap.times_free(free, dx * dx + dy * dy),
                 RiskModel::Grid => {
@@ -300,8 +304,10 @@ mod tests {
         two.y.push(0.0);
         two.vx.push(0.0);
         two.vy.push(0.0);
-        let (one, two) = (risk(&one, RiskModel::Gaussian), risk(&two, RiskModel::Gaussian));
-        let (p, q) = (one.at(2, Point2::default()), two.at(2, Point2::default()));
+        let one = risk(&one, RiskModel::Gaussian);
+        let two = risk(&two, RiskModel::Gaussian);
+        let p = one.at(2, Point2::default());
+        let q = two.at(2, Point2::default());
         assert!((q - (1.0 - (1.0 - p) * (1.0 - p))).abs() < 1e-12 && q > p && q < 2.0 * p);
     }
 
@@ -367,7 +373,8 @@ mod tests {
                 [&mut people.x, &mut people.y].into_iter().for_each(|of| of.push(place(3.0)));
                 [&mut people.vx, &mut people.vy].into_iter().for_each(|of| of.push(place(1.0)));
             }
-            let (p, moment) = (Point2::new(place(3.0), place(3.0)), (k % 20) as usize);
+            let p = Point2::new(place(3.0), place(3.0));
+            let moment = (k % 20) as usize;
             let alone = |i: usize| risk(&people.pick([i]), model).at(moment, p);
             let spared: f64 = (0..people.len()).map(|i| 1.0 - alone(i)).product();
             let found = risk(&people, model).at(moment, p);
@@ -398,8 +405,12 @@ mod tests {
                     _ => size * (2.0 * uniform(&mut r) - 1.0),
                 })
             };
-            let (x, y, heading, risk) = (eight(5.0), eight(5.0), eight(3.2), eight(1.0).map(f64::abs));
-            let (target, root_distance) = (Point2::new(eight(5.0)[0], eight(5.0)[1]), eight(9.0)[0].abs());
+            let x = eight(5.0);
+            let y = eight(5.0);
+            let heading = eight(3.2);
+            let risk = eight(1.0).map(f64::abs);
+            let target = Point2::new(eight(5.0)[0], eight(5.0)[1]);
+            let root_distance = eight(9.0)[0].abs();
             let params = RiskParams { rotation_weight: f64::from(k % 3), ..RiskParams::default() };
             for level in levels() {
                 let found: [f64; LANES] = dispatch!(level, simd => {

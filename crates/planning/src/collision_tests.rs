@@ -41,7 +41,8 @@ fn states(of: &[(f64, f64, f64)]) -> States {
 }
 
 fn first(scene: &Scene, v: f64) -> Option<Collision> {
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let c =
         CollisionChecker::new(&map, &robot, scene, ForecastParams::default(), &CollisionParams::default());
     c.first_collision(&straight(v), 0.3)
@@ -62,7 +63,8 @@ fn a_person_who_is_known_badly_is_left_more_room_and_the_more_the_later() {
     let mut known = scene(Pose2::new(5.0, 10.0, 0.0), &[(9.0, 10.0, 0.0, 0.0), (9.0, 12.0, 0.0, 0.0)]);
     known.people.position_variance = vec![0.0, 0.04];
     known.people.velocity_variance = vec![0.0, 0.02];
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let forecast = ForecastParams::default();
     let c = CollisionChecker::new(&map, &robot, &known, forecast, &CollisionParams::default());
     let without = scene(Pose2::new(5.0, 10.0, 0.0), &[(9.0, 10.0, 0.0, 0.0)]);
@@ -80,11 +82,12 @@ fn people_who_stand_stay_where_they_are_and_a_robot_that_does_not_get_away_goes_
     // Too slow to walk, towards the robot's way, and one who walks.
     let slow = (7.0, 10.85, 0.0, -0.09);
     let mut s = scene(Pose2::new(5.0, 10.0, 0.0), &[slow, (9.0, 12.0, 0.5, 0.0)]);
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let new =
         |params: CollisionParams| CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &params);
-    let (walking, standing) =
-        (CollisionParams::default(), CollisionParams { standing: 0.1, ..Default::default() });
+    let walking = CollisionParams::default();
+    let standing = CollisionParams { standing: 0.1, ..Default::default() };
     let hit = new(walking).first_collision(&straight(1.0), 0.3).unwrap();
     assert_eq!(hit.with, Obstacle::Person(10));
     let wide = new(standing);
@@ -95,7 +98,8 @@ fn people_who_stand_stay_where_they_are_and_a_robot_that_does_not_get_away_goes_
     let at_wall = Pose2::new(14.0, 10.0, 0.0);
     let patient = CollisionParams { tight_after: 3.0, ..standing };
     assert_eq!(new(patient).person_gap(0, 3.0), wide.person_gap(0, 3.0));
-    let (room, gap) = (wide.wall_spare(at_wall), wide.person_gap(1, 0.3));
+    let room = wide.wall_spare(at_wall);
+    let gap = wide.person_gap(1, 0.3);
     s.in_place = 3.0;
     let tight = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &patient);
     assert_eq!((tight.person_gap(0, 3.0), tight.person_gap(1, 0.3)), (CollisionChecker::GUARD, gap));
@@ -119,7 +123,8 @@ fn people_are_met_where_they_will_be_not_where_they_are() {
 fn nothing_is_looked_for_beyond_the_horizon_however_long_the_trajectory() {
     // The robot has come within reach of the person after 1.3 s, of the wall after 9 s.
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(7.0, 10.0, 0.0, 0.0)]);
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let long = states(&(1..=57).map(|k| (5.0 + 0.3 * f64::from(k), 10.0, 0.0)).collect::<Vec<_>>());
     let first = |scene: &Scene, horizon: f64| {
         let params = CollisionParams { horizon, ..CollisionParams::default() };
@@ -135,7 +140,8 @@ fn nothing_is_looked_for_beyond_the_horizon_however_long_the_trajectory() {
 
 #[test]
 fn two_who_swap_places_within_one_step_still_meet() {
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.5, 10.0, -2.0, 0.0)]);
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
     // states alone are far apart: robot 5 -> 8, person 6.5 -> 4.5 in one step of 1 s
@@ -155,7 +161,8 @@ fn a_violated_margin_forbids_going_nearer_but_not_leaving() {
     assert_eq!(first(&touching, 0.2), None);
     // the same with the wall 0.4 m away on one side
     let by_wall = scene(Pose2::new(14.6, 10.0, 0.0), &[]);
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let c =
         CollisionChecker::new(&map, &robot, &by_wall, ForecastParams::default(), &CollisionParams::default());
     assert_eq!(c.first_collision(&states(&[(14.4, 10.0, 0.0), (14.2, 10.0, 0.0)]), 0.3), None);
@@ -180,7 +187,8 @@ fn a_long_robot_passes_lengthwise_where_its_circle_does_not() {
 
 #[test]
 fn following_on_a_persons_heels_does_not_stop_short() {
-    let (map, robot) = (map(), RobotModel::default());
+    let map = map();
+    let robot = RobotModel::default();
     let s = scene(Pose2::new(5.0, 10.0, 0.0), &[(6.0, 10.0, 1.0, 0.0)]);
     let c = CollisionChecker::new(&map, &robot, &s, ForecastParams::default(), &CollisionParams::default());
     assert_eq!(c.first_collision(&straight(1.0), 0.3), None);

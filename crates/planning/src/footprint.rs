@@ -100,7 +100,8 @@ impl FootprintShape {
         let at = grid.origin().relative(pose);
         let (low, high) = self.bounds(at);
         let cell = grid.resolution();
-        let (width, height) = (grid.width() as f64 * cell, grid.height() as f64 * cell);
+        let width = grid.width() as f64 * cell;
+        let height = grid.height() as f64 * cell;
         if low.x <= margin || low.y <= margin || high.x >= width - margin || high.y >= height - margin {
             return true;
         }
@@ -129,7 +130,8 @@ impl FootprintShape {
                 let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
                 let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
                 for v in polygon.points() {
-                    let (x, y) = (pose.x + c * v.x - s * v.y, pose.y + s * v.x + c * v.y);
+                    let x = pose.x + c * v.x - s * v.y;
+                    let y = pose.y + s * v.x + c * v.y;
                     low = Point2::new(low.x.min(x), low.y.min(y));
                     high = Point2::new(high.x.max(x), high.y.max(y));
                 }

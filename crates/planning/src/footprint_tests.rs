@@ -8,8 +8,10 @@ fn between(r: &mut Rng, low: f64, high: f64) -> f64 {
 /// Between 3 and 8 vertices on an ellipse around a shifted centre: convex by construction.
 fn random_polygon(r: &mut Rng) -> Vec<Point2> {
     let n = 3 + (uniform(r) * 6.0) as usize;
-    let (a, b) = (between(r, 0.2, 0.8), between(r, 0.2, 0.8));
-    let (cx, cy) = (between(r, -0.3, 0.3), between(r, -0.3, 0.3));
+    let a = between(r, 0.2, 0.8);
+    let b = between(r, 0.2, 0.8);
+    let cx = between(r, -0.3, 0.3);
+    let cy = between(r, -0.3, 0.3);
     let mut angles: Vec<f64> = (0..n).map(|_| between(r, 0.0, std::f64::consts::TAU)).collect();
     angles.sort_by(f64::total_cmp);
     angles.iter().map(|t| Point2::new(cx + a * t.cos(), cy + b * t.sin())).collect()
@@ -30,7 +32,8 @@ fn random_pose(r: &mut Rng, side: f64) -> Pose2 {
 }
 
 fn segment_distance(p: Point2, a: Point2, b: Point2) -> f64 {
-    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let dx = b.x - a.x;
+    let dy = b.y - a.y;
     let t = (((p.x - a.x) * dx + (p.y - a.y) * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
     p.distance(Point2::new(a.x + t * dx, a.y + t * dy))
 }
@@ -81,7 +84,8 @@ fn plain_square_distance(footprint: &Footprint, pose: Pose2, square: &[Point2]) 
 }
 
 fn random_map(r: &mut Rng) -> StaticMap {
-    let (w, h) = (20 + (uniform(r) * 30.0) as usize, 20 + (uniform(r) * 30.0) as usize);
+    let w = 20 + (uniform(r) * 30.0) as usize;
+    let h = 20 + (uniform(r) * 30.0) as usize;
     let share = 0.01 * uniform(r);
     let origin = Pose2::new(between(r, -3.0, 3.0), between(r, -3.0, 3.0), between(r, -4.0, 4.0));
     let cells = (0..w * h).map(|_| match uniform(r) {
@@ -94,7 +98,9 @@ fn random_map(r: &mut Rng) -> StaticMap {
 
 /// Distance to the nearest cell that is not free, in the map or in a ring of 2 m around it.
 fn plain_clearance(footprint: &Footprint, pose: Pose2, grid: &OccupancyGrid) -> f64 {
-    let (w, h, ring) = (grid.width() as i32, grid.height() as i32, 20);
+    let w = grid.width() as i32;
+    let h = grid.height() as i32;
+    let ring = 20;
     let mut least = f64::INFINITY;
     for row in -ring..h + ring {
         for column in -ring..w + ring {
@@ -119,15 +125,18 @@ fn distance_to_a_point_equals_brute_force() {
     let mut r = rng(1, 0);
     for case in 0..20_000 {
         let (footprint, shape) = random_shape(&mut r);
-        let (pose, p) = (random_pose(&mut r, 3.0), random_pose(&mut r, 3.0).position());
-        let (found, expected) = (shape.distance_to_point(pose, p), plain_distance(&footprint, pose, p));
+        let pose = random_pose(&mut r, 3.0);
+        let p = random_pose(&mut r, 3.0).position();
+        let found = shape.distance_to_point(pose, p);
+        let expected = plain_distance(&footprint, pose, p);
         assert!((found - expected).abs() < 1e-7, "case {case}: {found} for {expected}, {footprint:?}");
     }
 }
 
 #[test]
 fn grid_collisions_equal_brute_force_on_rotated_maps() {
-    let (mut hits, mut near) = (0, 0);
+    let mut hits = 0;
+    let mut near = 0;
     for seed in 0..60 {
         let mut r = rng(seed, 1);
         let map = random_map(&mut r);

@@ -41,7 +41,8 @@ impl Point2 {
 
     /// Squared Euclidean distance, square metres.
     pub fn distance_squared(self, other: Self) -> f64 {
-        let (dx, dy) = (other.x - self.x, other.y - self.y);
+        let dx = other.x - self.x;
+        let dy = other.y - self.y;
         dx * dx + dy * dy
     }
 
@@ -90,7 +91,8 @@ impl Pose2 {
     /// A point of the parent frame, seen from the body.
     pub fn inverse_transform(self, p: Point2) -> Point2 {
         let (s, c) = sin_cos(self.heading);
-        let (dx, dy) = (p.x - self.x, p.y - self.y);
+        let dx = p.x - self.x;
+        let dy = p.y - self.y;
         Point2::new(c * dx + s * dy, -s * dx + c * dy)
     }
 
@@ -137,7 +139,8 @@ impl Direction {
 
     /// `to` as seen from `from` by what faces this way: how far ahead it lies and how far to the left, metres.
     pub fn ahead_and_left(self, from: Point2, to: Point2) -> (f64, f64) {
-        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        let dx = to.x - from.x;
+        let dy = to.y - from.y;
         (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
     }
 }
@@ -188,14 +191,16 @@ pub fn bearing(from: Point2, to: Point2) -> f64 {
 /// Least distance between two points that move linearly over the same interval: `from` and `to` are
 /// the first point's position relative to the second at its start and end.
 pub fn closest_approach(from: Point2, to: Point2) -> f64 {
-    let (dx, dy) = (to.x - from.x, to.y - from.y);
+    let dx = to.x - from.x;
+    let dy = to.y - from.y;
     let length_squared = dx * dx + dy * dy;
     let s = if length_squared > 0.0 {
         (-(from.x * dx + from.y * dy) / length_squared).clamp(0.0, 1.0)
     } else {
         0.0
     };
-    let (x, y) = (from.x + s * dx, from.y + s * dy);
+    let x = from.x + s * dx;
+    let y = from.y + s * dy;
     (x * x + y * y).sqrt()
 }
 

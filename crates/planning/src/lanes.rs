@@ -129,7 +129,9 @@ pub(crate) fn exp_minus_8_to_0<S: Simd>(x: f64x8<S>) -> f64x8<S> {
         3.073578814104865e-16,
     ];
     let x2 = x * x;
-    let (low, middle, high) = (1.0 + C[0] * x, C[1] + C[2] * x, C[3] + C[4] * x + C[5] * x2);
+    let low = 1.0 + C[0] * x;
+    let middle = C[1] + C[2] * x;
+    let high = C[3] + C[4] * x + C[5] * x2;
     let mut p = low + x2 * middle + (x2 * x2) * high;
     for _ in 0..7 {
         p *= p;
@@ -177,7 +179,8 @@ pub(crate) mod tests {
 
     #[test]
     fn every_kind_of_vectors_gives_the_same_bits() {
-        let (seed, levels) = (1, levels());
+        let seed = 1;
+        let levels = levels();
         let mut r = rng(seed, 0);
         for k in 0..20_000 {
             let x = numbers(&mut r, k);

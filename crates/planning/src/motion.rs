@@ -66,7 +66,9 @@ impl Footprint {
         let Self::Polygon { vertices } = self else { return Ok(()) };
         let left_turn = |i: usize| {
             let at = |k: usize| vertices[(i + k) % vertices.len()];
-            let (a, b, c) = (at(0), at(1), at(2));
+            let a = at(0);
+            let b = at(1);
+            let c = at(2);
             (b.x - a.x) * (c.y - b.y) - (b.y - a.y) * (c.x - b.x) > 0.0
         };
         if (0..vertices.len()).all(left_turn) {
@@ -178,7 +180,8 @@ impl Bend {
     #[inline]
     pub(crate) fn end(&self, from: Facing, length: f64) -> Facing {
         // The chord's direction is the mean heading.
-        let (chord, middle) = (length * self.chord, from.direction.turned(self.half));
+        let chord = length * self.chord;
+        let middle = from.direction.turned(self.half);
         let Pose2 { x, y, heading } = from.pose;
         let pose =
             Pose2::new(x + chord * middle.cos, y + chord * middle.sin, wrap_angle(heading + self.turn));
@@ -210,7 +213,8 @@ impl OdometryNoise {
     /// Variances (along, across, heading) in the robot frame of one motion increment of `travel`
     /// metres and `turn` radians (either sign).
     pub fn variances(&self, travel: f64, turn: f64) -> Vector3<f64> {
-        let (d, a) = (travel.abs(), turn.abs());
+        let d = travel.abs();
+        let a = turn.abs();
         let position = self.position_per_metre * d + self.position_per_radian * a;
         Vector3::new(position, position, self.heading_per_metre * d + self.heading_per_radian * a)
     }

@@ -43,7 +43,8 @@ pub fn hypot(x: f64, y: f64) -> f64 {
 
 /// Eigenvalues of the symmetric matrix ((a, b), (b, c)), the greater first.
 pub fn eigenvalues(a: f64, b: f64, c: f64) -> (f64, f64) {
-    let (mean, root) = (0.5 * (a + c), hypot(0.5 * (a - c), b));
+    let mean = 0.5 * (a + c);
+    let root = hypot(0.5 * (a - c), b);
     (mean + root, mean - root)
 }
 

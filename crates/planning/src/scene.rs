@@ -29,7 +29,9 @@ impl Belief {
 
     /// Standard deviation of position along its worst direction, metres.
     pub fn position_sigma(&self) -> f64 {
-        let (a, b, c) = (self.covariance[(0, 0)], self.covariance[(0, 1)], self.covariance[(1, 1)]);
+        let a = self.covariance[(0, 0)];
+        let b = self.covariance[(0, 1)];
+        let c = self.covariance[(1, 1)];
         eigenvalues(a, b, c).0.max(0.0).sqrt()
     }
 }

@@ -1,38 +1,33 @@
 //! The cost terms that are built in: what each takes from a profile, what it needs derived, how it is built.
 //!
-//! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] here with its line in the list
-//! at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
+//! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] in `terms/built_in.rs` with its name
+//! in the list at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
 //! it here. The example `own_term` is a term, complete.
+
+mod built_in;
 
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
-use crate::collision_risk::RiskParams;
 use crate::evaluation::Evaluator;
-use crate::evaluation::collision_risk::CollisionRiskEvaluator;
-use crate::evaluation::cpc::{
-    CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams, RayField,
-};
-use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
-use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
-use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
-use crate::evaluation::information_to_go::{
-    InformationToGoEvaluator, InformationToGoField, InformationToGoParams,
-};
-use crate::evaluation::order::OrderEvaluator;
-use crate::evaluation::risk::RiskEvaluator;
-use crate::evaluation::uncertainty::UncertaintyEvaluator;
-use crate::forecast::ForecastParams;
+use crate::evaluation::cpc::{InformationField, InformationParams, RayField};
+use crate::evaluation::information_to_go::InformationToGoField;
 use crate::geometry::Point2;
 use crate::motion::{OdometryNoise, RobotModel};
 use crate::occupancy::{GeodesicField, StaticMap};
-use crate::parameters::{Field, FieldError, Range, Ranged};
-use crate::profile::{Profile, UncertaintySwitch};
+use crate::parameters::Ranged;
+use crate::profile::Profile;
 use crate::sensor::LaserModel;
 use crate::states::Columns;
+
+use built_in::{
+    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk,
+    Uncertainty,
+};
+pub use built_in::{CpcTermParams, InformationToGoTermParams};
 
 /// What stays the same from one cycle of a mission to the next, apart from map and parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -111,19 +106,8 @@ impl DerivedFields for Arc<StaticMap> {
     }
 }
 
-/// Why there is no evaluator.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum BuildError<E> {
-    /// No term of that name is built in.
-    #[error("the term is not built in; known: {}", NAMES.join(", "))]
-    Unknown,
-    /// A field that it needs is missing.
-    #[error("{0}")]
-    Field(E),
-}
-
-/// An evaluator, or why there is none.
-pub type Built<E> = Result<Arc<dyn Evaluator>, BuildError<E>>;
+/// An evaluator, or why a field that it needs is missing.
+pub type Built<E> = Result<Arc<dyn Evaluator>, E>;
 
 /// A term that is built in.
 pub trait BuiltIn {
@@ -146,293 +130,6 @@ pub trait BuiltIn {
 
     /// Its evaluator. Every field that it needs is there when this returns.
     fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error>;
-}
-
-crate::parameters! {
-    /// Parameters of [`CpcEvaluator`] and of the field it looks up.
-    #[derive(Copy)]
-    pub struct CpcTermParams {
-        /// When observations are credited.
-        pub cpc: CpcParams [table],
-        /// What they are worth.
-        pub information: InformationParams [table],
-    }
-}
-
-crate::parameters! {
-    /// Parameters of [`InformationToGoEvaluator`] and of the field it looks up.
-    #[derive(Copy)]
-    pub struct InformationToGoTermParams {
-        /// What counts as uncertain.
-        pub uncertainty: UncertaintySwitch [table],
-        /// Error of position with which the robot still counts as being at the goal, metres.
-        pub tolerance: f64 [in Range::GOAL_TOLERANCE],
-        /// What predicts how uncertain the robot will be.
-        pub prediction: CpcTermParams [table],
-        /// What that costs.
-        pub information_to_go: InformationToGoParams [table],
-    }
-}
-
-impl InformationToGoTermParams {
-    /// The field, from the information field of the same map and laser.
-    pub fn field(&self, map: &StaticMap, seen: &InformationField, task: &Task) -> InformationToGoField {
-        let way = (task.goal, self.tolerance, task.robot.radius());
-        let threshold = self.uncertainty.threshold;
-        InformationToGoField::new(map, seen, way, &task.noise, threshold, &self.information_to_go)
-    }
-}
-
-enum InformationToGo {}
-
-impl BuiltIn for InformationToGo {
-    const NAME: &'static str = "information-to-go";
-    const LOCAL: bool = true;
-    type Params = InformationToGoTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        InformationToGoTermParams {
-            uncertainty: profile.uncertainty,
-            tolerance: profile.goal.tolerance,
-            prediction: CpcTermParams::of(profile),
-            information_to_go: profile.information_to_go,
-        }
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let cpc = params.prediction.prediction(task, fields).map_err(BuildError::Field)?;
-        let field = fields.information_to_go(task, &params).map_err(BuildError::Field)?;
-        Ok(Arc::new(InformationToGoEvaluator { field, cpc }))
-    }
-}
-
-enum Cpc {}
-
-impl BuiltIn for Cpc {
-    const NAME: &'static str = "cpc";
-    type Params = CpcTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        CpcTermParams::of(profile)
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        Ok(Arc::new(params.prediction(task, fields).map_err(BuildError::Field)?))
-    }
-}
-
-impl CpcTermParams {
-    fn of(profile: &Profile) -> Self {
-        Self { cpc: profile.cpc, information: profile.information }
-    }
-
-    /// What predicts how well the robot will know its pose.
-    fn prediction<F: DerivedFields>(&self, task: &Task, fields: &F) -> Result<CpcEvaluator, F::Error> {
-        let information = fields.information(task.laser, &self.information)?;
-        Ok(CpcEvaluator::new(information, task.noise, self.cpc))
-    }
-}
-
-crate::parameters! {
-    struct CpcOccludedTermParams {
-        prediction: CpcTermParams [table],
-        forecast: ForecastParams [table],
-    }
-}
-
-enum CpcOccluded {}
-
-impl BuiltIn for CpcOccluded {
-    const NAME: &'static str = "cpc-occluded";
-    type Params = CpcOccludedTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        CpcOccludedTermParams { prediction: CpcTermParams::of(profile), forecast: profile.forecast }
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let rays = fields.rays(task.laser, &params.prediction.information).map_err(BuildError::Field)?;
-        let cpc = params.prediction.prediction(task, fields).map_err(BuildError::Field)?;
-        Ok(Arc::new(CpcOccludedEvaluator::new(cpc, rays, params.forecast)))
-    }
-}
-
-enum Uncertainty {}
-
-impl BuiltIn for Uncertainty {
-    const NAME: &'static str = "uncertainty";
-    const LOCAL: bool = true;
-    type Params = CpcTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        CpcTermParams::of(profile)
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let cpc = params.prediction(task, fields).map_err(BuildError::Field)?;
-        Ok(Arc::new(UncertaintyEvaluator { cpc }))
-    }
-}
-
-crate::parameters! {
-    struct CollisionRiskTermParams {
-        risk: RiskParams [table],
-        forecast: ForecastParams [table],
-        prediction: CpcTermParams [table],
-    }
-}
-
-enum CollisionRisk {}
-
-impl BuiltIn for CollisionRisk {
-    const NAME: &'static str = "collision-risk";
-    const LOCAL: bool = true;
-    type Params = CollisionRiskTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        let prediction = CpcTermParams::of(profile);
-        CollisionRiskTermParams { risk: profile.risk, forecast: profile.forecast, prediction }
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let belief = params.risk.belief.then(|| params.prediction.prediction(task, fields));
-        let belief = belief.transpose().map_err(BuildError::Field)?;
-        let (radius, forecast) = (task.robot.radius(), params.forecast);
-        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast, belief }))
-    }
-}
-
-enum HumanSpace {}
-
-impl BuiltIn for HumanSpace {
-    const NAME: &'static str = "human-space";
-    const LOCAL: bool = true;
-    const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = HumanSpaceParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        profile.human_space
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(HumanSpaceEvaluator { params }))
-    }
-}
-
-enum Doppler {}
-
-impl BuiltIn for Doppler {
-    const NAME: &'static str = "doppler";
-    const LOCAL: bool = true;
-    type Params = HumanSpaceParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        profile.human_space
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(DopplerEvaluator { params }))
-    }
-}
-
-enum Cnc {}
-
-impl BuiltIn for Cnc {
-    const NAME: &'static str = "cnc";
-    const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = HccdmParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        profile.hccdm
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(HccdmEvaluator { params }))
-    }
-}
-
-crate::parameters! {
-    struct DistanceTermParams {
-        measure: DistanceMeasure [words],
-    }
-}
-
-enum Distance {}
-
-impl BuiltIn for Distance {
-    const NAME: &'static str = "distance";
-    const LOCAL: bool = true;
-    const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = DistanceTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        DistanceTermParams { measure: profile.distance }
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        Ok(Arc::new(match params.measure {
-            DistanceMeasure::Euclid => DistanceEvaluator::Euclid(task.goal),
-            DistanceMeasure::Geodesic => DistanceEvaluator::Geodesic(
-                fields.geodesic(task.goal, task.robot.radius()).map_err(BuildError::Field)?,
-            ),
-        }))
-    }
-}
-
-/// There are none.
-#[derive(Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct OrderTermParams {}
-
-impl Ranged for OrderTermParams {
-    const FIELDS: &'static [Field] = &[];
-
-    fn check(&self) -> Result<(), FieldError> {
-        Ok(())
-    }
-}
-
-enum Order {}
-
-impl BuiltIn for Order {
-    const NAME: &'static str = "order";
-    const LOCAL: bool = true;
-    const COLUMNS: Columns = Columns::POSITIONS;
-    type Params = OrderTermParams;
-
-    fn params(_: &Profile) -> Self::Params {
-        OrderTermParams {}
-    }
-
-    fn evaluator<F: DerivedFields>(_: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
-        Ok(Arc::new(OrderEvaluator))
-    }
-}
-
-crate::parameters! {
-    struct RiskTermParams {
-        risk: RiskParams [table],
-        forecast: ForecastParams [table],
-    }
-}
-
-enum Risk {}
-
-impl BuiltIn for Risk {
-    const NAME: &'static str = "risk";
-    const LOCAL: bool = true;
-    const COLUMNS: Columns = Columns::POSES;
-    type Params = RiskTermParams;
-
-    fn params(profile: &Profile) -> Self::Params {
-        RiskTermParams { risk: profile.risk, forecast: profile.forecast }
-    }
-
-    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
-        let map = fields.map().map_err(BuildError::Field)?;
-        let RiskTermParams { risk: params, forecast } = params;
-        Ok(Arc::new(RiskEvaluator { map, goal: task.goal, radius: task.robot.radius(), forecast, params }))
-    }
 }
 
 /// Something to do with a term whose type is known only by its name.
@@ -476,13 +173,13 @@ built_in! {
     Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
 }
 
-/// The evaluator of the term of that name as `profile` wants it.
+/// The evaluator of the term of that name as `profile` wants it; `None` if it is not built in.
 pub fn evaluator<F: DerivedFields>(
     name: &str,
     profile: &Profile,
     task: &Task,
     fields: &F,
-) -> Built<F::Error> {
+) -> Option<Built<F::Error>> {
     struct Build<'a, F>(&'a Profile, &'a Task, &'a F);
     impl<F: DerivedFields> Visitor for Build<'_, F> {
         type Output = Built<F::Error>;
@@ -490,7 +187,7 @@ pub fn evaluator<F: DerivedFields>(
             T::evaluator(T::params(self.0), self.1, self.2)
         }
     }
-    visit(name, Build(profile, task, fields)).unwrap_or(Err(BuildError::Unknown))
+    visit(name, Build(profile, task, fields))
 }
 
 #[cfg(test)]

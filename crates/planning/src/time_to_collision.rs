@@ -9,14 +9,17 @@ use crate::scene::People;
 pub fn time_to_collision(pose: Pose2, twist: Twist, radius: f64, people: &People) -> f64 {
     let (sine, cosine) = sin_cos(pose.heading);
     let of_person = |i: usize| {
-        let (px, py) = (people.x[i] - pose.x, people.y[i] - pose.y);
-        let (vx, vy) = (people.vx[i] - twist.v * cosine, people.vy[i] - twist.v * sine);
+        let px = people.x[i] - pose.x;
+        let py = people.y[i] - pose.y;
+        let vx = people.vx[i] - twist.v * cosine;
+        let vy = people.vy[i] - twist.v * sine;
         let reach = radius + people.radius;
         let beyond = px * px + py * py - reach * reach;
         if beyond <= 0.0 {
             return 0.0;
         }
-        let (closing, speed_squared) = (-(px * vx + py * vy), vx * vx + vy * vy);
+        let closing = -(px * vx + py * vy);
+        let speed_squared = vx * vx + vy * vy;
         let discriminant = closing * closing - speed_squared * beyond;
         if closing <= 0.0 || discriminant < 0.0 {
             return f64::INFINITY;

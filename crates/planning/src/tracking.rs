@@ -52,7 +52,8 @@ mod tests {
     /// States every 0.3 s of a robot that is asked for `wanted(t)` from rest at the origin.
     fn drive(robot: &RobotModel, states: usize, wanted: impl Fn(f64) -> Twist) -> Trajectory {
         let mut recorded = States::default();
-        let (mut pose, mut twist) = (Pose2::default(), Twist::default());
+        let mut pose = Pose2::default();
+        let mut twist = Twist::default();
         for k in 0..states * 3 {
             twist = robot.limit(twist, wanted(0.1 * k as f64), 0.1);
             pose = step(pose, twist, 0.1);
@@ -109,7 +110,8 @@ mod tests {
     fn commands_obey_the_limits_and_end_in_standing_still() {
         let robot = RobotModel::default();
         let line = drive(&robot, 10, |_| Twist { v: 1.0, omega: 0.3 });
-        let (mut pose, mut twist) = (Pose2::new(-1.0, 2.0, 2.0), Twist::default());
+        let mut pose = Pose2::new(-1.0, 2.0, 2.0);
+        let mut twist = Twist::default();
         for k in 0..80 {
             let next = track(&line, 0.1 * f64::from(k), pose, twist, &robot, 0.1);
             assert!(next.v >= 0.0 && next.v <= robot.v_max && next.omega.abs() <= robot.omega_max);

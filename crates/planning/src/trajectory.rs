@@ -150,7 +150,8 @@ mod tests {
 
     /// Speeds up, turns, brakes: exact arcs from the origin, 0.3 s apart.
     fn curve() -> Trajectory {
-        let (mut pose, mut states) = (Pose2::default(), States::default());
+        let mut pose = Pose2::default();
+        let mut states = States::default();
         for (v, omega) in [(0.2, 0.0), (0.4, 0.5), (0.6, 0.5), (0.4, -0.5), (0.2, 0.0), (0.0, 0.0)] {
             let twist = Twist { v, omega };
             pose = motion::step(pose, twist, 0.3);
@@ -177,7 +178,8 @@ mod tests {
 
     #[test]
     fn a_tail_of_a_tail_ends_where_one_tail_does() {
-        let (once, twice) = (left(&curve(), 0.9), left(&left(&curve(), 0.3), 0.6));
+        let once = left(&curve(), 0.9);
+        let twice = left(&left(&curve(), 0.3), 0.6);
         assert_eq!(once.states, twice.states);
         assert_eq!(left(&curve(), 99.0).states.at(0), (curve().states.at(5).0, Twist::default()));
     }
@@ -198,7 +200,8 @@ mod tests {
 
     #[test]
     fn a_tail_covers_the_ground_its_speeds_say() {
-        let (mut states, mut x) = (States::default(), 0.0);
+        let mut states = States::default();
+        let mut x = 0.0;
         for v in [0.2, 0.5, 0.9, 0.4, 0.0] {
             x += 0.3 * v;
             states.push(Pose2::new(x, 0.0, 0.0), Twist { v, omega: 0.0 });

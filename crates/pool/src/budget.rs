@@ -111,7 +111,8 @@ impl StageTimes {
 
     /// The share of the time of both stages that generation has: at least a half, and more if it usually takes more.
     fn share_of_generation(&self) -> f64 {
-        let (generation, evaluation) = (self.generation.time(), self.evaluation.time());
+        let generation = self.generation.time();
+        let evaluation = self.evaluation.time();
         let both = (generation + evaluation).as_secs_f64();
         let usual = if both > 0.0 { generation.as_secs_f64() / both } else { 0.0 };
         usual.clamp(LEAST_OF_GENERATION, 1.0 - LEAST)

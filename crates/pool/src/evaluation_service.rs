@@ -15,7 +15,8 @@ use curionav_runtime::fields::Fields;
 /// Serves `term`. A request without candidates warms the replica: it is answered once every field the request would
 /// need is there.
 pub fn run<'a>(term: &'static str, start: Start<'a>) -> Running<'a> {
-    let (instance, slots) = (start.config.instance.clone(), start.config.slots as u32);
+    let instance = start.config.instance.clone();
+    let slots = start.config.slots as u32;
     let answer = move |fields: &Fields, request: EvaluateRequest, asked: Asked<'_>| {
         let scores = answer(term, &instance, fields, request, slots, &|| asked.came.elapsed())?;
         Ok((scores.cost.len(), scores))
@@ -45,7 +46,9 @@ pub fn answer(
     }
     let evaluator =
         if warms_up { evaluator(term, &request, fields) } else { evaluator(term, &request, &fields.kept()) }?;
-    let (epoch, seq, shard) = (request.epoch, request.seq, request.shard);
+    let epoch = request.epoch;
+    let seq = request.seq;
+    let shard = request.shard;
     let scene = convert::scene(&request.scene);
     let candidates = convert::shard(request.candidates, term, terms::columns(term))?;
     let begun = elapsed();
@@ -110,7 +113,8 @@ mod tests {
         // A wall 3.5 m ahead, and one of the people of the example before it.
         let cells = (0..14_400).map(|cell| if (75..78).contains(&(cell % 120)) { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(120, 120, 0.1, Pose2::new(-2.0, -3.0, 0.0), cells).unwrap();
-        let (profile, map) = (Profile::builtin("curionav").unwrap(), MapId(grid.hash()));
+        let profile = Profile::builtin("curionav").unwrap();
+        let map = MapId(grid.hash());
         let fields = Fields::of_maps([StaticMap::new(grid)]);
         let cost = |term: &str| {
             let params = parameters(&profile, term).unwrap();
@@ -122,9 +126,9 @@ mod tests {
                 laser: convert::laser(&golden::evaluate_request().laser),
                 noise: convert::noise(&golden::evaluate_request().odometry_noise),
             };
-            let here = terms::evaluator(term, &profile, &task, &fields.of(map)).unwrap();
-            let (scene, set) =
-                (convert::scene(&golden::scene()), convert::candidates(golden::candidate_set()));
+            let here = terms::evaluator(term, &profile, &task, &fields.of(map)).unwrap().unwrap();
+            let scene = convert::scene(&golden::scene());
+            let set = convert::candidates(golden::candidate_set());
             let here = here.evaluate(&scene, &set.unwrap(), &|| false).unwrap();
             let there = answer(term, "a", &fields, request, 1, &|| Duration::ZERO).unwrap().cost;
             assert_eq!(
@@ -134,7 +138,8 @@ mod tests {
             );
             here
         };
-        let (plain, occluded) = (cost("cpc"), cost("cpc-occluded"));
+        let plain = cost("cpc");
+        let occluded = cost("cpc-occluded");
         assert!(
             plain.iter().zip(&occluded).all(|(plain, occluded)| plain < occluded),
             "{plain:?} {occluded:?}"

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use curionav_planning::evaluation::Evaluator;
 use curionav_planning::geometry::Point2;
 use curionav_planning::profile::Profile;
-use curionav_planning::terms::{self, BuildError, BuiltIn, Task, Visitor};
+use curionav_planning::terms::{self, BuiltIn, Task, Visitor};
 use curionav_schemas::{EvaluateRequest, Refusal, Reject, Value};
 
 use curionav_runtime::convert;
@@ -42,19 +42,13 @@ pub fn evaluator(
                 noise: convert::checked("odometry_noise", convert::noise(&request.odometry_noise))?,
             };
             let params = convert::parameters("params", &request.params)?;
-            T::evaluator(params, &task, &fields.of(request.map)).map_err(|e| reject("params", e))
+            T::evaluator(params, &task, &fields.of(request.map))
         }
     }
-    terms::visit(term, Build(request, fields)).unwrap_or_else(|| Err(reject(term, BuildError::Unknown)))
+    terms::visit(term, Build(request, fields)).unwrap_or_else(|| Err(unknown(term)))
 }
 
-/// `error` as it is answered; `field` is where its parameters came from.
-pub fn reject(field: &str, error: BuildError<Reject>) -> Reject {
-    match error {
-        BuildError::Field(reject) => reject,
-        BuildError::Unknown => {
-            let known = terms::NAMES.iter().map(|name| (*name).to_owned()).collect();
-            Refusal::UnknownName { found: field.to_owned(), known }.at("term")
-        }
-    }
+fn unknown(term: &str) -> Reject {
+    let known = terms::NAMES.iter().map(|name| (*name).to_owned()).collect();
+    Refusal::UnknownName { found: term.to_owned(), known }.at("term")
 }

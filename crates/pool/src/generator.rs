@@ -63,7 +63,8 @@ pub fn answer(
     let geodesic = fields.geodesic(goal, robot.radius())?;
     let started = elapsed();
     let GeneratorParams { profile: mut params, previous } = convert::parameters("params", &request.params)?;
-    let (laser, looks) = (convert::laser(&request.laser), params.looks_for_landmarks());
+    let laser = convert::laser(&request.laser);
+    let looks = params.looks_for_landmarks();
     let information = looks.then(|| fields.information(laser, &params.information)).transpose()?;
     let Some(kind) = generation::find(&request.generator) else {
         let known = generation::known();

@@ -273,7 +273,8 @@ impl<P: Peers> Pool<P> {
 
     async fn slots(&self, context: &PlanContext, probe: &Probe) -> Result<u32, AskError> {
         let order = &context.mission.order;
-        let (instance, timeout) = (probe.instance.as_str(), PROBE_TIMEOUT);
+        let instance = probe.instance.as_str();
+        let timeout = PROBE_TIMEOUT;
         let call = Call { instance, robot: &order.robot, timeout, clock: order.clock };
         if probe.role == keys::GENERATOR {
             return self.peers.generate(call, &context.warm_up_generator()).await.map(|_| 1);

@@ -30,15 +30,18 @@ pub(crate) async fn run<Q: Message + Clone + Send + 'static, A: Message>(
 ) -> anyhow::Result<()> {
     let Start { config, session, fields, mut shutdown, on_ready } = start;
     let candidates: Counter = Counter::default();
-    let (answering, counted) = (fields.clone(), candidates.clone());
-    let (answer, preparations) = (Arc::new(answer), Preparations::start()?);
+    let answering = fields.clone();
+    let counted = candidates.clone();
+    let answer = Arc::new(answer);
+    let preparations = Preparations::start()?;
     let handle = move |question: Q, asked: Asked<'_>| {
         let (count, answer) = if budget(&question).is_none() {
             answer(&answering.kept(), question.clone(), asked).map_err(|reject| {
                 if !matches!(reject.why, Refusal::Cold { .. }) {
                     return reject;
                 }
-                let (answer, fields) = (Arc::clone(&answer), answering.clone());
+                let answer = Arc::clone(&answer);
+                let fields = answering.clone();
                 let key = match fingerprint(&question) {
                     Ok(key) => key,
                     Err(oversize) => return oversize,

@@ -37,9 +37,11 @@ impl Preparations {
     /// None yet.
     pub(crate) fn start() -> anyhow::Result<Self> {
         let (jobs, taken) = sync_channel::<Job>(WAITING_MAX);
-        let (taken, states) = (Arc::new(Mutex::new(taken)), Arc::default());
+        let taken = Arc::new(Mutex::new(taken));
+        let states = Arc::default();
         for thread in 0..THREADS {
-            let (taken, states) = (Arc::clone(&taken), Arc::clone(&states));
+            let taken = Arc::clone(&taken);
+            let states = Arc::clone(&states);
             let work = move || prepare(&taken, &states);
             std::thread::Builder::new().name(format!("prepare-{thread}")).spawn(work).context("a thread")?;
         }

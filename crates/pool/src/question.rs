@@ -229,7 +229,9 @@ mod tests {
 
     #[test]
     fn a_question_to_an_evaluator_says_what_its_request_says() {
-        let (mission, scene, set) = (golden::mission(), golden::scene(), golden::candidate_set());
+        let mission = golden::mission();
+        let scene = golden::scene();
+        let set = golden::candidate_set();
         let candidates = convert::candidates(set.clone()).unwrap();
         let profile = Profile::builtin("curiosity").unwrap();
         let parameters = Parameters::new(&profile).unwrap();
@@ -271,7 +273,8 @@ mod tests {
                 };
                 let question = questions.shard(term, shard as u32, range);
                 assert_eq!(question.count(), plain.candidates.count as usize);
-                let (asked, plain) = (question.encode(BUDGET), plain.encode());
+                let asked = question.encode(BUDGET);
+                let plain = plain.encode();
                 assert_eq!(asked.len(), plain.len(), "{term}, shard {shard}");
                 assert_eq!(read::<EvaluateRequest>(&asked), read(&plain), "{term}, shard {shard}");
             }
@@ -280,7 +283,8 @@ mod tests {
 
     #[test]
     fn a_question_to_a_generator_says_what_its_request_says() {
-        let (mission, scene) = (golden::mission(), golden::scene());
+        let mission = golden::mission();
+        let scene = golden::scene();
         for (name, tree) in [
             ("curiosity", None),
             ("curiosity", Some(golden::tree())),
@@ -306,7 +310,8 @@ mod tests {
                 laser: order.laser,
                 params: convert::to_value(&params).unwrap(),
             };
-            let (tree, poses) = (tree.map(convert::tree), [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)]);
+            let tree = tree.map(convert::tree);
+            let poses = [(1.3, -0.45, 0.31), (1.5, -0.4, 0.3)];
             let previous = poses.map(|(x, y, heading)| Pose2::new(x, y, heading));
             let question = GenerateQuestion {
                 id: (2, 14),
@@ -319,7 +324,8 @@ mod tests {
                 seed: 17,
                 iterations: 400,
             };
-            let (asked, plain) = (question.encode(BUDGET), plain.encode());
+            let asked = question.encode(BUDGET);
+            let plain = plain.encode();
             assert!(asked.len() < plain.len(), "{name}: what others read stays behind");
             let whole = |bytes: &[u8]| {
                 let mut request: GenerateRequest = read(bytes);

@@ -183,7 +183,8 @@ fn a_spare_is_another_and_the_next_in_turn() {
 fn kept_ready(pool: &[String], count: usize) -> Vec<Vec<String>> {
     (0..100)
         .map(|i| {
-            let (robot, mut replicas) = (format!("robot-{i}"), Replicas::default());
+            let robot = format!("robot-{i}");
+            let mut replicas = Replicas::default();
             replicas.update(keys::GENERATOR, pool, Wanted { robot: &robot, count }, NOW);
             for Probe { role, instance } in replicas.take_due(NOW) {
                 replicas.probed(&role, &instance, Some(1), NOW);
@@ -253,7 +254,8 @@ fn a_replica_that_fails_its_probes_gives_its_place_to_another() {
     let mut replicas = Replicas::default();
     let alive: Vec<String> = (0..100).map(|i| format!("invented-{i}")).chain(["real".into()]).collect();
     replicas.update("cpc", &alive, Wanted { robot: "r", count: 4 }, NOW);
-    let (mut now, mut probes) = (NOW, 0);
+    let mut now = NOW;
+    let mut probes = 0;
     while replicas.ready("cpc").is_empty() {
         let due = replicas.take_due(now);
         assert!(due.len() <= 4 && probes < 120, "{probes} probes");

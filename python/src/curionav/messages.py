@@ -117,7 +117,7 @@ class OdometryNoise(Record):
 Degradation = Annotated[dict[str, Any], coded({
     "evaluated_locally": {"term": Name}, "partly_evaluated": {"term": Name}, "not_evaluated": {"term": Name},
     "generated_locally": {}, "partly_generated": {}, "not_generated": {}, "cut_short": {}, "not_prepared": {},
-    "people_unknown": {}, "cycle_failed": {},
+    "people_unknown": {},
 })]
 """What was not as it should be: a `code` and its parameters."""
 
@@ -165,7 +165,7 @@ Reason = Annotated[dict[str, Any], coded({
     "arrived": {}, "least_cost": {}, "last_to_collide": {}, "least_cost_free": {}, "only_slow_free": {},
     "no_candidates": {"previous": PreviousState}, "not_scored": {"term": Name, "previous": PreviousState},
     "none_free": {"previous": PreviousState}, "mission_not_running": {"state": MissionState}, "not_prepared": {},
-    "people_unknown": {}, "cycle_failed": {},
+    "people_unknown": {},
 })]
 """Why a cycle was decided as it was: a `code` and its parameters."""
 

@@ -8,7 +8,7 @@ use curionav_pool::context::PlanContext;
 use curionav_pool::peers::Peers;
 use curionav_pool::pool::Pool;
 use curionav_runtime::convert;
-use curionav_schemas::{self as wire, Degradation, Reason, Reject, Timings};
+use curionav_schemas::{self as wire, Degradation, Reason, Timings};
 
 use crate::evaluation_stage::{EvaluationOutcome, evaluate};
 use crate::generation_stage::{GenerationOutcome, generate};
@@ -17,18 +17,13 @@ use crate::report::{self, CycleOutcome};
 
 /// Plans once (Alg. 2), as the cycle that `memory.seq` counts. The decision also says what the cycle had to do without.
 /// Each of the two stages, generation and evaluation, has a [`Budget`](curionav_pool::budget::Budget) of time.
-///
-/// # Errors
-/// A tree that the arbiter remembers is not valid. [`decide`] then decides to stop.
 pub async fn plan<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
     memory: &mut Memory,
     observation: Observation,
-) -> Result<(wire::Decision, CycleOutcome), Reject> {
-    let now = || pool.peers.now();
-    let us = |time: Duration| time.as_micros() as u64;
-    let started = now();
+) -> (wire::Decision, CycleOutcome) {
+    let started = pool.peers.now();
     let id = memory.id();
 
     // Observe: who is near, and does the position count as uncertain? (Alg. 2, lines 3 to 10)
@@ -46,24 +41,25 @@ pub async fn plan<P: Peers>(
 
     // Generate: replicas grow the trees, which travel with the questions.
     let GenerationOutcome { candidates, shortfalls: mut degraded } =
-        generate(pool, context, memory, &scene, &scene_message).await?;
-    let generated = now();
+        generate(pool, context, memory, &scene, &scene_message).await;
+    let generated = pool.peers.now();
 
     // Evaluate: shards over every replica, and in process what no replica has scored.
     let EvaluationOutcome { scores, evaluated, times, shortfalls } =
-        evaluate(pool, context, (id, started), &scene, &scene_message, &candidates).await;
+        evaluate(pool, context, id, started, &scene, &scene_message, &candidates).await;
     degraded.extend(shortfalls);
-    let scored = now();
+    let scored = pool.peers.now();
     pool.stages().took(generated - started, scored - generated);
 
     // Decide: the least total that is free of collisions (eqs. 4 to 6).
     let arbitration = course.arbitration(&scene, &candidates, memory.carried.previous.as_ref());
     let verdict = arbitrate(&arbitration, &scores);
+    let decided = pool.peers.now();
     let timings = Timings {
-        generate_us: us(generated - started),
+        generate_us: microseconds(generated - started),
         evaluate_us: times,
-        arbitrate_us: us(now() - scored),
-        total_us: us(now() - started),
+        arbitrate_us: microseconds(decided - scored),
+        total_us: microseconds(decided - started),
     };
     let decision = report::decision(id, &scene, &verdict.decision, evaluated, degraded, timings.total_us);
 
@@ -73,7 +69,11 @@ pub async fn plan<P: Peers>(
     let driven = memory.driven.clone();
     let outcome =
         CycleOutcome { scene_message, scene, candidates, verdict, scores, previous, timings, gap, driven };
-    Ok((decision, outcome))
+    (decision, outcome)
+}
+
+fn microseconds(time: Duration) -> u64 {
+    time.as_micros() as u64
 }
 
 /// What a cycle starts from.
@@ -103,26 +103,41 @@ pub async fn decide<P: Peers>(
 ) -> (wire::Decision, Option<CycleOutcome>) {
     memory.seq += 1;
     let seen_from = belief.clone();
-    let planned = async {
-        if mission.state != wire::MissionState::Running {
-            return Err((Reason::MissionNotRunning { state: mission.state }, None));
+    match observe(context, mission, belief, people) {
+        Ok((context, observation)) => {
+            let (decision, outcome) = plan(pool, context, memory, observation).await;
+            (decision, Some(outcome))
         }
-        let of = |c: &&PlanContext| (c.mission.run, c.mission.revision) == (mission.run, mission.revision);
-        let not_prepared = (Reason::NotPrepared, Some(Degradation::NotPrepared));
-        let context = context.filter(of).ok_or(not_prepared)?;
-        let recent = |people: &wire::People| (belief.stamp - people.stamp).abs() <= PEOPLE_AGE_MAX;
-        let unknown = (Reason::PeopleUnknown, Some(Degradation::PeopleUnknown));
-        let people = people.filter(recent).ok_or(unknown)?;
-        plan(pool, context, memory, Observation { belief, people }).await.map_err(|reject| {
-            tracing::error!(%reject, "the cycle failed");
-            (Reason::CycleFailed, Some(Degradation::CycleFailed))
-        })
-    };
-    match planned.await {
-        Ok((decision, outcome)) => (decision, Some(outcome)),
-        Err((reason, degraded)) => {
+        Err(Failure { reason, degraded }) => {
             memory.carried.observer.forget_progress();
             (report::stop(memory.id(), &seen_from, mission.order.tick_s, reason, degraded), None)
         }
     }
+}
+
+/// Why nothing is planned.
+struct Failure {
+    reason: Reason,
+    degraded: Option<Degradation>,
+}
+
+/// What a cycle of a running mission starts from, if everything is there.
+fn observe<'a>(
+    context: Option<&'a PlanContext>,
+    mission: &wire::Mission,
+    belief: wire::Belief,
+    people: Option<wire::People>,
+) -> Result<(&'a PlanContext, Observation), Failure> {
+    if mission.state != wire::MissionState::Running {
+        return Err(Failure { reason: Reason::MissionNotRunning { state: mission.state }, degraded: None });
+    }
+    let Some(context) =
+        context.filter(|it| (it.mission.run, it.mission.revision) == (mission.run, mission.revision))
+    else {
+        return Err(Failure { reason: Reason::NotPrepared, degraded: Some(Degradation::NotPrepared) });
+    };
+    let Some(people) = people.filter(|it| (belief.stamp - it.stamp).abs() <= PEOPLE_AGE_MAX) else {
+        return Err(Failure { reason: Reason::PeopleUnknown, degraded: Some(Degradation::PeopleUnknown) });
+    };
+    Ok((context, Observation { belief, people }))
 }

@@ -73,7 +73,8 @@ impl CycleCounts {
         metrics.tally("pool_questions", "Questions to replicas, probes included", &pool.peers.questions);
         metrics.tally("pool_sent_bytes", "Bytes of the questions to replicas", &pool.peers.sent);
         metrics.tally("pool_received_bytes", "Bytes of the answers of replicas", &pool.peers.received);
-        let (pool, roles) = (Arc::clone(pool), Arc::clone(&self.roles));
+        let pool = Arc::clone(pool);
+        let roles = Arc::clone(&self.roles);
         let counted = move |count: fn(&Pool<ZenohPeers>, &str) -> usize| -> Vec<(String, f64)> {
             let roles = locked(&roles).clone();
             roles.into_iter().map(|role| (role.clone(), count(&pool, &role) as f64)).collect()

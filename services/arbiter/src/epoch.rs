@@ -123,7 +123,8 @@ mod tests {
     fn an_arbiter_gives_way_to_its_successor_while_that_one_lives() {
         let mut old = Epoch::new(1);
         old.succeed(None, 0);
-        let (epoch, rival) = (old.number(), old.number() + 9);
+        let epoch = old.number();
+        let rival = old.number() + 9;
         for tick in 0..20 {
             old.observe_command((rival, tick / 3), 10.0 + 0.1 * tick as f64, 50);
             assert_eq!(old.number(), epoch, "tick {tick}");

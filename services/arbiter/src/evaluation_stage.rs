@@ -8,7 +8,8 @@ use curionav_planning::candidates::CandidateSet;
 use curionav_planning::scene::Scene;
 use curionav_schemas::{self as wire, Degradation, Evaluated, TermTime};
 
-use crate::in_process;
+use crate::epoch::DecisionId;
+use crate::in_process::InProcess;
 use curionav_pool::budget::Budget;
 use curionav_pool::context::PlanContext;
 use curionav_pool::dispatch::{self, Shard};
@@ -32,7 +33,8 @@ pub(crate) struct EvaluationOutcome {
 pub(crate) async fn evaluate<P: Peers>(
     pool: &Pool<P>,
     context: &PlanContext,
-    (id, began): ((u64, u64), Duration),
+    id: DecisionId,
+    began: Duration,
     scene: &Scene,
     scene_message: &wire::Scene,
     candidates: &CandidateSet,
@@ -50,23 +52,26 @@ pub(crate) async fn evaluate<P: Peers>(
     let missing: Vec<&str> =
         active.iter().map(String::as_str).filter(|term| !scores.missing(term).is_empty()).collect();
     let is_over = || stage.is_over(pool.peers.now());
-    let local =
-        pool.peers.compute(|| in_process::score(context, scene, candidates, &missing, &mut scores, &is_over));
+    let own = InProcess { context, scene, candidates };
+    let scored = pool.peers.compute(|| own.score(&missing, &mut scores, &is_over));
     let all = (pool.peers.now() - started).as_micros() as u64;
-    let how = |term: &str| {
-        if local.contains(term) {
+    times.extend(scored.iter().map(|term| ((*term).to_owned(), all)));
+    let mut evaluated = BTreeMap::new();
+    for term in &active {
+        let is_own = scored.contains(term.as_str());
+        let nothing = missing.contains(&term.as_str()) && scores.missing(term).len() == candidates.len();
+        let how = if is_own {
             Evaluated::Local
-        } else if missing.contains(&term) && scores.missing(term).len() == candidates.len() {
+        } else if nothing {
             Evaluated::None
         } else if context.is_own(term) {
             // Of no candidate at all.
             Evaluated::Local
         } else {
             Evaluated::Pool
-        }
-    };
-    let evaluated: BTreeMap<_, _> = active.iter().map(|term| (term.clone(), how(term))).collect();
-    times.extend(local.iter().map(|term| ((*term).to_owned(), all)));
+        };
+        evaluated.insert(term.clone(), how);
+    }
     let times = times.into_iter().map(|(term, us)| TermTime { term, us }).collect();
     let shortfalls =
         evaluated.iter().filter_map(|(term, how)| shortfall(context, term, *how, &scores)).collect();

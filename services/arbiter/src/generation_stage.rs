@@ -3,7 +3,7 @@
 use curionav_planning::candidates::CandidateSet;
 use curionav_planning::generation::Generated;
 use curionav_planning::scene::Scene;
-use curionav_schemas::{self as wire, Degradation, Reject};
+use curionav_schemas::{self as wire, Degradation};
 use futures_util::future::join_all;
 
 use curionav_pool::budget::Budget;
@@ -29,8 +29,9 @@ pub(crate) async fn generate<P: Peers>(
     memory: &mut Memory,
     scene: &Scene,
     scene_message: &wire::Scene,
-) -> Result<GenerationOutcome, Reject> {
-    let (id, peers) = (memory.id(), &*pool.peers);
+) -> GenerationOutcome {
+    let id = memory.id();
+    let peers = &*pool.peers;
     let previous = memory.carried.ahead(scene.stamp);
     let trees = &mut memory.carried.trees;
     let profile = &context.course.profile;
@@ -69,5 +70,5 @@ pub(crate) async fn generate<P: Peers>(
     };
     let shortfalls = missing.into_iter().chain(is_cut.then_some(Degradation::CutShort)).collect();
     let candidates = CandidateSet::concat(shape.steps, shape.dt, sets);
-    Ok(GenerationOutcome { candidates, shortfalls })
+    GenerationOutcome { candidates, shortfalls }
 }

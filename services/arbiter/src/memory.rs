@@ -96,7 +96,8 @@ impl Memory {
     /// Seconds for which the driver has braked, at `stamp`, because something is too close; `None` if it does not.
     pub(crate) fn braked_for(&self, stamp: f64) -> Option<f64> {
         let command = self.driven.as_ref().filter(|c| c.reason == CommandReason::TooClose)?;
-        let (age, seconds) = (stamp - command.stamp, command.stamp - command.since);
+        let age = stamp - command.stamp;
+        let seconds = command.stamp - command.since;
         ((0.0..=BRAKING_AGE_MAX).contains(&age) && seconds >= 0.0).then_some(seconds)
     }
 
@@ -120,9 +121,12 @@ mod tests {
 
     #[test]
     fn what_was_carried_into_a_recorded_cycle_is_carried_on() {
-        let (recorded, mission) = (golden::memory(), golden::mission());
+        let recorded = golden::memory();
+        let mission = golden::mission();
         let carried = Memory::recall(recorded.clone()).unwrap().to_wire(&mission);
-        let (run, revision, seq) = (mission.run, mission.revision, recorded.seq + 1);
+        let run = mission.run;
+        let revision = mission.revision;
+        let seq = recorded.seq + 1;
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let robot = mission.order.robot;
         assert_eq!(carried, wire::Memory { robot, run, revision, seq, version, ..recorded });

@@ -29,7 +29,8 @@ pub async fn await_pool<P: Peers>(pool: &Pool<P>, context: &PlanContext) -> Resu
         let waited = pool.peers.now().saturating_sub(started);
         let mut missing = false;
         for role in &roles {
-            let (ready, alive) = (pool.replicas().ready(role).len(), pool.peers.alive(role).len());
+            let ready = pool.replicas().ready(role).len();
+            let alive = pool.peers.alive(role).len();
             let all = ready >= alive.min(context.replicas_wanted(role));
             if (ready > 0 && all) || done_without.contains(role) {
                 continue;

@@ -26,7 +26,8 @@ pub(crate) fn decision(
     degraded: Vec<Degradation>,
     elapsed_us: u64,
 ) -> Decision {
-    let (trajectory, states) = (&decision.trajectory, decision.trajectory.states());
+    let trajectory = &decision.trajectory;
+    let states = decision.trajectory.states();
     Decision {
         valid_for_s: decision.valid_for,
         action: match decision.action {

@@ -107,14 +107,17 @@ impl MissionFollower for Arbiter {
         self.pool.clear();
         self.succeed().await.map_err(Refusal::failed)?;
         self.memory = self.memory.fresh();
-        let (fields, mission) = (self.fields.clone(), mission.clone());
-        let (in_process, alone) = (self.in_process, self.alone);
+        let fields = self.fields.clone();
+        let mission = mission.clone();
+        let in_process = self.in_process;
+        let alone = self.alone;
         let preparing =
             move || PlanContext::new(mission, &fields, in_process).map(|context| context.alone(alone));
         let prepared = tokio::task::spawn_blocking(preparing).await;
         let context = Arc::new(prepared.map_err(Refusal::failed)??);
         self.counts.follow(context.pool_roles().map(str::to_owned));
-        let (pool, of) = (Arc::clone(&self.pool), Arc::clone(&context));
+        let pool = Arc::clone(&self.pool);
+        let of = Arc::clone(&context);
         self.keeping_ready.spawn(async move { pool.keep_ready(&of).await });
         await_pool(&self.pool, &context).await?;
         self.context = Some(context);
@@ -139,7 +142,8 @@ impl MissionFollower for Arbiter {
 
     /// Plans on every `plan_every`-th tick of the localiser.
     async fn answer(&mut self, mut belief: Belief, mission: &Mission) {
-        let (clock, period) = (mission.order.clock, u64::from(mission.order.plan_every.max(1)));
+        let clock = mission.order.clock;
+        let period = u64::from(mission.order.plan_every.max(1));
         if clock == Clock::Realtime
             && let Some(newest) = self.beliefs.newest()
         {

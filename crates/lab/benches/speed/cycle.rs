@@ -12,7 +12,7 @@ use curionav_pool::peers::{Call, Peers};
 use curionav_pool::pool::Pool;
 use curionav_pool::question::{EvaluateQuestion, GenerateQuestion};
 use curionav_runtime::query::AskError;
-use curionav_schemas::{self as wire, Decision, GenerateReply, Reject};
+use curionav_schemas::{self as wire, Decision, GenerateReply};
 
 use crate::case::Case;
 use crate::mission::OnTheWay;
@@ -23,7 +23,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         let (on_the_way, arbiter) = (OnTheWay::with("curiosity")?, Arbiter::new()?);
         let mut memory = Memory::new(1);
         let observation = |tick| on_the_way.observation(on_the_way.pose, tick, variance);
-        arbiter.plan(&on_the_way.context, &mut memory, observation(120))?;
+        arbiter.plan(&on_the_way.context, &mut memory, observation(120));
         let carried = memory.to_wire(&on_the_way.context.mission);
         let (next, context) = (observation(123), on_the_way.context.clone());
         let work = move |(mut memory, observation)| arbiter.plan(&context, &mut memory, observation);
@@ -56,7 +56,7 @@ impl Arbiter {
         context: &PlanContext,
         memory: &mut Memory,
         observation: Observation,
-    ) -> Result<(Decision, CycleOutcome), Reject> {
+    ) -> (Decision, CycleOutcome) {
         self.runtime.block_on(plan(&self.pool, context, memory, observation))
     }
 }

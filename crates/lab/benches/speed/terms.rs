@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use anyhow::Context;
 use curionav_planning::evaluation::Evaluator;
 use curionav_planning::profile::Profile;
 use curionav_planning::terms::{self, Task};
@@ -14,8 +15,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let (map, scene) = (hall::map()?, Arc::new(hall::scene()));
     let task = Task { goal: hall::GOAL, ..Task::default() };
     let built = |term: &&'static str| {
-        let evaluator = terms::evaluator(term, &Profile::default(), &task, &map);
-        anyhow::Ok((*term, evaluator.map_err(|e| anyhow::anyhow!("{term}: {e}"))?))
+        let evaluator = terms::evaluator(term, &Profile::default(), &task, &map).context(*term)?;
+        anyhow::Ok((*term, evaluator?))
     };
     let evaluators: Vec<(&str, Arc<dyn Evaluator>)> =
         terms::NAMES.iter().map(built).collect::<Result<_, _>>()?;

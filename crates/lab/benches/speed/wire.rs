@@ -51,7 +51,7 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
 
     let mut memory = Memory::new(1);
     let observation = on_the_way.observation(pose, 120, 0.2);
-    let (decision, outcome) = Arbiter::new()?.plan(context, &mut memory, observation)?;
+    let (decision, outcome) = Arbiter::new()?.plan(context, &mut memory, observation);
     let report = outcome.report(context, decision);
 
     Ok([

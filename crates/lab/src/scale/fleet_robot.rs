@@ -157,7 +157,7 @@ impl FleetRobot {
             let observation =
                 turn(scenes, first as u64 + memory.seq).context("the drive had no cycle")?.clone();
             let (decision, outcome) =
-                cycle::plan(&self.pool, &self.context, &mut memory, observation).await?;
+                cycle::plan(&self.pool, &self.context, &mut memory, observation).await;
             let of_pool = |(term, how): (&String, &Evaluated)| {
                 *how == Evaluated::Pool || !self.context.pool_terms().any(|asked| asked == term)
             };

@@ -190,7 +190,7 @@ async fn plan(
 ) -> anyhow::Result<((wire::Reason, wire::F64Array), wire::Timings)> {
     memory.seq += 1;
     let observation = Observation { belief: scene.belief.clone(), people: scene.people.clone() };
-    let (decision, account) = cycle::plan(&robot.pool, &robot.context, memory, observation).await?;
+    let (decision, account) = cycle::plan(&robot.pool, &robot.context, memory, observation).await;
     let degraded = wire::words::say_all("degradation", &decision.degraded);
     ensure!(degraded.is_empty(), "a cycle was degraded: {degraded}");
     Ok(((decision.reason, decision.x), account.timings))

@@ -113,7 +113,8 @@ mod tests {
     use crate::scene::{Belief, People};
 
     fn scene(uncertain: bool) -> Scene {
-        let (pose, twist) = (Pose2::default(), Twist::default());
+        let pose = Pose2::default();
+        let twist = Twist::default();
         let belief = Belief { pose, covariance: nalgebra::Matrix3::zeros(), twist };
         Scene { uncertain, ..Scene::new(belief, People::default()) }
     }

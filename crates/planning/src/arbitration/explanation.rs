@@ -112,7 +112,8 @@ impl Field<'_> {
             let best = open.filter(|c| free[c.index] != Some(false)).min_by(|a, b| {
                 a.slow.cmp(&b.slow).then(cost(a).total_cmp(&cost(b))).then(id[a.index].cmp(&id[b.index]))
             })?;
-            let (index, is_free) = (best.index, free[best.index]);
+            let index = best.index;
+            let is_free = free[best.index];
             drop(free);
             let is_free = is_free.unwrap_or_else(|| {
                 (self.first_collision)(&Trajectory::of(self.candidates, index, self.start)).is_none()

@@ -66,7 +66,8 @@ impl Observer {
         let place = now.or_still(self.place, profile.generation.recovery.radius);
         self.place = Some(place);
         (self.region, self.impatient_since) = self.next_patience(&profile.patience, robot, now, place.since);
-        let (in_place, impatient) = (stamp - place.since, self.impatient_since.is_some());
+        let in_place = stamp - place.since;
+        let impatient = self.impatient_since.is_some();
         Scene { tick, stamp, belief, people, uncertain: self.uncertain, in_place, impatient }
     }
 
@@ -178,7 +179,8 @@ mod tests {
     }
 
     fn form(observer: &mut Observer, trace: f64, at: &[(u32, f64)]) -> Scene {
-        let (profile, robot) = (Profile::default(), RobotModel::default());
+        let profile = Profile::default();
+        let robot = RobotModel::default();
         observer.form_scene(&profile, &robot, Moment { tick: 7, stamp: 2.1 }, belief(trace), &people(at))
     }
 
@@ -262,7 +264,8 @@ mod tests {
 
     #[test]
     fn a_slow_robot_has_as_long_to_get_away_as_half_its_speed_asks() {
-        let (mut profile, robot) = (Profile::default(), RobotModel { v_max: 0.4, ..Default::default() });
+        let mut profile = Profile::default();
+        let robot = RobotModel { v_max: 0.4, ..Default::default() };
         profile.patience = Patience { after: 4.0, radius: 1.5, ..profile.patience };
         let is_impatient_after = |metres: f64| {
             let mut observer = Observer::default();

@@ -71,7 +71,8 @@ mod tests {
 
     #[test]
     fn shards_may_arrive_in_any_order() {
-        let (mut a, mut b) = (Scores::new(4), Scores::new(4));
+        let mut a = Scores::new(4);
+        let mut b = Scores::new(4);
         a.insert("cnc", 0, &[1.0, 2.0]).unwrap();
         assert_eq!(a.missing("cnc"), [2, 3]);
         assert_eq!(a.missing("cpc"), [0, 1, 2, 3]);

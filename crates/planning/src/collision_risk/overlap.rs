@@ -80,11 +80,13 @@ impl OverlapTable {
         }
         let place = squared.sqrt() * self.per_metre;
         let whole = floor(place);
-        let (entry, part) = (indices(whole), place - whole);
+        let entry = indices(whole);
+        let part = place - whole;
         while near != 0 {
             let lane = near.trailing_zeros() as usize;
             let k = entry[lane].min(ENTRIES);
-            let (a, b) = (self.probability[k], self.probability[k + 1]);
+            let a = self.probability[k];
+            let b = self.probability[k + 1];
             free *= 1.0 - (a + part[lane] * (b - a));
             near &= near - 1;
         }
@@ -113,9 +115,11 @@ pub(super) fn disc_probability<S: Simd>(
         let bound = |lane: usize| ((distances[lane] + by * sigmas[lane]) / radius).clamp(-1.0, 1.0);
         f64x8::load_array(simd, std::array::from_fn(|lane| asin(bound(lane))))
     };
-    let (low, high) = (limit(-WIDEST), limit(WIDEST));
+    let low = limit(-WIDEST);
+    let high = limit(WIDEST);
     let h = (high - low) / f64::from(INTERVALS);
-    let (distance, sigma) = (f64x8::load_array(simd, distances), f64x8::load_array(simd, sigmas));
+    let distance = f64x8::load_array(simd, distances);
+    let sigma = f64x8::load_array(simd, sigmas);
     let mut sum = f64x8::splat(simd, 0.0);
     for k in 0..=INTERVALS {
         let (s, c) = library::sin_cos(low + f64::from(k) * h);
@@ -156,7 +160,8 @@ const STRIPS: usize = (INTERVALS as usize + 1).next_multiple_of(LANES);
 impl WholeDisc {
     #[inline(always)]
     fn new<S: Simd>(simd: S, radius: f64, sigma: f64) -> Self {
-        let (low, high) = (asin(-1.0), asin(1.0));
+        let low = asin(-1.0);
+        let high = asin(1.0);
         let h = (high - low) / f64::from(INTERVALS);
         let [mut x, mut erf, mut cos] = [[0.0; STRIPS]; 3];
         for first in (0..STRIPS).step_by(LANES) {
@@ -178,7 +183,8 @@ impl WholeDisc {
     /// [`disc_probability`] at distances that are near.
     #[inline(always)]
     fn probability<S: Simd>(&self, simd: S, distances: [f64; LANES]) -> [f64; LANES] {
-        let (distance, sigma) = (f64x8::load_array(simd, distances), f64x8::splat(simd, self.sigma));
+        let distance = f64x8::load_array(simd, distances);
+        let sigma = f64x8::splat(simd, self.sigma);
         let mut sum = f64x8::splat(simd, 0.0);
         for k in 0..=INTERVALS {
             let [x, erf, c] = [&self.x, &self.erf, &self.cos].map(|of| f64x8::splat(simd, of[k as usize]));
@@ -198,7 +204,8 @@ mod tests {
     /// [`disc_probability`] for one distance, by the library's functions.
     fn exact(radius: f64, distance: f64, sigma: f64) -> f64 {
         let bound = |x: f64| (x / radius).clamp(-1.0, 1.0);
-        let (low, high) = (asin(bound(distance - 6.0 * sigma)), asin(bound(distance + 6.0 * sigma)));
+        let low = asin(bound(distance - 6.0 * sigma));
+        let high = asin(bound(distance + 6.0 * sigma));
         let h = (high - low) / 24.0;
         let sum = (0..=24).fold(0.0, |sum, k| {
             let (s, c) = numerics::sin_cos(low + f64::from(k) * h);
@@ -220,7 +227,8 @@ mod tests {
     fn tables_have_the_bits_of_the_formula_with_every_kind_of_vectors() {
         let mut r = rng(4, 0);
         for _ in 0..200 {
-            let (contact, sigma) = (0.2 + uniform(&mut r), 3.0 * uniform(&mut r));
+            let contact = 0.2 + uniform(&mut r);
+            let sigma = 3.0 * uniform(&mut r);
             let step = (contact + CUT * sigma) / ENTRIES as f64;
             for level in levels() {
                 let table = OverlapTable::new(level, contact, sigma);
@@ -238,8 +246,8 @@ mod tests {
             let n = 200_000;
             let inside = (0..n)
                 .filter(|_| {
-                    let (x, y) =
-                        (distance + sigma * standard_normal(&mut r), sigma * standard_normal(&mut r));
+                    let x = distance + sigma * standard_normal(&mut r);
+                    let y = sigma * standard_normal(&mut r);
                     x * x + y * y < 0.55 * 0.55
                 })
                 .count();

@@ -24,7 +24,9 @@ pub struct CollisionRiskEvaluator {
 
 impl Evaluator for CollisionRiskEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        let (people, states, level) = (&scene.people, candidates.all_states(), Level::new());
+        let people = &scene.people;
+        let states = candidates.all_states();
+        let level = Level::new();
         // [candidate, state], m2.
         let mut variances = vec![0.0; states.len()];
         if let Some(belief) = &self.belief {
@@ -70,7 +72,8 @@ fn cost<S: Simd>(
     [x, y, variances]: [&[f64]; 3],
 ) -> f64 {
     for (k, moment) in moments.iter().enumerate() {
-        let (p, sigma) = (Point2::new(x[k], y[k]), (moment.variance + variances[k]).sqrt());
+        let p = Point2::new(x[k], y[k]);
+        let sigma = (moment.variance + variances[k]).sqrt();
         for (group, means) in moment.means.iter().enumerate() {
             contacts.add(simd, p, means, group * LANES, sigma);
         }

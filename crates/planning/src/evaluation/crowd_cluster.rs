@@ -44,7 +44,8 @@ impl Links {
     }
 
     fn join(&mut self, i: usize, j: usize) {
-        let (a, b) = (self.root(i), self.root(j));
+        let a = self.root(i);
+        let b = self.root(j);
         self.0[a.max(b)] = a.min(b);
     }
 }
@@ -63,7 +64,8 @@ pub(crate) mod tests {
             changed = false;
             for i in 0..n {
                 for j in 0..n {
-                    let (dx, dy) = (people.x[i] - people.x[j], people.y[i] - people.y[j]);
+                    let dx = people.x[i] - people.x[j];
+                    let dy = people.y[i] - people.y[j];
                     let near = dx * dx + dy * dy < social_distance * social_distance;
                     if near && label[j] < label[i] {
                         label[i] = label[j];

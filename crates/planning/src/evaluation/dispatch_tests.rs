@@ -142,7 +142,9 @@ fn every_kind_of_vectors_gives_the_same_costs_bit_for_bit() {
 
 /// States that a robot passes in ten cycles that are planned with vectors of this kind.
 fn drive(hall: &Hall, level: Level, seed: u64) -> Vec<Pose2> {
-    let (profile, robot, mut r) = (Profile::default(), RobotModel::default(), rng(seed, 1));
+    let profile = Profile::default();
+    let robot = RobotModel::default();
+    let mut r = rng(seed, 1);
     let generator = find("rrt-star").unwrap();
     let mut scene = scene(&mut r, Pose2::new(2.0, 5.0, 0.0), Twist::default());
     let (mut tree, mut way): (Option<Tree>, Vec<Pose2>) = (None, Vec::new());
@@ -187,7 +189,8 @@ fn drive(hall: &Hall, level: Level, seed: u64) -> Vec<Pose2> {
 
 #[test]
 fn every_kind_of_vectors_leads_to_the_same_decisions() {
-    let (hall, levels) = (Hall::new(Pose2::default(), LaserModel::default()), levels());
+    let hall = Hall::new(Pose2::default(), LaserModel::default());
+    let levels = levels();
     for seed in 1..4 {
         let first = drive(&hall, levels[0], seed);
         assert!(first.len() > 5 * 13, "seed {seed}: a robot that is followed: {}", first.len());

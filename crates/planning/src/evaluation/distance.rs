@@ -59,7 +59,8 @@ impl DistanceEvaluator {
                 }
                 Self::Euclid(goal) => {
                     dispatch!(level, simd => fill(simd, metres, x, y, #[inline(always)] |x, y| {
-                        let (dx, dy) = (goal.x - x, goal.y - y);
+                        let dx = goal.x - x;
+                        let dy = goal.y - y;
                         (dx * dx + dy * dy).sqrt()
                     }));
                 }

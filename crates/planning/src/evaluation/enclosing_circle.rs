@@ -87,10 +87,13 @@ impl Support {
 
 /// The point as far from `a` as from `b` and `c`; none when they lie on a line.
 fn circumcentre(a: Point2, b: Point2, c: Point2) -> Option<Point2> {
-    let (bx, by) = (b.x - a.x, b.y - a.y);
-    let (cx, cy) = (c.x - a.x, c.y - a.y);
+    let bx = b.x - a.x;
+    let by = b.y - a.y;
+    let cx = c.x - a.x;
+    let cy = c.y - a.y;
     let twice_area = 2.0 * (bx * cy - by * cx);
-    let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
+    let b2 = bx * bx + by * by;
+    let c2 = cx * cx + cy * cy;
     let centre = Point2::new(a.x + (cy * b2 - by * c2) / twice_area, a.y + (bx * c2 - cx * b2) / twice_area);
     (centre.x.is_finite() && centre.y.is_finite()).then_some(centre)
 }
@@ -141,7 +144,8 @@ pub(crate) mod tests {
                 })
                 .map(|(x, y)| Point2::new(offset + scale * x, offset + scale * y))
                 .collect();
-            let (fast, slow) = (smallest_enclosing_circle(&points).unwrap(), brute_force_circle(&points));
+            let fast = smallest_enclosing_circle(&points).unwrap();
+            let slow = brute_force_circle(&points);
             let tolerance = 1e-12 * (offset + 4.0 * scale);
             assert!((fast.radius - slow.radius).abs() <= tolerance, "seed {seed}: {fast:?}, {slow:?}");
             // the radius is flat around the best centre: it fixes the centre to the root of the rounding
@@ -162,7 +166,8 @@ pub(crate) mod tests {
 
     #[test]
     fn one_point_has_radius_zero_and_two_their_midpoint() {
-        let (a, b) = (Point2::new(1.0, 2.0), Point2::new(4.0, 6.0));
+        let a = Point2::new(1.0, 2.0);
+        let b = Point2::new(4.0, 6.0);
         assert_eq!(smallest_enclosing_circle(&[]), None);
         assert_eq!(smallest_enclosing_circle(&[a, a, a]), Some(Circle { centre: a, radius: 0.0 }));
         let middle = Circle { centre: Point2::new(2.5, 4.0), radius: 2.5 };

@@ -135,7 +135,8 @@ impl Component {
         match params.motion {
             ComponentMotion::Frozen => State::new(params.kernel, self.centre, self.variance, self.weight),
             ComponentMotion::Moving => {
-                let (c, v) = (self.centre, self.velocity);
+                let c = self.centre;
+                let v = self.velocity;
                 let centre = Point2::new(c.x + v.x * t, c.y + v.y * t);
                 let spread = params.forecast.variance(t) + self.velocity_variance * t * t;
                 State::new(params.kernel, centre, self.variance + spread, self.weight)
@@ -202,7 +203,8 @@ impl HccdmEvaluator {
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
         let map = Hccdm::build(&scene.people, &self.params, candidates.steps(), candidates.dt());
-        let (mut costs, states) = (Vec::with_capacity(candidates.len()), candidates.all_states());
+        let mut costs = Vec::with_capacity(candidates.len());
+        let states = candidates.all_states();
         let numbers = GROUP * candidates.steps();
         for (x, y) in states.x.chunks(numbers).zip(states.y.chunks(numbers)) {
             if should_stop() {

@@ -42,12 +42,14 @@ pub(super) struct State {
 impl State {
     pub(super) fn new(kernel: Kernel, mean: Point2, variance: f64, weight: f64) -> Self {
         // |Sigma|^(1/2) of an isotropic 2x2 covariance is its variance
-        let (exponent, peak) = (-0.5 / variance, weight / (std::f64::consts::TAU * variance));
+        let exponent = -0.5 / variance;
+        let peak = weight / (std::f64::consts::TAU * variance);
         if kernel == Kernel::Gaussian {
             return Self { mean, exponent, peak, cut: CUT_SIGMAS * CUT_SIGMAS * variance };
         }
         let half = std::f64::consts::LN_2.sqrt();
-        let (exponent, peak) = (exponent * half, peak * half * std::f64::consts::FRAC_2_SQRT_PI);
+        let exponent = exponent * half;
+        let peak = peak * half * std::f64::consts::FRAC_2_SQRT_PI;
         Self { mean, exponent, peak, cut: -f64::sqrt(8.0) / exponent }
     }
 
@@ -80,7 +82,8 @@ impl Run {
     /// The component's value at each of eight points.
     #[inline(always)]
     fn at<S: Simd>(&self, kernel: Kernel, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
-        let (dx, dy) = (x - lanes(x.simd, &self.x), y - lanes(x.simd, &self.y));
+        let dx = x - lanes(x.simd, &self.x);
+        let dy = y - lanes(x.simd, &self.y);
         let squared = dx * dx + dy * dy;
         let exponent = lanes(x.simd, &self.exponent) * squared;
         let exponent = if kernel == Kernel::Flat { -(exponent * exponent) } else { exponent };
@@ -107,11 +110,14 @@ impl Disc {
     #[inline(always)]
     fn around(x: &[f64], y: &[f64]) -> Self {
         let span = |of: &[f64]| {
-            let (low, high) = (of.iter().copied().reduce(f64::min), of.iter().copied().reduce(f64::max));
+            let low = of.iter().copied().reduce(f64::min);
+            let high = of.iter().copied().reduce(f64::max);
             (low.unwrap_or(0.0), high.unwrap_or(0.0))
         };
-        let ((left, right), (low, high)) = (span(x), span(y));
-        let (w, h) = (right - left, high - low);
+        let (left, right) = span(x);
+        let (low, high) = span(y);
+        let w = right - left;
+        let h = high - low;
         Self { x: left + 0.5 * w, y: low + 0.5 * h, radius: 0.5 * (w * w + h * h).sqrt() }
     }
 
@@ -143,7 +149,8 @@ impl Group {
     /// Which of them may touch something in `here`, lowest bit first.
     #[inline(always)]
     fn touching<S: Simd>(&self, simd: S, here: Disc) -> u64 {
-        let (dx, dy) = (lanes(simd, &self.x) - here.x, lanes(simd, &self.y) - here.y);
+        let dx = lanes(simd, &self.x) - here.x;
+        let dy = lanes(simd, &self.y) - here.y;
         let far = lanes(simd, &self.radius) + here.radius;
         (dx * dx + dy * dy).simd_le(far * far).to_bitmask()
     }
@@ -171,7 +178,8 @@ impl Lanes {
     ) -> Self {
         let group = |first: usize, g: usize| {
             let used = LANES.min(steps - first);
-            let (mut reach, mut runs) = ([Disc::NOWHERE; LANES], Vec::new());
+            let mut reach = [Disc::NOWHERE; LANES];
+            let mut runs = Vec::new();
             for component in g..components.min(g + LANES) {
                 let mut states = [State::NOTHING; LANES];
                 for (lane, s) in states[..used].iter_mut().enumerate() {
@@ -201,10 +209,12 @@ impl Lanes {
             let used = LANES.min(self.steps - first);
             for (i, total) in totals.iter_mut().enumerate() {
                 let start = i * self.steps + first;
-                let (x, y) = (&x[start..start + used], &y[start..start + used]);
+                let x = &x[start..start + used];
+                let y = &y[start..start + used];
                 let here = Disc::around(x, y);
                 let padded = |of: &[f64]| f64x8::from_fn(simd, |lane| of[lane.min(used - 1)]);
-                let (x, y) = (padded(x), padded(y));
+                let x = padded(x);
+                let y = padded(y);
                 let mut densities = f64x8::splat(simd, 0.0);
                 for group in groups {
                     let mut touching = group.touching(simd, here);
@@ -229,7 +239,8 @@ mod tests {
     impl State {
         /// The component's value at `p`, 1/m2.
         pub(in crate::evaluation) fn density(&self, kernel: Kernel, p: Point2) -> f64 {
-            let (dx, dy) = (p.x - self.mean.x, p.y - self.mean.y);
+            let dx = p.x - self.mean.x;
+            let dy = p.y - self.mean.y;
             let squared = dx * dx + dy * dy;
             let exponential =
                 |x: f64| dispatch!(Level::baseline(), simd => exp_minus_8_to_0(f64x8::splat(simd, x))[0]);

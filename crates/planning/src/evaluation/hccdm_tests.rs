@@ -36,7 +36,8 @@ fn random_people(r: &mut Rng, n: usize, side: f64) -> People {
 /// The same people, known with errors.
 fn known_badly(r: &mut Rng, people: People) -> People {
     let mut variances = || (0..people.len()).map(|_| between(r, 0.0, 0.5)).collect();
-    let (position_variance, velocity_variance) = (variances(), variances());
+    let position_variance = variances();
+    let velocity_variance = variances();
     People { position_variance, velocity_variance, ..people }
 }
 
@@ -57,8 +58,10 @@ fn random_params(r: &mut Rng) -> HccdmParams {
 fn random_candidates(r: &mut Rng, count: usize, steps: usize, dt: f64, side: f64) -> CandidateSet {
     let mut states = States::default();
     for _ in 0..count {
-        let (x0, y0) = (between(r, 0.0, side), between(r, 0.0, side));
-        let (vx, vy) = (between(r, -1.0, 1.0), between(r, -1.0, 1.0));
+        let x0 = between(r, 0.0, side);
+        let y0 = between(r, 0.0, side);
+        let vx = between(r, -1.0, 1.0);
+        let vy = between(r, -1.0, 1.0);
         for t in (0..steps).map(|k| time_of(k, dt)) {
             states.push(Pose2::new(x0 + vx * t, y0 + vy * t, 0.0), Twist::default());
         }
@@ -92,7 +95,9 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
         let vy = cluster.iter().map(|&i| people.vy[i]).sum::<f64>() / eps;
         for k in 0..x.len() {
             let t = (k + 1) as f64 * dt;
-            let (mut mx, mut my, mut v) = (circle.centre.x, circle.centre.y, v0);
+            let mut mx = circle.centre.x;
+            let mut my = circle.centre.y;
+            let mut v = v0;
             if params.motion == ComponentMotion::Moving {
                 (mx, my) = (mx + vx * t, my + vy * t);
                 v += params.forecast.sigma_position.powi(2) + (params.forecast.sigma_velocity * t).powi(2);
@@ -100,7 +105,8 @@ fn plain_cost(people: &People, params: &HccdmParams, dt: f64, x: &[f64], y: &[f6
                 v += (0.5 * off.sum::<f64>() / eps + error(|people, i| people.variances(i).1)) * t * t;
             }
             let d2 = (x[k] - mx).powi(2) + (y[k] - my).powi(2);
-            let (pi, half) = (std::f64::consts::PI, std::f64::consts::LN_2);
+            let pi = std::f64::consts::PI;
+            let half = std::f64::consts::LN_2;
             let q = 0.5 * d2 / v;
             cost += match params.kernel {
                 Kernel::Gaussian if q <= 8.0 => p / (2.0 * pi * v) * crate::numerics::exp(-q),
@@ -119,16 +125,19 @@ fn five_thousand_random_maps_equal_the_plain_equations() {
     let mut positive = 0;
     for seed in 0..5000 {
         let mut r = rng(seed, 5);
-        let (n, side) = ((uniform(&mut r) * 13.0) as usize, between(&mut r, 3.0, 25.0));
+        let n = (uniform(&mut r) * 13.0) as usize;
+        let side = between(&mut r, 3.0, 25.0);
         let crowd = random_people(&mut r, n, side);
         let crowd = if seed % 2 == 0 { known_badly(&mut r, crowd) } else { crowd };
         let params = random_params(&mut r);
-        let (steps, dt) = (1 + (uniform(&mut r) * 30.0) as usize, between(&mut r, 0.05, 0.5));
+        let steps = 1 + (uniform(&mut r) * 30.0) as usize;
+        let dt = between(&mut r, 0.05, 0.5);
         let candidates = random_candidates(&mut r, 3, steps, dt, side);
         let costs = evaluate(params, &crowd, &candidates);
         for (i, cost) in costs.into_iter().enumerate() {
             let range = candidates.range(i);
-            let (x, y) = (&candidates.all_states().x[range.clone()], &candidates.all_states().y[range]);
+            let x = &candidates.all_states().x[range.clone()];
+            let y = &candidates.all_states().y[range];
             let expected = plain_cost(&crowd, &params, dt, x, y);
             assert!((cost - expected).abs() <= 1e-9 * expected, "seed {seed}: {cost} for {expected}");
             positive += usize::from(cost > 0.0);
@@ -161,7 +170,8 @@ fn the_cost_is_the_density_summed_over_the_states_bit_for_bit() {
         let candidates = random_candidates(&mut r, 1, 21, 0.2, 15.0);
         let params = random_params(&mut r);
         let map = Hccdm::build(&crowd, &params, 21, 0.2);
-        let (x, y) = (&candidates.all_states().x, &candidates.all_states().y);
+        let x = &candidates.all_states().x;
+        let y = &candidates.all_states().y;
         let sum = (0..21)
             .map(|k| density(&map, &params, time_of(k, 0.2), Point2::new(x[k], y[k])))
             .fold(0.0, |s, d| s + d);
@@ -231,8 +241,8 @@ fn a_flat_component_holds_as_many_people_and_half_of_its_peak_is_left_where_it_i
 #[test]
 fn people_who_walk_apart_leave_free_what_was_between_them() {
     // Two who pass each other at 1 m/s each, 2 m apart now; and two who walk side by side.
-    let (apart, together) =
-        ([[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, -1.0, 0.0]], [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]]);
+    let apart = [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, -1.0, 0.0]];
+    let together = [[0.0, 1.0, 1.0, 0.0], [0.0, -1.0, 1.0, 0.0]];
     let params = HccdmParams::default();
     let at_centre = |rows: &[[f64; 4]], t: f64| {
         let map = Hccdm::build(&people(rows), &params, 13, 0.3);
@@ -304,10 +314,8 @@ fn moving_the_world_moves_nothing() {
         let turn = Pose2::new(0.0, 0.0, world.heading);
         let rows: Vec<[f64; 4]> = (0..crowd.len())
             .map(|i| {
-                let (p, v) = (
-                    world.transform(crowd.position(i)),
-                    turn.transform(Point2::new(crowd.vx[i], crowd.vy[i])),
-                );
+                let p = world.transform(crowd.position(i));
+                let v = turn.transform(Point2::new(crowd.vx[i], crowd.vy[i]));
                 [p.x, p.y, v.x, v.y]
             })
             .collect();
@@ -315,11 +323,13 @@ fn moving_the_world_moves_nothing() {
         let there = Hccdm::build(&people(&rows), &params, 13, 0.3);
         for i in 0..5 {
             let range = candidates.range(i);
-            let (x, y) = (&candidates.all_states().x[range.clone()], &candidates.all_states().y[range]);
+            let x = &candidates.all_states().x[range.clone()];
+            let y = &candidates.all_states().y[range];
             let moved: Vec<Point2> =
                 x.iter().zip(y).map(|(&x, &y)| world.transform(Point2::new(x, y))).collect();
             let (mx, my): (Vec<f64>, Vec<f64>) = moved.iter().map(|p| (p.x, p.y)).unzip();
-            let (a, b) = (here.cost(x, y), there.cost(&mx, &my));
+            let a = here.cost(x, y);
+            let b = there.cost(&mx, &my);
             assert!((a - b).abs() <= 1e-9 * a, "seed {seed}: {a}, moved {b}");
         }
     }

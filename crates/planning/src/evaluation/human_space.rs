@@ -54,7 +54,8 @@ struct Room {
 
 impl Room {
     fn of_person(people: &People, i: usize, params: &HumanSpaceParams) -> Self {
-        let (vx, vy) = (people.vx[i], people.vy[i]);
+        let vx = people.vx[i];
+        let vy = people.vy[i];
         let ahead = params.personal * (1.0 + params.ahead * people.speed(i));
         let sigmas = [ahead, params.personal, params.personal];
         Self { centre: people.position(i), velocity: (vx, vy), along: direction(vx, vy), sigmas, core: 0.0 }
@@ -66,27 +67,32 @@ impl Room {
         let core = smallest_enclosing_circle(&points).map_or(0.0, |circle| circle.radius);
         let mean =
             |of: &dyn Fn(usize) -> f64| members.iter().map(|&i| of(i)).sum::<f64>() / members.len() as f64;
-        let (vx, vy) = (mean(&|i| people.vx[i]), mean(&|i| people.vy[i]));
+        let vx = mean(&|i| people.vx[i]);
+        let vy = mean(&|i| people.vy[i]);
         let centre = Point2::new(
             mean(&|i| people.x[i]) + params.shift * vx,
             mean(&|i| people.y[i]) + params.shift * vy,
         );
         // Half at `core + group`.
         let sigma = |beyond: f64| (core + beyond) / (2.0 * std::f64::consts::LN_2).sqrt();
-        let (along, across) = (sigma(params.group_along), sigma(params.group_across));
+        let along = sigma(params.group_along);
+        let across = sigma(params.group_across);
         Self { centre, velocity: (vx, vy), along: direction(vx, vy), sigmas: [along, along, across], core }
     }
 
     /// How many standard deviations `p` is away from it after `t` seconds, squared; 0 within its core.
     fn away(&self, p: Point2, t: f64) -> f64 {
-        let (dx, dy) = (p.x - self.centre.x - t * self.velocity.0, p.y - self.centre.y - t * self.velocity.1);
+        let dx = p.x - self.centre.x - t * self.velocity.0;
+        let dy = p.y - self.centre.y - t * self.velocity.1;
         if dx * dx + dy * dy < self.core * self.core {
             return 0.0;
         }
         let (c, s) = self.along;
-        let (ahead, aside) = (c * dx + s * dy, c * dy - s * dx);
+        let ahead = c * dx + s * dy;
+        let aside = c * dy - s * dx;
         let [front, rear, side] = self.sigmas;
-        let (a, b) = (ahead / if ahead >= 0.0 { front } else { rear }, aside / side);
+        let a = ahead / if ahead >= 0.0 { front } else { rear };
+        let b = aside / side;
         a * a + b * b
     }
 }
@@ -99,7 +105,8 @@ fn direction(vx: f64, vy: f64) -> (f64, f64) {
 
 impl Evaluator for HumanSpaceEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        let (people, params) = (&scene.people, &self.params);
+        let people = &scene.people;
+        let params = &self.params;
         let room = |members: Vec<usize>| match members[..] {
             [person] => Room::of_person(people, person, params),
             _ => Room::of_group(people, &members, params),
@@ -108,7 +115,8 @@ impl Evaluator for HumanSpaceEvaluator {
         let states = candidates.all_states();
         each(candidates, should_stop, |i| {
             let at = |(k, state): (usize, usize)| {
-                let (p, t) = (states.position(state), (k + 1) as f64 * candidates.dt());
+                let p = states.position(state);
+                let t = (k + 1) as f64 * candidates.dt();
                 // The greatest room is the nearest one.
                 exp(-0.5 * rooms.iter().map(|room| room.away(p, t)).fold(f64::INFINITY, f64::min))
             };
@@ -130,17 +138,21 @@ const SPEED_MOST: f64 = 2.0;
 
 impl Evaluator for DopplerEvaluator {
     fn evaluate(&self, scene: &Scene, candidates: &CandidateSet, should_stop: &dyn Fn() -> bool) -> Costs {
-        let (people, states) = (&scene.people, candidates.all_states());
+        let people = &scene.people;
+        let states = candidates.all_states();
         let HumanSpaceParams { wave_speed, wave_reach, .. } = self.params;
         each(candidates, should_stop, |i| {
             let mut sum = 0.0;
             for (k, state) in candidates.range(i).enumerate() {
-                let (pose, t) = (states.pose(state), (k + 1) as f64 * candidates.dt());
+                let pose = states.pose(state);
+                let t = (k + 1) as f64 * candidates.dt();
                 let (s, c) = crate::numerics::sin_cos(pose.heading);
-                let (vx, vy) = (states.v[state] * c, states.v[state] * s);
+                let vx = states.v[state] * c;
+                let vy = states.v[state] * s;
                 for j in 0..people.len() {
                     let person = people.position_after(j, t);
-                    let (dx, dy) = (pose.x - person.x, pose.y - person.y);
+                    let dx = pose.x - person.x;
+                    let dy = pose.y - person.y;
                     let (nx, ny) = direction(dx, dy);
                     let towards = |speed: f64| speed.clamp(-SPEED_MOST, SPEED_MOST);
                     let of_robot = towards(-(vx * nx + vy * ny));
@@ -169,7 +181,8 @@ mod tests {
 
     /// A robot that stands at (x, y), or goes on along x with 0.8 m/s.
     fn way(x: f64, y: f64, goes: bool) -> CandidateSet {
-        let (mut states, v) = (States::default(), if goes { 0.8 } else { 0.0 });
+        let mut states = States::default();
+        let v = if goes { 0.8 } else { 0.0 };
         for k in 1..=5 {
             states.push(Pose2::new(x + v * 0.3 * f64::from(k), y, 0.0), Twist { v, omega: 0.0 });
         }

@@ -42,7 +42,8 @@ impl RiskEvaluator {
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
         let moments = (0..candidates.steps()).map(|k| (k + 1) as f64 * candidates.dt());
-        let (people, params) = (&scene.people, &self.params);
+        let people = &scene.people;
+        let params = &self.params;
         let risk = CollisionRisk::with(level, people, self.forecast, self.radius, params, moments);
         let root_distance = scene.belief.pose.position().distance(self.goal);
         let states = candidates.all_states();
@@ -67,7 +68,8 @@ impl RiskEvaluator {
             let used = LANES.min(x.len() - first);
             let mut risks = [0.0; LANES];
             for (lane, so_far) in risks[..used].iter_mut().enumerate() {
-                let (moment, p) = (first + lane, Point2::new(x[first + lane], y[first + lane]));
+                let moment = first + lane;
+                let p = Point2::new(x[first + lane], y[first + lane]);
                 let clearance = self.map.to_obstacle.clearance(&self.map.grid, p);
                 let here = if clearance < self.radius { 1.0 } else { risk.at_with(simd, moment, p) };
                 worst = worst.max(here);
@@ -115,7 +117,8 @@ mod tests {
     fn evaluator() -> RiskEvaluator {
         let cells = (0..10_000).map(|i| if i % 100 >= 80 { 100 } else { 0 }).collect();
         let map = StaticMap::new(OccupancyGrid::new(100, 100, 0.1, Pose2::default(), cells).unwrap());
-        let (forecast, params) = (ForecastParams::default(), RiskParams::default());
+        let forecast = ForecastParams::default();
+        let params = RiskParams::default();
         RiskEvaluator { map: Arc::new(map), goal: Point2::new(7.0, 5.0), radius: 0.3, forecast, params }
     }
 
@@ -143,7 +146,8 @@ mod tests {
 
     #[test]
     fn a_candidate_costs_what_its_states_say_one_by_one_bit_for_bit() {
-        let (evaluator, people) = (evaluator(), person(3.5, 5.2));
+        let evaluator = evaluator();
+        let people = person(3.5, 5.2);
         for steps in [1, 7, 8, 9, 25] {
             let set = ways(steps, &[5.0, 5.3, 7.0]);
             let moments = (1..=steps).map(|k| k as f64 * 0.3);
@@ -168,8 +172,8 @@ mod tests {
     #[test]
     fn a_way_is_worth_its_best_node_however_it_goes_on() {
         // 20 states lead through the goal at 5 m and into the wall at 8 m.
-        let (short, long) =
-            (costs(People::default(), &ways(16, &[5.0])), costs(People::default(), &ways(25, &[5.0])));
+        let short = costs(People::default(), &ways(16, &[5.0]));
+        let long = costs(People::default(), &ways(25, &[5.0]));
         assert_eq!(short, long);
     }
 

@@ -38,7 +38,8 @@ impl<'a> Commanded<'a> {
 
     /// Those that are free, in their order; of these, those that can be stopped short of people, if there are such.
     pub(super) fn into_candidates(self) -> CandidateSet {
-        let (steps, dt) = (self.input.params.steps, self.input.params.dt);
+        let steps = self.input.params.steps;
+        let dt = self.input.params.dt;
         let ids = (0..self.count).collect();
         // Commands within limits from a finite pose give finite poses; anything else offers nothing.
         let Ok(all) = CandidateSet::new(steps, dt, ids, self.states) else {
@@ -58,7 +59,8 @@ fn drive(
     states: &mut States,
     mut command: impl FnMut(f64, Pose2, Twist) -> Twist,
 ) {
-    let (robot, params) = (input.robot, input.params);
+    let robot = input.robot;
+    let params = input.params;
     let (mut pose, mut twist) = input.scene.belief.motion();
     let per_state = (params.dt / params.generation.rollout.substep - 1e-9).ceil().max(1.0) as usize;
     let h = params.dt / per_state as f64;

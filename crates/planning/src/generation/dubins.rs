@@ -68,7 +68,8 @@ impl Dubins {
         let (ahead, left) = from.direction.ahead_and_left(from.pose.position(), to);
         // In turning radii, seen from the centre of the circle on the point's side, which is then the left one.
         let side = if left < 0.0 { -1.0 } else { 1.0 };
-        let (x, y) = (ahead / radius, left.abs() / radius - 1.0);
+        let x = ahead / radius;
+        let y = left.abs() / radius - 1.0;
         let squared = x * x + y * y;
         if squared < 1.0 {
             return None;
@@ -94,7 +95,8 @@ impl Dubins {
 
     /// Where the path is after `distance` metres, at most its length.
     pub fn at(&self, distance: f64) -> Facing {
-        let (mut at, mut left) = (self.start, distance);
+        let mut at = self.start;
+        let mut left = distance;
         for (turn, piece) in self.word.iter().zip(self.pieces) {
             let length = (piece * self.radius).min(left);
             at = self.advance(at, *turn, length);
@@ -163,7 +165,8 @@ struct Normalised {
 
 impl Normalised {
     fn new(from: &Facing, to: &Facing, radius: f64) -> Self {
-        let (dx, dy) = ((to.pose.x - from.pose.x) / radius, (to.pose.y - from.pose.y) / radius);
+        let dx = (to.pose.x - from.pose.x) / radius;
+        let dy = (to.pose.y - from.pose.y) / radius;
         let d = (dx * dx + dy * dy).sqrt();
         let line =
             if d > 0.0 { Direction { cos: dx / d, sin: dy / d } } else { Direction { cos: 1.0, sin: 0.0 } };
@@ -287,7 +290,8 @@ mod tests {
     fn paths_end_at_the_goal_pose_and_are_no_shorter_than_the_straight_line() {
         let mut r = rng(1, 0);
         for _ in 0..20_000 {
-            let (a, b) = (random_pose(&mut r), random_pose(&mut r));
+            let a = random_pose(&mut r);
+            let b = random_pose(&mut r);
             let path = shortest(a, b);
             assert!(apart(path.at(path.length()).pose, b) < 1e-7, "{a:?} {b:?} {path:?}");
             assert!(path.length() >= a.position().distance(b.position()) - 1e-9);
@@ -298,7 +302,9 @@ mod tests {
     fn length_survives_rigid_motion_and_driving_the_way_back() {
         let mut r = rng(2, 0);
         for _ in 0..5_000 {
-            let (a, b, frame) = (random_pose(&mut r), random_pose(&mut r), random_pose(&mut r));
+            let a = random_pose(&mut r);
+            let b = random_pose(&mut r);
+            let frame = random_pose(&mut r);
             let length = shortest(a, b).length();
             let moved = shortest(frame.compose(a), frame.compose(b)).length();
             assert!((length - moved).abs() < 1e-6, "{a:?} {b:?}");
@@ -315,9 +321,11 @@ mod tests {
         let mut r = rng(3, 0);
         for _ in 0..5_000 {
             let a = random_pose(&mut r);
-            let (mut p, mut driven) = (a, 0.0);
+            let mut p = a;
+            let mut driven = 0.0;
             for _ in 0..4 {
-                let (s, curvature) = (1.5 * uniform(&mut r), (2.0 * uniform(&mut r) - 1.0) / 0.6);
+                let s = 1.5 * uniform(&mut r);
+                let curvature = (2.0 * uniform(&mut r) - 1.0) / 0.6;
                 p = step(p, Twist { v: 1.0, omega: curvature }, s);
                 driven += s;
             }
@@ -329,7 +337,8 @@ mod tests {
     fn the_bounded_search_agrees_with_the_full_one() {
         let mut r = rng(4, 0);
         for _ in 0..20_000 {
-            let (a, b) = (random_pose(&mut r), random_pose(&mut r));
+            let a = random_pose(&mut r);
+            let b = random_pose(&mut r);
             let full = shortest(a, b);
             for bound in [1.0, 1.8, 3.0, 8.0] {
                 match Dubins::shortest_within(a.into(), b.into(), 0.6, bound) {
@@ -345,7 +354,8 @@ mod tests {
         let mut r = rng(5, 0);
         let mut found = 0;
         for _ in 0..2_000 {
-            let (a, b) = (random_pose(&mut r), random_pose(&mut r));
+            let a = random_pose(&mut r);
+            let b = random_pose(&mut r);
             let Some((path, end)) = Dubins::to_point(a.into(), b.position(), 0.6) else { continue };
             found += 1;
             assert!(apart(path.at(path.length()).pose, end.pose) < 1e-7, "{a:?} {b:?} {path:?}");
@@ -367,9 +377,11 @@ mod tests {
 
     #[test]
     fn walking_visits_the_whole_path_in_order() {
-        let (a, b) = (Pose2::new(0.0, 0.0, 0.0), Pose2::new(2.0, 1.0, 1.0));
+        let a = Pose2::new(0.0, 0.0, 0.0);
+        let b = Pose2::new(2.0, 1.0, 1.0);
         let path = shortest(a, b);
-        let (mut last, mut travelled) = (a, 0.0);
+        let mut last = a;
+        let mut travelled = 0.0;
         assert!(path.walk(0.05, |p| {
             travelled += last.position().distance(p.position());
             last = p;

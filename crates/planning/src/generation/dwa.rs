@@ -22,7 +22,8 @@ const SPACING_M: f64 = 0.1;
 /// The candidates of one cycle.
 pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let params = &input.params.generation.dwa;
-    let (robot, (pose, now)) = (input.robot, input.scene.belief.motion());
+    let robot = input.robot;
+    let (pose, now) = input.scene.belief.motion();
     let reach = robot.v_max * params.look_ahead + params.ahead + 1.0;
     let ways = input.ways_past(params.around);
     let way = ways.descend_for(pose.position(), SPACING_M, reach);
@@ -60,9 +61,12 @@ fn cost(
     (ways, way): (&Detour<'_>, &[Point2]),
     twist: Twist,
 ) -> f64 {
-    let (params, people) = (&input.params.generation.dwa, &input.scene.people);
+    let params = &input.params.generation.dwa;
+    let people = &input.scene.people;
     let contact = input.robot.radius() + people.radius;
-    let (mut pose, mut time, mut nearest) = (input.scene.belief.pose, 0.0, f64::INFINITY);
+    let mut pose = input.scene.belief.pose;
+    let mut time = 0.0;
+    let mut nearest = f64::INFINITY;
     let here = pose.position();
     while time < params.look_ahead {
         (pose, time) = (step(pose, twist, LOOK_S), time + LOOK_S);

@@ -53,7 +53,8 @@ impl<'a> GenerationInput<'a> {
     /// The candidates from which the robot can be stopped short of people who stop walking, numbered from 0; all of them
     /// if there is none such.
     pub(super) fn stoppable(&self, set: CandidateSet) -> CandidateSet {
-        let (checker, dt) = (self.checker(), set.dt());
+        let checker = self.checker();
+        let dt = set.dt();
         let reach = self.robot.v_max * dt + self.robot.stopping_distance(self.robot.v_max);
         let people = checker.over(1, dt, reach);
         let stops = |&i: &usize| {

@@ -19,7 +19,8 @@ const WALL_M: f64 = 1.0;
 /// The candidates of one cycle.
 pub fn generate(input: &GenerationInput<'_>, _: Option<Tree>, pace: &Pace<'_>) -> Generated {
     let params = &input.params.generation.hrvo_robot;
-    let (mut offered, checker) = (Commanded::new(input, params.offers), input.checker());
+    let mut offered = Commanded::new(input, params.offers);
+    let checker = input.checker();
     let ways = input.ways_past(params.around);
     for k in 0..params.offers {
         if k > 0 && pace.is_over(Pace::GROWTH) {
@@ -39,9 +40,11 @@ fn command(
     (time, pose, twist): (f64, Pose2, Twist),
 ) -> Twist {
     let params = &input.params.generation.hrvo_robot;
-    let (people, here) = (&input.scene.people, pose.position());
+    let people = &input.scene.people;
+    let here = pose.position();
     let (sine, cosine) = sin_cos(pose.heading);
-    let (forwards, left) = (Velocity::new(cosine, sine), Velocity::new(-sine, cosine));
+    let forwards = Velocity::new(cosine, sine);
+    let left = Velocity::new(-sine, cosine);
     let centre = Point2::new(here.x + params.lead * cosine, here.y + params.lead * sine);
     let way = ways.descend_for(here, 0.2, params.lead + params.ahead);
     let ahead = way.last().copied().filter(|p| p.distance(here) > params.lead + 0.2).unwrap_or(input.goal);
@@ -65,7 +68,8 @@ fn command(
     let bodies: Vec<Body> = std::iter::once(me).chain((0..people.len()).map(person)).collect();
     let wall = wall(input, here).into_iter();
     let chosen = velocity(0, &bodies, wall, max_speed, input.params.dt, &params.law);
-    let (along, across) = (chosen.dot(&forwards), chosen.dot(&left));
+    let along = chosen.dot(&forwards);
+    let across = chosen.dot(&left);
     // It has no reverse gear: it turns to what lies behind, as fast as the law would have it go.
     let turn = if along < 0.0 { across.signum() * chosen.norm() } else { across };
     Twist { v: along.max(0.0), omega: turn / params.lead }
@@ -73,7 +77,8 @@ fn command(
 
 /// What the nearest wall forbids, if it is near: its direction is that in which the distance falls.
 fn wall(input: &GenerationInput<'_>, here: Point2) -> Option<VelocityObstacle> {
-    let (map, h) = (input.map, input.map.grid.resolution());
+    let map = input.map;
+    let h = input.map.grid.resolution();
     let at =
         |dx: f64, dy: f64| map.to_obstacle.between_cells(&map.grid, Point2::new(here.x + dx, here.y + dy));
     let gap = at(0.0, 0.0) - input.robot.radius();

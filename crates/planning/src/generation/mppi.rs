@@ -34,7 +34,8 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let mut random = input.samples();
     // [rollout, command], speeds and turn rates apart.
     let room = length * params.rollouts as usize;
-    let (mut v, mut omega) = (Vec::with_capacity(room), Vec::with_capacity(room));
+    let mut v = Vec::with_capacity(room);
+    let mut omega = Vec::with_capacity(room);
     let mut costs = Vec::with_capacity(params.rollouts as usize);
     for k in 0..params.rollouts {
         if k > 0 && k % BATCH == 0 && pace.is_over(Pace::GROWTH) {
@@ -43,7 +44,8 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         let first = v.len();
         let mut draw = |sigma: f64| sigma * standard_normal(&mut random);
         for commands in nominal.chunks(params.hold as usize) {
-            let (dv, domega) = (draw(params.sigma_v), draw(params.sigma_omega));
+            let dv = draw(params.sigma_v);
+            let domega = draw(params.sigma_omega);
             v.extend(commands.iter().map(|twist| twist.v + dv));
             omega.extend(commands.iter().map(|twist| twist.omega + domega));
         }
@@ -91,7 +93,8 @@ fn nominal(input: &GenerationInput<'_>, tree: Option<Tree>) -> Vec<Twist> {
 fn weighted_mean(costs: &[f64], v: &[f64], omega: &[f64], temperature: f64) -> Vec<Twist> {
     let length = v.len() / costs.len();
     let least = costs.iter().copied().fold(f64::INFINITY, f64::min);
-    let (mut mean, mut sum) = (vec![Twist::default(); length], 0.0);
+    let mut mean = vec![Twist::default(); length];
+    let mut sum = 0.0;
     for ((cost, v), omega) in costs.iter().zip(v.chunks(length)).zip(omega.chunks(length)) {
         let weight = exp((least - cost) / temperature);
         sum += weight;
@@ -131,7 +134,8 @@ struct Judge<'a> {
 impl<'a> Judge<'a> {
     fn new(input: &'a GenerationInput<'a>) -> Self {
         let params = &input.params.generation.mppi;
-        let (all, here) = (&input.scene.people, input.scene.belief.pose.position());
+        let all = &input.scene.people;
+        let here = input.scene.belief.pose.position();
         let moment = |k: u32| if params.forecast { f64::from(k + 1) * params.period } else { 0.0 };
         let horizon = f64::from(params.commands) * params.period;
         let touch = input.robot.radius() + all.radius + FELT_M + input.robot.v_max * horizon;
@@ -140,7 +144,8 @@ impl<'a> Judge<'a> {
             all.position(i).distance(here) <= touch + walks
         };
         let near: Vec<usize> = (0..all.len()).filter(comes_near).collect();
-        let (checker, body) = (input.checker(), input.robot.radius() + all.radius);
+        let checker = input.checker();
+        let body = input.robot.radius() + all.radius;
         let person =
             |k: u32, i: usize| (all.position_after(i, moment(k)), body + checker.gap_asked(i, moment(k)));
         let people = (0..params.commands).flat_map(|k| near.iter().map(move |&i| (k, i)));
@@ -150,7 +155,8 @@ impl<'a> Judge<'a> {
 
     /// The cost of a perturbed sequence, whose commands are first cut to what the robot can do.
     fn cost(&self, nominal: &[Twist], v: &mut [f64], omega: &mut [f64]) -> f64 {
-        let (input, params) = (self.input, &self.input.params.generation.mppi);
+        let input = self.input;
+        let params = &self.input.params.generation.mppi;
         let (mut pose, mut twist) = input.scene.belief.motion();
         let mut cost = 0.0;
         for (k, wanted) in nominal.iter().enumerate() {
@@ -218,7 +224,8 @@ mod tests {
             };
             let nominal = twists(next(COMMANDS), next(COMMANDS));
             let mut costs = next(ROLLOUTS);
-            let (v, omega) = (next(ROLLOUTS * COMMANDS), next(ROLLOUTS * COMMANDS));
+            let v = next(ROLLOUTS * COMMANDS);
+            let omega = next(ROLLOUTS * COMMANDS);
             for (k, cost) in costs.iter_mut().enumerate() {
                 let of = |all: &[f64]| all[k * COMMANDS..(k + 1) * COMMANDS].to_vec();
                 let twists = twists(of(&v), of(&omega));

@@ -18,6 +18,11 @@ impl<'a> Pace<'a> {
         Self { spent, cut: Cell::new(false) }
     }
 
+    /// For work that is done whatever time it takes.
+    pub(super) fn endless() -> Pace<'static> {
+        Pace::new(&|| 0.0)
+    }
+
     /// Whether so much of the time is over that what takes until `share` of it has to end. The answer is then cut short.
     pub fn is_over(&self, share: f64) -> bool {
         let is_over = (self.spent)() >= share;

@@ -4,8 +4,7 @@
 //! costs less than to stand. After some time in one place, ways out are offered instead of what the generator offers.
 
 use crate::candidates::CandidateSet;
-use crate::generation::candidates::SOMEWHERE;
-use crate::generation::candidates::{find_candidates_by, go_on};
+use crate::generation::candidates::{SOMEWHERE, Search, find_candidates_by, go_on};
 use crate::generation::params::Besides;
 use crate::generation::pose_tree::PoseTree;
 use crate::generation::{GenerationInput, Pace};
@@ -30,6 +29,7 @@ pub(super) fn ways_out(input: &GenerationInput<'_>, pace: &Pace<'_>) -> Option<C
     let here = input.scene.belief.pose.position();
     let way = input.geodesic.descend_for(here, 0.2, input.robot.v_max * horizon);
     let input = GenerationInput { params: &params, ..*input };
-    let found = find_candidates_by(&input, recovery.insist, (&PoseTree::default(), &way), &checker, pace);
+    let search = Search { tree: &PoseTree::default(), way: &way, insists: recovery.insist };
+    let found = find_candidates_by(&input, search, &checker, pace);
     Some(found).filter(|found| !found.is_empty())
 }

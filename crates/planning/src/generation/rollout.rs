@@ -63,11 +63,13 @@ mod tests {
                 .map(|_| Point2::new(4.0 * uniform(&mut r) - 1.0, 4.0 * uniform(&mut r) - 2.0))
                 .collect();
             let path = Path::new(Point2::default(), points, 5.0);
-            let (fraction, turn_first) = (0.2 + 0.8 * uniform(&mut r), uniform(&mut r) < 0.3);
+            let fraction = 0.2 + 0.8 * uniform(&mut r);
+            let turn_first = uniform(&mut r) < 0.3;
             let from = departure(&robot, uniform(&mut r));
             let out = driven(&path, fraction, turn_first, &from);
             assert_eq!(out.len(), 13);
-            let (mut pose, mut twist) = (from.pose, from.twist);
+            let mut pose = from.pose;
+            let mut twist = from.twist;
             for k in 0..13 {
                 assert!(out.v[k] >= 0.0 && out.v[k] <= robot.v_max && out.omega[k].abs() <= robot.omega_max);
                 assert!((out.v[k] - twist.v).abs() <= robot.a_max * 0.3 + 1e-9);
@@ -123,7 +125,8 @@ mod tests {
             |k: usize| SpeedProfile { fraction: 0.2 + 0.1 * (k % 8) as f64, turn_first: k.is_multiple_of(3) };
         let drives: Vec<Drive<'_>> =
             paths.iter().enumerate().map(|(k, path)| Drive { path, profile: profile(k) }).collect();
-        let (from, params) = (departure(&robot, 0.4), RolloutParams::default());
+        let from = departure(&robot, 0.4);
+        let params = RolloutParams::default();
         let driven = levels().into_iter().map(|level| {
             let mut states = States::default();
             rollouts_with(level, &drives, &from, &params, &mut states);

@@ -89,7 +89,8 @@ impl Landmarks {
     fn draw(&self, spread: f64, rng: &mut Rng) -> Option<Point2> {
         let wanted = uniform(rng) * self.total;
         let (place, _) = self.places.get(self.places.partition_point(|(_, sum)| *sum <= wanted))?;
-        let (dx, dy) = (standard_normal(rng), standard_normal(rng));
+        let dx = standard_normal(rng);
+        let dy = standard_normal(rng);
         Some(Point2::new(place.x + spread * dx, place.y + spread * dy))
     }
 }
@@ -275,7 +276,8 @@ impl<'a> RrtStar<'a> {
     /// The pose at most eta along the shortest way from node `from` to the sample; along a quarter of the turning circle
     /// that the sample lies in, if it lies in one.
     fn steer(&self, from: usize, sample: Point2) -> Option<Pose2> {
-        let (radius, start) = (self.params.turning_radius, self.facing(from));
+        let radius = self.params.turning_radius;
+        let start = self.facing(from);
         if start.pose.position().distance(sample) < self.params.spacing {
             return None;
         }
@@ -331,7 +333,8 @@ impl<'a> RrtStar<'a> {
                 continue;
             }
             let bound = gain.min(self.params.max_edge);
-            let (from, to) = (self.facing(node), self.facing(other));
+            let from = self.facing(node);
+            let to = self.facing(other);
             let path = Dubins::shortest_within(from, to, self.params.turning_radius, bound);
             let Some(path) = path else { continue };
             let delta = self.tree.cost[node] + path.length() - self.tree.cost[other];

@@ -7,7 +7,8 @@ use crate::generation::{
 
 /// The candidates of one cycle.
 pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>) -> Generated {
-    let (params, checker) = (&input.params.generation.tree, input.checker());
+    let params = &input.params.generation.tree;
+    let checker = input.checker();
     let pose = input.scene.belief.pose;
     let horizon = input.params.dt * input.params.steps as f64;
     let radius = input.robot.v_max * horizon + params.disc_margin;

@@ -56,7 +56,8 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
         if offered.is_full() || (chosen.is_some() && pace.is_over(Pace::GROWTH)) {
             break;
         }
-        let (radius, people) = (input.robot.radius(), &input.scene.people);
+        let radius = input.robot.radius();
+        let people = &input.scene.people;
         if time_to_collision(pose, command(input, pose, goal), radius, people) < params.least_time {
             continue;
         }
@@ -99,16 +100,20 @@ fn arrival(input: &GenerationInput<'_>, goal: Point2) -> f64 {
 
 /// Whether no wall is between the robot and the goal, and no person there on arrival.
 fn is_open(input: &GenerationInput<'_>, checker: &CollisionChecker<'_>, goal: Point2) -> bool {
-    let (pose, people) = (input.scene.belief.pose, &input.scene.people);
-    let (contact, t) = (input.robot.radius() + people.radius, arrival(input, goal));
+    let pose = input.scene.belief.pose;
+    let people = &input.scene.people;
+    let contact = input.robot.radius() + people.radius;
+    let t = arrival(input, goal);
     let to = Pose2::new(goal.x, goal.y, bearing(pose.position(), goal));
     (0..people.len()).all(|i| people.position_after(i, t).distance(goal) > contact)
         && checker.segment_wall_clear(pose, to)
 }
 
 fn cost(input: &GenerationInput<'_>, goal: Point2, waypoint: Point2, old: Option<f64>) -> f64 {
-    let (params, people) = (&input.params.generation.transient_goal, &input.scene.people);
-    let (here, t) = (input.scene.belief.pose.position(), arrival(input, goal));
+    let params = &input.params.generation.transient_goal;
+    let people = &input.scene.people;
+    let here = input.scene.belief.pose.position();
+    let t = arrival(input, goal);
     let near = |i: usize| {
         let d = people.position_after(i, t).distance(goal) / params.people_sigma;
         exp(-0.5 * d * d)

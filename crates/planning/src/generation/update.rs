@@ -28,8 +28,9 @@ pub fn reroot(
     let room = old.len() + 1;
     let mut neighbours = Neighbours::new(root.position(), radius, params.eta);
     neighbours.reserve(room);
-    let (tree, index, nodes) =
-        (PoseTree::with_room_for(room), vec![None; old.len()], Vec::with_capacity(room));
+    let tree = PoseTree::with_room_for(room);
+    let index = vec![None; old.len()];
+    let nodes = Vec::with_capacity(room);
     let mut moved = Rerooting { old, params, checker, index, tree, nodes, neighbours };
     moved.put(root.into(), 0.0, Tree::NO_PARENT);
     let is_inside = |n: &usize| old.position(*n).distance_squared(root.position()) <= radius * radius;
@@ -75,7 +76,8 @@ impl Rerooting<'_> {
 
     /// Hangs an old node on one of the new tree, if the edge is no detour and is clear of walls.
     fn hang(&mut self, node: usize, parent: usize) -> bool {
-        let ((from, free), to) = (self.nodes[parent], self.old.position(node));
+        let (from, free) = self.nodes[parent];
+        let to = self.old.position(node);
         let bound = (DETOUR * from.pose.position().distance(to)).min(self.params.max_edge);
         let path = Dubins::to_point(from, to, self.params.turning_radius);
         let sensible = path.filter(|(path, _)| path.length() <= bound && clear(path, free, self.checker));

@@ -62,7 +62,8 @@ impl Lattice<'_> {
 
     /// Column and row of a node, the robot's being 0.
     fn place(index: usize) -> (i32, i32) {
-        let (index, width) = (index as i32, 2 * SIDE + 1);
+        let index = index as i32;
+        let width = 2 * SIDE + 1;
         (index % width - SIDE, index / width - SIDE)
     }
 
@@ -77,7 +78,8 @@ impl Lattice<'_> {
     fn way(&self, to_go: impl Fn(Point2) -> f64, tolerance: f64) -> Option<Vec<Point2>> {
         let here = self.centre.position();
         let nodes = ((2 * SIDE + 1) * (2 * SIDE + 1)) as usize;
-        let (mut metres, mut before) = (vec![f64::INFINITY; nodes], vec![0; nodes]);
+        let mut metres = vec![f64::INFINITY; nodes];
+        let mut before = vec![0; nodes];
         let mut rooms = vec![f64::NAN; nodes];
         let middle = Self::index(0, 0)?;
         metres[middle] = 0.0;
@@ -130,7 +132,9 @@ impl Lattice<'_> {
 
     /// The corners that are left if each straight stretch is as long as it can be.
     fn straightened(&self, nodes: &[Point2]) -> Vec<Point2> {
-        let (mut corners, mut from, mut next) = (Vec::new(), self.centre.position(), 0);
+        let mut corners = Vec::new();
+        let mut from = self.centre.position();
+        let mut next = 0;
         while next < nodes.len() {
             let seen = (next..nodes.len()).rev().find(|&k| self.is_clear(from, nodes[k])).unwrap_or(next);
             from = nodes[seen];

@@ -136,7 +136,8 @@ fn circle_crossings(apex: Velocity, side: Velocity, limit: f64) -> [Option<Veloc
     if discriminant <= 0.0 {
         return [None; 2];
     }
-    let (middle, half) = (-apex.dot(&side), discriminant.sqrt());
+    let middle = -apex.dot(&side);
+    let half = discriminant.sqrt();
     [middle + half, middle - half].map(|t| (t >= 0.0).then(|| apex + side * t))
 }
 
@@ -145,7 +146,8 @@ fn ray_crossing(p: Velocity, a: Velocity, q: Velocity, b: Velocity) -> Option<Ve
     if d == 0.0 {
         return None;
     }
-    let (s, t) = ((q - p).perp(&b) / d, (q - p).perp(&a) / d);
+    let s = (q - p).perp(&b) / d;
+    let t = (q - p).perp(&a) / d;
     (s >= 0.0 && t >= 0.0).then(|| p + a * s)
 }
 

@@ -81,7 +81,8 @@ fn atan<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     let x = dividend / divisor;
     let z = x * x;
     let w = z * z;
-    let (odd, even) = (z * rising(w, ODD), w * rising(w, EVEN));
+    let odd = z * rising(w, ODD);
+    let even = w * rising(w, EVEN);
     high - (x * (odd + even) - low - x)
 }
 
@@ -131,15 +132,18 @@ pub(crate) fn sin_cos<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     ];
     let all = |number: f64| f64x8::splat(x.simd, number);
     let size = x.abs();
-    let (is_small, is_first) = (size.simd_lt(none), size.simd_lt(one));
+    let is_small = size.simd_lt(none);
+    let is_first = size.simd_lt(one);
     let side = all(1.0).copysign(x);
     let quarters = is_small.select(all(0.0), is_first.select(side, side * 2.0));
-    let (r, w) = (x - quarters * QUARTER[0], quarters * QUARTER[1]);
+    let r = x - quarters * QUARTER[0];
+    let w = quarters * QUARTER[1];
     let y = r - w;
     let rest = (r - y) - w;
 
     let z = y * y;
-    let (w, v) = (z * z, z * y);
+    let w = z * z;
+    let v = z * y;
     let r = SINE[1] + z * (SINE[2] + z * SINE[3]) + z * w * (SINE[4] + z * SINE[5]);
     let reduced = y - ((z * (rest * 0.5 - v * r) - rest) - v * SINE[0]);
     let sine = is_small.select(y + v * (SINE[0] + z * r), reduced);
@@ -180,7 +184,8 @@ pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     // The power of two to take off, changed in sign.
     let halved = size.simd_ge(upper(0x3ff0_a2b2)).select(floor(size * LOG2_E + 0.5), all(1.0));
     let halved = size.simd_lt(upper(0x3fd6_2e43)).select(all(0.0), halved);
-    let (high, low) = (x + halved * LN_2[0], -halved * LN_2[1]);
+    let high = x + halved * LN_2[0];
+    let low = -halved * LN_2[1];
     let r = high - low;
     let z = r * r;
     let c = r - z * rising(z, P);
@@ -232,7 +237,8 @@ pub(crate) fn erf<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     let size = x.abs();
     let z = x * x;
     let y = x + x * (rising(z, P) / rising(z, Q));
-    let (is_small, is_far) = (size.simd_lt(upper(0x3feb_0000)), size.simd_ge(upper(0x3ff4_0000)));
+    let is_small = size.simd_lt(upper(0x3feb_0000));
+    let is_far = size.simd_ge(upper(0x3ff4_0000));
     let usual = size.simd_ge(1e-8) & size.simd_lt(f64::INFINITY);
     if is_small.all_true() {
         return unless(usual, y, |lane| numerics::erf(x[lane]));
@@ -301,7 +307,8 @@ fn erfc<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     let is_near = x.simd_lt(upper(0x4006_db6d));
     let either = |[near, far]: [f64; 2]| is_near.select(all(near), all(far));
     let s = 1.0 / (x * x);
-    let (mut r, mut big) = (either([R[0][7], R[1][7]]), either([T[0][8], T[1][8]]));
+    let mut r = either([R[0][7], R[1][7]]);
+    let mut big = either([T[0][8], T[1][8]]);
     for k in (0..7).rev() {
         r = either([R[0][k], R[1][k]]) + s * r;
     }
@@ -381,7 +388,8 @@ mod tests {
     /// Makes the vector instructions usable in here: a closure could not.
     #[inline(always)]
     fn all<S: Simd>(simd: S, a: [f64; LANES], b: [f64; LANES]) -> [[f64; LANES]; 6] {
-        let (a, b) = (f64x8::load_array(simd, a), f64x8::load_array(simd, b));
+        let a = f64x8::load_array(simd, a);
+        let b = f64x8::load_array(simd, b);
         let (sin, cos) = sin_cos(a);
         [atan2(a, b), wrap_angle(a), sin, cos, exp(a), erf(a)].map(Into::into)
     }
@@ -391,7 +399,8 @@ mod tests {
         let seed = 5;
         let mut r = rng(seed, 0);
         for _ in 0..100_000 {
-            let (a, b) = (numbers(&mut r), numbers(&mut r));
+            let a = numbers(&mut r);
+            let b = numbers(&mut r);
             let same_bits = |found: f64, expected: f64, of: &str, lane: usize| {
                 let same = found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan());
                 assert!(
@@ -403,7 +412,8 @@ mod tests {
             for level in levels() {
                 let found = dispatch!(level, simd => all(simd, a, b));
                 for lane in 0..LANES {
-                    let (x, (sin, cos)) = (a[lane], numerics::sin_cos(a[lane]));
+                    let x = a[lane];
+                    let (sin, cos) = numerics::sin_cos(a[lane]);
                     same_bits(found[0][lane], numerics::atan2(x, b[lane]), "arc tangent", lane);
                     same_bits(found[1][lane], geometry::wrap_angle(x), "wrapped angle", lane);
                     same_bits(found[2][lane], sin, "sine", lane);

@@ -31,7 +31,8 @@ impl DistanceField {
 
     /// Distance to the nearest cell of `grid` whose index is a target.
     pub fn to(grid: &OccupancyGrid, is_target: impl Fn(usize) -> bool) -> Self {
-        let (width, height) = (grid.width(), grid.height());
+        let width = grid.width();
+        let height = grid.height();
         let within_columns = within_columns(width, height, is_target);
         let far = (width * width + height * height) as f64;
         let mut envelope = Envelope::new(width);
@@ -57,17 +58,21 @@ impl DistanceField {
     /// every step away from a wall, not only with every cell. Cells outside the grid count as 0.
     pub fn between_cells(&self, grid: &OccupancyGrid, p: Point2) -> f64 {
         let (u, v) = grid.grid_from_map(p);
-        let (u, v) = (u - 0.5, v - 0.5);
-        let (column, row) = (u.floor(), v.floor());
+        let u = u - 0.5;
+        let v = v - 0.5;
+        let column = u.floor();
+        let row = v.floor();
         let cell = |c: f64, r: f64| {
             let inside = c >= 0.0 && r >= 0.0 && c < self.width as f64 && r < self.height as f64;
             if inside { self.cell(r as usize * self.width + c as usize) } else { 0.0 }
         };
         let along = |r: f64| {
-            let (a, b) = (cell(column, r), cell(column + 1.0, r));
+            let a = cell(column, r);
+            let b = cell(column + 1.0, r);
             a + (u - column) * (b - a)
         };
-        let (low, high) = (along(row), along(row + 1.0));
+        let low = along(row);
+        let high = along(row + 1.0);
         low + (v - row) * (high - low)
     }
 
@@ -179,14 +184,16 @@ mod tests {
     fn equals_brute_force_on_random_grids() {
         for seed in 0..20 {
             let mut r = rng(seed, 0);
-            let (w, h) = (3 + (uniform(&mut r) * 30.0) as usize, 3 + (uniform(&mut r) * 30.0) as usize);
+            let w = 3 + (uniform(&mut r) * 30.0) as usize;
+            let h = 3 + (uniform(&mut r) * 30.0) as usize;
             let share = 0.3 * uniform(&mut r);
             let cells: Vec<i8> = (0..w * h).map(|_| if uniform(&mut r) < share { 100 } else { 0 }).collect();
             let grid = OccupancyGrid::new(w, h, 0.1, Pose2::default(), cells).unwrap();
             let field = DistanceField::to_occupied(&grid);
             let diagonal = ((w * w + h * h) as f64).sqrt() * 0.1;
             for i in 0..w * h {
-                let (cx, cy) = ((i % w) as f64, (i / w) as f64);
+                let cx = (i % w) as f64;
+                let cy = (i / w) as f64;
                 let nearest = (0..w * h)
                     .filter(|&j| grid.cell(j) == Cell::Occupied)
                     .map(|j| ((cx - (j % w) as f64).powi(2) + (cy - (j / w) as f64).powi(2)).sqrt() * 0.1)

@@ -72,9 +72,11 @@ impl GeodesicField {
     /// Distance to go from a point, metres, bilinear between cell centres; infinite where the goal
     /// cannot be reached or outside the grid.
     pub fn at(&self, p: Point2) -> f64 {
-        let (width, height) = (self.grid.width(), self.grid.height());
+        let width = self.grid.width();
+        let height = self.grid.height();
         let (c, r) = self.grid.grid_from_map(p);
-        let (c, r) = (c - 0.5, r - 0.5);
+        let c = c - 0.5;
+        let r = r - 0.5;
         if c < -0.5 || r < -0.5 || c > width as f64 - 0.5 || r > height as f64 - 0.5 {
             return f64::INFINITY;
         }
@@ -98,11 +100,17 @@ impl GeodesicField {
 fn between(metres: &[f32], (width, height): (usize, usize), (c, r): (f64, f64)) -> f64 {
     let c = c.clamp(0.0, (width - 1) as f64);
     let r = r.clamp(0.0, (height - 1) as f64);
-    let (c0, r0) = (c as usize, r as usize);
-    let (c1, r1) = ((c0 + 1).min(width - 1), (r0 + 1).min(height - 1));
-    let (fc, fr) = (c - c0 as f64, r - r0 as f64);
+    let c0 = c as usize;
+    let r0 = r as usize;
+    let c1 = (c0 + 1).min(width - 1);
+    let r1 = (r0 + 1).min(height - 1);
+    let fc = c - c0 as f64;
+    let fr = r - r0 as f64;
     let v = |c: usize, r: usize| f64::from(metres[r * width + c]);
-    let (a, b, d, e) = (v(c0, r0), v(c1, r0), v(c0, r1), v(c1, r1));
+    let a = v(c0, r0);
+    let b = v(c1, r0);
+    let d = v(c0, r1);
+    let e = v(c1, r1);
     if a.is_infinite() || b.is_infinite() || d.is_infinite() || e.is_infinite() {
         return a.min(b).min(d).min(e);
     }
@@ -160,7 +168,8 @@ fn factor(room: f64) -> f64 {
 
 /// Metres that each of these cells counts as, with a border of one cell around them; infinite where nothing can be driven.
 fn slowness(map: &StaticMap, radius: f64, columns: Range<usize>, rows: Range<usize>) -> Vec<f32> {
-    let (grid, clearance) = (&map.grid, &map.to_obstacle);
+    let grid = &map.grid;
+    let clearance = &map.to_obstacle;
     let of_cell = |i: usize| {
         if grid.cell(i) != Cell::Free {
             return f32::INFINITY;
@@ -234,7 +243,8 @@ impl March {
                 }
             }
         }
-        let (mut bordered, stride) = (self.metres, self.stride);
+        let mut bordered = self.metres;
+        let stride = self.stride;
         grow_rim(&mut bordered, stride);
         grow_rim(&mut bordered, stride);
         let rows = bordered.chunks_exact(stride).skip(1).take(bordered.len() / stride - 2);
@@ -245,7 +255,8 @@ impl March {
 
     /// First-order upwind solution of |grad T| = slowness at one cell.
     fn eikonal(&self, index: usize) -> f32 {
-        let (settled, slowness) = (&self.settled, self.slowness[index]);
+        let settled = &self.settled;
+        let slowness = self.slowness[index];
         let a = settled[index - 1].min(settled[index + 1]);
         let b = settled[index - self.stride].min(settled[index + self.stride]);
         let difference = (a - b).abs();

@@ -131,7 +131,8 @@ impl OccupancyGrid {
 
     /// Indices of the cells that share a side with the one at `index`.
     pub fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
-        let (column, row) = (index % self.width, index / self.width);
+        let column = index % self.width;
+        let row = index / self.width;
         let beside = [
             (column > 0).then(|| index - 1),
             (column + 1 < self.width).then(|| index + 1),
@@ -158,14 +159,16 @@ impl OccupancyGrid {
     /// A point of the map frame in the grid's axes, metres from its lower-left corner.
     pub fn from_corner(&self, p: Point2) -> Point2 {
         let (s, c) = self.turn;
-        let (dx, dy) = (p.x - self.origin.x, p.y - self.origin.y);
+        let dx = p.x - self.origin.x;
+        let dy = p.y - self.origin.y;
         Point2::new(c * dx + s * dy, -s * dx + c * dy)
     }
 
     /// The point of the map frame at the continuous cell coordinates (column, row).
     pub fn map_from_grid(&self, column: f64, row: f64) -> Point2 {
         let (s, c) = self.turn;
-        let (x, y) = (column * self.resolution, row * self.resolution);
+        let x = column * self.resolution;
+        let y = row * self.resolution;
         Point2::new(self.origin.x + c * x - s * y, self.origin.y + s * x + c * y)
     }
 

@@ -27,7 +27,8 @@ const MAX_PNG_EXPANSION: u64 = 1100;
 pub fn load_map(yaml: &MapYaml, image_bytes: &[u8]) -> Result<OccupancyGrid, MapServerError> {
     yaml.check_order()?;
     let image = decode(image_bytes)?;
-    let (width, height) = (image.width() as usize, image.height() as usize);
+    let width = image.width() as usize;
+    let height = image.height() as usize;
     let mut cells = Vec::with_capacity(width * height);
     if let DynamicImage::ImageLuma8(grey) = image {
         // As nearly every map is: then there are 256 kinds of pixels.

@@ -111,7 +111,9 @@ fn every_grey_is_read_by_the_published_rule() {
     let image = [b"P5 256 1 255\n", greys.as_slice()].concat();
     for negate in [false, true] {
         let cells = |mode| load_map(&with_mode(mode, negate), &image).unwrap().cells().to_vec();
-        let (trinary, scale, raw) = (cells(MapMode::Trinary), cells(MapMode::Scale), cells(MapMode::Raw));
+        let trinary = cells(MapMode::Trinary);
+        let scale = cells(MapMode::Scale);
+        let raw = cells(MapMode::Raw);
         for v in 0..256 {
             let occ = (if negate { v } else { 255 - v }) as f64 / 255.0;
             let linear = ((occ - 0.196) / (0.65 - 0.196) * 100.0).round_ties_even() as i8;
@@ -163,7 +165,8 @@ fn transparency_is_averaged_in_trinary_and_unknown_in_scale() {
 fn a_grid_survives_writing_and_reading() {
     for seed in 0..50 {
         let mut r = rng(seed, 11);
-        let (w, h) = (1 + (uniform(&mut r) * 40.0) as usize, 1 + (uniform(&mut r) * 40.0) as usize);
+        let w = 1 + (uniform(&mut r) * 40.0) as usize;
+        let h = 1 + (uniform(&mut r) * 40.0) as usize;
         let cells: Vec<i8> = (0..w * h).map(|_| [-1, 0, 100][(uniform(&mut r) * 3.0) as usize]).collect();
         let origin = Pose2::new(100.0 * uniform(&mut r) - 50.0, -1e-7 * uniform(&mut r), uniform(&mut r));
         let grid = OccupancyGrid::new(w, h, 0.01 + uniform(&mut r), origin, cells).unwrap();

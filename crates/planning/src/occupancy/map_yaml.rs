@@ -151,7 +151,8 @@ impl MapYaml {
         let threshold = |v: &Scalar| v.number().filter(|n| (0.0..=1.0).contains(n));
         let pixel = "give the side of a pixel in metres, a number greater than 0";
         let place = "give three numbers, [x, y, yaw], in metres and radians";
-        let (name, share) = ("give the file name of the image", "give an occupancy from 0 to 1");
+        let name = "give the file name of the image";
+        let share = "give an occupancy from 0 to 1";
         let mode = Some(mode.unwrap_or(Scalar::Text("trinary".to_owned())));
         let map = Self {
             image: field("image", image, "map.pgm", name, read_name)?,

@@ -56,8 +56,10 @@ impl<'a> RayCaster<'a> {
     /// Length of the ray from `origin` towards a unit vector to the first occupied cell, if it meets one before `reach`:
     /// exact, from cell to cell (Amanatides and Woo, 1987), with leaps where nothing is near.
     pub fn range(&self, (ox, oy): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> Option<f64> {
-        let (inverse_x, inverse_y) = (1.0 / dx, 1.0 / dy);
-        let (mut column, mut row) = (ox.floor() as i64, oy.floor() as i64);
+        let inverse_x = 1.0 / dx;
+        let inverse_y = 1.0 / dy;
+        let mut column = ox.floor() as i64;
+        let mut row = oy.floor() as i64;
         let mut t = 0.0_f64;
         while t < reach {
             let clearance = self.clearance(column, row)?;
@@ -115,9 +117,11 @@ impl<'a> RayCaster<'a> {
     /// One step of a ray; whether there is another.
     #[inline(always)]
     fn step(&self, ray: &mut Ray, (x, y): (f64, f64), (dx, dy): (f64, f64), reach: f64) -> bool {
-        let (px, py) = (x + ray.range * dx, y + ray.range * dy);
+        let px = x + ray.range * dx;
+        let py = y + ray.range * dy;
         // Conversions to 32 bits are faster.
-        let (column, row) = (px as u32, py as u32);
+        let column = px as u32;
+        let row = py as u32;
         let inside =
             (px >= 0.0) & (py >= 0.0) & ((column as usize) < self.width) & ((row as usize) < self.height);
         if !inside {
@@ -177,7 +181,8 @@ mod tests {
             let from = (100.0 * uniform(&mut r), 100.0 * uniform(&mut r));
             let (s, c) = sin_cos(7.0 * uniform(&mut r));
             let slow = (0..8000).map(|i| 0.01 * f64::from(i)).take_while(|t| *t <= 80.0).find_map(|t| {
-                let (x, y) = (from.0 + t * c, from.1 + t * s);
+                let x = from.0 + t * c;
+                let y = from.1 + t * s;
                 let inside = x >= 0.0 && y >= 0.0 && x < 100.0 && y < 100.0;
                 if !inside {
                     return Some(None);

@@ -43,7 +43,8 @@ impl StaticMap {
 
     /// The same, in pieces that `workers` do.
     pub fn by(workers: &dyn Workers, grid: OccupancyGrid) -> Self {
-        let (mut to_obstacle, mut to_occupied) = (None, None);
+        let mut to_obstacle = None;
+        let mut to_occupied = None;
         workers.run(vec![
             Box::new(|| to_obstacle = Some(DistanceField::to_obstacle(&grid))),
             Box::new(|| to_occupied = Some(DistanceField::to_occupied(&grid))),

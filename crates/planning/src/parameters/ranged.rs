@@ -60,7 +60,8 @@ macro_rules! single {
     ($($ty:ty),*) => {$(
         impl Numbers for $ty {
             fn fault(&self, ranges: &[Range], at: usize) -> Option<(String, f64, Range)> {
-                let (number, range) = (*self as f64, ranges[at % ranges.len()]);
+                let number = *self as f64;
+                let range = ranges[at % ranges.len()];
                 (!range.holds(number)).then(|| (String::new(), number, range))
             }
         }

@@ -14,7 +14,7 @@ use crate::occupancy::{GeodesicField, StaticMap};
 use crate::planner::Carried;
 use crate::profile::Profile;
 use crate::scene::Scene;
-use crate::terms::{self, BuildError, DerivedFields, Task};
+use crate::terms::{self, DerivedFields, Task};
 
 /// Between the seeds of two trees: 2^64 over the square root of 2, made odd; no multiple of what separates the streams
 /// of a seed, so that no tree draws what another draws at another tick.
@@ -71,11 +71,9 @@ impl Course {
         };
         let mut evaluators = BTreeMap::new();
         for term in profile.terms.keys() {
-            match terms::evaluator(term, &profile, &task, fields) {
-                Ok(evaluator) => evaluators.insert(term.clone(), evaluator),
-                Err(BuildError::Unknown) => None,
-                Err(BuildError::Field(error)) => return Err(CourseError::Field(error)),
-            };
+            if let Some(built) = terms::evaluator(term, &profile, &task, fields) {
+                evaluators.insert(term.clone(), built.map_err(CourseError::Field)?);
+            }
         }
         let looks = profile.generator_part().looks_for_landmarks();
         let information = looks.then(|| fields.information(task.laser, &profile.information));

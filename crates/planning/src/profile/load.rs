@@ -159,7 +159,8 @@ mod tests {
     #[test]
     fn the_occluded_arm_is_curionav_with_one_term_in_the_place_of_another() {
         let arm = include_str!("../../../../scenarios/arms/curionav-occluded.toml");
-        let (arm, mut of_this) = (Profile::from_toml(arm).unwrap(), Profile::builtin("curionav").unwrap());
+        let arm = Profile::from_toml(arm).unwrap();
+        let mut of_this = Profile::builtin("curionav").unwrap();
         let cpc = of_this.terms.remove("cpc").unwrap();
         of_this.terms.insert("cpc-occluded".to_owned(), cpc);
         (of_this.name, of_this.description) = (arm.name.clone(), arm.description.clone());

@@ -103,7 +103,7 @@ impl Offline {
         let belief = report.scene.belief.clone();
         let observation = Observation { belief, people: report.scene.people.clone() };
         let mut carried = curionav_arbiter::memory::Memory::recall(memory)?;
-        let (decision, _) = cycle::plan(&self.pool, &context, &mut carried, observation).await?;
+        let (decision, _) = cycle::plan(&self.pool, &context, &mut carried, observation).await;
         if foreign {
             self.own_trees.insert(id, carried.to_wire(&context.mission).trees);
         }

@@ -229,7 +229,8 @@ fn the_reason_says_what_is_missing() {
 fn removing_a_loser_can_change_the_winner_under_min_max_and_not_under_fixed_scales() {
     let mut hall = Hall::new();
     // The third loses either way, but while it is there it squashes the difference in cnc.
-    let (cnc, distance) = ([0.1, 0.0, 10.0], [0.0, 10.0, 40.0]);
+    let cnc = [0.1, 0.0, 10.0];
+    let distance = [0.0, 10.0, 40.0];
     let winners = |hall: &Hall| {
         let winner = |n: usize| {
             let s = scores(&[("cnc", &cnc[..n]), ("distance", &distance[..n])]);

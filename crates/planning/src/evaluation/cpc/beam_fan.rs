@@ -168,7 +168,8 @@ pub(super) fn factorise(&[xx, xy, xt, yy, yt, tt]: &Information) -> [f32; 6] {
     let divide = |a: f64, d: f64| if d > 0.0 { a / d } else { 0.0 };
     let left = |d: f64, of: f64| if d > NOISE * of { d } else { 0.0 };
     let d1 = left(xx, xx + yy);
-    let (l21, l31) = (divide(xy, d1), divide(xt, d1));
+    let l21 = divide(xy, d1);
+    let l31 = divide(xt, d1);
     let d2 = left(yy - l21 * xy, yy);
     let l32 = divide(yt - l21 * xt, d2);
     let d3 = left(tt - l31 * xt - l32 * l32 * d2, tt);

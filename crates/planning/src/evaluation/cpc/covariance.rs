@@ -94,7 +94,8 @@ impl<S: Simd> Covariances<S> {
     fn credit(&mut self, model: &StepModel, step: &Step<S>) -> f64x8<S> {
         let (per_metre, per_radian, per_step) = model.updates;
         let all = |x: f64| f64x8::splat(step.travel.simd, x);
-        let (zero, one) = (all(0.0), all(1.0));
+        let zero = all(0.0);
+        let one = all(1.0);
         let moved = self.moved + greater(step.travel.abs() * per_metre, step.turn.abs() * per_radian);
         let waited = self.waited + per_step;
         // A sum of tenths may fall short of one by its rounding.
@@ -124,8 +125,11 @@ impl<S: Simd> Symmetric<S> {
     fn predict(self, model: &StepModel, step: &Step<S>) -> Self {
         let Self([xx, xy, yy, xt, yt, tt]) = self;
         let (sin, cos) = step.sin_cos;
-        let (a, b) = (-step.travel * sin, step.travel * cos);
-        let (noise, metres, radians) = (&model.noise, step.travel.abs(), step.turn.abs());
+        let a = -step.travel * sin;
+        let b = step.travel * cos;
+        let noise = &model.noise;
+        let metres = step.travel.abs();
+        let radians = step.turn.abs();
         let position = noise.position_per_metre * metres + noise.position_per_radian * radians;
         let heading = noise.heading_per_metre * metres + noise.heading_per_radian * radians;
         Self([
@@ -143,10 +147,14 @@ impl<S: Simd> Symmetric<S> {
     #[inline(always)]
     fn observe(self, &[d1, l21, l31, d2, l32, d3]: &[f64x8<S>; 6], credit: f64x8<S>) -> Self {
         let Self([xx, xy, yy, xt, yt, tt]) = self;
-        let (u, v, w) = (xx + l21 * xy + l31 * xt, xy + l21 * yy + l31 * yt, xt + l21 * yt + l31 * tt);
+        let u = xx + l21 * xy + l31 * xt;
+        let v = xy + l21 * yy + l31 * yt;
+        let w = xt + l21 * yt + l31 * tt;
         let s = self.less(u, v, w, credit * d1 / (1.0 + credit * d1 * (u + l21 * v + l31 * w)));
         let Self([_, xy, yy, xt, yt, tt]) = s;
-        let (u, v, w) = (xy + l32 * xt, yy + l32 * yt, yt + l32 * tt);
+        let u = xy + l32 * xt;
+        let v = yy + l32 * yt;
+        let w = yt + l32 * tt;
         let s = s.less(u, v, w, credit * d2 / (1.0 + credit * d2 * (v + l32 * w)));
         let Self([.., xt, yt, tt]) = s;
         s.less(xt, yt, tt, credit * d3 / (1.0 + credit * d3 * tt))
@@ -155,7 +163,9 @@ impl<S: Simd> Symmetric<S> {
     /// `self - g (u, v, w) (u, v, w)^T`.
     #[inline(always)]
     fn less(self, u: f64x8<S>, v: f64x8<S>, w: f64x8<S>, g: f64x8<S>) -> Self {
-        let (gu, gv, gw) = (g * u, g * v, g * w);
+        let gu = g * u;
+        let gv = g * v;
+        let gw = g * w;
         self.minus(Self([gu * u, gu * v, gv * v, gu * w, gv * w, gw * w]))
     }
 
@@ -166,8 +176,11 @@ impl<S: Simd> Symmetric<S> {
         let Self([xx, xy, yy, xt, yt, tt]) = self.turned(-sin, cos);
         // [[f, 0, 0], [0, 1, travel], [0, h, g]]
         let [along, across, heading] = step.gains;
-        let (f, g, h) = (1.0 - dt * along, 1.0 - dt * heading, -dt * across);
-        let (new_yt, new_tt) = (yt + step.travel * tt, g * tt);
+        let f = 1.0 - dt * along;
+        let g = 1.0 - dt * heading;
+        let h = -dt * across;
+        let new_yt = yt + step.travel * tt;
+        let new_tt = g * tt;
         Self([
             f * f * xx,
             f * (xy + step.travel * xt),
@@ -183,7 +196,9 @@ impl<S: Simd> Symmetric<S> {
     #[inline(always)]
     fn turned(self, sin: f64x8<S>, cos: f64x8<S>) -> Self {
         let Self([xx, xy, yy, xt, yt, tt]) = self;
-        let (ss, sc, cc) = (sin * sin, sin * cos, cos * cos);
+        let ss = sin * sin;
+        let sc = sin * cos;
+        let cc = cos * cos;
         let twice = 2.0 * sc * xy;
         Self([
             cc * xx - twice + ss * yy,

@@ -91,7 +91,8 @@ impl InformationField {
         params: &InformationParams,
     ) -> Self {
         let grid = &*map.grid;
-        let (columns, rows) = (grid.width().div_ceil(BLOCK), grid.height().div_ceil(BLOCK));
+        let columns = grid.width().div_ceil(BLOCK);
+        let rows = grid.height().div_ceil(BLOCK);
         let fan = params.fan(map, laser);
         let headings = fan.headings();
         let mut bands: Vec<Band> = (0..rows.div_ceil(BAND)).map(|_| Band::default()).collect();
@@ -231,7 +232,8 @@ struct Band {
 
 impl Band {
     fn of(grid: &OccupancyGrid, fan: &Fan<'_>, columns: usize, rows: Range<usize>) -> Self {
-        let (mut band, mut headings) = (Self::default(), vec![[0.0; 6]; fan.headings()]);
+        let mut band = Self::default();
+        let mut headings = vec![[0.0; 6]; fan.headings()];
         for (row, column) in rows.flat_map(|row| (0..columns).map(move |column| (row, column))) {
             let (x, y) = centre(grid, column, row);
             let is_free = grid.cell(grid.index(x as usize, y as usize)) == Cell::Free;

@@ -5,7 +5,8 @@ use crate::occupancy::OccupancyGrid;
 fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
     let cells = (0..200 * 200)
         .map(|i| {
-            let (x, y) = (0.1 * f64::from(i % 200) + 0.05, 0.1 * f64::from(i / 200) + 0.05);
+            let x = 0.1 * f64::from(i % 200) + 0.05;
+            let y = 0.1 * f64::from(i / 200) + 0.05;
             if solid(x, y) { 100 } else { 0 }
         })
         .collect();
@@ -60,7 +61,8 @@ fn a_straight_wall_tells_nothing_along_itself() {
         let field = field(&map(Pose2::default(), solid), LaserModel::default());
         let j = field.at(Pose2::new(11.5, 11.0, turn));
         let (s, c) = sin_cos(turn);
-        let (across, along) = (nalgebra::vector![c, s, 0.0], nalgebra::vector![-s, c, 0.0]);
+        let across = nalgebra::vector![c, s, 0.0];
+        let along = nalgebra::vector![-s, c, 0.0];
         let ratio = along.dot(&(j * along)) / across.dot(&(j * across));
         assert!(ratio < 0.01, "normal at {turn} rad: {ratio} of the information is along the wall");
     }
@@ -73,7 +75,8 @@ fn agrees_with_the_geometry_of_a_wall() {
     // the heading.
     for distance in [1.6, 2.0, 2.8] {
         // The wall's face is at x = 15; beam b at bearing b ends at distance / cos b, if within 5 m.
-        let (mut xx, mut tt) = (0.0, 0.0);
+        let mut xx = 0.0;
+        let mut tt = 0.0;
         let fine = 100_000;
         for i in 0..fine {
             let bearing = std::f64::consts::PI * ((f64::from(i) + 0.5) / f64::from(fine) - 0.5);
@@ -115,7 +118,8 @@ fn a_laser_off_the_centre_moves_with_the_heading() {
         let robot = map.grid.origin().compose(Pose2::new(13.03, 10.07, heading));
         let laser = robot.compose(lever);
         // d laser / d robot: the heading carries the laser by (-dy, dx).
-        let (dx, dy) = (laser.x - robot.x, laser.y - robot.y);
+        let dx = laser.x - robot.x;
+        let dy = laser.y - robot.y;
         let t = Matrix3::new(1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0);
         let expected = t.transpose() * centred.at(laser) * t;
         assert!((offset.at(robot) - expected).norm() <= 1e-9 * expected.norm().max(1.0));

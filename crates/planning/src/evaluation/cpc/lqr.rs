@@ -95,7 +95,8 @@ impl GainTable {
         let u = (v - SLOWEST) * (1.0 / SPACING);
         let u = lesser(greater(u, f64x8::splat(v.simd, 0.0)), f64x8::splat(v.simd, most));
         let i = lesser(floor(u), f64x8::splat(v.simd, most - 1.0));
-        let (f, at) = (u - i, indices(i));
+        let f = u - i;
+        let at = indices(i);
         let rows: [&[[f64; 3]; 2]; LANES] = std::array::from_fn(|lane| &self.intervals[at[lane]]);
         [between(rows, 0, f), between(rows, 1, f), between(rows, 2, f)]
     }
@@ -134,7 +135,8 @@ pub(super) mod tests {
         // Closed loop: 1 - dt k along the path; a complex pair across it, whose modulus is the root
         // of the determinant of [[1, v dt], [-dt k2, 1 - dt k3]].
         assert!((1.0 - 0.3 * k.along - 0.742).abs() < 5e-4);
-        let (trace, determinant) = (2.0 - 0.3 * k.heading, 1.0 - 0.3 * k.heading + 0.27 * 0.3 * k.across);
+        let trace = 2.0 - 0.3 * k.heading;
+        let determinant = 1.0 - 0.3 * k.heading + 0.27 * 0.3 * k.across;
         assert!(trace * trace < 4.0 * determinant, "not a complex pair");
         assert!((determinant.sqrt() - 0.778).abs() < 5e-4);
     }
@@ -142,7 +144,8 @@ pub(super) mod tests {
     #[test]
     fn doubling_ends_where_plain_iteration_ends() {
         for (v, dt) in [(0.1, 0.3), (0.5, 0.1), (1.0, 0.3), (2.0, 0.05)] {
-            let (a, b) = (Matrix2::new(1.0, v * dt, 0.0, 1.0), Vector2::new(0.0, dt));
+            let a = Matrix2::new(1.0, v * dt, 0.0, 1.0);
+            let b = Vector2::new(0.0, dt);
             let mut p = Matrix2::identity();
             let mut k = (b.transpose() * p * a) / (1.0 + (b.transpose() * p * b)[0]);
             for _ in 0..20_000 {
@@ -160,9 +163,10 @@ pub(super) mod tests {
         for dt in [0.05, 0.1, 0.3, 0.5] {
             for i in 0..=40 {
                 let v = 0.05 * f64::from(i);
-                let (k, travel) = (lqr(v, dt), v.max(SLOWEST) * dt);
-                let (trace, determinant) =
-                    (2.0 - dt * k.heading, 1.0 - dt * k.heading + travel * dt * k.across);
+                let k = lqr(v, dt);
+                let travel = v.max(SLOWEST) * dt;
+                let trace = 2.0 - dt * k.heading;
+                let determinant = 1.0 - dt * k.heading + travel * dt * k.across;
                 // Jury's conditions for z^2 - trace z + determinant
                 assert!(determinant < 1.0 && trace.abs() < 1.0 + determinant, "v {v} dt {dt}");
                 assert!((1.0 - dt * k.along).abs() < 1.0);
@@ -175,7 +179,8 @@ pub(super) mod tests {
         let table = GainTable::new(0.3);
         for i in 0..=200 {
             let v = 0.01 * f64::from(i);
-            let (near, exact) = (at(&table, v), lqr(v, 0.3));
+            let near = at(&table, v);
+            let exact = lqr(v, 0.3);
             assert!((near.across / exact.across - 1.0).abs() < 5e-3, "{v}");
             assert!((near.heading / exact.heading - 1.0).abs() < 5e-3, "{v}");
             assert!((near.along - exact.along).abs() < 1e-12);

@@ -139,7 +139,8 @@ impl CpcEvaluator {
         gains: &'a GainTable,
         candidates: &'a CandidateSet,
     ) -> Drive<'a, O> {
-        let (turn, grid_heading) = (self.field.map_from_grid(), self.field.grid_heading());
+        let turn = self.field.map_from_grid();
+        let grid_heading = self.field.grid_heading();
         let sigma = turn.transpose() * sigma * turn;
         Drive { observation, grid_heading, gains, model: self.step_model(candidates.dt()), sigma, candidates }
     }
@@ -220,7 +221,8 @@ type Rows<'a> = [[&'a [f64]; LANES]; 5];
 impl<O: Observation> Drive<'_, O> {
     /// The candidates from `first` on. The last group is filled up with copies of the last candidate.
     fn rows(&self, first: usize) -> Rows<'_> {
-        let (set, states) = (self.candidates, self.candidates.all_states());
+        let set = self.candidates;
+        let states = self.candidates.all_states();
         let rows: [_; LANES] = std::array::from_fn(|lane| set.range((first + lane).min(set.len() - 1)));
         [&states.x, &states.y, &states.heading, &states.v, &states.omega]
             .map(|of| rows.each_ref().map(|row| &of[row.clone()]))
@@ -252,8 +254,11 @@ impl<O: Observation> Drive<'_, O> {
     #[inline(always)]
     fn step<S: Simd>(&self, simd: S, [x, y, heading, v, omega]: &Rows<'_>, k: usize) -> Step<S> {
         let lanes = |of: &[&[f64]; LANES]| f64x8::from_fn(simd, |lane| of[lane][k]);
-        let (heading, v, dt) = (lanes(heading), lanes(v), self.candidates.dt());
-        let (travel, turn) = (v * dt, lanes(omega) * dt);
+        let heading = lanes(heading);
+        let v = lanes(v);
+        let dt = self.candidates.dt();
+        let travel = v * dt;
+        let turn = lanes(omega) * dt;
         // Linearised half way through the step, where the chord of the arc points: better than Euler's at its start,
         // and no other state is needed.
         let chord = heading - self.grid_heading - 0.5 * turn;

@@ -63,7 +63,8 @@ impl CpcOccludedEvaluator {
         candidates: &CandidateSet,
         should_stop: &dyn Fn() -> bool,
     ) -> Costs {
-        let (hidden, gains) = (self.hidden(&scene.people, candidates), GainTable::new(candidates.dt()));
+        let hidden = self.hidden(&scene.people, candidates);
+        let gains = GainTable::new(candidates.dt());
         self.cpc.evaluate_with(&hidden, &gains, level, scene, candidates, should_stop)
     }
 
@@ -86,7 +87,8 @@ impl CpcOccludedEvaluator {
         };
         let places = (0..candidates.steps()).flat_map(|step| (0..people.len()).map(move |i| at(step, i)));
         let places = places.collect();
-        let (rays, normal) = (&*self.rays, &*NORMAL);
+        let rays = &*self.rays;
+        let normal = &*NORMAL;
         Hidden { field, rays, people: people.len(), radius: people.radius, places, normal }
     }
 }
@@ -148,20 +150,24 @@ impl Hidden<'_> {
     #[inline(always)]
     fn left<S: Simd>(&self, simd: S, people: &[Hiding], place: usize, x: f64, y: f64) -> Option<[f32; 6]> {
         let is_near = |person: &&Hiding| {
-            let (dx, dy) = (person.x - x, person.y - y);
+            let dx = person.x - x;
+            let dy = person.y - y;
             dx * dx + dy * dy < person.reach_squared
         };
         let (block, heading) = self.field.seeing_at(place)?;
-        let (block, view) = (&self.rays.blocks[block], &self.rays.views[heading]);
+        let block = &self.rays.blocks[block];
+        let view = &self.rays.views[heading];
         let one = f64x8::splat(simd, 1.0);
         let mut survival = [one; GROUPS];
         let mut is_hidden = false;
         for person in people.iter().filter(is_near) {
-            let (px, py) = (person.x - x, person.y - y);
+            let px = person.x - x;
+            let py = person.y - y;
             for &group in &view.groups {
                 let [dx, dy] =
                     self.rays.directions.each_ref().map(|of| f64x8::load_array_ref(simd, &of[group]));
-                let (along, off) = (dx * px + dy * py, (dy * px - dx * py).abs());
+                let along = dx * px + dy * py;
+                let off = (dy * px - dx * py).abs();
                 let is_in = along.simd_gt(0.0)
                     & along.simd_lt(wide(simd, &block.range[group]))
                     & off.simd_lt(person.across)
@@ -192,7 +198,9 @@ fn sum<S: Simd>(
         let [x, y] = block.row.each_ref().map(|of| wide(simd, &of[group]));
         let t = wide(simd, &block.range[group]) * (y * dx - x * dy);
         let weight = f64x8::load_array_ref(simd, &view.weights[group]) * survival[group];
-        let (wx, wy, wt) = (weight * x, weight * y, weight * t);
+        let wx = weight * x;
+        let wy = weight * y;
+        let wt = weight * t;
         sums[0] += wx * x;
         sums[1] += wx * y;
         sums[2] += wx * t;
@@ -234,7 +242,8 @@ static NORMAL: LazyLock<Normal> = LazyLock::new(|| {
 
 #[inline(always)]
 fn at<S: Simd>(normal: &Normal, x: f64x8<S>) -> f64x8<S> {
-    let (zero, most) = (f64x8::splat(x.simd, 0.0), f64x8::splat(x.simd, ENTRIES as f64));
+    let zero = f64x8::splat(x.simd, 0.0);
+    let most = f64x8::splat(x.simd, ENTRIES as f64);
     let u = lesser(greater((x + CUT) * PER_SIGMA as f64, zero), most);
     let interval = lesser(floor(u), most - 1.0);
     let at = indices(interval);

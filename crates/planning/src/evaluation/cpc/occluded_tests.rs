@@ -68,7 +68,8 @@ fn where_people_hide_nothing_it_is_cpc_bit_for_bit() {
         LaserModel { fov: 7.0_f64.min(std::f64::consts::TAU), ..LaserModel::default() },
         LaserModel { robot_from_laser: Pose2::new(0.2, -0.1, 0.4), ..LaserModel::default() },
     ] {
-        let (term, cpc) = (occluded(&map, laser), evaluator(&map, laser));
+        let term = occluded(&map, laser);
+        let cpc = evaluator(&map, laser);
         let set = wandering(&mut rng(5, 0), 43, 13);
         let bits = |costs: Vec<f64>| costs.into_iter().map(f64::to_bits).collect::<Vec<_>>();
         assert_eq!(bits(cost(&term, &uncertain(), &set)), bits(zeta(&cpc, &uncertain(), &set)));
@@ -77,7 +78,8 @@ fn where_people_hide_nothing_it_is_cpc_bit_for_bit() {
     }
     // Behind the robot, and behind the wall.
     let map = map_of_one_wall();
-    let (term, cpc) = (occluded(&map, LaserModel::default()), evaluator(&map, LaserModel::default()));
+    let term = occluded(&map, LaserModel::default());
+    let cpc = evaluator(&map, LaserModel::default());
     // What the first scan at rest tells counts from the fifth step on.
     let set = drives(&[Pose2::new(5.0, 10.0, std::f64::consts::FRAC_PI_2)], 8, |_, _| Twist::default());
     let costs = |of: &[(f64, f64)]| cost(&term, &standing(of), &set)[0];
@@ -102,21 +104,26 @@ fn reference(term: &CpcOccludedEvaluator, scene: &Scene, pose: Pose2, t: f64) ->
         field.places(&field.laser_at(x, y, heading))[0]
     });
     let Some((block, heading)) = field.seeing_at(place) else { return Matrix3::zeros() };
-    let (block, view) = (&term.rays.blocks[block], &term.rays.views[heading]);
+    let block = &term.rays.blocks[block];
+    let view = &term.rays.views[heading];
     let unit = |x: f64| erf(x * std::f64::consts::FRAC_1_SQRT_2);
     let normal = |x: f64| 0.5 + 0.5 * unit(x.clamp(-4.0, 4.0)) / unit(4.0);
     let mut sum = Matrix3::zeros();
     for ray in 0..GROUPS * LANES {
-        let (group, lane) = (ray / LANES, ray % LANES);
+        let group = ray / LANES;
+        let lane = ray % LANES;
         let beta = ray as f64 * std::f64::consts::TAU / (GROUPS * LANES) as f64;
         let range = f64::from(block.range[group][lane]);
         let mut survival = 1.0;
         for i in 0..scene.people.len() {
             let person = field.grid_from_map(scene.people.position_after(i, t));
-            let (px, py) = (person.x - p.x, person.y - p.y);
-            let (rho, phi) = (px.hypot(py), py.atan2(px));
+            let px = person.x - p.x;
+            let py = person.y - p.y;
+            let rho = px.hypot(py);
+            let phi = py.atan2(px);
             let sigma = (term.forecast.variance(t) + scene.people.variance_after(i, t)).sqrt();
-            let (delta, along) = (rho * (beta - phi).sin(), rho * (beta - phi).cos());
+            let delta = rho * (beta - phi).sin();
+            let along = rho * (beta - phi).cos();
             if along > 0.0 && along < range {
                 survival *= 2.0 - normal((RADIUS - delta) / sigma) - normal((RADIUS + delta) / sigma);
             }
@@ -131,7 +138,8 @@ fn reference(term: &CpcOccludedEvaluator, scene: &Scene, pose: Pose2, t: f64) ->
 
 #[test]
 fn equals_the_formula_ray_by_ray() {
-    let (seed, map) = (6, map(Pose2::new(-1.0, 2.0, 0.3), corridor));
+    let seed = 6;
+    let map = map(Pose2::new(-1.0, 2.0, 0.3), corridor);
     let shift = Pose2::new(-1.0, 2.0, 0.3);
     let mut r = rng(seed, 0);
     for fov in [std::f64::consts::PI, std::f64::consts::TAU] {
@@ -147,8 +155,10 @@ fn equals_the_formula_ray_by_ray() {
                 let at = shift.transform(people.position(i));
                 (people.x[i], people.y[i]) = (at.x, at.y);
             }
-            let (scene, pose) = (among(people), shift.compose(here));
-            let (fast, slow) = (information(&term, &scene, pose), reference(&term, &scene, pose, 0.3));
+            let scene = among(people);
+            let pose = shift.compose(here);
+            let fast = information(&term, &scene, pose);
+            let slow = reference(&term, &scene, pose, 0.3);
             let size = slow.norm().max(1.0);
             assert!((fast - slow).norm() < 1e-4 * size, "seed {seed}, {pose:?}: {fast} vs {slow}");
             hid += usize::from((information(&term, &uncertain(), pose) - slow).norm() > 0.1 * size);
@@ -166,7 +176,8 @@ fn rays_add_up_to_what_cpc_looks_up() {
     for _ in 0..300 {
         let pose =
             Pose2::new(3.0 + 24.0 * uniform(&mut r), 8.2 + 3.6 * uniform(&mut r), 7.0 * uniform(&mut r));
-        let (summed, one_by_one) = (term.cpc.field.at(pose), reference(&term, &uncertain(), pose, 0.3));
+        let summed = term.cpc.field.at(pose);
+        let one_by_one = reference(&term, &uncertain(), pose, 0.3);
         assert!((summed - one_by_one).norm() < 1e-5 * summed.norm(), "{pose:?}: {summed} vs {one_by_one}");
         // What is read of the field beside the other information at the same place.
         assert_eq!(information(&term, &uncertain(), pose), summed);
@@ -195,7 +206,8 @@ fn a_person_nearer_to_the_middle_of_a_ray_never_raises_what_it_tells() {
 
 #[test]
 fn one_more_person_never_raises_what_a_scan_tells() {
-    let (seed, map) = (8, map(Pose2::default(), corridor));
+    let seed = 8;
+    let map = map(Pose2::default(), corridor);
     let term = occluded(&map, LaserModel::default());
     let mut r = rng(seed, 0);
     for _ in 0..200 {
@@ -216,7 +228,8 @@ fn sharding_changes_no_cost() {
     let map = map(Pose2::default(), corridor);
     let term = occluded(&map, LaserModel::default());
     let mut r = rng(3, 0);
-    let (set, scene) = (wandering(&mut r, 43, 13), among(crowd(&mut r, 20)));
+    let set = wandering(&mut r, 43, 13);
+    let scene = among(crowd(&mut r, 20));
     let whole = cost(&term, &scene, &set);
     let plain = zeta(&evaluator(&map, LaserModel::default()), &scene, &set);
     assert!(whole.iter().zip(&plain).filter(|(a, b)| a > b).count() > 30, "people hide too little");
@@ -239,7 +252,8 @@ fn a_spent_budget_stops_it() {
 #[test]
 fn moving_the_world_moves_nothing() {
     let mut r = rng(4, 0);
-    let (set, people) = (wandering(&mut r, 30, 13), crowd(&mut r, 20));
+    let set = wandering(&mut r, 30, 13);
+    let people = crowd(&mut r, 20);
     let here = occluded(&map(Pose2::default(), corridor), LaserModel::default());
     let here = cost(&here, &among(people.clone()), &set);
     for shift in [Pose2::new(-12.3, 40.0, 0.0), Pose2::new(3.0, -7.0, 1.1), Pose2::new(0.5, 0.0, -2.8)] {
@@ -252,7 +266,8 @@ fn moving_the_world_moves_nothing() {
         let there = CandidateSet::new(set.steps(), set.dt(), set.id().to_vec(), moved).unwrap();
         let each: Vec<[f64; 4]> = (0..people.len())
             .map(|i| {
-                let (at, (vx, vy)) = (shift.transform(people.position(i)), (people.vx[i], people.vy[i]));
+                let at = shift.transform(people.position(i));
+                let (vx, vy) = (people.vx[i], people.vy[i]);
                 [at.x, at.y, c * vx - s * vy, s * vx + c * vy]
             })
             .collect();
@@ -271,7 +286,9 @@ fn on_a_map_of_350_000_cells_the_rays_take_a_fifth_of_100_megabytes_at_most() {
     // A hall of 35 m x 25 m at 0.05 m with pillars everywhere, so that every block sees something.
     let cells = (0..700 * 500).map(|i| if i % 700 % 60 < 3 && i / 700 % 60 < 3 { 100 } else { 0 }).collect();
     let grid = crate::occupancy::OccupancyGrid::new(700, 500, 0.05, Pose2::default(), cells).unwrap();
-    let (map, laser, params) = (StaticMap::new(grid), LaserModel::default(), InformationParams::default());
+    let map = StaticMap::new(grid);
+    let laser = LaserModel::default();
+    let params = InformationParams::default();
     let field = InformationField::new(&map, &laser, &params);
     let rays = RayField::new(&field, &map, &laser, &params);
     assert!(rays.blocks.len() > 20_000, "{}", rays.blocks.len());
@@ -287,10 +304,13 @@ fn of_two_equal_lanes_the_one_whose_landmarks_no_one_hides_is_chosen() {
         let depth = if x % 3.0 < 1.0 { 4.4 } else { 4.0 };
         (y - 10.0).abs() > depth
     });
-    let (term, cpc) = (occluded(&map, LaserModel::default()), evaluator(&map, LaserModel::default()));
-    let (seed, count) = (9, 200);
+    let term = occluded(&map, LaserModel::default());
+    let cpc = evaluator(&map, LaserModel::default());
+    let seed = 9;
+    let count = 200;
     let mut r = rng(seed, 0);
-    let (mut by_term, mut by_cpc) = (0, 0);
+    let mut by_term = 0;
+    let mut by_cpc = 0;
     for _ in 0..count {
         let mut between = |low: f64, high: f64| low + (high - low) * uniform(&mut r);
         // Nearly in the middle: one of the lanes is as good as the other but for chance.

@@ -20,10 +20,13 @@ pub(super) struct LinearStep {
 
 pub(super) fn linearise(evaluator: &CpcEvaluator, set: &CandidateSet) -> Vec<LinearStep> {
     let gains = GainTable::new(set.dt());
-    let (mut moved, mut waited) = (0.0_f64, 0.0_f64);
+    let mut moved = 0.0_f64;
+    let mut waited = 0.0_f64;
     (0..set.steps())
         .map(|i| {
-            let (v, omega, dt) = (set.all_states().v[i], set.all_states().omega[i], set.dt());
+            let v = set.all_states().v[i];
+            let omega = set.all_states().omega[i];
+            let dt = set.dt();
             let (s, c) = sin_cos(set.all_states().heading[i] - 0.5 * omega * dt);
             let gain = lqr::tests::at(&gains, v);
             let k = Matrix2x3::new(gain.along, 0.0, 0.0, 0.0, gain.across, gain.heading)
@@ -58,7 +61,9 @@ fn kalman_gain(step: &LinearStep, predicted: &Matrix3<f64>) -> Matrix3<f64> {
 
 /// Eqs. 10, 11, 14 and 15 as they are printed.
 fn reference(steps: &[LinearStep], sigma_0: Matrix3<f64>) -> f64 {
-    let (mut sigma, mut lambda, mut zeta) = (sigma_0, Matrix3::zeros(), 0.0);
+    let mut sigma = sigma_0;
+    let mut lambda = Matrix3::zeros();
+    let mut zeta = 0.0;
     for step in steps {
         let predicted = step.a * sigma * step.a.transpose() + step.m;
         let seen = kalman_gain(step, &predicted) * step.c * predicted;
@@ -90,7 +95,8 @@ fn equals_the_equations_as_printed() {
 fn zeta_is_the_spread_of_simulated_closed_loops() {
     let map = map(Pose2::default(), corridor);
     let evaluator = evaluator(&map, LaserModel::default());
-    let (steps, runs) = (24, 40_000);
+    let steps = 24;
+    let runs = 40_000;
     // A slalom along the corridor, in view of its walls.
     let slalom = |n: usize| {
         drives(&[Pose2::new(4.0, 9.2, 0.5)], n, |_, k| Twist {
@@ -101,7 +107,8 @@ fn zeta_is_the_spread_of_simulated_closed_loops() {
     let scene = uncertain();
     let model = linearise(&evaluator, &slalom(steps));
     let root = |m: Matrix3<f64>| m.cholesky().unwrap().l();
-    let (root_0, seed) = (root(scene.belief.covariance), 11);
+    let root_0 = root(scene.belief.covariance);
+    let seed = 11;
     let mut r = rng(seed, 0);
     let mut draw = || Vector3::from_fn(|_, _| standard_normal(&mut r));
     let mut squares = vec![0.0; steps];
@@ -117,7 +124,8 @@ fn zeta_is_the_spread_of_simulated_closed_loops() {
         })
         .collect();
     for _ in 0..runs {
-        let (mut error, mut estimate) = (root_0 * draw(), Vector3::zeros());
+        let mut error = root_0 * draw();
+        let mut estimate = Vector3::zeros();
         for (k, (step, gain)) in model.iter().zip(&gains).enumerate() {
             let control = -(step.b * step.k * estimate);
             error = step.a * error + control + root(step.m) * draw();

@@ -17,7 +17,8 @@ pub(super) const DT: f64 = 0.3;
 pub(in crate::evaluation) fn map(origin: Pose2, solid: impl Fn(f64, f64) -> bool) -> StaticMap {
     let cells = (0..300 * 200)
         .map(|i| {
-            let (x, y) = (0.1 * f64::from(i % 300) + 0.05, 0.1 * f64::from(i / 300) + 0.05);
+            let x = 0.1 * f64::from(i % 300) + 0.05;
+            let y = 0.1 * f64::from(i / 300) + 0.05;
             if solid(x, y) { 100 } else { 0 }
         })
         .collect();

@@ -20,13 +20,15 @@ impl WallNormals {
     /// Fits lines to the surface: occupied cells that share a side with one that is not. A ray may also
     /// end on a cell that only touches such a one in a corner, so these get a normal too.
     pub(super) fn new(grid: &OccupancyGrid) -> Self {
-        let (width, height) = (grid.width(), grid.height());
+        let width = grid.width();
+        let height = grid.height();
         let solid = |column: i64, row: i64| {
             let inside = column >= 0 && row >= 0 && column < width as i64 && row < height as i64;
             inside && grid.cell(grid.index(column as usize, row as usize)) == Cell::Occupied
         };
         let covered = |i: usize, sides: &[(i64, i64)]| {
-            let (column, row) = ((i % width) as i64, (i / width) as i64);
+            let column = (i % width) as i64;
+            let row = (i / width) as i64;
             sides.iter().all(|(dx, dy)| solid(column + dx, row + dy))
         };
         let occupied = |i: usize| grid.cell(i) == Cell::Occupied;
@@ -50,17 +52,25 @@ impl WallNormals {
 /// Direction of least spread of the surface cells around cell `index`, weighted down towards the rim
 /// of the neighbourhood; zero if there is none.
 fn fit(surface: &[bool], width: usize, height: usize, index: usize) -> [f32; 2] {
-    let (column, row) = ((index % width) as i64, (index / width) as i64);
-    let (mut n, mut mx, mut my, mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let column = (index % width) as i64;
+    let row = (index / width) as i64;
+    let mut n = 0.0;
+    let mut mx = 0.0;
+    let mut my = 0.0;
+    let mut xx = 0.0;
+    let mut xy = 0.0;
+    let mut yy = 0.0;
     for dy in -RADIUS..=RADIUS {
         for dx in -RADIUS..=RADIUS {
-            let (c, r) = (column + dx, row + dy);
+            let c = column + dx;
+            let r = row + dy;
             let inside = c >= 0 && r >= 0 && c < width as i64 && r < height as i64;
             let share = 1.0 - (dx * dx + dy * dy) as f64 / ((RADIUS * RADIUS) as f64 + 1.0);
             if share <= 0.0 || !inside || !surface[r as usize * width + c as usize] {
                 continue;
             }
-            let (x, y) = (dx as f64, dy as f64);
+            let x = dx as f64;
+            let y = dy as f64;
             n += share;
             mx += share * x;
             my += share * y;
@@ -69,8 +79,11 @@ fn fit(surface: &[bool], width: usize, height: usize, index: usize) -> [f32; 2] 
             yy += share * y * y;
         }
     }
-    let (a, b, d) = (xx / n - (mx / n) * (mx / n), xy / n - mx * my / (n * n), yy / n - (my / n) * (my / n));
-    let (mean, half) = (0.5 * (a + d), 0.5 * (a - d));
+    let a = xx / n - (mx / n) * (mx / n);
+    let b = xy / n - mx * my / (n * n);
+    let d = yy / n - (my / n) * (my / n);
+    let mean = 0.5 * (a + d);
+    let half = 0.5 * (a - d);
     let root = (half * half + b * b).sqrt();
     if mean <= 0.0 || mean - root >= ISOTROPIC * (mean + root) {
         return [0.0; 2];

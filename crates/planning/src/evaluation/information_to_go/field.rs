@@ -101,9 +101,12 @@ impl InformationToGoField {
     /// Zero where no place is near from which the goal can be reached.
     pub fn at(&self, p: Point2, covariance: &Matrix3<f64>) -> f64 {
         let (column, row) = self.roadmap.between(&self.grid, p);
-        let (c, r) = (column.floor(), row.floor());
-        let (u, v) = (column - c, row - r);
-        let (mut sum, mut weights) = (0.0, 0.0);
+        let c = column.floor();
+        let r = row.floor();
+        let u = column - c;
+        let v = row - r;
+        let mut sum = 0.0;
+        let mut weights = 0.0;
         let variances =
             Variances { position: covariance[(0, 0)] + covariance[(1, 1)], heading: covariance[(2, 2)] };
         let mix = self.levels.around(variances);
@@ -127,7 +130,8 @@ impl InformationToGoField {
     }
 
     fn of_block(&self, column: f64, row: f64, mix: &Mix) -> Option<f64> {
-        let (columns, rows) = (self.roadmap.columns as f64, self.roadmap.rows as f64);
+        let columns = self.roadmap.columns as f64;
+        let rows = self.roadmap.rows as f64;
         if !(column >= 0.0 && row >= 0.0 && column < columns && row < rows) {
             return None;
         }

@@ -36,9 +36,11 @@ impl Roadmap {
         let cells = grid.cells().len() as f64;
         let least = SPACING / grid.resolution();
         let side = least.max((cells / MOST).sqrt()).ceil().max(1.0) as usize;
-        let (columns, rows) = (grid.width().div_ceil(side), grid.height().div_ceil(side));
+        let columns = grid.width().div_ceil(side);
+        let rows = grid.height().div_ceil(side);
         let place = |block: usize| {
-            let (column, row) = (block % columns * side, block / columns * side);
+            let column = block % columns * side;
+            let row = block / columns * side;
             let cells = (row..(row + side).min(grid.height()))
                 .flat_map(|r| (column..(column + side).min(grid.width())).map(move |c| (c, r)));
             let rooms = cells.filter_map(|(c, r)| {
@@ -91,15 +93,16 @@ impl Roadmap {
         for from in 0..self.len() {
             let Some(p) = self.places[from] else { continue };
             for (right, up) in AHEAD {
-                let (column, row) =
-                    ((from % self.columns) as isize + right, (from / self.columns) as isize + up);
+                let column = (from % self.columns) as isize + right;
+                let row = (from / self.columns) as isize + up;
                 if column < 0 || column >= self.columns as isize || row >= self.rows as isize {
                     continue;
                 }
                 let to = row as usize * self.columns + column as usize;
                 let Some(q) = self.places[to] else { continue };
                 if is_clear(map, p, q, 0.5 * radius) {
-                    let (metres, diagonal) = (p.distance(q) as f32, right != 0 && up != 0);
+                    let metres = p.distance(q) as f32;
+                    let diagonal = right != 0 && up != 0;
                     edges[from].push(Edge { to, metres, diagonal });
                     edges[to].push(Edge { to: from, metres, diagonal });
                 }

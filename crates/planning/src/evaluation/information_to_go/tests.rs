@@ -38,7 +38,8 @@ fn seen(map: &StaticMap) -> Arc<InformationField> {
 }
 
 fn field(map: &StaticMap, goal: Point2) -> InformationToGoField {
-    let (noise, params) = (OdometryNoise::default(), InformationToGoParams::default());
+    let noise = OdometryNoise::default();
+    let params = InformationToGoParams::default();
     InformationToGoField::new(map, &seen(map), (goal, 0.5, RADIUS), &noise, 0.1, &params)
 }
 
@@ -62,7 +63,8 @@ fn a_robot_that_knows_less_has_a_longer_way_and_one_without_a_landmark_near_the_
         assert!(costs.is_sorted(), "{p:?}: {costs:?}");
         assert!(costs[5] > costs[0] + 1.0, "{p:?}: {costs:?}");
     }
-    let (corner, middle) = (Point2::new(38.0, 28.0), Point2::new(20.0, 15.0));
+    let corner = Point2::new(38.0, 28.0);
+    let middle = Point2::new(20.0, 15.0);
     assert!(field.at(middle, &unsure()) > field.at(corner, &unsure()) + 1.0);
 }
 
@@ -76,11 +78,13 @@ fn an_uncertain_robot_is_drawn_to_the_nearer_of_rim_and_goal() {
     // From 12 m on, the rim is worth its detour; the laser sees it from 6 m.
     let gained = |p: Point2, by: f64| to_go(p) - to_go(Point2::new(p.x + by, p.y + 0.8 * by));
     for near in [Point2::new(18.0, 13.5), Point2::new(14.0, 10.5), Point2::new(10.5, 8.7)] {
-        let (away, toward) = (gained(near, -1.0), gained(near, 1.0));
+        let away = gained(near, -1.0);
+        let toward = gained(near, 1.0);
         assert!(away < 0.0 && toward > 0.5, "{near:?}: {away} {toward}");
     }
     for far in [Point2::new(6.5, 5.5), Point2::new(7.5, 6.3), Point2::new(8.5, 7.1)] {
-        let (away, toward) = (gained(far, -1.0), gained(far, 1.0));
+        let away = gained(far, -1.0);
+        let toward = gained(far, 1.0);
         assert!(away > 0.5 && toward < 0.0, "{far:?}: {away} {toward}");
     }
 }
@@ -91,7 +95,8 @@ fn a_robot_that_is_uncertain_of_its_heading_pays_for_it_in_the_void_but_not_wher
     let field = field(&map, Point2::new(20.0, 15.0));
     let more = |p: Point2| field.at(p, &known_to(0.05, 0.05)) - field.at(p, &known_to(0.05, 0.002));
     // The wall tells the heading, and with it what the heading's error has done to the position.
-    let (void, wall) = (Point2::new(15.0, 15.0), Point2::new(3.0, 15.0));
+    let void = Point2::new(15.0, 15.0);
+    let wall = Point2::new(3.0, 15.0);
     assert!(more(void) > 5.0 && more(wall) < 0.1, "{} and {} m", more(void), more(wall));
 }
 

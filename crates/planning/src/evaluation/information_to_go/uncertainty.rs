@@ -57,13 +57,15 @@ impl Levels {
     }
 
     pub(super) fn of(&self, state: usize) -> Variances {
-        let (position, heading) = (state / HEADING.len(), state % HEADING.len());
+        let position = state / HEADING.len();
+        let heading = state % HEADING.len();
         Variances { position: POSITION[position], heading: self.headings[heading] }
     }
 
     /// Beyond the last level, and for what is not a number, the nearest state.
     pub(super) fn around(&self, Variances { position, heading }: Variances) -> Mix {
-        let ((i, a), (j, b)) = (between(&POSITION, position), between(&self.headings, heading));
+        let (i, a) = between(&POSITION, position);
+        let (j, b) = between(&self.headings, heading);
         let at = |i: usize, j: usize| i.min(POSITION.len() - 1) * HEADING.len() + j.min(HEADING.len() - 1);
         [
             (at(i, j), ((1.0 - a) * (1.0 - b)) as f32),
@@ -80,7 +82,8 @@ impl Levels {
     /// scan tells the heading again, it also tells that part of the position.
     pub(super) fn after(&self, before: Variances, sight: Sight, metres: f64) -> Variances {
         let Variances { position, heading } = before;
-        let (known, per_metre) = (self.headings[0], self.noise.heading_per_metre);
+        let known = self.headings[0];
+        let per_metre = self.noise.heading_per_metre;
         let blind = if per_metre > 0.0 { ((heading - known) / per_metre).max(0.0) } else { 0.0 };
         let shared = (known * blind + 0.5 * per_metre * blind * blind).min((heading * position).sqrt());
         let drift = self.noise.position_per_metre * metres;
@@ -151,9 +154,11 @@ mod tests {
     fn a_blind_way_in_steps_ends_where_the_exact_one_does() {
         // From a known heading, a straight way of u metres: the position's variance grows by 2 p u, by the first heading's
         // h u^2, and by the heading's random walk q u^3 / 3.
-        let (levels, noise) = (levels(), OdometryNoise::default());
+        let levels = levels();
+        let noise = OdometryNoise::default();
         let start = Variances { position: 0.06, heading: levels.of(0).heading };
-        let (u, steps) = (6.0, 60);
+        let u = 6.0;
+        let steps = 60;
         let end = (0..steps).fold(start, |v, _| levels.after(v, Sight::Nothing, u / f64::from(steps)));
         let exact = start.position
             + 2.0 * noise.position_per_metre * u

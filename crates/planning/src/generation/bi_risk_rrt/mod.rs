@@ -68,7 +68,8 @@ impl Search<'_> {
         left: &mut usize,
         pace: &Pace<'_>,
     ) -> Option<usize> {
-        let (mut turn, mut stuck) = (0, 0);
+        let mut turn = 0;
+        let mut stuck = 0;
         while *left > 0 && stuck < 2 {
             if turn % 8 == 7 && pace.is_over(Pace::GROWTH) {
                 return None;

@@ -30,7 +30,8 @@ fn costs_of<S: Simd>(simd: S, growth: &Growth<'_>, nodes: &[Node], root_distance
 /// The least cost of a pose while braking from each of `nodes`, infinite if there is none; `None` if braking takes
 /// longer than the candidates do, or leads into a wall.
 pub(super) fn braking_costs(growth: &Growth<'_>, nodes: &[usize], root_distance: f64) -> Vec<Option<f64>> {
-    let (tree, input) = (&growth.tree, growth.ground.input);
+    let tree = &growth.tree;
+    let input = growth.ground.input;
     let steps_passed = ((input.scene.stamp - tree.stamp) / tree.dt + 1e-6).floor();
     let latest = steps_passed as u32 + input.params.steps as u32;
     let mut costs = Vec::with_capacity(nodes.len());
@@ -70,7 +71,8 @@ impl<'a, S: Simd> Braking<'a, S> {
     fn new(simd: S, growth: &'a Growth<'a>, nodes: &[usize]) -> Self {
         let at = |lane: usize| &growth.tree.nodes[nodes[lane.min(nodes.len() - 1)]];
         let [mut x, mut y, mut heading, mut cos, mut sin, mut v, mut omega, mut risk] = [[0.0; LANES]; 8];
-        let (mut depth, mut moves) = ([0; LANES], [false; LANES]);
+        let mut depth = [0; LANES];
+        let mut moves = [false; LANES];
         for lane in 0..LANES {
             let Node { pose, direction, twist, .. } = *at(lane);
             (x[lane], y[lane], heading[lane]) = (pose.x, pose.y, pose.heading);
@@ -100,7 +102,8 @@ impl<'a, S: Simd> Braking<'a, S> {
     #[inline(always)]
     fn drive(&mut self, root_distance: f64, latest: u32) {
         let simd = self.x.simd;
-        let (ground, weighing) = (self.growth.ground, self.growth.weighing());
+        let ground = self.growth.ground;
+        let weighing = self.growth.weighing();
         let mut free: [_; LANES] = std::array::from_fn(|lane| (self.pose(lane).position(), -1.0));
         while self.moves.contains(&true) {
             let from: [Pose2; LANES] = std::array::from_fn(|lane| self.pose(lane));
@@ -111,7 +114,8 @@ impl<'a, S: Simd> Braking<'a, S> {
                     continue;
                 }
                 self.depth[lane] += 1;
-                let (depth, next) = (self.depth[lane], self.pose(lane));
+                let depth = self.depth[lane];
+                let next = self.pose(lane);
                 if depth > latest || !ground.checker.continue_wall_clear(&mut free[lane], from[lane], next) {
                     (self.moves[lane], self.fails[lane]) = (false, true);
                     continue;
@@ -140,11 +144,13 @@ impl<'a, S: Simd> Braking<'a, S> {
     /// As [`super::control_lattice::ControlLattice::braked`].
     #[inline(always)]
     fn brake(&mut self) {
-        let (lattice, zero) = (&self.growth.ground.lattice, f64x8::splat(self.x.simd, 0.0));
+        let lattice = &self.growth.ground.lattice;
+        let zero = f64x8::splat(self.x.simd, 0.0);
         let v = greater(self.v - lattice.robot.a_max * lattice.dt, zero);
         let wanted = self.v.simd_gt(0.0).select(self.omega * v / self.v, zero);
         let change = lattice.robot.alpha_max * lattice.dt;
-        let (low, high) = (self.omega - change, self.omega + change);
+        let low = self.omega - change;
+        let high = self.omega + change;
         let least = wanted.simd_lt(low).select(low, wanted);
         (self.v, self.omega) = (v, least.simd_gt(high).select(high, least));
     }
@@ -156,7 +162,8 @@ impl<'a, S: Simd> Braking<'a, S> {
         let turn = self.omega * dt;
         let half = turn * 0.5;
         let (sinc, bend) = library::sinc_cos(half);
-        let (chord, sin) = (self.v * dt * sinc, half * sinc);
+        let chord = self.v * dt * sinc;
+        let sin = half * sinc;
         self.x += chord * (self.cos * bend - self.sin * sin);
         self.y += chord * (self.sin * bend + self.cos * sin);
         self.heading = library::wrap_angle(self.heading + turn);
@@ -200,12 +207,14 @@ mod tests {
 
     #[test]
     fn costs_are_those_of_one_node_after_the_other_bit_for_bit() {
-        let (map, goal) = (furnished(), Point2::new(14.0, 26.0));
+        let map = furnished();
+        let goal = Point2::new(14.0, 26.0);
         let geodesic = GeodesicField::new(&map, goal, 0.45);
         let mut params: GeneratorPart = Profile::default().generator_part();
         params.steps = 16;
         let quick = RobotModel { omega_max: 12.0, alpha_max: 30.0, ..RobotModel::default() };
-        let (mut stopped, mut failed) = (0, 0);
+        let mut stopped = 0;
+        let mut failed = 0;
         for (seed, robot) in [(1, RobotModel::default()), (2, quick), (3, RobotModel::default())] {
             let mut r = rng(seed, 0);
             let mut draw = |least: f64, most: f64| least + (most - least) * uniform(&mut r);
@@ -216,10 +225,12 @@ mod tests {
                 [&mut people.vx, &mut people.vy].into_iter().for_each(|of| of.push(draw(-0.7, 0.7)));
             }
             let covariance = nalgebra::Matrix3::identity() * 0.0025;
-            let (pose, twist) = (Pose2::new(12.0, 11.0, 1.2), Twist { v: 0.6, omega: 0.0 });
+            let pose = Pose2::new(12.0, 11.0, 1.2);
+            let twist = Twist { v: 0.6, omega: 0.0 };
             let belief = Belief { pose, covariance, twist };
             let scene = Scene::new(belief, people);
-            let (params, previous) = (&params, None);
+            let params = &params;
+            let previous = None;
             let input = GenerationInput {
                 params,
                 map: &map,
@@ -237,7 +248,8 @@ mod tests {
                 let target = Point2::new(draw(8.0, 16.0), draw(8.0, 16.0));
                 growth.extend(target).unwrap();
             }
-            let (nodes, latest) = ((0..700).collect::<Vec<_>>(), params.steps as u32);
+            let nodes = (0..700).collect::<Vec<_>>();
+            let latest = params.steps as u32;
             let expected: Vec<_> = nodes.iter().map(|&n| one_by_one(&growth, n, 15.0, latest)).collect();
             stopped += expected.iter().flatten().count();
             failed += expected.iter().filter(|cost| cost.is_none()).count();

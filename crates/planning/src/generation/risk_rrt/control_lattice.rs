@@ -93,7 +93,8 @@ impl<'a> ControlLattice<'a> {
     /// Control number `control` of a node that was reached with `current`: the turn rates of the least speed come
     /// first. At rest beyond the last.
     pub fn twist(&self, current: Twist, control: u32) -> Twist {
-        let (speed, rate) = (control as usize / self.rates.len(), control as usize % self.rates.len());
+        let speed = control as usize / self.rates.len();
+        let rate = control as usize % self.rates.len();
         Twist {
             v: self.speeds(current).nth(speed).unwrap_or_default(),
             omega: self.rates(current).nth(rate).unwrap_or_default(),

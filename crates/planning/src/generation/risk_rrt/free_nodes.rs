@@ -88,7 +88,8 @@ impl FreeNodes {
         root_distance: f64,
         is_open: bool,
     ) -> Option<Found> {
-        let (per_metre, per_radian) = (1.0 / unit(root_distance), 1.0 / weighing.rotation_weight);
+        let per_metre = 1.0 / unit(root_distance);
+        let per_radian = 1.0 / weighing.rotation_weight;
         let question = Question { weighing, target, root_distance, per_metre, per_radian, is_open };
         dispatch!(self.level, simd => self.best_with(simd, &question))
     }
@@ -118,10 +119,12 @@ impl FreeNodes {
 
     #[inline(always)]
     fn nearest_with<S: Simd>(&self, simd: S, p: Point2, reach: f64) -> Option<usize> {
-        let (mut least, mut nearest) = (reach * reach, None);
+        let mut least = reach * reach;
+        let mut nearest = None;
         for group in &self.groups {
             let [x, y] = [&group.x, &group.y].map(|of| f64x8::load_array_ref(simd, of));
-            let (dx, dy) = (p.x - x, p.y - y);
+            let dx = p.x - x;
+            let dy = p.y - y;
             let squared = dx * dx + dy * dy;
             if squared.simd_lt(least).any_true() {
                 for (lane, &squared) in squared.iter().enumerate() {
@@ -157,7 +160,8 @@ impl Group {
     fn may_cost_less<S: Simd>(&self, simd: S, question: &Question<'_>, least: f64) -> bool {
         let &Question { weighing, target, root_distance, per_metre, per_radian, .. } = question;
         let load = |of| f64x8::load_array_ref(simd, of);
-        let (dx, dy) = (target.x - load(&self.x), target.y - load(&self.y));
+        let dx = target.x - load(&self.x);
+        let dy = target.y - load(&self.y);
         let squared = dx * dx + dy * dy;
         // What is left for distance and turn; the slack is more than rounding may differ by.
         let left = least - load(self.risk(question)) * weighing.social_weight + SLACK * (1.0 + least);
@@ -165,7 +169,8 @@ impl Group {
         if squared.simd_gt(farthest * farthest).all_true() {
             return false;
         }
-        let (ahead, distance) = (load(&self.cos) * dx + load(&self.sin) * dy, squared.sqrt());
+        let ahead = load(&self.cos) * dx + load(&self.sin) * dy;
+        let distance = squared.sqrt();
         let turn = (left - distance * per_metre) * per_radian;
         let z = turn * turn;
         // Below the cosine everywhere.
@@ -204,7 +209,8 @@ mod tests {
                 ..RiskParams::default()
             };
             let mut free = levels().into_iter().map(FreeNodes::new).collect::<Vec<_>>();
-            let (mut nodes, mut open) = (Vec::<Node>::new(), Vec::<bool>::new());
+            let mut nodes = Vec::<Node>::new();
+            let mut open = Vec::<bool>::new();
             for k in 0..400 {
                 // Some are as another is, and costs fall on both sides of each bound.
                 let coarse = |number: f64| if k % 4 == 0 { number.round() } else { number };

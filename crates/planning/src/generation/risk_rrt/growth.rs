@@ -30,7 +30,8 @@ impl<'a> Ground<'a> {
     /// Of the cycle of `input`.
     pub fn new(input: &'a GenerationInput<'a>) -> Self {
         let tree = &input.params.generation.risk_rrt;
-        let (speeds, rates) = (tree.v_controls, tree.omega_controls);
+        let speeds = tree.v_controls;
+        let rates = tree.omega_controls;
         let lattice = ControlLattice::new(input.robot, input.params.dt, speeds, rates);
         let room = (input.params.steps as u32).saturating_sub(lattice.braking_steps());
         Self { lattice, checker: input.checker(), input, max_depth: tree.max_depth.min(room) }
@@ -38,7 +39,8 @@ impl<'a> Ground<'a> {
 
     /// The tree in time: last cycle's as far as it is still ahead, or a new one, its risks read anew.
     pub fn growth(&'a self, old: Option<TimeTree>) -> Growth<'a> {
-        let (scene, params) = (self.input.scene, self.input.params);
+        let scene = self.input.scene;
+        let params = self.input.params;
         let (pose, twist) = scene.belief.motion();
         let off_path = params.generation.risk_rrt.off_path;
         let tree = old
@@ -49,7 +51,8 @@ impl<'a> Ground<'a> {
 
     /// A tree in time that is gone on with, its risks read anew.
     pub(in crate::generation) fn growth_of(&self, tree: TimeTree) -> Growth<'_> {
-        let (scene, params) = (self.input.scene, self.input.params);
+        let scene = self.input.scene;
+        let params = self.input.params;
         // At every depth, and while braking after the deepest.
         let moments = (0..=params.steps + 1).map(|depth| tree.stamp + depth as f64 * tree.dt - scene.stamp);
         let radius = self.input.robot.radius();
@@ -136,7 +139,8 @@ impl<'a> Growth<'a> {
         }
         let best = self.best(target, true)?;
         let from = &self.tree.nodes[best.node];
-        let (lattice, weighing) = (&self.ground.lattice, self.weighing());
+        let lattice = &self.ground.lattice;
+        let weighing = self.weighing();
         let towards = (target, self.root_distance(target));
         let (control, pose) =
             dispatch!(self.level, simd => nearest_control(simd, lattice, weighing, from, towards))?;

@@ -16,9 +16,12 @@ use crate::states::States;
 /// term `risk` can know nothing else. The other paths are what is left if the first cannot be driven;
 /// the root's children take turns, so that not all of them begin alike.
 pub fn candidates(growth: &Growth<'_>) -> CandidateSet {
-    let (tree, input) = (&growth.tree, growth.ground.input);
-    let (steps, most) = (input.params.steps, input.params.generation.risk_rrt.max_candidates);
-    let (mut states, mut count) = (States::default(), 0);
+    let tree = &growth.tree;
+    let input = growth.ground.input;
+    let steps = input.params.steps;
+    let most = input.params.generation.risk_rrt.max_candidates;
+    let mut states = States::default();
+    let mut count = 0;
     let mut covered = vec![false; tree.nodes.len()];
     for node in in_turns(growth, ranked(growth)) {
         if count >= most {
@@ -79,7 +82,8 @@ fn in_turns(growth: &Growth<'_>, ranked: Vec<usize>) -> Vec<usize> {
 /// Drives from the root along `branch` to `node`, brakes, and adds to `states` where the robot is one step, two steps,
 /// ... after now.
 fn append(states: &mut States, growth: &Growth<'_>, branch: &[usize], node: usize) {
-    let (tree, input) = (&growth.tree, growth.ground.input);
+    let tree = &growth.tree;
+    let input = growth.ground.input;
     let last = &tree.nodes[node];
     // Where each step begins, and how it is driven.
     let mut way: Vec<(Facing, Twist)> = Vec::with_capacity(branch.len() + 8);

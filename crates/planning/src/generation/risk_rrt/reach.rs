@@ -56,13 +56,14 @@ mod tests {
     fn the_control_is_the_one_that_trying_each_finds_bit_for_bit() {
         let quick = RobotModel { omega_max: 12.0, alpha_max: 30.0, ..RobotModel::default() };
         for (seed, robot) in [(1, RobotModel::default()), (2, quick)] {
-            let (weighing, mut r) = (RiskParams::default(), rng(seed, 0));
+            let weighing = RiskParams::default();
+            let mut r = rng(seed, 0);
             let lattices = [(5, 9), (1, 1), (3, 5), (8, 16)];
             for (k, (speeds, rates)) in lattices.into_iter().cycle().take(800).enumerate() {
                 let lattice = ControlLattice::new(&robot, 0.3, speeds, rates);
                 let mut draw = |most: f64| most * (2.0 * uniform(&mut r) - 1.0);
-                let (pose, target) =
-                    (Pose2::new(draw(3.0), draw(3.0), draw(3.1)), Point2::new(draw(3.0), draw(3.0)));
+                let pose = Pose2::new(draw(3.0), draw(3.0), draw(3.1));
+                let target = Point2::new(draw(3.0), draw(3.0));
                 let twist = Twist { v: draw(1.0).abs(), omega: draw(robot.omega_max) };
                 let mut from = TimeTree::rooted(0.0, 0.3, pose, twist).nodes[0];
                 from.closed = (draw(1e9).abs() as u128) << (k % 3 * 40) & ((1 << (lattice.count() - 1)) - 1);

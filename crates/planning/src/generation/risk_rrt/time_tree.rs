@@ -68,7 +68,9 @@ impl TimeTree {
     pub fn push(&mut self, parent: usize, control: u32, twist: Twist, pose: Pose2, risk: f64) -> usize {
         let above = &mut self.nodes[parent];
         above.closed |= 1 << control;
-        let (parent, depth, direction) = (parent as u32, above.depth + 1, Direction::of(pose.heading));
+        let parent = parent as u32;
+        let depth = above.depth + 1;
+        let direction = Direction::of(pose.heading);
         self.nodes.push(Node { pose, direction, twist, parent, depth, risk, closed: 0 });
         self.nodes.len() - 1
     }
@@ -163,7 +165,8 @@ impl TimeNodes<'_> {
         tree.nodes.reserve(count);
         for node in 1..count {
             let parent = (self.parent[node] as usize).checked_sub(self.first)?;
-            let (above, twist) = (tree.nodes.get(parent)?, twist(node));
+            let above = tree.nodes.get(parent)?;
+            let twist = twist(node);
             let control = lattice.control(above.twist, twist)?;
             let pose = step_facing(above.facing(), twist, lattice.dt).pose;
             tree.push(parent, control, twist, pose, 0.0);

@@ -129,8 +129,10 @@ impl<'a, S: Simd> Robots<'a, S> {
         }
         let [dx, dy, remaining_lanes] =
             [target_x, target_y, remaining].map(|lanes| f64x8::load_array_ref(self.simd, &lanes));
-        let (dx, dy) = (dx - self.x, dy - self.y);
-        let (ahead, left) = (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx);
+        let dx = dx - self.x;
+        let dy = dy - self.y;
+        let ahead = self.cos * dx + self.sin * dy;
+        let left = self.cos * dy - self.sin * dx;
         let squared = ahead * ahead + left * left;
         let distance = squared.sqrt();
         // A bearing is greater than an angle where its cosine, ahead / distance, is less than the angle's.
@@ -158,7 +160,8 @@ impl<'a, S: Simd> Robots<'a, S> {
     fn limit(&mut self, law: &Law<'_>, left: f64, v: f64x8<S>, omega: f64x8<S>) {
         let RobotModel { a_max, omega_max, alpha_max, .. } = *law.robot;
         let all = |x: f64| f64x8::splat(self.simd, x);
-        let (v_cap, omega_cap) = (all(a_max * left), all(alpha_max * left));
+        let v_cap = all(a_max * left);
+        let omega_cap = all(alpha_max * left);
         let is_fast = v.simd_gt(v_cap);
         // Slower on the same curve.
         let wanted = is_fast.select(omega * (v_cap / v), omega);
@@ -174,7 +177,8 @@ impl<'a, S: Simd> Robots<'a, S> {
     fn step(&mut self, h: f64) {
         let half = self.omega * (0.5 * h);
         let (sinc, cos) = library::sinc_cos(half);
-        let (sin, chord) = (half * sinc, self.v * h * sinc);
+        let sin = half * sinc;
+        let chord = self.v * h * sinc;
         let middle = (self.cos * cos - self.sin * sin, self.sin * cos + self.cos * sin);
         self.x += chord * middle.0;
         self.y += chord * middle.1;

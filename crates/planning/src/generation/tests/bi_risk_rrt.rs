@@ -49,7 +49,8 @@ fn behind_a_wall_the_tree_in_time_meets_the_other_sooner_than_it_would_reach_the
     let (world, scene) = walled();
     let input = world.input(&scene, None);
     let budgets = [1000, 1400, 2000, 2800, 4000, 5600, 7900];
-    let (mut together, mut alone) = (0, 0);
+    let mut together = 0;
+    let mut alone = 0;
     for seed in 1..=4 {
         let of = |name, nodes| Generator::new(name, deep(nodes)).generate(&input, None, seed, &|| 0.0).tree;
         let of_bi = |nodes| both(&of("bi-risk-rrt", nodes), &world, &deep(nodes));

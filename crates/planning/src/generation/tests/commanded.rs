@@ -188,7 +188,9 @@ fn a_robot_that_has_to_turn_about_first_turns_to_one_side_until_it_leaves() {
     (params.generation.recovery.patience, params.generation.recovery.insist) = (3.0, true);
     let insisting = Generator::new("rrt-star", params);
     for heading in [1.4, 1.7] {
-        let (mut pose, mut twist, mut turned) = (Pose2::new(15.0, 12.0, heading), Twist::default(), 0.0);
+        let mut pose = Pose2::new(15.0, 12.0, heading);
+        let mut twist = Twist::default();
+        let mut turned = 0.0;
         let mut previous: Option<Vec<Pose2>> = None;
         let cycles = (0..40).take_while(|cycle| {
             let in_place = 4.0 + 0.3 * f64::from(*cycle);

@@ -25,7 +25,8 @@ impl Walkers {
         };
         while (w.ends.len() as u32) < count {
             let mut draw = || Point2::new(1.0 + 28.0 * uniform(&mut r), 1.0 + 28.0 * uniform(&mut r));
-            let (a, b) = (draw(), draw());
+            let a = draw();
+            let b = draw();
             let speed = 0.3 + 0.7 * uniform(&mut r);
             let length = a.distance(b);
             let clear = (0..=100).all(|k| {
@@ -96,7 +97,9 @@ fn drive(
 ) -> Drive {
     let robot = &world.robot;
     let contact = robot.radius() + walkers.people.radius;
-    let (mut pose, mut twist, mut tree) = (start, Twist::default(), None);
+    let mut pose = start;
+    let mut twist = Twist::default();
+    let mut tree = None;
     let mut chosen: Option<(Trajectory, u64)> = None;
     let mut d = Drive {
         reached: false,
@@ -176,7 +179,8 @@ fn drive(
 
 #[test]
 fn the_goal_is_reached_without_contact_alone_and_among_twenty_walkers() {
-    let (start, goal) = (Pose2::new(3.0, 3.0, -2.0), Point2::new(26.0, 27.0));
+    let start = Pose2::new(3.0, 3.0, -2.0);
+    let goal = Point2::new(26.0, 27.0);
     let world = World::new(furnished(), goal);
     for count in [0, 20] {
         for seed in 0..5 {

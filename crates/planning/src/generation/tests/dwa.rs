@@ -21,12 +21,14 @@ fn each_arc_is_one_command_that_can_be_reached_within_a_step() {
     let (world, scene) = northwards(&[[16.2, 14.0]]);
     let generator = dwa(|_| {});
     let set = generator.generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
-    let (states, dt) = (set.all_states(), set.dt());
+    let states = set.all_states();
+    let dt = set.dt();
     let [faster, turning] = [world.robot.a_max * dt, world.robot.alpha_max * dt];
     let mut speeds = BTreeSet::new();
     for i in 0..set.len() {
         let first = set.range(i).start;
-        let (v, omega) = (states.v[first], states.omega[first]);
+        let v = states.v[first];
+        let omega = states.omega[first];
         assert!((v - 0.5).abs() < faster + 1e-9 && omega.abs() < turning + 1e-9, "{v} m/s, {omega} rad/s");
         // An arc of 1.7 s is five states long; one that is driven for a step alone brakes after it.
         if states.v[first + 1] > v - 1e-9 {
@@ -43,7 +45,8 @@ fn each_arc_is_one_command_that_can_be_reached_within_a_step() {
 fn alone_the_fastest_and_straightest_arc_of_the_window_comes_first() {
     let (world, scene) = northwards(&[]);
     let set = dwa(|_| {}).generate(&world.input(&scene, None), None, 1, &|| 0.0).candidates;
-    let (first, states) = (set.range(0).start, set.all_states());
+    let first = set.range(0).start;
+    let states = set.all_states();
     assert!((states.v[first] - 0.5 - world.robot.a_max * set.dt()).abs() < 1e-9, "{} m/s", states.v[first]);
     // Twenty turn rates from -0.3 to 0.3 rad/s: the least are 0.3 / 19 to either side.
     assert!(

@@ -40,7 +40,8 @@ pub(super) fn hall(boxes: &[(f64, f64, f64, f64)]) -> StaticMap {
     };
     let cells = (0..90_000)
         .map(|i| {
-            let (x, y) = (0.1 * f64::from(i % 300) + 0.05, 0.1 * f64::from(i / 300) + 0.05);
+            let x = 0.1 * f64::from(i % 300) + 0.05;
+            let y = 0.1 * f64::from(i / 300) + 0.05;
             if inside(x, y) { 100 } else { 0 }
         })
         .collect();
@@ -147,7 +148,8 @@ fn differing(set: &CandidateSet) -> usize {
         let gap = |j: usize| {
             (0..states)
                 .map(|k| {
-                    let (a, b) = (set.range(i).start + k, set.range(j).start + k);
+                    let a = set.range(i).start + k;
+                    let b = set.range(j).start + k;
                     let turned = wrap_angle(set.all_states().heading[a] - set.all_states().heading[b]).abs();
                     set.all_states().position(a).distance(set.all_states().position(b)).max(turned / 1.5)
                 })
@@ -164,7 +166,8 @@ fn crowd(seed: u64) -> People {
     let mut r = rng(seed, 5);
     let mut people = People { radius: 0.3, ..People::default() };
     for id in 0..10 {
-        let (distance, angle) = (3.0 + 6.0 * uniform(&mut r), std::f64::consts::TAU * uniform(&mut r));
+        let distance = 3.0 + 6.0 * uniform(&mut r);
+        let angle = std::f64::consts::TAU * uniform(&mut r);
         let (s, c) = crate::numerics::sin_cos(angle);
         people.id.push(id);
         people.x.push(12.0 + distance * c);
@@ -198,9 +201,11 @@ fn drivable_and_free(world: &World, scene: &Scene, set: &CandidateSet) {
     assert!(set.len() <= 100);
     for i in 0..set.len() {
         assert_eq!(set.id()[i], i as u32);
-        let (mut pose, mut twist) = (scene.belief.pose, scene.belief.twist);
+        let mut pose = scene.belief.pose;
+        let mut twist = scene.belief.twist;
         for k in set.range(i) {
-            let (v, omega) = (set.all_states().v[k], set.all_states().omega[k]);
+            let v = set.all_states().v[k];
+            let omega = set.all_states().omega[k];
             assert!((0.0..=1.0).contains(&v) && omega.abs() <= 1.0);
             assert!((v - twist.v).abs() <= 0.5 * 0.3 + 1e-9);
             assert!((omega - twist.omega).abs() <= 1.0 * 0.3 + 1e-9);

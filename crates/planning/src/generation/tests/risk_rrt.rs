@@ -118,7 +118,8 @@ fn following_the_path_keeps_what_is_ahead_and_nothing_else() {
     let mut before: Option<TimeTree> = None;
     let mut followed = 0;
     // No growth but in the first cycle, so that what is left can be compared.
-    let (grows, stays) = (generator(400), generator(0));
+    let grows = generator(400);
+    let stays = generator(0);
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
     walk_in(
         &world,
@@ -166,7 +167,8 @@ fn the_path_that_the_term_prefers_comes_first_and_no_node_is_better() {
         |world, scene, answer| {
             let tree = with_risks(&answer.tree, world, scene);
             let weighing = crate::collision_risk::RiskParams::default();
-            let (radius, forecast) = (world.robot.radius(), ForecastParams::default());
+            let radius = world.robot.radius();
+            let forecast = ForecastParams::default();
             let map = std::sync::Arc::new(world.map.clone());
             let goal = world.goal;
             let term =
@@ -187,7 +189,8 @@ fn the_path_that_the_term_prefers_comes_first_and_no_node_is_better() {
 fn can_be_driven(generator: &Generator, ticks: u64) {
     let mut offered = 0;
     walk(generator, 8, ticks, |world, scene, answer| {
-        let (set, robot) = (&answer.candidates, &world.robot);
+        let set = &answer.candidates;
+        let robot = &world.robot;
         assert_eq!((set.steps(), set.dt()), (57, 0.3));
         for i in 0..set.len() {
             let mut position = scene.belief.pose.position();
@@ -237,7 +240,8 @@ fn same_seed_same_tree() {
 #[test]
 fn a_value_becomes_the_same_tree_again_and_a_foreign_one_is_not_gone_on_with() {
     let world = World::new(furnished(), Point2::new(14.0, 26.0));
-    let (pose, twist) = (Pose2::new(12.0, 8.0, 1.2), Twist { v: 0.3, omega: 0.1 });
+    let pose = Pose2::new(12.0, 8.0, 1.2);
+    let twist = Twist { v: 0.3, omega: 0.1 };
     let scene = scene(0, pose, twist, &crowd(1));
     let input = world.input(&scene, None);
     let fresh = generator(200).generate(&input, None, 1, &|| 0.0);
@@ -294,7 +298,8 @@ fn off_its_path_the_robot_starts_a_new_tree() {
     let start = Pose2::new(12.0, 8.0, 1.2);
     let first = scene(0, start, Twist { v: 0.6, omega: 0.0 }, &crowd(1));
     let answer = generator(200).generate(&world.input(&first, None), None, 1, &|| 0.0);
-    let (driven, on_path) = (poses(&answer.candidates, 0, 1), poses(&answer.candidates, 0, 0)[0]);
+    let driven = poses(&answer.candidates, 0, 1);
+    let on_path = poses(&answer.candidates, 0, 0)[0];
     let tree_at = |aside: f64| {
         let pose = Pose2::new(on_path.x + aside, on_path.y, on_path.heading);
         let second = scene(3, pose, Twist { v: 0.6, omega: 0.0 }, &crowd(1));

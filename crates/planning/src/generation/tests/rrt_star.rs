@@ -12,7 +12,8 @@ fn alone(pose: Pose2) -> Scene {
 }
 
 fn checker<'a>(map: &'a StaticMap, scene: &'a Scene) -> CollisionChecker<'a> {
-    let (robot, forecast) = (RobotModel::default(), ForecastParams::default());
+    let robot = RobotModel::default();
+    let forecast = ForecastParams::default();
     CollisionChecker::new(map, &robot, scene, forecast, &CollisionParams::default())
 }
 
@@ -35,7 +36,8 @@ fn grown(
 
 #[test]
 fn edges_are_clear_and_costs_are_their_lengths() {
-    let (map, params) = (furnished(), RrtStarParams::default());
+    let map = furnished();
+    let params = RrtStarParams::default();
     let scene = alone(Pose2::new(12.0, 12.0, 1.2));
     let tree = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 600, 3);
     assert!(tree.clone().into_value().is_sound());
@@ -52,14 +54,16 @@ fn edges_are_clear_and_costs_are_their_lengths() {
 
 #[test]
 fn more_samples_only_shorten_the_ways_there_are() {
-    let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
+    let map = furnished();
+    let scene = alone(Pose2::new(12.0, 9.0, 1.2));
     let params = RrtStarParams { max_nodes: 3000, ..RrtStarParams::default() };
     for seed in 0..5 {
         let early = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 300, seed);
         let late = grown(&map, &scene, early.clone(), &params, 2000, seed + 100);
         // poses never move, so each early node is found again among the late ones
         let cost = |pose: Pose2| (0..late.len()).find(|&n| late.pose(n) == pose).map(|n| late.cost[n]);
-        let (mut before, mut after) = (0.0, 0.0);
+        let mut before = 0.0;
+        let mut after = 0.0;
         for n in 0..early.len() {
             let now = cost(early.pose(n)).unwrap();
             assert!(now <= early.cost[n] + 1e-6);
@@ -71,7 +75,8 @@ fn more_samples_only_shorten_the_ways_there_are() {
 
 #[test]
 fn a_full_tree_stays_within_its_bound() {
-    let (map, scene) = (furnished(), alone(Pose2::new(12.0, 9.0, 1.2)));
+    let map = furnished();
+    let scene = alone(Pose2::new(12.0, 9.0, 1.2));
     let params = RrtStarParams { max_nodes: 100, ..RrtStarParams::default() };
     let tree = grown(&map, &scene, PoseTree::rooted(scene.belief.pose), &params, 1000, 1);
     assert_eq!(tree.len(), 100);

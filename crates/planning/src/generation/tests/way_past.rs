@@ -76,7 +76,8 @@ fn a_robot_between_a_shelf_and_two_who_wait_for_it_gets_out() {
     let two = People::walking(0.25, &[[19.58, 14.11, 0.0, 0.0], [18.58, 14.26, 0.0, 0.0]]);
     let out_after = |params: &GeneratorPart| {
         let generator = Generator::new("rrt-star", params.clone());
-        let (mut pose, mut twist) = (Pose2::new(19.05, 13.82, 0.5), Twist::default());
+        let mut pose = Pose2::new(19.05, 13.82, 0.5);
+        let mut twist = Twist::default();
         let mut previous: Option<Vec<Pose2>> = None;
         let start = pose.position();
         (0..60).find(|&cycle| {

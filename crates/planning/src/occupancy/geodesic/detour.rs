@@ -37,10 +37,9 @@ impl<'a> Detour<'a> {
         here: Point2,
         bodies: impl Iterator<Item = (Point2, f64)>,
     ) -> Self {
-        let felt = |radius: f64| radius + walls.radius + GeodesicField::COMFORT;
         let near: Vec<(Point2, f64)> = bodies
             .filter(|(body, radius)| {
-                let reach = REACH + felt(*radius);
+                let reach = REACH + (radius + walls.radius + GeodesicField::COMFORT);
                 (body.x - here.x).abs() < reach && (body.y - here.y).abs() < reach
             })
             .collect();
@@ -69,63 +68,104 @@ impl Square {
         let grid = &walls.grid;
         let (column, row) = grid.locate(here)?;
         let half = (REACH / grid.resolution()).ceil() as usize;
-        let around = |at: usize, size: usize| at.saturating_sub(half)..(at + half + 1).min(size);
-        let (columns, rows) = (around(column, grid.width()), around(row, grid.height()));
-        let mut march = March::new(columns.len(), slowness(map, walls.radius, columns.clone(), rows.clone()));
+        let columns = column.saturating_sub(half)..(column + half + 1).min(grid.width());
+        let rows = row.saturating_sub(half)..(row + half + 1).min(grid.height());
+        let slowness = slowness(map, walls.radius, columns.clone(), rows.clone());
+        let march = March::new(columns.len(), slowness);
+        let mut marching = Marching { walls, columns, rows, march };
         for &(body, radius) in bodies {
-            let felt = radius + walls.radius + GeodesicField::COMFORT;
-            let (c, r) = grid.grid_from_map(body);
-            let cells = felt / grid.resolution();
-            let span = |at: f64, all: &Range<usize>| {
-                let first = (at - cells).floor().max(all.start as f64) as usize;
-                let end = (at + cells).ceil().max(0.0) as usize;
-                first..end.clamp(first, all.end.max(first))
-            };
-            for row in span(r, &rows) {
-                for column in span(c, &columns) {
-                    let room = grid.centre(column, row).distance(body) - radius - walls.radius;
-                    let with = if room < -GeodesicField::PLANNING_MARGIN {
-                        f32::INFINITY
-                    } else {
-                        (factor(room) * grid.resolution()) as f32
-                    };
-                    let cell = march.bordered(column - columns.start, row - rows.start);
-                    march.slowness[cell] = march.slowness[cell].max(with);
-                }
-            }
+            marching.put_in(body, radius);
         }
-        let of = |column: usize, row: usize| walls.metres[row * grid.width() + column];
-        // A way leads out where the cell beyond is nearer to the goal.
-        let mut leave = |(column, row): (usize, usize), (c, r): (Option<usize>, Option<usize>)| {
-            let beyond = c.filter(|c| *c < grid.width()).zip(r.filter(|r| *r < grid.height()));
-            if beyond.is_some_and(|(c, r)| of(c, r) < of(column, row)) {
-                march.start(column - columns.start, row - rows.start, of(column, row));
-            }
-        };
-        for column in columns.clone() {
-            leave((column, rows.start), (Some(column), rows.start.checked_sub(1)));
-            leave((column, rows.end - 1), (Some(column), Some(rows.end)));
-        }
-        for row in rows.clone() {
-            leave((columns.start, row), (columns.start.checked_sub(1), Some(row)));
-            leave((columns.end - 1, row), (Some(columns.end), Some(row)));
-        }
+        marching.lead_out();
         for ((column, row), metres) in beside(grid, walls.goal) {
-            if columns.contains(&column) && rows.contains(&row) {
-                march.start(column - columns.start, row - rows.start, metres);
+            if marching.columns.contains(&column) && marching.rows.contains(&row) {
+                marching.start(column, row, metres);
             }
         }
+        let Marching { columns, rows, march, .. } = marching;
         Some(Self { columns, rows, metres: march.run() })
     }
 
     /// Distance to go from a point of the square; `None` outside.
     fn at(&self, walls: &GeodesicField, p: Point2) -> Option<f64> {
         let (c, r) = walls.grid.grid_from_map(p);
-        let (c, r) = (c - 0.5 - self.columns.start as f64, r - 0.5 - self.rows.start as f64);
-        let (width, height) = (self.columns.len(), self.rows.len());
+        let c = c - 0.5 - self.columns.start as f64;
+        let r = r - 0.5 - self.rows.start as f64;
+        let width = self.columns.len();
+        let height = self.rows.len();
         let is_inside = c >= 0.0 && r >= 0.0 && c <= (width - 1) as f64 && r <= (height - 1) as f64;
         is_inside.then(|| between(&self.metres, (width, height), (c, r)))
     }
+}
+
+/// The march over a [`Square`], before it begins. Columns and rows are those of the grid.
+struct Marching<'a> {
+    walls: &'a GeodesicField,
+    columns: Range<usize>,
+    rows: Range<usize>,
+    march: March,
+}
+
+impl Marching<'_> {
+    /// Makes the cells around a body as slow as those along walls, and those that it fills impassable.
+    fn put_in(&mut self, body: Point2, radius: f64) {
+        let grid = &self.walls.grid;
+        let cells = (radius + self.walls.radius + GeodesicField::COMFORT) / grid.resolution();
+        let (column, row) = grid.grid_from_map(body);
+        for r in within(row, cells, &self.rows) {
+            for c in within(column, cells, &self.columns) {
+                let room = grid.centre(c, r).distance(body) - radius - self.walls.radius;
+                let slowness = if room < -GeodesicField::PLANNING_MARGIN {
+                    f32::INFINITY
+                } else {
+                    (factor(room) * grid.resolution()) as f32
+                };
+                let cell = self.march.bordered(c - self.columns.start, r - self.rows.start);
+                self.march.slowness[cell] = self.march.slowness[cell].max(slowness);
+            }
+        }
+    }
+
+    /// Starts from the cells of the rim that have a neighbour outside which is nearer to the goal.
+    fn lead_out(&mut self) {
+        for column in self.columns.clone() {
+            self.leave((column, self.rows.start), (Some(column), self.rows.start.checked_sub(1)));
+            self.leave((column, self.rows.end - 1), (Some(column), Some(self.rows.end)));
+        }
+        for row in self.rows.clone() {
+            self.leave((self.columns.start, row), (self.columns.start.checked_sub(1), Some(row)));
+            self.leave((self.columns.end - 1, row), (Some(self.columns.end), Some(row)));
+        }
+    }
+
+    /// Starts from a cell of the rim if the cell `beyond` it, which may not exist, is nearer to the goal.
+    fn leave(&mut self, (column, row): (usize, usize), beyond: (Option<usize>, Option<usize>)) {
+        let grid = &self.walls.grid;
+        let (Some(c), Some(r)) = beyond else { return };
+        if c >= grid.width() || r >= grid.height() {
+            return;
+        }
+        let metres = self.to_go(column, row);
+        if self.to_go(c, r) < metres {
+            self.start(column, row, metres);
+        }
+    }
+
+    fn start(&mut self, column: usize, row: usize, metres: f32) {
+        self.march.start(column - self.columns.start, row - self.rows.start, metres);
+    }
+
+    /// What the walls' field says of a cell, metres.
+    fn to_go(&self, column: usize, row: usize) -> f32 {
+        self.walls.metres[row * self.walls.grid.width() + column]
+    }
+}
+
+/// Those of `all` cells that begin less than `cells` from `at`.
+fn within(at: f64, cells: f64, all: &Range<usize>) -> Range<usize> {
+    let first = (at - cells).floor().max(all.start as f64) as usize;
+    let end = (at + cells).ceil().max(0.0) as usize;
+    first..end.clamp(first, all.end.max(first))
 }
 
 #[cfg(test)]

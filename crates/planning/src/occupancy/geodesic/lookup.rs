@@ -8,26 +8,35 @@ impl GeodesicField {
     #[inline(always)]
     pub(crate) fn at_each<S: Simd>(&self, x: f64x8<S>, y: f64x8<S>) -> f64x8<S> {
         let grid = &self.grid;
-        let (origin, (s, c)) = (grid.origin(), grid.turn());
-        let (dx, dy) = (x - origin.x, y - origin.y);
+        let origin = grid.origin();
+        let (s, c) = grid.turn();
+        let dx = x - origin.x;
+        let dy = y - origin.y;
         let column = (c * dx + s * dy) / grid.resolution() - 0.5;
         let row = (-s * dx + c * dy) / grid.resolution() - 0.5;
 
-        let (width, height) = (grid.width() as f64, grid.height() as f64);
+        let width = grid.width() as f64;
+        let height = grid.height() as f64;
         let outside = column.simd_lt(-0.5)
             | row.simd_lt(-0.5)
             | column.simd_gt(width - 0.5)
             | row.simd_gt(height - 0.5);
-        let (column, row) = (within(column, width - 1.0), within(row, height - 1.0));
-        let (column_0, row_0) = (floor(column), floor(row));
-        let (u, v) = (column - column_0, row - row_0);
+        let column = within(column, width - 1.0);
+        let row = within(row, height - 1.0);
+        let column_0 = floor(column);
+        let row_0 = floor(row);
+        let u = column - column_0;
+        let v = row - row_0;
 
         // The next cell, or the same one at the rim.
-        let (cell, zero) = (row_0 * width + column_0, f64x8::splat(x.simd, 0.0));
+        let cell = row_0 * width + column_0;
+        let zero = f64x8::splat(x.simd, 0.0);
         let right = column_0.simd_lt(width - 1.0).select(f64x8::splat(x.simd, 1.0), zero);
         let up = row_0.simd_lt(height - 1.0).select(f64x8::splat(x.simd, width), zero);
-        let (a, b) = (self.of_cells(cell), self.of_cells(cell + right));
-        let (d, e) = (self.of_cells(cell + up), self.of_cells(cell + right + up));
+        let a = self.of_cells(cell);
+        let b = self.of_cells(cell + right);
+        let d = self.of_cells(cell + up);
+        let e = self.of_cells(cell + right + up);
         let between = (a * (1.0 - u) + b * u) * (1.0 - v) + (d * (1.0 - u) + e * u) * v;
         // Beside cells without a way there is nothing between: the least of the four counts.
         let no_way = (a + b + d + e).simd_ge(f64::INFINITY);

@@ -38,16 +38,19 @@ impl InformationField {
         y: f64x8<S>,
         heading: f64x8<S>,
     ) -> LaserAt<S> {
-        let (dx, dy) = (x - self.origin.x, y - self.origin.y);
+        let dx = x - self.origin.x;
+        let dy = y - self.origin.y;
         let (s, c) = self.sin_cos;
-        let (x, y) = (c * dx + s * dy, c * dy - s * dx);
+        let x = c * dx + s * dy;
+        let y = c * dy - s * dx;
         let heading = heading - self.origin.heading;
         let lever = self.robot_from_laser;
         if lever.x == 0.0 && lever.y == 0.0 {
             return LaserAt { x, y, heading: heading + lever.heading, arm: None };
         }
         let (s, c) = sin_cos(heading);
-        let (ax, ay) = (c * lever.x - s * lever.y, s * lever.x + c * lever.y);
+        let ax = c * lever.x - s * lever.y;
+        let ay = s * lever.x + c * lever.y;
         LaserAt { x: x + ax, y: y + ay, heading: heading + lever.heading, arm: Some((ax, ay)) }
     }
 
@@ -69,7 +72,8 @@ impl InformationField {
     /// Places of the factors for eight lasers; below `headings` where nothing is seen.
     #[inline(always)]
     pub(in crate::evaluation::cpc) fn places<S: Simd>(&self, laser: &LaserAt<S>) -> [usize; LANES] {
-        let (column, row) = (laser.x * self.blocks_per_metre, laser.y * self.blocks_per_metre);
+        let column = laser.x * self.blocks_per_metre;
+        let row = laser.y * self.blocks_per_metre;
         let inside = column.simd_ge(0.0)
             & row.simd_ge(0.0)
             & column.simd_lt(self.columns as f64)
@@ -135,7 +139,8 @@ mod tests {
     /// One pose at a time and branch by branch.
     fn plain(field: &InformationField, x: f64, y: f64, heading: f64) -> Factor {
         let p = field.origin.inverse_transform(crate::geometry::Point2::new(x, y));
-        let (column, row) = (p.x * field.blocks_per_metre, p.y * field.blocks_per_metre);
+        let column = p.x * field.blocks_per_metre;
+        let row = p.y * field.blocks_per_metre;
         if column < 0.0 || row < 0.0 || column >= field.columns as f64 || row >= field.rows as f64 {
             return [0.0; 6];
         }
@@ -147,7 +152,8 @@ mod tests {
 
     #[test]
     fn eight_poses_at_a_time_are_looked_up_as_one_by_one() {
-        let (seed, mut seen) = (3, 0);
+        let seed = 3;
+        let mut seen = 0;
         let mut r = rng(seed, 0);
         for (fov, origin) in [(std::f64::consts::PI, Pose2::default()), (7.0, Pose2::new(-3.0, 1.0, 0.4))] {
             let laser = LaserModel { fov, ..LaserModel::default() };

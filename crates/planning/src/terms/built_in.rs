@@ -1,0 +1,316 @@
+//! The built-in terms, one after the other: parameters, name, and how the evaluator is made.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Built, BuiltIn, DerivedFields, Task};
+use crate::collision_risk::RiskParams;
+use crate::evaluation::collision_risk::CollisionRiskEvaluator;
+use crate::evaluation::cpc::{
+    CpcEvaluator, CpcOccludedEvaluator, CpcParams, InformationField, InformationParams,
+};
+use crate::evaluation::distance::{DistanceEvaluator, DistanceMeasure};
+use crate::evaluation::hccdm::{HccdmEvaluator, HccdmParams};
+use crate::evaluation::human_space::{DopplerEvaluator, HumanSpaceEvaluator, HumanSpaceParams};
+use crate::evaluation::information_to_go::{
+    InformationToGoEvaluator, InformationToGoField, InformationToGoParams,
+};
+use crate::evaluation::order::OrderEvaluator;
+use crate::evaluation::risk::RiskEvaluator;
+use crate::evaluation::uncertainty::UncertaintyEvaluator;
+use crate::forecast::ForecastParams;
+use crate::occupancy::StaticMap;
+use crate::parameters::{Field, FieldError, Range, Ranged};
+use crate::profile::{Profile, UncertaintySwitch};
+use crate::states::Columns;
+
+crate::parameters! {
+    /// Parameters of [`CpcEvaluator`] and of the field it looks up.
+    #[derive(Copy)]
+    pub struct CpcTermParams {
+        /// When observations are credited.
+        pub cpc: CpcParams [table],
+        /// What they are worth.
+        pub information: InformationParams [table],
+    }
+}
+
+crate::parameters! {
+    /// Parameters of [`InformationToGoEvaluator`] and of the field it looks up.
+    #[derive(Copy)]
+    pub struct InformationToGoTermParams {
+        /// What counts as uncertain.
+        pub uncertainty: UncertaintySwitch [table],
+        /// Error of position with which the robot still counts as being at the goal, metres.
+        pub tolerance: f64 [in Range::GOAL_TOLERANCE],
+        /// What predicts how uncertain the robot will be.
+        pub prediction: CpcTermParams [table],
+        /// What that costs.
+        pub information_to_go: InformationToGoParams [table],
+    }
+}
+
+impl InformationToGoTermParams {
+    /// The field, from the information field of the same map and laser.
+    pub fn field(&self, map: &StaticMap, seen: &InformationField, task: &Task) -> InformationToGoField {
+        let way = (task.goal, self.tolerance, task.robot.radius());
+        let threshold = self.uncertainty.threshold;
+        InformationToGoField::new(map, seen, way, &task.noise, threshold, &self.information_to_go)
+    }
+}
+
+pub(super) enum InformationToGo {}
+
+impl BuiltIn for InformationToGo {
+    const NAME: &'static str = "information-to-go";
+    const LOCAL: bool = true;
+    type Params = InformationToGoTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        InformationToGoTermParams {
+            uncertainty: profile.uncertainty,
+            tolerance: profile.goal.tolerance,
+            prediction: CpcTermParams::of(profile),
+            information_to_go: profile.information_to_go,
+        }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let cpc = params.prediction.prediction(task, fields)?;
+        let field = fields.information_to_go(task, &params)?;
+        Ok(Arc::new(InformationToGoEvaluator { field, cpc }))
+    }
+}
+
+pub(super) enum Cpc {}
+
+impl BuiltIn for Cpc {
+    const NAME: &'static str = "cpc";
+    type Params = CpcTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcTermParams::of(profile)
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        Ok(Arc::new(params.prediction(task, fields)?))
+    }
+}
+
+impl CpcTermParams {
+    fn of(profile: &Profile) -> Self {
+        Self { cpc: profile.cpc, information: profile.information }
+    }
+
+    /// What predicts how well the robot will know its pose.
+    fn prediction<F: DerivedFields>(&self, task: &Task, fields: &F) -> Result<CpcEvaluator, F::Error> {
+        let information = fields.information(task.laser, &self.information)?;
+        Ok(CpcEvaluator::new(information, task.noise, self.cpc))
+    }
+}
+
+crate::parameters! {
+    pub(super) struct CpcOccludedTermParams {
+        prediction: CpcTermParams [table],
+        forecast: ForecastParams [table],
+    }
+}
+
+pub(super) enum CpcOccluded {}
+
+impl BuiltIn for CpcOccluded {
+    const NAME: &'static str = "cpc-occluded";
+    type Params = CpcOccludedTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcOccludedTermParams { prediction: CpcTermParams::of(profile), forecast: profile.forecast }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let rays = fields.rays(task.laser, &params.prediction.information)?;
+        let cpc = params.prediction.prediction(task, fields)?;
+        Ok(Arc::new(CpcOccludedEvaluator::new(cpc, rays, params.forecast)))
+    }
+}
+
+pub(super) enum Uncertainty {}
+
+impl BuiltIn for Uncertainty {
+    const NAME: &'static str = "uncertainty";
+    const LOCAL: bool = true;
+    type Params = CpcTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        CpcTermParams::of(profile)
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let cpc = params.prediction(task, fields)?;
+        Ok(Arc::new(UncertaintyEvaluator { cpc }))
+    }
+}
+
+crate::parameters! {
+    pub(super) struct CollisionRiskTermParams {
+        risk: RiskParams [table],
+        forecast: ForecastParams [table],
+        prediction: CpcTermParams [table],
+    }
+}
+
+pub(super) enum CollisionRisk {}
+
+impl BuiltIn for CollisionRisk {
+    const NAME: &'static str = "collision-risk";
+    const LOCAL: bool = true;
+    type Params = CollisionRiskTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        let prediction = CpcTermParams::of(profile);
+        CollisionRiskTermParams { risk: profile.risk, forecast: profile.forecast, prediction }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        let belief = params.risk.belief.then(|| params.prediction.prediction(task, fields)).transpose()?;
+        let radius = task.robot.radius();
+        Ok(Arc::new(CollisionRiskEvaluator { radius, forecast: params.forecast, belief }))
+    }
+}
+
+pub(super) enum HumanSpace {}
+
+impl BuiltIn for HumanSpace {
+    const NAME: &'static str = "human-space";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = HumanSpaceParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.human_space
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(HumanSpaceEvaluator { params }))
+    }
+}
+
+pub(super) enum Doppler {}
+
+impl BuiltIn for Doppler {
+    const NAME: &'static str = "doppler";
+    const LOCAL: bool = true;
+    type Params = HumanSpaceParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.human_space
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(DopplerEvaluator { params }))
+    }
+}
+
+pub(super) enum Cnc {}
+
+impl BuiltIn for Cnc {
+    const NAME: &'static str = "cnc";
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = HccdmParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        profile.hccdm
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(HccdmEvaluator { params }))
+    }
+}
+
+crate::parameters! {
+    pub(super) struct DistanceTermParams {
+        measure: DistanceMeasure [words],
+    }
+}
+
+pub(super) enum Distance {}
+
+impl BuiltIn for Distance {
+    const NAME: &'static str = "distance";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = DistanceTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        DistanceTermParams { measure: profile.distance }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        Ok(Arc::new(match params.measure {
+            DistanceMeasure::Euclid => DistanceEvaluator::Euclid(task.goal),
+            DistanceMeasure::Geodesic => {
+                DistanceEvaluator::Geodesic(fields.geodesic(task.goal, task.robot.radius())?)
+            }
+        }))
+    }
+}
+
+/// There are none.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct OrderTermParams {}
+
+impl Ranged for OrderTermParams {
+    const FIELDS: &'static [Field] = &[];
+
+    fn check(&self) -> Result<(), FieldError> {
+        Ok(())
+    }
+}
+
+pub(super) enum Order {}
+
+impl BuiltIn for Order {
+    const NAME: &'static str = "order";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSITIONS;
+    type Params = OrderTermParams;
+
+    fn params(_: &Profile) -> Self::Params {
+        OrderTermParams {}
+    }
+
+    fn evaluator<F: DerivedFields>(_: Self::Params, _: &Task, _: &F) -> Built<F::Error> {
+        Ok(Arc::new(OrderEvaluator))
+    }
+}
+
+crate::parameters! {
+    pub(super) struct RiskTermParams {
+        risk: RiskParams [table],
+        forecast: ForecastParams [table],
+    }
+}
+
+pub(super) enum Risk {}
+
+impl BuiltIn for Risk {
+    const NAME: &'static str = "risk";
+    const LOCAL: bool = true;
+    const COLUMNS: Columns = Columns::POSES;
+    type Params = RiskTermParams;
+
+    fn params(profile: &Profile) -> Self::Params {
+        RiskTermParams { risk: profile.risk, forecast: profile.forecast }
+    }
+
+    fn evaluator<F: DerivedFields>(params: Self::Params, task: &Task, fields: &F) -> Built<F::Error> {
+        Ok(Arc::new(RiskEvaluator {
+            map: fields.map()?,
+            goal: task.goal,
+            radius: task.robot.radius(),
+            forecast: params.forecast,
+            params: params.risk,
+        }))
+    }
+}
