@@ -45,7 +45,7 @@ def test_without_a_viewer_it_says_what_to_install_and_draws_the_run(tmp_path: Pa
     with demo(tmp_path, "--speed", "20", viewer=False) as process:
         printed, complaints = process.communicate(timeout=TIMEOUT)
     assert process.returncode in (0, 1), complaints  # a slow machine may not keep the speed
-    assert "`pip install 'curionav[viewer]'`" in complaints
+    assert "its extra `viewer`" in complaints
     assert "<svg" in (tmp_path / "curionav-demo" / "run.svg").read_text()
     assert "quickstart" in printed
 
@@ -56,7 +56,7 @@ def test_a_viewer_that_lacks_rerun_says_so_and_the_run_is_drawn(tmp_path: Path) 
         patched.setenv("PYTHONPATH", str(tmp_path))
         with demo(tmp_path, "--speed", "20", viewer=True) as process:
             _, complaints = process.communicate(timeout=TIMEOUT)
-    assert "not installed: rerun-sdk; `pip install 'curionav[viewer]'`" in complaints
+    assert "not installed: rerun-sdk; `pip install rerun-sdk`" in complaints
     assert (tmp_path / "curionav-demo" / "run.svg").is_file()
 
 

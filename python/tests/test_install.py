@@ -123,6 +123,7 @@ def newcomer(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
         "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
     }
     (folder / "first").mkdir()
+    shutil.copy(wheel, folder / "first")
     play(FIRST, folder / "first", environment)
     installed = folder / "first" / "venv" / "bin"
     yield Newcomer(folder, {**environment, "PATH": os.pathsep.join([str(installed), os.environ["PATH"]])})

@@ -538,7 +538,7 @@ def test_without_rerun_the_package_to_install_is_named(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert command.main(["--save", "x.rrd"]) == 3
     assert (
-        "not installed: rerun-sdk, mcap; `pip install 'curionav[viewer]'` brings what is missing"
+        "not installed: rerun-sdk, mcap; `pip install rerun-sdk mcap` brings them"
         in capsys.readouterr().err
     )
 

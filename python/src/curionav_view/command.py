@@ -101,7 +101,7 @@ def main(arguments: list[str] | None = None) -> int:
             parser.error(f"--{name} {value!r}: a name is 1 to 64 of the characters a-z, 0-9, `_` and `-`")
     missing = [package for module, package in _NEEDED.items() if importlib.util.find_spec(module) is None]
     if missing:
-        _say(f"not installed: {', '.join(missing)}; `pip install 'curionav[viewer]'` brings what is missing")
+        _say(f"not installed: {', '.join(missing)}; `pip install {' '.join(missing)}` brings them")
         return 3
     try:
         with _interruptible():

@@ -89,7 +89,8 @@ async fn open_viewer(
         endpoints.first().ok_or_else(|| Exit::network(anyhow::anyhow!("there is no port to listen on")))?;
     let Some(program) = viewer::program() else {
         eprintln!(
-            "There is no viewer: `pip install 'curionav[viewer]'` brings it. The run will be drawn into {}.",
+            "There is no viewer: it comes with curionav's Python package and its extra `viewer`. \
+             The run will be drawn into {}.",
             options.out.join("run.svg").display()
         );
         return Ok(None);
