@@ -231,6 +231,25 @@ impl<'a> CollisionChecker<'a> {
         if self.stands(i) { 0.0 } else { t }
     }
 
+    /// Where the i-th person is forecast to be `t` seconds from now.
+    fn person_at(&self, i: usize, t: f64) -> Point2 {
+        self.people.position_after(i, self.ahead(i, t))
+    }
+
+    /// How far the i-th person is forecast to walk in `t` seconds, metres.
+    fn walked(&self, i: usize, t: f64) -> f64 {
+        self.people.speed(i) * self.ahead(i, t)
+    }
+
+    /// Whether the gap to the i-th person can become too narrow within `t` seconds, in which the robot gets no farther
+    /// than `reach` metres.
+    fn comes_near(&self, i: usize, t: f64, reach: f64) -> bool {
+        let least = self.people.position(i).distance(self.start.position()) - reach - self.walked(i, t);
+        let body = self.shape.circumscribed_radius() + self.people.radius;
+        let widest = self.person_gap(i, t).max(Self::GUARD);
+        least <= body + widest + TrajectoryChecker::ROUNDING
+    }
+
     /// Where people are now, and how far the robot's centre has to keep from them there by its circumscribed disc, metres:
     /// those on whom it depends whether it can go `reach` metres.
     pub(crate) fn discs(&self, reach: f64) -> impl Iterator<Item = (Point2, f64)> {
@@ -320,23 +339,19 @@ impl<'a> TrajectoryChecker<'a> {
     const ROUNDING: f64 = 1e-6;
 
     fn new(checker: &'a CollisionChecker<'a>, steps: usize, dt: f64, reach: f64) -> Self {
-        let people = checker.people;
-        let time = |step: usize| step as f64 * dt;
-        let body = checker.shape.circumscribed_radius() + people.radius;
-        let walked = |i: usize, t: f64| people.speed(i) * checker.ahead(i, t);
-        let start = checker.start.position();
-        let comes_near = |&i: &usize| {
-            let least = people.position(i).distance(start) - reach - walked(i, time(steps));
-            let widest = checker.person_gap(i, time(steps)).max(CollisionChecker::GUARD);
-            least <= body + widest + Self::ROUNDING
-        };
-        let near: Vec<usize> = (0..people.len()).filter(comes_near).collect();
-        let place = |i: usize, t: f64| people.position_after(i, checker.ahead(i, t));
-        let at = (0..=steps).flat_map(|k| near.iter().map(move |&i| place(i, time(k))));
-        let asked = (0..steps).flat_map(|k| near.iter().map(move |&i| checker.gap_asked(i, time(k) + dt)));
-        let at = at.collect();
-        let asked = asked.collect();
-        Self { checker, steps, dt, at, asked, stride: near.iter().map(|&i| walked(i, dt)).collect(), near }
+        let end = steps as f64 * dt;
+        let near: Vec<usize> =
+            (0..checker.people.len()).filter(|&i| checker.comes_near(i, end, reach)).collect();
+        let mut at = Vec::with_capacity((steps + 1) * near.len());
+        for step in 0..=steps {
+            at.extend(near.iter().map(|&i| checker.person_at(i, step as f64 * dt)));
+        }
+        let mut asked = Vec::with_capacity(steps * near.len());
+        for step in 0..steps {
+            asked.extend(near.iter().map(|&i| checker.gap_asked(i, step as f64 * dt + dt)));
+        }
+        let stride = near.iter().map(|&i| checker.walked(i, dt)).collect();
+        Self { checker, steps, dt, near, at, asked, stride }
     }
 
     /// The first collision of the trajectory that starts at the belief's pose at time 0 and is at pose k of `poses` at

@@ -156,8 +156,7 @@ impl FleetRobot {
             memory.seq += 1;
             let observation =
                 turn(scenes, first as u64 + memory.seq).context("the drive had no cycle")?.clone();
-            let (decision, outcome) =
-                cycle::plan(&self.pool, &self.context, &mut memory, observation).await;
+            let (decision, outcome) = cycle::plan(&self.pool, &self.context, &mut memory, observation).await;
             let of_pool = |(term, how): (&String, &Evaluated)| {
                 *how == Evaluated::Pool || !self.context.pool_terms().any(|asked| asked == term)
             };

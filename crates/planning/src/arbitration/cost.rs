@@ -75,33 +75,44 @@ pub fn total_costs(profile: &Profile, scene: &Scene, steps: usize, scores: &Scor
 /// Least raw cost and range among the complete candidates; a range of zero counts as one, so that a
 /// term that is equal for all adds nothing.
 fn span(raw: &[Option<f64>], complete: &[bool]) -> (f64, f64) {
-    let competing =
-        || raw.iter().zip(complete).filter(|(_, complete)| **complete).filter_map(|(raw, _)| *raw);
-    let least = competing().fold(f64::INFINITY, f64::min);
-    let range = competing().fold(0.0, f64::max) - least;
-    if range > 0.0 { (least, range) } else { (if least.is_finite() { least } else { 0.0 }, 1.0) }
+    let competing = competing(raw, complete);
+    let least = competing.clone().fold(f64::INFINITY, f64::min);
+    let range = competing.fold(0.0, f64::max) - least;
+    if range > 0.0 {
+        (least, range)
+    } else if least.is_finite() {
+        (least, 1.0)
+    } else {
+        (0.0, 1.0)
+    }
 }
 
 /// How much each term tells the complete candidates apart, as shares of one: `1 - e` with the entropy
 /// `e = - sum s ln s / ln I` of `s = y / sum y`, where `y` is 1 for the least cost and 0 for the greatest of I. All zero
 /// if no term tells any apart.
 fn entropy_weights(raw: &[Vec<Option<f64>>], complete: &[bool]) -> Vec<f64> {
-    let told = |raw: &Vec<Option<f64>>| {
-        let (least, range) = span(raw, complete);
-        let competing = raw.iter().zip(complete).filter(|(_, complete)| **complete);
-        let y: Vec<f64> =
-            competing.filter_map(|(raw, _)| raw.map(|raw| 1.0 - (raw - least) / range)).collect();
-        let sum: f64 = y.iter().sum();
-        // Where all cost the same, all have the least.
-        if y.iter().all(|y| *y == 1.0) {
-            return 0.0;
-        }
-        let part = |y: &f64| if *y > 0.0 { y / sum * ln(y / sum) } else { 0.0 };
-        (1.0 + y.iter().map(part).sum::<f64>() / ln(y.len() as f64)).max(0.0)
-    };
-    let told: Vec<f64> = raw.iter().map(told).collect();
+    let told: Vec<f64> = raw.iter().map(|raw| tells_apart(raw, complete)).collect();
     let sum: f64 = told.iter().sum();
     told.into_iter().map(|told| if sum > 0.0 { told / sum } else { 0.0 }).collect()
+}
+
+/// `1 - e` of one term.
+fn tells_apart(raw: &[Option<f64>], complete: &[bool]) -> f64 {
+    let (least, range) = span(raw, complete);
+    let y: Vec<f64> = competing(raw, complete).map(|raw| 1.0 - (raw - least) / range).collect();
+    // Where all cost the same, all have the least.
+    if y.iter().all(|y| *y == 1.0) {
+        return 0.0;
+    }
+    let sum: f64 = y.iter().sum();
+    let shares = y.iter().map(|y| y / sum);
+    let entropy = shares.map(|share| if share > 0.0 { share * ln(share) } else { 0.0 }).sum::<f64>();
+    (1.0 + entropy / ln(y.len() as f64)).max(0.0)
+}
+
+/// The raw costs of the complete candidates.
+fn competing<'a>(raw: &'a [Option<f64>], complete: &'a [bool]) -> impl Iterator<Item = f64> + Clone + 'a {
+    raw.iter().zip(complete).filter(|(_, complete)| **complete).filter_map(|(raw, _)| *raw)
 }
 
 #[cfg(test)]

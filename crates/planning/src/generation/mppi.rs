@@ -55,21 +55,32 @@ pub fn generate(input: &GenerationInput<'_>, tree: Option<Tree>, pace: &Pace<'_>
     let mean = if costs.is_empty() { nominal } else { weighted_mean(&costs, &v, &omega, params.temperature) };
 
     let mut offered = Commanded::new(input, params.offers);
-    let place = |time: f64| Some((time / params.period + 1e-9) as usize).filter(|k| *k < length);
     for share in [1.0].into_iter().chain(SLOWER) {
-        let slower = |twist: Twist| Twist { v: share * twist.v, omega: share * twist.omega };
-        offered.add(|time, _, _| place(time).map_or_else(Twist::default, |k| slower(mean[k])));
+        offered.add(|time, _, _| {
+            let twist = commanded(params, &mean, time);
+            Twist { v: share * twist.v, omega: share * twist.omega }
+        });
     }
     // Where the robot could not stop after the whole sequence, one step of it.
-    let one_step = |time: f64| place(time).filter(|_| time < input.params.dt);
-    offered.add(|time, _, _| one_step(time).map_or_else(Twist::default, |k| mean[k]));
+    offered.add(
+        |time, _, _| {
+            if time < input.params.dt { commanded(params, &mean, time) } else { Twist::default() }
+        },
+    );
     let mut ranked: Vec<usize> = (0..costs.len()).collect();
     ranked.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
     for rollout in ranked.into_iter().take(params.offers as usize) {
-        let at = |k: usize| Twist { v: v[rollout * length + k], omega: omega[rollout * length + k] };
-        offered.add(|time, _, _| place(time).map_or_else(Twist::default, at));
+        let commands = rollout * length..(rollout + 1) * length;
+        let pairs = v[commands.clone()].iter().zip(&omega[commands]);
+        let sequence: Vec<Twist> = pairs.map(|(&v, &omega)| Twist { v, omega }).collect();
+        offered.add(|time, _, _| commanded(params, &sequence, time));
     }
     Generated { candidates: offered.into_candidates(), tree: carried(input, &mean) }
+}
+
+/// What a sequence commands after `time` seconds; to stand once it is over.
+fn commanded(params: &MppiParams, sequence: &[Twist], time: f64) -> Twist {
+    sequence.get((time / params.period + 1e-9) as usize).copied().unwrap_or_default()
 }
 
 /// The sequence of the last cycle from now on, its last command repeated; at the start the robot's own twist.
@@ -120,6 +131,11 @@ fn carried(input: &GenerationInput<'_>, mean: &[Twist]) -> Tree {
     Tree::new(Vec::new(), [("omega", omega), ("since", vec![input.scene.stamp]), ("v", v)])
 }
 
+/// Seconds from now at the end of command `k`; always now for one who takes people to stand still.
+fn moment(params: &MppiParams, k: u32) -> f64 {
+    if params.forecast { f64::from(k + 1) * params.period } else { 0.0 }
+}
+
 /// What rollouts are judged by.
 struct Judge<'a> {
     input: &'a GenerationInput<'a>,
@@ -136,20 +152,24 @@ impl<'a> Judge<'a> {
         let params = &input.params.generation.mppi;
         let all = &input.scene.people;
         let here = input.scene.belief.pose.position();
-        let moment = |k: u32| if params.forecast { f64::from(k + 1) * params.period } else { 0.0 };
         let horizon = f64::from(params.commands) * params.period;
-        let touch = input.robot.radius() + all.radius + FELT_M + input.robot.v_max * horizon;
-        let comes_near = |&i: &usize| {
-            let walks = all.position(i).distance(all.position_after(i, moment(params.commands)));
-            all.position(i).distance(here) <= touch + walks
-        };
-        let near: Vec<usize> = (0..all.len()).filter(comes_near).collect();
-        let checker = input.checker();
         let body = input.robot.radius() + all.radius;
-        let person =
-            |k: u32, i: usize| (all.position_after(i, moment(k)), body + checker.gap_asked(i, moment(k)));
-        let people = (0..params.commands).flat_map(|k| near.iter().map(move |&i| (k, i)));
-        let people = people.map(|(k, i)| person(k, i)).collect();
+        let touch = body + FELT_M + input.robot.v_max * horizon;
+        let last = moment(params, params.commands);
+        let near: Vec<usize> = (0..all.len())
+            .filter(|&i| {
+                let walks = all.position(i).distance(all.position_after(i, last));
+                all.position(i).distance(here) <= touch + walks
+            })
+            .collect();
+        let checker = input.checker();
+        let mut people = Vec::with_capacity(params.commands as usize * near.len());
+        for k in 0..params.commands {
+            let time = moment(params, k);
+            let places =
+                near.iter().map(|&i| (all.position_after(i, time), body + checker.gap_asked(i, time)));
+            people.extend(places);
+        }
         Self { input, ways: input.ways_past(params.around), people, near: near.len(), checker }
     }
 

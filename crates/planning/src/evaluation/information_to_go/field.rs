@@ -35,6 +35,19 @@ crate::parameters! {
     }
 }
 
+impl InformationToGoParams {
+    /// What a metre costs a robot that is so uncertain, metres.
+    fn rate(&self, variances: &Variances, threshold: f64) -> f32 {
+        let excess = (variances.position + variances.heading) / threshold - 1.0;
+        (1.0 + self.excess * excess.clamp(0.0, self.most_excess)) as f32
+    }
+
+    /// What arriving costs such a robot, which is at the goal up to an error of `tolerance` metres, metres.
+    fn missing(&self, variances: &Variances, tolerance: f64) -> f32 {
+        (self.miss * exp(-tolerance * tolerance / variances.position)) as f32
+    }
+}
+
 /// A cost that falls by less, metres, does not let the neighbours be looked at again.
 const EXACT: f32 = 0.01;
 
@@ -71,20 +84,17 @@ impl InformationToGoField {
         let mut field = Self { grid: Arc::clone(&map.grid), roadmap, levels, metres: Vec::new() };
         let Some(end) = field.roadmap.nearest(goal) else { return field };
         let shortest = field.shortest(&edges, end);
-        let sight =
-            |block| field.roadmap.place(block).map_or(Sight::Nothing, |p| seen(information, p, params));
-        let states = || (0..STATES).map(|state| field.levels.of(state));
-        let rate = |v: Variances| {
-            let excess = ((v.position + v.heading) / threshold - 1.0).clamp(0.0, params.most_excess);
-            (1.0 + params.excess * excess) as f32
-        };
-        let missing = |v: Variances| (params.miss * exp(-tolerance * tolerance / v.position)) as f32;
+        let states: Vec<Variances> = (0..STATES).map(|state| field.levels.of(state)).collect();
+        let sight = (0..edges.len()).map(|block| match field.roadmap.place(block) {
+            Some(place) => seen(information, place, params),
+            None => Sight::Nothing,
+        });
         let search = Search {
             edges: &edges,
             after: Sight::ALL.map(|sight| [false, true].map(|diagonal| field.after(sight, diagonal))),
-            sight: (0..edges.len()).map(sight).collect(),
-            rates: states().map(rate).collect(),
-            missing: states().map(missing).collect(),
+            sight: sight.collect(),
+            rates: states.iter().map(|v| params.rate(v, threshold)).collect(),
+            missing: states.iter().map(|v| params.missing(v, tolerance)).collect(),
         };
         let mut metres = search.run(end, &shortest);
         // What is left is what uncertainty costs. Where the goal cannot be reached from, it stays infinite.
@@ -143,8 +153,9 @@ impl InformationToGoField {
     /// What becomes of each state on an edge, which is taken to be as long as a block's side or, diagonal, half as long again.
     fn after(&self, sight: Sight, diagonal: bool) -> Vec<Mix> {
         let metres = self.roadmap.spacing * if diagonal { 1.5 } else { 1.0 };
-        let of = |state| self.levels.around(self.levels.after(self.levels.of(state), sight, metres));
-        (0..STATES).map(of).collect()
+        (0..STATES)
+            .map(|state| self.levels.around(self.levels.after(self.levels.of(state), sight, metres)))
+            .collect()
     }
 
     /// Metres from each place to that of block `end`.
@@ -188,8 +199,10 @@ impl Search<'_> {
     fn run(&self, end: usize, shortest: &[f32]) -> Vec<f32> {
         let dearest = self.rates.iter().copied().fold(1.0, f32::max);
         let worst = self.missing.iter().copied().fold(0.0, f32::max);
-        let bound = |metres: &f32| std::iter::repeat_n(metres * dearest + worst, STATES);
-        let mut metres: Vec<f32> = shortest.iter().flat_map(bound).collect();
+        let mut metres: Vec<f32> = shortest
+            .iter()
+            .flat_map(|metres| std::iter::repeat_n(metres * dearest + worst, STATES))
+            .collect();
         let mut order: Vec<usize> =
             (0..self.edges.len()).filter(|block| shortest[*block].is_finite()).collect();
         order.sort_by(|a, b| shortest[*a].total_cmp(&shortest[*b]));
@@ -238,12 +251,16 @@ fn mixed(of_states: &[f32], mix: &Mix) -> f32 {
 
 fn seen(information: &InformationField, p: Point2, params: &InformationToGoParams) -> Sight {
     let [most, least, of_heading] = information.mean_at(p);
-    let enough = |information: f64, sigma: f64| information * sigma * sigma >= 1.0;
-    if !enough(of_heading, params.heading_sigma) || !enough(most, params.position_sigma) {
+    if !tells(of_heading, params.heading_sigma) || !tells(most, params.position_sigma) {
         Sight::Nothing
-    } else if enough(least, params.position_sigma) {
+    } else if tells(least, params.position_sigma) {
         Sight::Position
     } else {
         Sight::Wall
     }
+}
+
+/// Whether so much information tells a number to this standard deviation.
+fn tells(information: f64, sigma: f64) -> bool {
+    information * sigma * sigma >= 1.0
 }
