@@ -74,7 +74,7 @@ def mission(state: str = "running", run: int = 1) -> Mission:
         "normalisation": "fixed",
         "terms": terms,
         "uncertainty": {"threshold": THRESHOLD},
-        "working_zone": {"personal_distance": 1.5},
+        "hccdm": {"personal_distance": 1.5},
         "information": {"sigma": 0.2, "beams": 20, "correlation": 4.0},
     }
     order = MissionOrder(

@@ -99,7 +99,7 @@ impl Profile {
     /// Radius of the Working Zone, `(v_max + v_ped) T_h + D_pd`: people farther away cannot come within
     /// personal distance before the horizon. `v_max` is the robot's, m/s; the result is metres.
     pub fn working_zone_radius(&self, v_max: f64) -> f64 {
-        (v_max + self.working_zone.v_people_max) * self.horizon() + self.working_zone.personal_distance
+        (v_max + self.working_zone.v_people_max) * self.horizon() + self.hccdm.personal_distance
     }
 
     /// The part of this profile that a generator needs.
@@ -233,8 +233,6 @@ crate::parameters! {
     pub struct WorkingZone {
         /// Fastest walking expected, m/s.
         pub v_people_max: f64 [0.0, 15.0, "m/s", "no person runs faster"] = 1.0,
-        /// Personal distance D_pd, metres (A16).
-        pub personal_distance: f64 [0.0, 100.0, "m", "people farther away are not met within a horizon"] = 1.5,
         /// Metres by which a person must leave the zone to be forgotten, so that clusters do not flicker.
         pub hysteresis: f64 [0.0, 100.0, "m", "people farther away are not met within a horizon"] = 0.5,
     }

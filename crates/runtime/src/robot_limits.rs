@@ -19,7 +19,7 @@ curionav_planning::parameters! {
         /// Greatest change of turn rate, rad/s2.
         pub alpha_max: f64 [0.01, 100.0, "rad/s2", "slower bases never turn; stronger motors no base has"],
         /// Radius of the disc around the centre of rotation that holds the whole robot with what it carries, metres.
-        pub radius: f64 [0.05, 5.0, "m", "a robot is neither a mouse nor a lorry"],
+        pub radius: f64 [0.05, 5.0, "m", "a service robot is no smaller and no larger"],
         /// Seconds between two messages of odometry.
         pub tick_s: f64 [0.01, 1.0, "s", "no planar laser scans more often, and a slower base reacts too late"],
         /// A belief older than this stops the robot, seconds.

@@ -145,7 +145,7 @@ class SceneLogger:
         self._to.log("/map/information", shapes.information(self.grid, field), static=True)
 
     def _comfort(self) -> float:
-        return words.number(self.mission, "working_zone", "personal_distance") or shapes.NEAR
+        return words.number(self.mission, "hccdm", "personal_distance") or shapes.NEAR
 
     # ---- tick by tick ----
 

@@ -70,7 +70,7 @@ pub struct Range {
 impl Range {
     /// A coordinate of the map, metres: coordinates of a national grid fit in.
     pub const POSITION: Self =
-        Self { least: -1e7, most: 1e7, unit: "m", why: "the earth is 1e7 m from pole to equator" };
+        Self { least: -1e7, most: 1e7, unit: "m", why: "a map frame has its origin on the same continent" };
     /// A heading.
     pub const HEADING: Self = Self {
         least: -std::f64::consts::TAU,
