@@ -1,13 +1,11 @@
 //! Pure drawing of what a robot did, as SVG files that need nothing else and print sharply.
 //!
 //! [`run_svg`] puts a run on one page: the map with all tracks, a few planning cycles enlarged, and plots over time.
-//! [`comparison_svg`] compares planners in one scenario, [`scene_svg`] shows a scenario before anything moves,
-//! [`shares_svg`] draws success over density, and [`tracks_svg`] any tracks on a map.
+//! [`scene_svg`] shows a scenario before anything moves, and [`tracks_svg`] draws any tracks on a map.
 //! Coordinates are in metres in the map frame, angles in radians.
 
 mod axes;
 mod chart;
-mod comparison;
 mod heading;
 mod legend;
 mod map_layer;
@@ -18,7 +16,6 @@ mod plots;
 mod run;
 mod run_page;
 mod scene;
-mod shares;
 mod snapshot;
 mod snapshots;
 mod symbols;
@@ -26,10 +23,7 @@ mod trace_columns;
 mod tracks;
 mod viewport;
 
-pub use comparison::{Course, Site, comparison_svg};
-pub use palette::{planner_colour, style_sheet};
 pub use run::Run;
 pub use run_page::run_svg;
 pub use scene::{Person, SceneSketch, scene_svg};
-pub use shares::{ShareCurve, shares_svg};
 pub use tracks::{Track, tracks_svg};

@@ -17,9 +17,6 @@ pub(super) const QUIET: &str = "#8a8a8a";
 /// Behind the plots while localisation counts as uncertain.
 pub(super) const UNCERTAIN: &str = "#F0E442";
 
-/// Floor from which no landmark is within the laser's range.
-pub(super) const BARE: &str = "#d4d4d4";
-
 /// `viridis` at equal steps from 0 to 1; the brightest yellow is left out, it would not show on white.
 const VIRIDIS: [[f64; 3]; 8] = [
     [68.0, 1.0, 84.0],
@@ -42,29 +39,8 @@ pub(super) fn cost_colour(share: f64) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The planners' colours: known ones always have the same, others take what is left in their order.
-pub fn planner_colour(name: &str, index: usize) -> &'static str {
-    const REST: [&str; 4] = ["#56B4E9", "#8c564b", "#7f7fd5", "#b8a200"];
-    match name {
-        "curiosity" => "#D55E00",
-        "cpc-only" => "#009E73",
-        "cnc-only" => "#0072B2",
-        "distance-only" => "#444444",
-        "risk-rrt" => "#E69F00",
-        "bi-risk-rrt" => "#CC79A7",
-        "mppi" => "#7F3C8D",
-        "dwa" => "#7A4A1E",
-        "hrvo-robot" => "#3969AC",
-        "transient-goal" => "#80BA5A",
-        "human-space" => "#A5AA99",
-        "risk-aware" => "#E73F74",
-        "curionav" => "#00B5D8",
-        _ => REST[index % REST.len()],
-    }
-}
-
 /// The style of everything that is not set on the element itself.
-pub fn style_sheet() -> String {
+pub(super) fn style_sheet() -> String {
     [
         "text{font-family:Helvetica,Arial,'Liberation Sans','DejaVu Sans',sans-serif;font-size:11px;fill:#1a1a1a}",
         ".h1{font-size:21px;font-weight:bold}.h2{font-size:14px;font-weight:bold}.b{font-weight:bold}",

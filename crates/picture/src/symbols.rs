@@ -63,27 +63,6 @@ pub(super) fn person(viewport: &Viewport, at: (f64, f64), velocity: (f64, f64), 
     group.add(arrow(viewport.at(at), tip, PERSON))
 }
 
-/// A person as a triangle whose apex points where they walk; one who stands is a disc. `(fill, stroke)` are its colours.
-pub(super) fn triangle(
-    viewport: &Viewport,
-    at: (f64, f64),
-    velocity: (f64, f64),
-    radius: f64,
-    (fill, stroke): (&str, &str),
-) -> Group {
-    let speed = hypot(velocity.0, velocity.1);
-    if speed < STANDING {
-        return Group::new().add(tinted(disc(viewport, at, radius), (fill, 0.8), (stroke, 0.9)));
-    }
-    let size = 1.5 * radius.max(3.0 / viewport.scale) / speed;
-    let (along, across) = ((size * velocity.0, size * velocity.1), (-size * velocity.1, size * velocity.0));
-    let corner = |a: f64, b: f64| (at.0 + a * along.0 + b * across.0, at.1 + a * along.1 + b * across.1);
-    let corners = [corner(1.0, 0.0), corner(-0.6, 0.55), corner(-0.6, -0.55)];
-    let shape = Polygon::new().set("points", viewport.points(corners)).set("class", "heading");
-    let tinted = shape.set("fill", fill).set("fill-opacity", 0.8).set("stroke", stroke);
-    Group::new().add(tinted.set("stroke-width", 0.9))
-}
-
 fn arrow(from: (f64, f64), tip: (f64, f64), colour: &str) -> Path {
     const HEAD: f64 = 4.0;
     let length = hypot(tip.0 - from.0, tip.1 - from.1).max(1e-9);

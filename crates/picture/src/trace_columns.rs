@@ -53,14 +53,6 @@ impl Track {
         Some((self.at[last]?, self.velocity(first, last, time)?))
     }
 
-    /// The first place, m, and the mean velocity over the few rows that follow, m/s.
-    pub(super) fn start(&self, time: &[f64]) -> Option<((f64, f64), (f64, f64))> {
-        let first = self.at.iter().position(Option::is_some)?;
-        let rows = (first..self.at.len()).take(ROWS + 1);
-        let last = rows.take_while(|row| self.at[*row].is_some()).last()?;
-        Some((self.at[first]?, self.velocity(first, last, time)?))
-    }
-
     fn velocity(&self, first: usize, last: usize, time: &[f64]) -> Option<(f64, f64)> {
         let (from, to) = (self.at[first]?, self.at[last]?);
         let elapsed = time.get(last)? - time.get(first)?;
@@ -127,8 +119,6 @@ mod tests {
         // Five centimetres in a tenth of a second.
         let velocity = trace.people[0].end(&trace.time).unwrap().1;
         assert!((velocity.0 + 0.5).abs() < 1e-6 && (velocity.1 - 0.1).abs() < 1e-6);
-        assert_eq!(trace.people[0].start(&trace.time), Some(((3.0, 1.0), velocity)));
-        assert_eq!(trace.people[1].start(&trace.time), trace.people[1].end(&trace.time));
     }
 
     #[test]

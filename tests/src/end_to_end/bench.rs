@@ -1,9 +1,10 @@
 //! `curionav bench` and `curionav tune` on the small scenario.
 
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::process::Command;
 
-use super::program::{comes_true, curionav, program, root, spawn, turn};
+use super::program::{comes_true, command, curionav, program, root, spawn, turn};
 
 const QUICK: &str = "scenarios/quickstart.toml";
 
@@ -28,11 +29,12 @@ fn results_do_not_depend_on_the_number_of_workers() {
     assert_eq!(results.lines().count(), 1 + 4);
     let single = super::program::run(QUICK, &["--seed", "1002", "--planner", "cnc-only"]).0;
     assert!(results.lines().nth(4).unwrap().ends_with(&single.decisions_sha256), "{results}");
-    let summary = std::fs::read_to_string(one.path().join("summary.json")).unwrap();
-    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    assert_eq!(summary["cells"].as_array().unwrap().len(), 2);
-    let report = std::fs::read_to_string(one.path().join("report.html")).unwrap();
-    assert!(report.ends_with("</html>\n") && report.contains("class=\"comparison\""));
+    let made = std::fs::read_to_string(one.path().join("bench.json")).unwrap();
+    let made: serde_json::Value = serde_json::from_str(&made).unwrap();
+    assert_eq!(made["planners"][1]["name"], "cnc-only");
+    let numbers = ["first_seed", "repeats", "workers"].map(|field| made[field].as_u64());
+    assert_eq!(numbers, [1001, 2, 1].map(Some));
+    assert_eq!(made["scenarios"][0]["name"], "quickstart");
 }
 
 #[test]
@@ -98,26 +100,58 @@ fn parts_that_slurm_spreads_merge_to_what_one_machine_writes() {
     assert_eq!(std::fs::read_to_string(out.join("results.csv")).unwrap(), bench(whole.path(), "2"));
 }
 
+/// `curionav bench` with `script` in the place of a Python interpreter.
+fn bench_with(script: &str, out: &Path, more: &[&str]) -> (Option<i32>, String, String) {
+    let python = out.join("python");
+    std::fs::write(&python, format!("#!/bin/sh\n{script}\n")).unwrap();
+    std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let folder = out.join("bench");
+    let mut program = command(&[&arguments(&folder, "2")[..], more].concat());
+    let output = program.env("CURIONAV_PYTHON", &python).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
 #[test]
-fn claims_of_every_file_are_judged_and_the_exit_status_says_whether_they_hold() {
+fn the_python_package_is_called_at_the_end_and_its_verdict_is_the_exit_status() {
     let _turn = turn();
     let out = tempfile::tempdir().unwrap();
-    let folder = out.path().join("bench");
-    let file = |name: &str, claim: &str| {
-        let path = out.path().join(name);
-        std::fs::write(&path, format!("[[claim]]\nplanner = \"curiosity\"\n{claim}")).unwrap();
-        path.display().to_string()
+    let claims = out.path().join("claims.toml");
+    let check = ["--check", claims.to_str().unwrap()];
+    let package = |checked: &str, judged: &str| {
+        format!("case \"$*\" in -c*) ;; *--check-only) {checked} ;; *) echo \"$*\"; {judged} ;; esac")
     };
-    let holds = file("holds.toml", "kind = \"bound\"\nmeasure = \"success\"\nat_least = 1.0");
-    let fails = file("fails.toml", "kind = \"bound\"\nmeasure = \"time_s\"\nat_most = 1.0");
-    let both = format!("{holds},{fails}");
-    for (files, status, verdicts) in [(&holds, 0, [1, 0]), (&fails, 1, [0, 1]), (&both, 1, [1, 1])] {
-        let output = curionav(&[&arguments(&folder, "2")[..], &["--check", files]].concat());
-        assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
-        let text = String::from_utf8(output.stdout).unwrap();
-        let lines = |begin: &str| text.lines().filter(|line| line.starts_with(begin)).count();
-        assert_eq!([lines("holds: "), lines("does not hold: ")], verdicts, "{text}");
+    let refused = "echo line 3 of the claims is wrong >&2; exit 2";
+    let (status, _, said) = bench_with(&package(refused, "exit 0"), out.path(), &check);
+    assert_eq!(status, Some(2));
+    assert!(said.contains("--check: line 3 of the claims is wrong"), "{said}");
+    assert!(!out.path().join("bench/results.csv").exists(), "something was run");
+    for (judged, expected) in [("exit 0", 0), ("exit 1", 1), ("exit 2", 1)] {
+        let (status, text, said) = bench_with(&package("exit 0", judged), out.path(), &check);
+        assert_eq!(status, Some(expected), "{said}");
+        let called = format!("-m curionav.report {}", out.path().join("bench").display());
+        assert!(text.lines().any(|line| line == called), "{text}");
+        assert!(text.contains("cnc-only       2 of 2 at the goal without collision"), "{text}");
     }
+    let made = std::fs::read_to_string(out.path().join("bench/bench.json")).unwrap();
+    assert!(made.contains(check[1]), "a report that is written again judges the same claims");
+}
+
+#[test]
+fn a_bench_without_the_python_package_ends_well_unless_there_are_claims() {
+    let _turn = turn();
+    let out = tempfile::tempdir().unwrap();
+    let none = "echo No module named curionav >&2; exit 1";
+    let (status, _, said) = bench_with(none, out.path(), &["--check", "claims.toml"]);
+    assert_eq!(status, Some(1));
+    assert!(said.contains("--check: ") && said.contains("No module named curionav"), "{said}");
+    assert!(!out.path().join("bench/results.csv").exists(), "something was run");
+    let (status, text, said) = bench_with(none, out.path(), &[]);
+    assert_eq!(status, Some(0), "{said}");
+    let last = text.lines().last().unwrap();
+    assert!(last.contains("pip install './python[report]'"), "{text}");
+    assert!(last.contains("python3 -m curionav.report "), "{text}");
+    assert!(out.path().join("bench/results.csv").exists());
 }
 
 #[test]

@@ -1,40 +1,36 @@
 //! All planners in all scenarios with all seeds, and what came out.
 //!
 //! Read in this order: `plan` (what has to be run), `execution`, `worker_process` and [`worker`] (how), `journal`
-//! (what is kept), `comparison` and `places` (what it means), `claims` (whether that is what was said before), `report`.
+//! (what is kept), `results` and `manifest` (what is written). `python` hands that to the Python package
+//! `curionav.report`, which compares, tests, judges claims and draws.
 
-mod claims;
-mod comparison;
-mod density;
 pub(crate) mod execution;
-mod findings;
 mod journal;
+mod manifest;
 pub(crate) mod measure;
 mod options;
 mod places;
 pub(crate) mod plan;
 mod progress;
-mod published;
-mod report;
+mod python;
 mod results;
 pub(crate) mod row;
 mod shards;
-mod summary;
 mod worker;
 mod worker_process;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use curionav_deployment::files;
 use curionav_runtime::exit::{Exit, FAILED, SUCCESS};
 use curionav_runtime::print::print;
 
-use claims::{Claims, Judged};
 use execution::Execution;
-use findings::Findings;
+use manifest::Manifest;
 use options::{Command, Results, Shard, What};
 use plan::Plan;
+use python::Python;
 use row::{Row, Tally};
 use worker_process::Missing;
 
@@ -65,10 +61,6 @@ async fn finish(
     shards: &[PathBuf],
 ) -> Result<u8, Exit> {
     let plan = Plan::read(&what.planners, &what.patterns(), what.perception).map_err(Exit::bad_input)?;
-    let planners: Vec<String> = plan.planners.iter().map(|planner| planner.name.clone()).collect();
-    let read = |file: &PathBuf| Claims::read(file, &planners, plan.scenes.len());
-    let claims: anyhow::Result<Vec<Claims>> = results.check.iter().map(read).collect();
-    let claims = claims.context("--check").map_err(Exit::bad_input)?;
     let out = &results.out;
     let traces = out.join("traces");
     files::make_folder(&traces).context("--out").map_err(Exit::bad_input)?;
@@ -77,6 +69,13 @@ async fn finish(
         shards::collect(shards, out, &jobs, results.any_build).map_err(Exit::bad_input)?;
     }
     let mut execution = Execution::open(out, workers, results.any_build)?;
+    let python = Python::find();
+    if !results.check.is_empty() {
+        // Claims are read before the first run, not after an hour.
+        let python = python.as_ref().map_err(|why| Exit::failed(anyhow!("--check: {why}")))?;
+        write_manifest(out, &Manifest::new(&plan, what, &results.check, &[], &[], 1))?;
+        python.check_claims(out).context("--check").map_err(Exit::bad_input)?;
+    }
     if let Some(shard) = shard {
         shards::note(out, what, shard).context("--out").map_err(Exit::bad_input)?;
         let jobs = shards::part(jobs, what.repeats, shard);
@@ -89,14 +88,30 @@ async fn finish(
     }
     let missing = execution.finish(&jobs).await?;
     let rows: Vec<&Row> = jobs.iter().filter_map(|job| execution.row(job)).collect();
-    let bench = Findings::new(&plan, what, &claims, &jobs, &rows, &missing, execution.workers);
-    for (name, content) in results::files(&bench, &rows).map_err(Exit::failed)? {
+    for old in ["report.html", "summary.json"] {
+        // Those of earlier runs, should nobody write new ones.
+        let _ = std::fs::remove_file(out.join(old));
+    }
+    for (name, content) in results::files(&rows) {
         files::write(&out.join(name), content).map_err(Exit::failed)?;
     }
-    show(&bench)?;
-    print(format_args!("Report and data: {}", out.join("report.html").display()))?;
-    let all_hold = bench.claims.iter().all(|judged| judged.holds);
+    write_manifest(out, &Manifest::new(&plan, what, &results.check, &rows, &missing, execution.workers))?;
+    show_missing(&missing);
+    show(&plan, &rows)?;
+    let all_hold = match python {
+        Ok(python) => python.report(out).map_err(Exit::failed)?,
+        Err(why) => {
+            let out = out.display();
+            print(format_args!("Data: {out}. No report: {why}. Then: `python3 -m curionav.report {out}`"))?;
+            true
+        }
+    };
     Ok(if missing.is_empty() && all_hold { SUCCESS } else { FAILED })
+}
+
+fn write_manifest(out: &Path, manifest: &Manifest<'_>) -> Result<(), Exit> {
+    let text = serde_json::to_vec(manifest).map_err(Exit::failed)?;
+    files::write(&out.join("bench.json"), text).map_err(Exit::failed)
 }
 
 fn show_missing(missing: &[Missing]) {
@@ -105,18 +120,15 @@ fn show_missing(missing: &[Missing]) {
     }
 }
 
-fn show(bench: &Findings<'_>) -> Result<(), Exit> {
-    show_missing(bench.missing);
-    for (p, name) in bench.comparison.planners.iter().enumerate() {
-        let Tally { runs, success, timeouts, lost, collided, .. } = Tally::of(bench.comparison.all_runs(p));
+fn show(plan: &Plan, rows: &[&Row]) -> Result<(), Exit> {
+    for planner in &plan.planners {
+        let own = rows.iter().copied().filter(|row| row.planner == planner.name);
+        let Tally { runs, success, timeouts, lost, collided } = Tally::of(own);
         print(format_args!(
-            "{name:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
-             {timeouts} timeouts, {lost} lost"
+            "{:<14} {success} of {runs} at the goal without collision; {collided} with collisions, \
+             {timeouts} timeouts, {lost} lost",
+            planner.name
         ))?;
-    }
-    for judged in &bench.claims {
-        let Judged { claim, found, .. } = judged;
-        print(format_args!("{}: {claim} ({found})", judged.verdict()))?;
     }
     Ok(())
 }

@@ -14,11 +14,16 @@ use serde::{Deserialize, Serialize};
 /// while its scenario, map, planner and this program are what they were.
 /// results.csv is the same, byte for byte, whatever --jobs; what depends on the clock is in timings.csv.
 ///
+/// At the end `python3 -m curionav.report DIR` writes summary.json and report.html and judges the claims;
+/// CURIONAV_PYTHON names another interpreter. Without the package (`pip install './python[report]'`) there are the
+/// tables alone, and --check is refused.
+///
 /// On several machines, each runs one part: `curionav bench dense --shard 3/8 --out shard-3`. Then
 /// `curionav bench merge shard-* --out all` writes the results, byte for byte those of one machine.
 ///
 /// Exit status: 0 every run took place, however it ended, and every claim of --check holds; 1 a run could not take
-/// place, a claim does not hold, or interrupted; 2 bad input; 3 the worker processes cannot be started.
+/// place, a claim does not hold or cannot be judged, or interrupted; 2 bad input; 3 the worker processes cannot be
+/// started.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Options {
@@ -92,7 +97,7 @@ impl What {
 /// Where results go, and what is asked of them.
 #[derive(Debug, Args)]
 pub(crate) struct Results {
-    /// Directory of results.csv, timings.csv, summary.json, report.html and the journal.
+    /// Directory of the tables, the journal, the traces and the report.
     #[arg(long, value_name = "DIR", default_value = "out/bench")]
     pub(crate) out: PathBuf,
     /// Files of claims to be judged by the runs (.toml), such as scenarios/claims/paper.toml, separated by commas. They are

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use curionav_schemas::OccupancyGrid;
 
-/// For each map the number of its place, from 0 on. Two maps are one place if they have more than half of their occupied
-/// cells in common: the same walls with other furniture, or with a margin, are not another place.
+/// For each map the number of its place, from 0 on. Two maps are one place if they have more than half of their
+/// occupied cells in common: the same walls with other furniture, or with a margin, are not another place.
 pub(crate) fn places<'a>(maps: impl Iterator<Item = &'a OccupancyGrid>) -> Vec<usize> {
     let mut known: Vec<BTreeSet<[i64; 2]>> = Vec::new();
     maps.map(|map| {

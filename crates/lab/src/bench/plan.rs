@@ -34,7 +34,7 @@ pub(crate) struct Job {
     pub(crate) trace: Option<PathBuf>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Serialize)]
 pub(crate) struct Planner {
     /// A built-in profile or a profile file.
     pub(crate) source: String,

@@ -1,20 +1,20 @@
 //! The files that a bench writes.
 
-use super::findings::Findings;
 use super::measure::Measure;
-use super::report::report;
-use super::row::{Row, Tally};
-use super::summary::summary;
+use super::row::Row;
 use curionav_deployment::csv_row::csv_row;
 
-pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'static str, String); 5]> {
-    Ok([
-        ("results.csv", results(rows)),
-        ("collisions.csv", collisions(rows)),
-        ("timings.csv", timings(rows)),
-        ("summary.json", serde_json::to_string_pretty(&summary(bench))? + "\n"),
-        ("report.html", report(bench)?),
-    ])
+/// The reason codes of cycles that did not follow the first choice, and their columns.
+const NOT_FIRST: [(&str, &str); 5] = [
+    ("other_free", "least_cost_free"),
+    ("only_slow", "only_slow_free"),
+    ("evading", "last_to_collide"),
+    ("none_free", "none_free"),
+    ("no_candidates", "no_candidates"),
+];
+
+pub(super) fn files(rows: &[&Row]) -> [(&'static str, String); 3] {
+    [("results.csv", results(rows)), ("collisions.csv", collisions(rows)), ("timings.csv", timings(rows))]
 }
 
 /// A row per run, with what does not depend on the clock: the same bytes for the same program, scenarios, profiles and
@@ -22,19 +22,29 @@ pub(super) fn files(bench: &Findings<'_>, rows: &[&Row]) -> anyhow::Result<[(&'s
 fn results(rows: &[&Row]) -> String {
     let labels = ["scenario", "planner", "seed", "outcome"];
     let measures = Measure::ALL.map(Measure::key);
-    let columns = ["cycles", "first_choice"].into_iter().chain(Tally::NOT_FIRST);
+    let columns = ["cycles", "first_choice"].into_iter().chain(NOT_FIRST.map(|(column, _)| column));
     let columns = columns.chain(["degraded", "decisions_sha256"]);
     let mut text = csv_row(labels.into_iter().chain(measures).chain(columns));
     for row in rows {
         let outcome: &str = row.outcome.into();
         let labels = [row.scenario.clone(), row.planner.clone(), row.seed.to_string(), outcome.into()];
-        let tally = Tally::of(std::iter::once(*row));
-        let last = [tally.cycles, tally.first_choices].map(|n| n.to_string()).into_iter();
-        let last = last.chain(tally.not_first().map_or_else(Default::default, |n| n.map(|n| n.to_string())));
+        let last = [row.cycles.count, row.cycles.first_choice].map(|n| n.to_string()).into_iter();
+        let last = last.chain(NOT_FIRST.map(|(_, code)| decided(row, code)));
         let last = last.chain([row.cycles.degraded.to_string(), row.decisions_sha256.clone()]);
         text += &csv_row(labels.into_iter().chain(Measure::ALL.map(|m| number(m, row))).chain(last));
     }
     text
+}
+
+/// In how many cycles the reason of the decision had this code; nothing for a run of an older build, which does not say
+/// it of every cycle.
+fn decided(row: &Row, code: &str) -> String {
+    let others = &row.cycles.other_choice;
+    let told = row.cycles.first_choice + others.values().sum::<u64>();
+    if told < row.cycles.count {
+        return String::new();
+    }
+    others.get(code).copied().unwrap_or_default().to_string()
 }
 
 /// A row per collision: how fast robot and person came towards each other; without a person's id it was a wall.

@@ -23,12 +23,12 @@ use curionav_planning::sensor::LaserModel;
 
 use drawing::Plan;
 use layout::Counts;
-use published::{CELL_M, Published};
+use published::CELL_M;
 
 pub use check::{Report, check};
 pub(crate) use layout::{Layout, Polygon};
 pub(crate) use patrol::rounded;
-pub(crate) use published::PUBLISHED;
+pub(crate) use published::{PUBLISHED, Published};
 pub use scene::PaperScene;
 pub(crate) use scene::task;
 

@@ -5,7 +5,7 @@
 pub(super) const CELL_M: f64 = 0.054;
 
 /// One column of Table II, with the shortest length Table V reports for it.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize)]
 pub(crate) struct Published {
     /// Environment and scenario, as in `env1-s1`; `env3-sx` is Env3's S*.
     pub(crate) name: &'static str,
@@ -18,6 +18,7 @@ pub(crate) struct Published {
     /// Least mean length over all planners, metres (Table V).
     pub(crate) shortest_m: f64,
     /// People walk by HRVO instead of scripts (S* only).
+    #[serde(skip)]
     pub(super) hrvo: bool,
 }
 

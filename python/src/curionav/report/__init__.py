@@ -1,4 +1,4 @@
-"""The figures of `curionav bench`, computed again from its journal: spreads, paired tests, the paper's order, claims.
+"""What `curionav bench` found: spreads, paired tests, the paper's order, claims, and the report for people.
 
-``python -m curionav.report DIR`` prints them as JSON with the keys of ``summary.json``.
+``python -m curionav.report DIR`` writes report.html and summary.json beside the results; it needs the extra `report`.
 """

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from .comparison import Comparison, Paired, corrected
@@ -26,10 +24,21 @@ class Judged:
     too_few: bool = False
     about: str = SUCCESS.label
 
+    @property
+    def is_beyond_reach(self) -> bool:
+        """Whether it does not hold and could not."""
+        return self.too_few and not self.holds
 
-def judge(file: Path, comparison: Comparison, repeats: int) -> list[Judged]:
+    @property
+    def verdict(self) -> str:
+        """In words."""
+        if self.holds:
+            return "holds"
+        return "cannot be shown" if self.too_few else "does not hold"
+
+
+def judge(claims: list[dict[str, Any]], comparison: Comparison, repeats: int) -> list[Judged]:
     """Every claim of a file in turn; each planner should have `repeats` runs in each scenario."""
-    claims: list[dict[str, Any]] = tomllib.loads(file.read_text(encoding="utf-8"))["claim"]
     court = _Judge(comparison, repeats * len(comparison.scenarios))
     found = {index: court.test(claim) for index, claim in enumerate(claims) if claim["kind"] == "better"}
     tests = {index: test for index, test in found.items() if test is not None}
@@ -51,8 +60,6 @@ class _Judge:
         }
         if claim["kind"] == "better":
             return self._better(claim, test)
-        if claim["kind"] not in judges:
-            raise ValueError(f"`{claim['kind']}` is no kind of claim")
         return judges[claim["kind"]](claim)
 
     def test(self, claim: dict[str, Any]) -> Paired | None:

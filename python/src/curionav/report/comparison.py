@@ -180,10 +180,10 @@ class Comparison:
                 return None
             return replace(other, difference=-other.difference, low=-other.high, high=-other.low)
         wanted = range(len(self.scenarios)) if scenario is None else [scenario]
-        by_place: list[list[list[float]]] = [[] for _ in range(self.place_count)]
-        for s in wanted:
-            by_place[self.places[s]].append(self._differences(measure, a, b, s))
         differences = [self._differences(measure, a, b, s) for s in wanted]
+        by_place: list[list[list[float]]] = [[] for _ in range(self.place_count)]
+        for s, of_scene in zip(wanted, differences, strict=True):
+            by_place[self.places[s]].append(of_scene)
         runs = [value for of_scene in differences for value in of_scene]
         scenes = _averages(differences)
         means = _averages([_averages(of_place) for of_place in by_place])

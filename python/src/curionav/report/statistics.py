@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,8 @@ EXACT_UP_TO = 300
 Z = 1.959963984540054
 
 _MASK = (1 << 64) - 1
-_LOW = np.uint64(0xFFFFFFFF)
-_HALF = np.uint64(32)
-_PCG_MULTIPLIER = 0x2360ED051FC65DA44385DF649FCCF645
 
 Floats = NDArray[np.float64]
-Words = NDArray[np.uint64]
 Clusters = Sequence[Sequence[Sequence[float]]]
 """Values by place, and in a place by scene."""
 
@@ -196,38 +192,84 @@ def _even_means(values: Floats, seed: int) -> Floats:
 
 def _uneven_means(places: Clusters, seed: int) -> Floats:
     """The same where how many numbers a resample takes depends on what it draws."""
-    widest = max(1 + len(scenes) * (1 + max(map(len, scenes))) for scenes in places)
-    draws = iter(uniforms(seed, RESAMPLES * len(places) * widest).tolist())
+    sizes = [[len(values) for values in scenes] for scenes in places]
+    of_place = [1 + sum(1 + count for count in counts) for counts in sizes]
+    expected = RESAMPLES * sum(of_place)
+    while True:
+        try:
+            return _resampled(places, sizes, uniforms(seed, expected))
+        except IndexError:
+            # Rarely so many large scenes are drawn that the numbers do not suffice.
+            expected *= 2
 
-    def one_of(count: int) -> int:
-        return min(int(next(draws) * count), count - 1) if count > 1 else 0
 
-    means = np.empty(RESAMPLES)
-    for resample in range(RESAMPLES):
-        of_places = 0.0
-        for _ in places:
-            scenes = places[one_of(len(places))]
-            of_scenes = 0.0
-            for _ in scenes:
-                values = scenes[one_of(len(scenes))]
-                of_scenes += total([values[one_of(len(values))] for _ in values]) / len(values)
-            of_places += of_scenes / len(scenes)
-        means[resample] = of_places / len(places)
-    return means
+def _resampled(places: Clusters, sizes: Sequence[Sequence[int]], draws: Floats) -> Floats:
+    visits = _visits(sizes, draws.tolist())
+    means = np.empty(len(visits.scene))
+    flat = [values for scenes in places for values in scenes]
+    for scene, values in enumerate(flat):
+        here = np.flatnonzero(visits.scene == scene)
+        total_of = np.zeros(len(here))
+        for turn in range(len(values)):
+            own = np.zeros(len(here), np.intp)
+            if len(values) > 1:
+                own = np.minimum((draws[visits.start[here] + turn] * len(values)).astype(np.intp), len(values) - 1)
+            total_of += np.array(values)[own]
+        means[here] = total_of / len(values)
+    # `bincount` adds in order.
+    of_scenes = np.bincount(visits.place, means) / np.bincount(visits.place)
+    of_places: Floats = np.bincount(np.arange(len(of_scenes)) // len(places), of_scenes) / len(places)
+    return of_places
+
+
+@dataclass(frozen=True)
+class _Visits:
+    """Each drawn scene: its number, the draw of its first value, and which drawn place it is in."""
+
+    scene: NDArray[np.intp]
+    start: NDArray[np.intp]
+    place: NDArray[np.intp]
+
+
+def _visits(sizes: Sequence[Sequence[int]], draws: list[float]) -> _Visits:
+    """The scenes that the resamples draw, where each has so many values."""
+    firsts = np.cumsum([0, *map(len, sizes)]).tolist()
+    scenes: list[int] = []
+    starts: list[int] = []
+    counts: list[int] = []
+    at = 0
+    for _ in range(RESAMPLES * len(sizes)):
+        place = 0
+        if len(sizes) > 1:
+            place = min(int(draws[at] * len(sizes)), len(sizes) - 1)
+            at += 1
+        of_place = sizes[place]
+        first = firsts[place]
+        count = len(of_place)
+        counts.append(count)
+        for _ in range(count):
+            scene = 0
+            # What is there once is taken and not drawn.
+            if count > 1:
+                scene = min(int(draws[at] * count), count - 1)
+                at += 1
+            scenes.append(first + scene)
+            starts.append(at)
+            values = of_place[scene]
+            at += values if values > 1 else 0
+    place_of = np.repeat(np.arange(len(counts)), counts)
+    return _Visits(np.array(scenes), np.array(starts), place_of)
 
 
 def uniforms(seed: int, count: int) -> Floats:
-    """The first numbers of the program's generator (PCG64 MCG, O'Neill 2014) with this seed, in [0, 1)."""
-    start = _start(seed)
-    power_high, power_low = _powers(1 << max(count - 1, 1).bit_length())
-    power_high = power_high[:count]
-    power_low = power_low[:count]
-    high, low = _product(start >> 64, start & _MASK, power_high, power_low)
-    turn = high >> np.uint64(58)
-    mixed = high ^ low
-    turned = (mixed >> turn) | (mixed << ((np.uint64(64) - turn) & np.uint64(63)))
-    result: Floats = (turned >> np.uint64(11)).astype(np.float64) * 2.0**-53
-    return result
+    """The first numbers of the program's generator with this seed, in [0, 1).
+
+    It is PCG64 (O'Neill 2014) without an increment.
+    """
+    generator = np.random.PCG64(0)
+    state = {"state": _start(seed), "inc": 0}
+    generator.state = {"bit_generator": "PCG64", "state": state, "has_uint32": 0, "uinteger": 0}
+    return np.random.Generator(generator).random(count)
 
 
 def _start(seed: int) -> int:
@@ -244,35 +286,3 @@ def _start(seed: int) -> int:
         word = ((shifted >> turn) | (shifted << (32 - turn))) & 0xFFFFFFFF
         start |= word << (32 * part)
     return start | 1
-
-
-@cache
-def _powers(count: int) -> tuple[Words, Words]:
-    """The multiplier to the power of 1, 2 and so on, as upper and lower words."""
-    high = np.empty(count, dtype=np.uint64)
-    low = np.empty(count, dtype=np.uint64)
-    power = _PCG_MULTIPLIER
-    high[0] = power >> 64
-    low[0] = power & _MASK
-    known = 1
-    while known < count:
-        high[known : 2 * known], low[known : 2 * known] = _product(
-            power >> 64, power & _MASK, high[:known], low[:known]
-        )
-        power = power * power & ((1 << 128) - 1)
-        known *= 2
-    return high, low
-
-
-def _product(high: int, low: int, other_high: Words, other_low: Words) -> tuple[Words, Words]:
-    """One number times many modulo 2^128, all in two words."""
-    upper = np.uint64(low >> 32)
-    lower = np.uint64(low & 0xFFFFFFFF)
-    other_upper = other_low >> _HALF
-    other_lower = other_low & _LOW
-    first = lower * other_lower
-    second = upper * other_lower + (first >> _HALF)
-    third = lower * other_upper + (second & _LOW)
-    carried = upper * other_upper + (second >> _HALF) + (third >> _HALF)
-    whole = np.uint64(low)
-    return carried + whole * other_high + np.uint64(high) * other_low, whole * other_low

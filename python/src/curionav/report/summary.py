@@ -1,4 +1,4 @@
-"""The results of a bench, and every figure of them under the keys of summary.json."""
+"""The results of a bench, and every figure of them: summary.json."""
 
 from __future__ import annotations
 
@@ -6,39 +6,81 @@ import csv
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from .claims import judge
+from ..messages import RunResult
+from .claims import Judged
 from .comparison import Comparison, published
 from .measures import MEASURES, PAPER, Row, tally
+from .statistics import mean
 
 
 @dataclass(frozen=True)
 class Bench:
-    """A finished bench: its runs, compared, and how many runs each planner should have in each scenario."""
+    """A finished bench.
 
+    Attributes:
+        folder: What `curionav bench --out` wrote.
+        made: `bench.json` in it: planners, scenarios, seeds and so on.
+        comparison: The runs that `results.csv` has; the journal may have older ones.
+    """
+
+    folder: Path
+    made: dict[str, Any]
     comparison: Comparison
-    repeats: int
 
     @classmethod
     def read(cls, folder: Path) -> Bench:
-        """The results that `curionav bench --out` wrote; the journal may have older runs, which are left out."""
-        head = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        """Reads bench.json, results.csv and the journal."""
+        made = json.loads((folder / "bench.json").read_text(encoding="utf-8"))
         with (folder / "results.csv").open(encoding="utf-8", newline="") as file:
             wanted = {_identity(row) for row in csv.DictReader(file)}
         lines = (folder / "journal.jsonl").read_text(encoding="utf-8").splitlines()
         journal: list[Row] = [json.loads(line) for line in lines if line]
-        rows = [row for row in journal if _identity(row) in wanted and row["program"] in head["programs"]]
-        return cls(Comparison(head["planners"], head["scenarios"], head["places"], rows), head["repeats"])
+        rows = [row for row in journal if _identity(row) in wanted and row["program"] in made["programs"]]
+        planners = [planner["name"] for planner in made["planners"]]
+        scenarios = [scenario["name"] for scenario in made["scenarios"]]
+        places = [scenario["place"] for scenario in made["scenarios"]]
+        return cls(folder, made, Comparison(planners, scenarios, places, rows))
 
-    def figures(self, claims: Sequence[Path] = ()) -> dict[str, Any]:
-        """Cells, tests, the paper's order, and what has become of the claims in these files."""
+    @cached_property
+    def seeds(self) -> range:
+        """Those of every planner in every scenario."""
+        first = self.made["first_seed"]
+        return range(first, first + self.made["repeats"])
+
+    def trace(self, scenario: int, planner: int) -> RunResult | None:
+        """The kept run with the first seed; none if it did not take place."""
+        for row in self.comparison.runs(scenario, planner):
+            file = self.folder / "traces" / f"{row['key']}.cbor"
+            if row["seed"] == self.seeds[0] and file.is_file():
+                return RunResult.decode(file.read_bytes())
+        return None
+
+    def real_time_factor(self, planner: int) -> float | None:
+        """Simulated over clock seconds of a run, on the mean."""
+        return mean([row["real_time_factor"] for row in self.comparison.all_runs(planner)])
+
+    def figures(self, claims: Sequence[Judged] = ()) -> dict[str, Any]:
+        """Cells, tests, the paper's order, what has become of the claims, and what was run."""
+        names = self.comparison.planners
+        factors = {name: self.real_time_factor(p) for p, name in enumerate(names)}
         return {
+            "planners": names,
+            "scenarios": self.comparison.scenarios,
+            "places": self.comparison.places,
+            **{key: self.made[key] for key in ["first_seed", "perception", "repeats", "programs", "missing"]},
+            "claims": [asdict(judged) for judged in claims],
             "cells": self._cells(),
             "tests": self._tests(),
             "order": self._orders(),
-            "claims": [asdict(judged) for file in claims for judged in judge(file, self.comparison, self.repeats)],
+            "timing": {
+                "clock_s": self.made["clock_s"],
+                "workers": self.made["workers"],
+                "real_time_factor": {name: factor for name, factor in factors.items() if factor is not None},
+            },
         }
 
     def _cells(self) -> list[dict[str, Any]]:
