@@ -74,6 +74,17 @@ mod tests {
     }
 
     #[test]
+    fn the_shortest_lengths_are_the_least_of_table_v() {
+        let tables = include_str!("../../../../python/src/curionav/report/published.csv");
+        for p in &PUBLISHED {
+            let own = tables.lines().filter_map(|line| line.strip_prefix(p.name)?.strip_prefix(','));
+            // The planner, six measures, speed, and then the length, with its deviation and perhaps a mark.
+            let lengths = own.filter_map(|line| line.split(',').nth(8)?.split('\u{b1}').next()?.parse().ok());
+            assert_eq!(lengths.fold(f64::INFINITY, f64::min), p.shortest_m, "{}", p.name);
+        }
+    }
+
+    #[test]
     fn landmark_share_is_between_five_and_eleven_percent() {
         for p in &PUBLISHED {
             let share = p.landmark_cells as f64 / p.known_cells as f64;

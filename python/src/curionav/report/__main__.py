@@ -9,8 +9,12 @@ from pathlib import Path
 
 from . import claim_files
 from .claims import judge
-from .page import render
 from .summary import Bench
+
+try:
+    from .page import render
+except ModuleNotFoundError as missing:
+    sys.exit(f"error: {missing}; `pip install './python[report]'` brings it")
 
 
 def main() -> int:
@@ -32,7 +36,10 @@ def main() -> int:
 
 
 def _report(folder: Path, check: list[Path] | None, check_only: bool) -> int:
-    made = json.loads((folder / "bench.json").read_text(encoding="utf-8"))
+    file = folder / "bench.json"
+    if not file.is_file():
+        raise ValueError(f"there is no {file}: `curionav bench --out {folder}` writes it")
+    made = json.loads(file.read_text(encoding="utf-8"))
     known = claim_files.Known([planner["name"] for planner in made["planners"]], len(made["scenarios"]))
     wanted = [Path(file) for file in made["claims"]] if check is None else check
     files = [claim_files.read(file, known) for file in wanted]
