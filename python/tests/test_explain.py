@@ -99,8 +99,8 @@ def test_what_is_special_about_this_projects_planner_is_said_in_words() -> None:
     for line in (
         f"; {len(scene.people.id)} people are near.",
         "It also keeps clear of something unseen that the driver braked for, 0.5 m away.",
-        "It has not left its place for 4.0 s;",
-        "It has stayed where it is for too long:",
+        "It has stayed in one place for 4.0 s.",
+        "For a while, terms with `gives_way` count",
         "The others collide after 1.3 s at most.",
         "  Of the chosen candidate it says that the robot touches a person with a chance of 3.2 %.",
         f"  Of the chosen candidate it says that the way beyond it counts {mean:.2f} m longer,",

@@ -129,7 +129,7 @@ def test_a_planner_that_is_not_there_is_told_before_anything_is_sent(
     connected: curionav.Deployment, scenario: Scenario
 ) -> None:
     for ask in (connected.inject, connected.validate):
-        with pytest.raises(curionav.ScenarioError, match="known: curiosity") as error:
+        with pytest.raises(curionav.ScenarioError, match="use one of curiosity") as error:
             ask(scenario, "no-such-planner")
         assert error.value.field == "planner"
 

@@ -96,7 +96,7 @@ def test_a_profile_of_ones_own_is_completed_but_for_its_terms(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("planner", "field", "reason"),
     [
-        ("no-such-planner", "planner", "known: curiosity, "),
+        ("no-such-planner", "planner", "use one of curiosity, "),
         ("none.toml", "planner", "cannot read none.toml"),
         (None, "planner.profile", "`other` is not known here"),
     ],

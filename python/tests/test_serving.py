@@ -171,7 +171,7 @@ def test_one_that_never_works_refuses_the_mission_with_the_reason(
     ranked = Evaluator("keep-right", lambda scene, candidates: candidates.v.sum(axis=1) / (1.0 + candidates.v.max()))
     with (
         connected.serve(ranked) as server,
-        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` gets ready: .* neighbours") as failed,
+        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` became ready: .* neighbours") as failed,
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)
@@ -189,7 +189,7 @@ def test_a_term_that_no_replica_computes_refuses_the_mission_with_the_reason(
     connected: curionav.Deployment, scenario: Scenario
 ) -> None:
     with (
-        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` gets ready: none is alive") as failed,
+        pytest.raises(curionav.RunFailed, match=r"no replica of `keep-right` became ready: none is alive") as failed,
         connected.inject(scenario.with_term("keep-right")) as run,
     ):
         run.wait(RUN_TIMEOUT)

@@ -150,7 +150,7 @@ pub enum CommandReason {
     Tracking,
     /// It follows the decision as far as what the laser sees close by allows: it brakes.
     TooClose,
-    /// It stops: the arbiter believes to be at the goal.
+    /// It stops: the arbiter believes that the robot is at the goal.
     Arrived,
     /// It stops, as decided.
     ToldToStop,
@@ -204,7 +204,7 @@ pub enum MissionEnd {
     Reached,
     /// The time limit is over.
     Timeout,
-    /// The robot believes to be at the goal and is not.
+    /// The robot believes that it is at the goal and is not.
     Lost,
     /// A client asked for it.
     Cancelled,

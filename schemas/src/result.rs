@@ -19,7 +19,7 @@ pub enum Outcome {
     Reached,
     /// Time ran out.
     Timeout,
-    /// The robot believes to be where it is not.
+    /// The robot is not where it believes it is.
     Lost,
 }
 

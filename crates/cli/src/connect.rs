@@ -78,7 +78,7 @@ impl ConnectOptions {
         let whole = namespace.map_or_else(|| key.to_owned(), |namespace| format!("{namespace}/{key}"));
         match shown {
             Some(name) if !name.may(verb, &whole, namespace) => Err(Exit::bad_input(anyhow!(
-                "the certificate `{name}` does not allow to {} {key}; use --as {}",
+                "the certificate `{name}` may not {} {key}; use --as {}",
                 verb.word(),
                 suffice.join(" or ")
             ))),

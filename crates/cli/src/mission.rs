@@ -53,7 +53,7 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
     let (RobotOptions { robot, at }, command) = match request {
         MissionRequest::Goal { robot, x, y, yaw: heading, at } => {
             if ![x, y, heading.unwrap_or_default()].into_iter().all(f64::is_finite) {
-                return Err(Exit::bad_input(anyhow!("a goal needs finite numbers")));
+                return Err(Exit::bad_input(anyhow!("x, y and yaw must be finite numbers")));
             }
             (RobotOptions { robot, at }, MissionCommand::Goal { x, y, heading })
         }

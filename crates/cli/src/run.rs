@@ -110,7 +110,7 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
     let is_embedded = options.connect.is_none() && options.secure.is_none();
     if is_embedded && options.namespace.is_some() {
         return Err(Exit::bad_input(anyhow::anyhow!(
-            "--namespace: is of a deployment; give --connect or --secure"
+            "--namespace needs a running deployment; add --connect or --secure"
         )));
     }
     let at = ConnectOptions {

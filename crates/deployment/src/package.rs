@@ -160,7 +160,7 @@ pub fn read_profile(name: &str) -> anyhow::Result<Profile> {
     let path = PathBuf::from(name);
     if path.extension().is_none_or(|e| e != "toml") {
         let known: Vec<&str> = Profile::names().collect();
-        bail!("planner profile `{name}` is not built in (known: {}) nor a .toml file", known.join(", "));
+        bail!("unknown planner `{name}`; use one of {}, or a .toml file", known.join(", "));
     }
     let text = String::from_utf8_lossy(&bytes(&path)?).into_owned();
     Profile::from_toml(&text).with_context(|| path.display().to_string())

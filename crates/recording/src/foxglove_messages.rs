@@ -1,5 +1,5 @@
 //! What has a schema of Foxglove's: poses, paths, transforms, grids, scans and logs. Frames: `map`, and one named
-//! after each robot, which stands where the robot believes to be.
+//! after each robot, which stands where the robot believes it is.
 
 use curionav_planning::numerics::sin_cos;
 use curionav_schemas::{self as wire, Action, words};
@@ -36,7 +36,7 @@ pub(super) fn transform(robot: &str, belief: &wire::Belief, time: u64) -> FrameT
     }
 }
 
-/// Where the robot believes to be.
+/// Where the robot believes it is.
 pub(super) fn believed(belief: &wire::Belief, time: u64) -> PoseInFrame {
     PoseInFrame {
         timestamp: timestamp(time),

@@ -38,10 +38,10 @@ pub enum CdrFault {
         most: usize,
     },
     /// Its text is not UTF-8, does not end with its NUL, or has one before.
-    #[error("is no text")]
+    #[error("is not text")]
     Text,
     /// It is neither 0 nor 1.
-    #[error("is {0}; yes is 1 and no is 0")]
+    #[error("is {0}; a truth value is 0 or 1")]
     Bool(u8),
     /// More bytes follow it than alignment explains.
     #[error("is followed by {0} bytes")]

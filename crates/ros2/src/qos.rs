@@ -28,7 +28,7 @@ impl Qos {
 
 /// A text that says no quality of service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("no quality of service; it looks like `::,10:,:,:,,`")]
+#[error("not a quality of service; one looks like `::,10:,:,:,,`")]
 pub struct QosError;
 
 /// The default is left out, and numbers are those of rmw: reliability 1 reliable, 2 best effort; durability 1 transient

@@ -88,10 +88,10 @@ pub enum TokenError {
     #[error("the token has {0} bytes; the most is {most}", most = limits::TOKEN)]
     TooLong(usize),
     /// It has fewer or more parts, or another beginning.
-    #[error("no token; it looks like `@ros2_lv/0/ZID/0/1/MP/%/%/NODE/%TOPIC/TYPE/HASH/QOS`")]
+    #[error("not a token; a token looks like `@ros2_lv/0/ZID/0/1/MP/%/%/NODE/%TOPIC/TYPE/HASH/QOS`")]
     Form,
     /// A number in it is none.
-    #[error("a number of the token is none")]
+    #[error("a field of the token is not a number")]
     Number,
     /// Its quality of service is none.
     #[error(transparent)]

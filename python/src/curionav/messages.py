@@ -316,7 +316,7 @@ class Health(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Belief(methods.Belief, Message):
-    """Where the robot believes to be: the heaviest cluster of particles."""
+    """Where the robot believes it is: the heaviest cluster of particles."""
 
     NAME: ClassVar[str] = "belief"
     MAX_BYTES: ClassVar[int] = 2 << 10

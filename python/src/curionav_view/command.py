@@ -28,7 +28,7 @@ _DESCRIPTION = """\
 Shows what a curionav robot senses, believes, considers and decides, in Rerun (https://rerun.io).
 
 Live, with a deployment up (`curionav up`), or from a recording (`curionav record`, `curionav run --record`):
-the map, the laser, where the robot believes to be, people and the density of crowds, every candidate
+the map, the laser, where the robot believes it is, people and the density of crowds, every candidate
 coloured by its cost, the decision in words, and plots of uncertainty, distance to people, speed and the
 time a cycle takes. Move the time line to go back; double-click a view to fill the window with it.
 """

@@ -158,14 +158,14 @@ def _ring(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def ellipse(belief: Belief) -> rr.LineStrips3D:
-    """Where the robot believes to be with 95 %: the position's part of the covariance."""
+    """Where the robot believes it is with 95 %: the position's part of the covariance."""
     points = _ring(np.asarray(belief.covariance)[:2, :2])
     strip = _flat(belief.x + points[0], belief.y + points[1], HEIGHT_ELLIPSE)
     return rr.LineStrips3D([strip], colors=[colours.BELIEF], radii=[0.045])
 
 
 def particles(message: Particles, belief: Belief) -> rr.Points3D:
-    """Where the robot may be, seen from where it believes to be: a dot each, the likelier the larger and brighter."""
+    """Where the robot may be, seen from where it believes it is: a dot each, the likelier the larger and brighter."""
     stride = max(1, math.ceil(len(message.x) / MAX_PARTICLES))
     x, y = message.x[::stride] - belief.x, message.y[::stride] - belief.y
     c, s = math.cos(belief.heading), math.sin(belief.heading)

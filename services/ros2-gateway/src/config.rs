@@ -231,7 +231,7 @@ impl Ros2Config {
                 return Err(FieldError::new(
                     field,
                     problem,
-                    "names of ROS have letters, digits, `_` and `/` alone",
+                    "use letters, digits, `_` and `/` only",
                 ));
             }
         }
@@ -280,7 +280,7 @@ impl Ros2Config {
         let is_file = Path::new(name).extension().is_some_and(|e| e == "toml");
         ensure!(
             is_file,
-            "ros2.mission.profile: `{name}` is neither built in ({}) nor a .toml file",
+            "ros2.mission.profile: unknown planner `{name}`; use one of {}, or a .toml file",
             known.join(", ")
         );
         let text = std::fs::read_to_string(name).with_context(|| format!("ros2.mission.profile: {name}"))?;

@@ -160,7 +160,7 @@ fn bad_input_is_told_before_anything_runs() {
     let out = tempfile::tempdir().unwrap();
     let out = out.path().to_str().unwrap();
     for (more, said) in [
-        (["--planners", "curiosity,unknown"], "`unknown` is not built in"),
+        (["--planners", "curiosity,unknown"], "unknown planner `unknown`"),
         (["--scenarios", "scenarios/nothing-*.toml"], "no file is called"),
         (["--repeats", "0"], "--repeats"),
     ] {

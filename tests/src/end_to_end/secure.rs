@@ -237,7 +237,7 @@ fn expired_foreign_and_missing_certificates_are_one_clear_line_each() {
     fails(&listen, 3, "this configuration allows links over tls alone");
     let named = curionav(&["status", "--connect", at, "--secure", &path(&pki), "--as", "opertor"]);
     assert!(
-        String::from_utf8_lossy(&named.stderr).contains("`opertor` is no name of a certificate"),
+        String::from_utf8_lossy(&named.stderr).contains("`opertor` is not the name of a certificate"),
         "{named:?}"
     );
     let without_rules = folder(&["router"]);

@@ -328,7 +328,7 @@ mod tests {
         assert!(
             wrong("\"min-max\"]", "\"min-max\", \"other\", \"fixed\"]").contains("unknown variant `other`")
         );
-        assert!(wrong("\"curiosity\"", "\"other\"").contains("`other` is not built in"));
+        assert!(wrong("\"curiosity\"", "\"other\"").contains("unknown planner `other`"));
         assert!(wrong("base", "bass").contains("bass"));
     }
 }

@@ -106,8 +106,8 @@ fn check_service(recording: &str, status: &ServiceStatus) -> anyhow::Result<()> 
 fn check_version(recording: &str, who: &str, version: &str) -> anyhow::Result<()> {
     anyhow::ensure!(
         version == VERSION,
-        "{recording} was recorded with {who} of version {version}, this is curionav {VERSION}, which may decide \
-         otherwise: replay it with curionav {version}, or give --any-version to see what has changed"
+        "{recording} was recorded with {who} of version {version}; this is curionav {VERSION}, whose decisions may \
+         differ. Replay it with curionav {version}, or add --any-version to see what has changed"
     );
     Ok(())
 }

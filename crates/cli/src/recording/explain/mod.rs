@@ -82,7 +82,7 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
     found.ok_or_else(|| {
         let whose = robot.map_or(String::new(), |robot| format!(" of robot {robot}"));
         let there = if last == 0 { "none".to_owned() } else { format!("cycles {first} to {last}") };
-        Exit::failed(anyhow!("{path}: no such cycle{whose}; there are {there}"))
+        Exit::failed(anyhow!("{path} has no such cycle{whose}; it has {there}"))
     })
 }
 
