@@ -47,10 +47,9 @@ macro_rules! messages {
     };
 }
 
-// Each limit is what the limits of the parts add up to, or, for batches, what a batch of 2000 x 56 takes twice over: not
-// all limits can be reached at once. All but an
-// injection fit in 32 MiB, the largest message the routers of `deploy/` pass. A command takes every order that fits in
-// a mission, and says its kind beside it.
+// Each limit is what the limits of the parts add up to, or, for batches, what a batch of 2000 x 56 takes twice over:
+// not all limits can be reached at once. All but an injection fit in 32 MiB, the largest message the routers of
+// `deploy/` pass. A command takes every order that fits in a mission, and says its kind beside it.
 messages! {
     Scan "scan" 64 * KIB;
     Odometry "odometry" KIB;

@@ -115,8 +115,8 @@ fn finish(outcome: Result<u8, Exit>) -> std::process::ExitCode {
     }
 }
 
-/// Whether the command runs services that only take turns. On one thread no message between them wakes another thread, which
-/// on a busy machine may come late.
+/// Whether the command runs services that only take turns. On one thread no message between them wakes another thread,
+/// which on a busy machine may come late.
 fn takes_turns(command: &Command) -> bool {
     match command {
         Command::Run(options) => options.is_lockstep(),

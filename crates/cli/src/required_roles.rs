@@ -53,8 +53,8 @@ pub(crate) struct Missing {
     pub(crate) fix: String,
 }
 
-/// What `robots`, the `tracked` of them whose missions require a tracker of people, and the `pools` that they share need
-/// and is not alive.
+/// What `robots`, the `tracked` of them whose missions require a tracker of people, and the `pools` that they share
+/// need and is not alive.
 pub(crate) fn missing(
     robots: &BTreeSet<String>,
     tracked: &BTreeSet<String>,

@@ -41,8 +41,9 @@ pub(crate) struct RunOptions {
     /// Planner: a built-in profile, or a profile file (.toml). Default: the scenario's.
     #[arg(long, value_name = "PROFILE")]
     planner: Option<String>,
-    /// How people are known: truth, robot-frame (the truth as seen from the robot), tracked (by the service tracker, from
-    /// the laser) or tracked-all-round (the same with a laser that sees all around). Default: as the scenario says.
+    /// How people are known: truth, robot-frame (the truth as seen from the robot), tracked (by the service tracker,
+    /// from the laser) or tracked-all-round (the same with a laser that sees all around). Default: as the scenario
+    /// says.
     #[arg(long, value_name = "HOW")]
     perception: Option<Perception>,
     /// Seed of everything random: start error, odometry, laser, localiser, generator.

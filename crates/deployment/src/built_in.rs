@@ -34,7 +34,8 @@ pub(crate) fn hint() -> String {
     format!("a scenario is a TOML file or a built-in name ({})", names.join(", "))
 }
 
-/// Writes every built-in scenario and its map into `folder`, as they are under `scenarios/`. Gives the scenarios' files.
+/// Writes every built-in scenario and its map into `folder`, as they are under `scenarios/`. Gives the scenarios'
+/// files.
 ///
 /// # Errors
 /// If a file cannot be written.

@@ -19,8 +19,8 @@ pub struct Embedded {
 }
 
 impl Embedded {
-    /// Starts them all on a session without a network and waits until each serves. Where they take turns, the arbiter does
-    /// the work of the pools.
+    /// Starts them all on a session without a network and waits until each serves. Where they take turns, the arbiter
+    /// does the work of the pools.
     pub async fn start(config: &ServiceConfig) -> anyhow::Result<Self> {
         let mut kinds = Kind::simulated();
         kinds.retain(|kind| !(config.takes_turns && kind.is_of_pool()));

@@ -1,14 +1,14 @@
 //! Whether a process hangs, judged by when it answers its supervisor and by the processor time that it takes.
 //!
-//! Time is counted in looks of the supervisor, which come at even times on a machine that has time for them. On a machine
-//! that has not, the supervisor looks more seldom, and so it waits for longer, too.
+//! Time is counted in looks of the supervisor, which come at even times on a machine that has time for them. On a
+//! machine that has not, the supervisor looks more seldom, and so it waits for longer, too.
 
 use std::time::Duration;
 
 /// Looks from an answer to the next question.
 const REST: u32 = 10;
-/// Looks without an answer after which a process hangs that hardly takes any processor time: it stands still or waits for
-/// itself.
+/// Looks without an answer after which a process hangs that hardly takes any processor time: it stands still or waits
+/// for itself.
 const IDLE_MAX: u32 = 100;
 /// The same for one that computes: it may be slow, or have much to prepare.
 const BUSY_MAX: u32 = 600;
@@ -36,8 +36,8 @@ pub(crate) struct Pulse {
 }
 
 impl Pulse {
-    /// One more look: whether the process has answered since the one before, and the processor time that it has taken in
-    /// all.
+    /// One more look: whether the process has answered since the one before, and the processor time that it has taken
+    /// in all.
     pub(crate) fn look(&mut self, has_answered: bool, used: Duration) -> Verdict {
         if has_answered {
             *self = Self::default();

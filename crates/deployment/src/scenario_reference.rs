@@ -31,8 +31,8 @@ The three tables are at the end of this page.
 
 ";
 
-/// Every field of a scenario, of the parameters of localiser and tracker and of a planner profile, as Markdown: what it holds, its
-/// default, its range and its meaning.
+/// Every field of a scenario, of the parameters of localiser and tracker and of a planner profile, as Markdown: what
+/// it holds, its default, its range and its meaning.
 pub fn scenario_reference() -> anyhow::Result<String> {
     let scenario = Scenario::reference().map_err(|e| anyhow::anyhow!("{e}"))?;
     let localizer = reference(LocalizerParams::FIELDS, &Table::try_from(LocalizerParams::default())?);

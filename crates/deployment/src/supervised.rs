@@ -88,8 +88,8 @@ impl Supervised {
         ProcessLine { name: self.name.clone(), pid: self.pid(), metrics: self.metrics }
     }
 
-    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one) and links with `others`; also says where. With a
-    /// folder of certificates it listens over TLS.
+    /// Starts a router that listens on `port` of 127.0.0.1 (0: a free one) and links with `others`; also says where.
+    /// With a folder of certificates it listens over TLS.
     pub async fn router(
         program: &Path,
         port: u16,
@@ -114,8 +114,8 @@ impl Supervised {
         self.child.id().unwrap_or(0)
     }
 
-    /// Starts it again whenever it has ended by itself, or was ended because it hung, and ends and starts it when `restart`
-    /// says so.
+    /// Starts it again whenever it has ended by itself, or was ended because it hung, and ends and starts it when
+    /// `restart` says so.
     ///
     /// # Errors
     /// Once it has ended by itself or hung more than `limit` times within a minute. It does not complete otherwise.
@@ -190,8 +190,8 @@ impl Supervised {
         }
     }
 
-    /// Ends them: asks all of them first, by closing their standard input, and then waits, but not for long: this program has
-    /// a second and a half to end, and what hangs must not outlive it.
+    /// Ends them: asks all of them first, by closing their standard input, and then waits, but not for long: this
+    /// program has a second and a half to end, and what hangs must not outlive it.
     pub async fn stop_all(mut processes: Vec<Self>) {
         processes.iter_mut().for_each(|process| drop(process.child.stdin.take()));
         let deadline = tokio::time::Instant::now() + END_TIMEOUT;

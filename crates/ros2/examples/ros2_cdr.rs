@@ -1,8 +1,8 @@
 //! Reads messages of ROS 2 for comparison with other implementations.
 //!
 //! `ros2_cdr` reads lines `TYPE HEX` and prints for each a line of JSON: the value and its bytes, encoded again.
-//! `ros2_cdr --types [DISTRIBUTION]` prints name, DDS name and hash of every type; `ros2_cdr --random TYPE SEED` prints a
-//! random value as above.
+//! `ros2_cdr --types [DISTRIBUTION]` prints name, DDS name and hash of every type; `ros2_cdr --random TYPE SEED`
+//! prints a random value as above.
 
 use std::io::{BufRead, Write};
 use std::process::ExitCode;

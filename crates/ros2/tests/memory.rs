@@ -1,5 +1,5 @@
-//! No bytes make the reader panic, or allocate much more than there are bytes. A binary of its own with one test, because
-//! the meter counts the whole process.
+//! No bytes make the reader panic, or allocate much more than there are bytes. A binary of its own with one test,
+//! because the meter counts the whole process.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on stops")]
 

@@ -33,19 +33,20 @@ pub(crate) fn align(
     map: &StaticMap,
     ends: &[Point2],
     sigma: f64,
-    pose: Pose2,
+    believed: Pose2,
     covariance: &Matrix3<f64>,
 ) -> (Pose2, Matrix3<f64>) {
     let Some(prior) = (covariance + Matrix3::identity() * LEAST_VARIANCE).try_inverse() else {
-        return (pose, *covariance);
+        return (believed, *covariance);
     };
     let stride = ends.len().div_ceil(MOST_BEAMS).max(1);
-    let believed = pose;
-    let (mut pose, mut found) = (pose, *covariance);
+    let mut pose = believed;
+    let mut found = *covariance;
     for _ in 0..STEPS {
         let posed = Posed::new(map, pose);
         let off = Vector3::new(pose.x - believed.x, pose.y - believed.y, pose.heading - believed.heading);
-        let (mut information, mut pull) = (prior, -(prior * off));
+        let mut information = prior;
+        let mut pull = -(prior * off);
         for end in ends.iter().step_by(stride) {
             let wall = posed.to_wall(*end);
             // At first the whole belief may be off, later what is left of it.

@@ -41,23 +41,32 @@ impl<'a> Posed<'a> {
 
     /// Distance from the end of a beam, robot frame, to the face of the nearest wall.
     pub(crate) fn to_wall(&self, end: Point2) -> WallDistance {
-        let (grid, field) = (&self.map.grid, &self.map.to_occupied);
-        let (p, step) = (self.on_map(end), grid.resolution());
+        let step = self.map.grid.resolution();
+        let p = self.on_map(end);
         let arm = Point2::new(p.x - self.pose.x, p.y - self.pose.y);
-        let length = hypot(arm.x, arm.y).max(step);
-        let (back_x, back_y) = (-step * arm.x / length, -step * arm.y / length);
-        // Inside of a wall the field is flat; the face is where the beam came in.
-        let back = |k: f64| Point2::new(p.x + k * back_x, p.y + k * back_y);
-        let outside = |p: &Point2| grid.at(*p) != Cell::Occupied;
-        let face = (0..=DEEPEST).map(|k| back(f64::from(k))).find(outside).unwrap_or(p);
-        let at = |dx: f64, dy: f64| field.between_cells(grid, Point2::new(face.x + dx, face.y + dy));
-        let (x, y) = (
-            (at(step, 0.0) - at(-step, 0.0)) / (2.0 * step),
-            (at(0.0, step) - at(0.0, -step)) / (2.0 * step),
-        );
+        let face = self.face(p, arm);
+        let x = (self.field(face, step, 0.0) - self.field(face, -step, 0.0)) / (2.0 * step);
+        let y = (self.field(face, 0.0, step) - self.field(face, 0.0, -step)) / (2.0 * step);
         // A beam ends on the face of a cell, the field counts from its centre.
-        let metres = at(0.0, 0.0) - 0.5 * step + x * (p.x - face.x) + y * (p.y - face.y);
+        let metres = self.field(face, 0.0, 0.0) - 0.5 * step + x * (p.x - face.x) + y * (p.y - face.y);
         WallDistance { metres, slope: Vector3::new(x, y, y * arm.x - x * arm.y) }
+    }
+
+    /// Where a beam that ends at `p`, `arm` away from the robot, came into the wall: inside of walls the field is flat.
+    fn face(&self, p: Point2, arm: Point2) -> Point2 {
+        let step = self.map.grid.resolution();
+        let length = hypot(arm.x, arm.y).max(step);
+        let back_x = -step * arm.x / length;
+        let back_y = -step * arm.y / length;
+        (0..=DEEPEST)
+            .map(|k| Point2::new(p.x + f64::from(k) * back_x, p.y + f64::from(k) * back_y))
+            .find(|p| self.map.grid.at(*p) != Cell::Occupied)
+            .unwrap_or(p)
+    }
+
+    /// Distance to the nearest wall's cell, `dx` and `dy` metres from `p`.
+    fn field(&self, p: Point2, dx: f64, dy: f64) -> f64 {
+        self.map.to_occupied.between_cells(&self.map.grid, Point2::new(p.x + dx, p.y + dy))
     }
 }
 

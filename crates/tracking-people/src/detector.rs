@@ -80,150 +80,210 @@ impl Detector {
         Self { map, params }
     }
 
-    /// What is seen of people by a scan, for a robot that is at `pose` on the map with this covariance (x, y, heading).
-    /// `ranges` are those of the beams of `laser`; beams that are not positive and below its greatest range say nothing.
+    /// What is seen of people by a scan, for a robot that is at `pose` on the map with this covariance (x, y,
+    /// heading). `ranges` are those of the beams of `laser`; beams that are not positive and below its greatest range
+    /// say nothing.
     pub fn see(&self, ranges: &[f32], laser: &LaserModel, pose: Pose2, covariance: &Matrix3<f64>) -> Seen {
         let count = ranges.len().min(laser.beams as usize);
         let ranges = &ranges[..count];
         if count < 2 {
             return Seen { of_people: vec![false; count], pose, covariance: *covariance, ..Seen::default() };
         }
-        let met: Vec<bool> =
-            ranges.iter().map(|r| *r > 0.0 && f64::from(*r) < laser.range_max - 1e-6).collect();
-        let gap = laser.bearing(1) - laser.bearing(0);
-        let ends: Vec<Point2> = (0..count)
-            .map(|i| {
-                let (s, c) = sin_cos(laser.bearing(i as u32));
-                let range = if met[i] { f64::from(ranges[i]) } else { laser.range_max };
-                Point2::new(range * c, range * s)
-            })
-            .collect();
+        let met: Vec<bool> = ranges.iter().map(|range| meets_something(*range, laser)).collect();
+        let ends: Vec<Point2> =
+            (0..laser.beams).zip(ranges).map(|(i, range)| end(laser, i, *range)).collect();
         let in_robot: Vec<Point2> = ends.iter().map(|end| laser.robot_from_laser.transform(*end)).collect();
-        let sigma = hypot(laser.range_sigma, self.params.map_sigma);
         let hits: Vec<Point2> =
             in_robot.iter().zip(&met).filter(|(_, met)| **met).map(|(end, _)| *end).collect();
+        let sigma = hypot(laser.range_sigma, self.params.map_sigma);
         let (pose, covariance) = align(&self.map, &hits, sigma, pose, covariance);
-        let off_walls = self.off_walls(&met, &in_robot, sigma, pose, &covariance);
-        let (full, jump) = (laser.sees_all_around(), self.params.jump);
-        let sweep = Sweep { ends: &ends, ranges, met: &met, off_walls: &off_walls, gap, full, jump };
-        let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };
+        let posed = Posed::new(&self.map, pose);
+        let off_walls: Vec<Option<f64>> = in_robot
+            .iter()
+            .zip(&met)
+            .map(|(end, met)| if *met { self.off_wall(&posed, *end, sigma, &covariance) } else { None })
+            .collect();
+        let sweep = Sweep {
+            ends: &ends,
+            ranges,
+            met: &met,
+            off_walls: &off_walls,
+            gap: laser.bearing(1) - laser.bearing(0),
+            full: laser.sees_all_around(),
+            jump: self.params.jump,
+        };
+        let mut pieces = Vec::new();
         for segment in sweep.segments() {
-            self.classify(&sweep, segment, laser, CUTS, &mut seen);
+            self.cut(&sweep, segment, CUTS, &mut pieces);
+        }
+        let mut seen = Seen { detections: Vec::new(), of_people: vec![false; count], pose, covariance };
+        for piece in pieces {
+            if let Some(detection) = self.classify(&sweep, &piece, laser) {
+                seen.detections.push(detection);
+                piece.segment.beams.for_each(|at| seen.of_people[sweep.beam(at)] = true);
+            }
         }
         seen
     }
 
-    /// How far from the walls of the map each beam ended, metres; 0 if it may have ended on one, within some standard
-    /// deviations of where the robot is and how the laser measures (`sigma`, metres). Nothing if it met nothing, or where the
-    /// map does not know whether a person can be.
-    fn off_walls(
-        &self,
-        met: &[bool],
-        in_robot: &[Point2],
-        sigma: f64,
-        pose: Pose2,
-        covariance: &Matrix3<f64>,
-    ) -> Vec<Option<f64>> {
-        let posed = Posed::new(&self.map, pose);
-        let of_beam = |(end, met): (&Point2, &bool)| match posed.cell(*end) {
-            _ if !*met => None,
+    /// How far from the walls of the map a beam ended, metres; 0 if it may have ended on one, within some standard
+    /// deviations of where the robot is and how the laser measures (`sigma`, metres). Nothing where the map does not
+    /// know whether a person can be.
+    fn off_wall(&self, posed: &Posed<'_>, end: Point2, sigma: f64, covariance: &Matrix3<f64>) -> Option<f64> {
+        match posed.cell(end) {
             Cell::Unknown => None,
             Cell::Occupied => Some(0.0),
             Cell::Free => {
-                let wall = posed.to_wall(*end);
+                let wall = posed.to_wall(end);
                 let variance = sigma * sigma + wall.variance(covariance);
                 let reach = self.params.explained_sigmas * variance.sqrt();
                 Some(if wall.metres > reach { wall.metres } else { 0.0 })
             }
-        };
-        in_robot.iter().zip(met).map(of_beam).collect()
+        }
     }
 
-    /// Adds what a segment is taken for, if for anything; a wide one is cut in two so many times.
-    fn classify(
-        &self,
-        sweep: &Sweep<'_>,
-        segment: Segment,
-        laser: &LaserModel,
-        cuts: usize,
-        seen: &mut Seen,
-    ) {
-        let params = &self.params;
-        let points: Vec<Point2> = segment.beams.clone().map(|at| sweep.end(at)).collect();
-        let (first, last) = (segment.beams.start, segment.beams.end - 1);
-        let centre = middle(&points);
-        let distance = hypot(centre.x, centre.y);
-        // The outermost beams end half a gap inside of its edges, on the mean.
-        let spacing = sweep.gap * distance;
-        let width = points[0].distance(points[points.len() - 1]) + spacing;
-        if width > 2.0 * params.radius + WIDER {
-            if cuts > 0 && points.len() >= 2 * SHAPE_BEAMS {
-                let at = first + deepest(&points);
-                for beams in [first..at, at..last + 1] {
-                    self.classify(sweep, Segment { beams }, laser, cuts - 1, seen);
-                }
-            }
-            return;
+    /// Adds a segment to the pieces. One that is wider than a person is cut in two, up to `cuts` times; what is still
+    /// too wide then is left out.
+    fn cut(&self, sweep: &Sweep<'_>, segment: Segment, cuts: usize, pieces: &mut Vec<Piece>) {
+        let piece = Piece::new(sweep, segment);
+        if piece.width <= 2.0 * self.params.radius + WIDER {
+            pieces.push(piece);
+        } else if cuts > 0 && piece.points.len() >= 2 * SHAPE_BEAMS {
+            let beams = piece.segment.beams;
+            let middle = beams.start + deepest(&piece.points);
+            self.cut(sweep, Segment { beams: beams.start..middle }, cuts - 1, pieces);
+            self.cut(sweep, Segment { beams: middle..beams.end }, cuts - 1, pieces);
         }
-        let [before, after] = sweep.beside(&segment);
-        let sides = [(before, first), (after, last)];
-        let meets = |side: Option<usize>| side.filter(|at| sweep.met[sweep.beam(*at)]);
-        // Whether the rest of it is behind something nearer, or outside of the view.
-        let goes_unseen = |&(side, edge): &(Option<usize>, usize)| {
-            side.is_none() || meets(side).is_some_and(|at| sweep.range(at) + params.jump < sweep.range(edge))
+    }
+
+    /// What a piece is taken for, if for a person or a part of one.
+    fn classify(&self, sweep: &Sweep<'_>, piece: &Piece, laser: &LaserModel) -> Option<Detection> {
+        if piece.width + piece.spacing < self.params.leg_width_min {
+            return None;
+        }
+        let context = Context::new(sweep, &piece.segment);
+        let (kind, centre) = match self.trunk(piece, context) {
+            None if context.continued > 0 => return None,
+            None => (Kind::Leg, behind(piece.centre, self.params.leg_radius)),
+            Some(trunk) => (Kind::Trunk, trunk_centre(piece, &trunk, context)?),
         };
-        let partial = sides.iter().any(goes_unseen);
-        // A thing that goes on in what the map explains, or was cut, is a person only if it has the shape of one. What is seen
-        // whole and stands out from the walls of the map ends at them.
-        let stands_out = !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
-        let ends = |at: usize| stands_out && sweep.off_wall(at) == Some(0.0);
-        let goes_on = |&&(side, edge): &&(Option<usize>, usize)| {
-            meets(side).is_some_and(|at| sweep.joined(at, edge) && !ends(at))
-        };
-        let continued = sides.iter().filter(goes_on).count();
-        let noise = laser.range_sigma * laser.range_sigma / points.len() as f64 + spacing * spacing / 12.0;
-        let mut sigma = (noise + LEAST_SIGMA * LEAST_SIGMA).sqrt();
-        if partial {
+        let mut sigma = piece.sigma(laser.range_sigma);
+        if context.partial {
             sigma = hypot(sigma, PARTIAL_SIGMA);
         }
-        // As narrow as a leg is also what is left to see of a trunk, but that is not as round.
-        let narrow = width <= params.leg_width_max;
-        let trunk = (!narrow || partial).then(|| fit(&points, params.radius));
-        let enough = points.len() >= SHAPE_BEAMS;
-        let is_trunk = |trunk: &Fit| enough && trunk.circle < fit(&points, params.leg_radius).circle;
-        let leg = narrow && !trunk.as_ref().is_some_and(is_trunk);
-        let shape = trunk.filter(|_| !leg);
-        let alone = continued == 0;
-        // A short piece of a wall fits a circle nearly as well as a line.
-        let odds = if alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };
-        let has_shape = shape.as_ref().is_some_and(|fit| enough && fit.circle < odds * fit.line);
-        let accepted = alone && (leg || width <= SHAPELESS) || has_shape && continued < 2;
-        if !accepted || width + spacing < params.leg_width_min {
-            return;
+        Some(Detection { position: laser.robot_from_laser.transform(centre), kind, sigma })
+    }
+
+    /// The disc of a trunk fitted to a piece, or nothing if the piece is a leg: as narrow as one, and not what is left
+    /// to see of a trunk, which is not as round.
+    fn trunk(&self, piece: &Piece, context: Context) -> Option<Fit> {
+        let is_narrow = piece.width <= self.params.leg_width_max;
+        if is_narrow && !context.partial {
+            return None;
         }
-        let position = match shape {
-            None => behind(centre, params.leg_radius),
-            Some(fit) if has_shape || partial => fit.centre,
-            Some(_) => behind(centre, 0.5 * width),
-        };
-        let kind = if leg { Kind::Leg } else { Kind::Trunk };
-        seen.detections.push(Detection { position: laser.robot_from_laser.transform(position), kind, sigma });
-        segment.beams.for_each(|at| seen.of_people[sweep.beam(at)] = true);
+        let trunk = fit(&piece.points, self.params.radius);
+        let is_trunk = !is_narrow
+            || piece.shows_shape() && trunk.circle < fit(&piece.points, self.params.leg_radius).circle;
+        is_trunk.then_some(trunk)
     }
 }
 
-/// Where a wide thing is cut: where it lies deepest behind the line between its ends, as between two people, but leaving
-/// enough for a person on either side. In the middle of what has no such place.
+/// Whether a beam met something.
+fn meets_something(range: f32, laser: &LaserModel) -> bool {
+    range > 0.0 && f64::from(range) < laser.range_max - 1e-6
+}
+
+/// Where beam `i` ended, laser frame: at the greatest range if it met nothing.
+fn end(laser: &LaserModel, i: u32, range: f32) -> Point2 {
+    let (s, c) = sin_cos(laser.bearing(i));
+    let range = if meets_something(range, laser) { f64::from(range) } else { laser.range_max };
+    Point2::new(range * c, range * s)
+}
+
+/// A segment, or a part of one, that is at most as wide as a person.
+struct Piece {
+    segment: Segment,
+    /// Ends of its beams, laser frame.
+    points: Vec<Point2>,
+    /// Their mean.
+    centre: Point2,
+    /// Metres between neighbouring beams at this distance.
+    spacing: f64,
+    /// Metres.
+    width: f64,
+}
+
+impl Piece {
+    fn new(sweep: &Sweep<'_>, segment: Segment) -> Self {
+        let points: Vec<Point2> = segment.beams.clone().map(|at| sweep.end(at)).collect();
+        let centre = middle(&points);
+        let spacing = sweep.gap * hypot(centre.x, centre.y);
+        // The outermost beams end half a gap inside of its edges, on the mean.
+        let width = points[0].distance(points[points.len() - 1]) + spacing;
+        Self { segment, points, centre, spacing, width }
+    }
+
+    /// Whether there are enough beams to tell a circle from a line.
+    fn shows_shape(&self) -> bool {
+        self.points.len() >= SHAPE_BEAMS
+    }
+
+    /// Standard deviation of the centre of a piece that is seen whole, metres.
+    fn sigma(&self, range_sigma: f64) -> f64 {
+        let noise = range_sigma * range_sigma / self.points.len() as f64 + self.spacing * self.spacing / 12.0;
+        (noise + LEAST_SIGMA * LEAST_SIGMA).sqrt()
+    }
+}
+
+/// What lies beside a piece.
+#[derive(Clone, Copy)]
+struct Context {
+    /// Whether the rest of it may be behind something nearer, or outside of the view.
+    partial: bool,
+    /// On how many of its sides it goes on in something else: it was cut there, or touches what the map explains.
+    continued: usize,
+}
+
+impl Context {
+    fn new(sweep: &Sweep<'_>, segment: &Segment) -> Self {
+        let sides = sweep.sides(segment);
+        let partial = sides.iter().any(|side| sweep.goes_unseen(side));
+        // What is seen whole and stands out from the walls of the map ends at them.
+        let ends_at_walls =
+            !partial && segment.beams.clone().any(|at| sweep.off_wall(at) >= Some(STANDS_OUT));
+        let continued = sides.iter().filter(|side| sweep.goes_on(side, ends_at_walls)).count();
+        Self { partial, continued }
+    }
+}
+
+/// The centre of the trunk that a piece is, if it is one. What goes on in something else is a person only if it has the
+/// shape of one.
+fn trunk_centre(piece: &Piece, trunk: &Fit, context: Context) -> Option<Point2> {
+    let is_alone = context.continued == 0;
+    // A short piece of a wall fits a circle nearly as well as a line.
+    let odds = if is_alone { CIRCLE_ODDS } else { 1.0 / CONTINUED_ODDS };
+    let is_round = piece.shows_shape() && trunk.circle < odds * trunk.line;
+    let is_trunk = is_round && context.continued < 2 || is_alone && piece.width <= SHAPELESS;
+    is_trunk.then(|| match is_round || context.partial {
+        true => trunk.centre,
+        false => behind(piece.centre, 0.5 * piece.width),
+    })
+}
+
+/// Where a wide thing is cut: where it lies deepest behind the line between its ends, as between two people, but
+/// leaving enough for a person on either side. In the middle of what has no such place.
 fn deepest(points: &[Point2]) -> usize {
-    let (a, b) = (points[0], points[points.len() - 1]);
+    let a = points[0];
+    let b = points[points.len() - 1];
     let length = a.distance(b).max(1e-9);
+    let nx = (b.y - a.y) / length;
+    let ny = (a.x - b.x) / length;
     // Outward of the laser, which is at the origin.
-    let (nx, ny) = ((b.y - a.y) / length, (a.x - b.x) / length);
     let outward = if nx * a.x + ny * a.y >= 0.0 { 1.0 } else { -1.0 };
-    let depth = |i: usize| outward * ((points[i].x - a.x) * nx + (points[i].y - a.y) * ny);
+    let depths: Vec<f64> = points.iter().map(|p| outward * ((p.x - a.x) * nx + (p.y - a.y) * ny)).collect();
     let margin = SHAPE_BEAMS.max(points.len() / 5);
     let inner = margin..points.len() + 1 - margin;
-    let best = inner.clone().max_by(|i, j| depth(*i).total_cmp(&depth(*j)).then(j.cmp(i)));
+    let best = inner.max_by(|i, j| depths[*i].total_cmp(&depths[*j]).then(j.cmp(i)));
     let half = points.len() / 2;
-    best.filter(|i| depth(*i) > depth(half) + 0.02).unwrap_or(half)
+    best.filter(|i| depths[*i] > depths[half] + 0.02).unwrap_or(half)
 }

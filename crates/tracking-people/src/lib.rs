@@ -1,12 +1,12 @@
 //! Pure detection and tracking of people in the scans of a planar laser.
 //!
-//! No I/O, no clock, no randomness: stamps are arguments, so the same scans, odometry and beliefs give the same people bit
-//! for bit. Units are SI and radians.
+//! No I/O, no clock, no randomness: stamps are arguments, so the same scans, odometry and beliefs give the same people
+//! bit for bit. Units are SI and radians.
 //!
-//! Read [`Tracker`] first; it strings together, in the order of one scan: where the robot is to be expected (`ego_motion`);
-//! [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces they make (`segments`)
-//! and what those may be (`shape`); then which detection is of which person (`assignment`), where each person is (`track`)
-//! and how it moves (`motion`).
+//! Read [`Tracker`] first; it strings together, in the order of one scan: where the robot is to be expected
+//! (`ego_motion`); [`Detector`] with the beams that the map does not explain (`alignment`, `background`), the pieces
+//! they make (`segments`) and what those may be (`shape`); then which detection is of which person (`assignment`),
+//! where each person is (`track`) and how it moves (`motion`).
 
 mod alignment;
 mod assignment;

@@ -48,17 +48,21 @@ impl Estimate {
 
     /// `dt` seconds later, if the person moves in such a way.
     fn after(&self, dt: f64, way: Way, params: &TrackerParams) -> Self {
-        let walks = |q: f64| (1.0, [q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt]);
+        // The share of the velocity that stays, and the noise of position, both together, and velocity on each axis.
         let (keeps, [pp, pv, vv]) = match way {
             Way::Stands => (0.0, [params.standing_drift * dt, 0.0, SWAY * SWAY]),
-            Way::WalksOn => walks(params.steady_acceleration),
-            Way::Changes => walks(params.acceleration),
+            Way::WalksOn => (1.0, white_acceleration(params.steady_acceleration, dt)),
+            Way::Changes => (1.0, white_acceleration(params.acceleration, dt)),
         };
-        let (mut step, mut noise) = (Matrix4::identity(), Matrix4::zeros());
+        let mut step = Matrix4::identity();
+        let mut noise = Matrix4::zeros();
         for (p, v) in [(0, 2), (1, 3)] {
-            (step[(p, v)], step[(v, v)]) = (keeps * dt, keeps);
-            (noise[(p, p)], noise[(v, v)]) = (pp, vv);
-            (noise[(p, v)], noise[(v, p)]) = (pv, pv);
+            step[(p, v)] = keeps * dt;
+            step[(v, v)] = keeps;
+            noise[(p, p)] = pp;
+            noise[(v, v)] = vv;
+            noise[(p, v)] = pv;
+            noise[(v, p)] = pv;
         }
         Self { state: step * self.state, covariance: step * self.covariance * step.transpose() + noise }
     }
@@ -109,6 +113,12 @@ impl Estimate {
     }
 }
 
+/// Variance of the position on an axis, its covariance with the velocity, and the velocity's variance after `dt`
+/// seconds of random acceleration of power `q`.
+fn white_acceleration(q: f64, dt: f64) -> [f64; 3] {
+    [q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt]
+}
+
 /// A way to move.
 #[derive(Debug, Clone, Copy)]
 enum Way {
@@ -131,12 +141,15 @@ pub(crate) struct Motion {
 impl Motion {
     /// Of a person seen for the first time.
     pub(crate) fn new(position: Point2, sigma: f64, params: &TrackerParams) -> Self {
-        let known = |v: f64| Estimate {
-            state: Vector4::new(position.x, position.y, 0.0, 0.0),
-            covariance: Matrix4::from_diagonal(&Vector4::new(sigma * sigma, sigma * sigma, v * v, v * v)),
-        };
-        let velocity = |way| if matches!(way, Way::Stands) { SWAY } else { params.velocity_sigma };
-        let each = WAYS.map(|way| (1.0 / WAYS.len() as f64, known(velocity(way))));
+        let each = WAYS.map(|way| {
+            let v = if matches!(way, Way::Stands) { SWAY } else { params.velocity_sigma };
+            let variances = Vector4::new(sigma * sigma, sigma * sigma, v * v, v * v);
+            let estimate = Estimate {
+                state: Vector4::new(position.x, position.y, 0.0, 0.0),
+                covariance: Matrix4::from_diagonal(&variances),
+            };
+            (1.0 / WAYS.len() as f64, estimate)
+        });
         Self::of(each)
     }
 

@@ -12,6 +12,14 @@ pub(crate) struct Segment {
     pub(crate) beams: Range<usize>,
 }
 
+/// Where a segment ends on one side.
+pub(crate) struct Side {
+    /// Position of its outermost beam.
+    edge: usize,
+    /// Position of the beam beyond, if the laser looks there.
+    beyond: Option<usize>,
+}
+
 /// A sweep with what is known of its beams.
 pub(crate) struct Sweep<'a> {
     /// Where each beam ended, laser frame.
@@ -44,16 +52,33 @@ impl Sweep<'_> {
         self.ends[self.beam(position)]
     }
 
-    pub(crate) fn range(&self, position: usize) -> f64 {
+    fn range(&self, position: usize) -> f64 {
         f64::from(self.ranges[self.beam(position)])
     }
 
-    /// The position before the first of `segment`, and the one after its last, if the laser looks there.
-    pub(crate) fn beside(&self, segment: &Segment) -> [Option<usize>; 2] {
+    /// Both sides of a segment.
+    pub(crate) fn sides(&self, segment: &Segment) -> [Side; 2] {
         let Range { start, end } = segment.beams;
         let before = if start > 0 { Some(start - 1) } else { self.full.then(|| self.len() - 1) };
         let after = (self.full || end < self.len()).then_some(end);
-        [before, after]
+        [Side { edge: start, beyond: before }, Side { edge: end - 1, beyond: after }]
+    }
+
+    /// Whether a segment may go on unseen on this side: behind something nearer, or outside of the view.
+    pub(crate) fn goes_unseen(&self, side: &Side) -> bool {
+        side.beyond.is_none_or(|at| self.has_met(at) && self.range(at) + self.jump < self.range(side.edge))
+    }
+
+    /// Whether a segment goes on in its neighbour on this side, unless that is a wall and it `ends_at_walls`.
+    pub(crate) fn goes_on(&self, side: &Side, ends_at_walls: bool) -> bool {
+        side.beyond.is_some_and(|at| {
+            let ends = ends_at_walls && self.off_wall(at) == Some(0.0);
+            self.has_met(at) && self.joined(at, side.edge) && !ends
+        })
+    }
+
+    fn has_met(&self, position: usize) -> bool {
+        self.met[self.beam(position)]
     }
 
     /// How far from the walls of the map the beam at a position ended: see [`Self::off_walls`].
@@ -67,7 +92,7 @@ impl Sweep<'_> {
     }
 
     /// Whether the ends of two neighbouring beams lie so near to each other that they may be of one thing.
-    pub(crate) fn joined(&self, a: usize, b: usize) -> bool {
+    fn joined(&self, a: usize, b: usize) -> bool {
         let reach = self.jump + 1.5 * self.gap * self.range(a).min(self.range(b));
         self.end(a).distance(self.end(b)) <= reach
     }

@@ -23,8 +23,9 @@ const PULL: f64 = 0.5;
 /// The middle of some points.
 pub(crate) fn middle(points: &[Point2]) -> Point2 {
     let n = points.len() as f64;
-    let sum = |of: fn(&Point2) -> f64| points.iter().map(of).sum::<f64>() / n;
-    Point2::new(sum(|p| p.x), sum(|p| p.y))
+    let x = points.iter().map(|p| p.x).sum::<f64>() / n;
+    let y = points.iter().map(|p| p.y).sum::<f64>() / n;
+    Point2::new(x, y)
 }
 
 /// Where the centre of a circle of `radius` is whose front has this middle.
@@ -38,14 +39,22 @@ pub(crate) fn fit(points: &[Point2], radius: f64) -> Fit {
     let start = behind(middle(points), radius);
     let mut centre = start;
     for _ in 0..STEPS {
-        let (mut a, mut b, mut c) = (PULL, 0.0, PULL);
-        let (mut x, mut y) = (PULL * (start.x - centre.x), PULL * (start.y - centre.y));
+        // The normal equations: a b c are the symmetric matrix, x y the right-hand side.
+        let mut a = PULL;
+        let mut b = 0.0;
+        let mut c = PULL;
+        let mut x = PULL * (start.x - centre.x);
+        let mut y = PULL * (start.y - centre.y);
         for p in points {
             let distance = p.distance(centre).max(1e-6);
-            let (nx, ny) = ((p.x - centre.x) / distance, (p.y - centre.y) / distance);
+            let nx = (p.x - centre.x) / distance;
+            let ny = (p.y - centre.y) / distance;
             let off = distance - radius;
-            (a, b, c) = (a + nx * nx, b + nx * ny, c + ny * ny);
-            (x, y) = (x + nx * off, y + ny * off);
+            a += nx * nx;
+            b += nx * ny;
+            c += ny * ny;
+            x += nx * off;
+            y += ny * off;
         }
         let determinant = a * c - b * b;
         if determinant <= 1e-12 {
@@ -54,17 +63,22 @@ pub(crate) fn fit(points: &[Point2], radius: f64) -> Fit {
         centre =
             Point2::new(centre.x + (c * x - b * y) / determinant, centre.y + (a * y - b * x) / determinant);
     }
-    let off = |p: &Point2| p.distance(centre) - radius;
-    Fit { centre, circle: points.iter().map(|p| off(p) * off(p)).sum(), line: line(points) }
+    let off = points.iter().map(|p| p.distance(centre) - radius);
+    Fit { centre, circle: off.map(|off| off * off).sum(), line: line(points) }
 }
 
 /// Sum of squared distances from the best line: the lesser eigenvalue of the scatter.
 fn line(points: &[Point2]) -> f64 {
     let m = middle(points);
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+    let mut xx = 0.0;
+    let mut xy = 0.0;
+    let mut yy = 0.0;
     for p in points {
-        let (dx, dy) = (p.x - m.x, p.y - m.y);
-        (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
+        let dx = p.x - m.x;
+        let dy = p.y - m.y;
+        xx += dx * dx;
+        xy += dx * dy;
+        yy += dy * dy;
     }
     curionav_planning::numerics::eigenvalues(xx, xy, yy).1.max(0.0)
 }

@@ -95,13 +95,12 @@ impl Track {
         let turn = rotation(-robot.heading);
         let Estimate { state, covariance } = self.estimate();
         let velocity = turn * state.fixed_view::<2, 1>(2, 0);
-        let turned = |at: usize| turn * covariance.fixed_view::<2, 2>(at, at) * turn.transpose();
         Person {
             id: self.id,
             position: robot.inverse_transform(self.estimate().position()),
             velocity: Point2::new(velocity.x, velocity.y),
-            position_covariance: turned(0),
-            velocity_covariance: turned(2),
+            position_covariance: turn * covariance.fixed_view::<2, 2>(0, 0) * turn.transpose(),
+            velocity_covariance: turn * covariance.fixed_view::<2, 2>(2, 2) * turn.transpose(),
             age: stamp - self.seen,
         }
     }

@@ -9,7 +9,7 @@ use curionav_planning::occupancy::StaticMap;
 use curionav_planning::scene::Belief;
 use curionav_planning::sensor::LaserModel;
 
-use crate::assignment::assign;
+use crate::assignment::{Pair, assign};
 use crate::detector::{Detection, Detector, Kind, Seen};
 use crate::ego_motion::EgoMotion;
 use crate::params::TrackerParams;
@@ -53,8 +53,14 @@ pub struct Tracker {
 impl Tracker {
     /// A tracker that knows no people yet, on a robot with this odometry. `params` are such as their check passes.
     pub fn new(map: Arc<StaticMap>, params: TrackerParams, noise: OdometryNoise) -> Self {
-        let (detector, ego) = (Detector::new(map, params), EgoMotion::new(noise));
-        Self { detector, params, ego, tracks: Vec::new(), next_id: 1, stamp: None }
+        Self {
+            detector: Detector::new(map, params),
+            params,
+            ego: EgoMotion::new(noise),
+            tracks: Vec::new(),
+            next_id: 1,
+            stamp: None,
+        }
     }
 
     /// Forgets all people, as after a restart of the base; ids go on.
@@ -80,8 +86,11 @@ impl Tracker {
             self.tracks.iter_mut().for_each(|track| track.carry(from, robot));
         }
         self.ego.settle(now.odometry, robot, seen.covariance);
-        let on_map = |one: &Detection| Detection { position: robot.transform(one.position), ..*one };
-        let found: Vec<Detection> = seen.detections.iter().map(on_map).collect();
+        let found: Vec<Detection> = seen
+            .detections
+            .iter()
+            .map(|one| Detection { position: robot.transform(one.position), ..*one })
+            .collect();
         let left = self.follow(&found, now.stamp);
         self.begin(&left, now.stamp);
         self.forget(now, robot);
@@ -92,80 +101,77 @@ impl Tracker {
 
     /// Gives each track the detections that are most likely its own; gives back those of none.
     fn follow(&mut self, found: &[Detection], stamp: f64) -> Vec<Detection> {
-        let params = self.params;
-        let mut costs = Vec::new();
-        for (t, track) in self.tracks.iter().enumerate() {
-            for (d, one) in found.iter().enumerate() {
-                let (sigma, estimate) = (spread(one, &params), track.estimate());
-                let distance = estimate.distance(one.position, sigma);
-                if distance <= params.gate {
-                    // How unlikely it is: of two who may both be there, the one whose place is known better is
-                    // likelier.
-                    let cost = distance + estimate.ln_determinant(sigma);
-                    costs.push((2 * t, d, cost));
-                    if one.kind == Kind::Leg && distance + SECOND_LEG <= params.gate {
-                        costs.push((2 * t + 1, d, cost + SECOND_LEG));
-                    }
-                }
-            }
-        }
-        let most = costs.iter().map(|pair| pair.2).fold(0.0, f64::max);
-        let given = assign(2 * self.tracks.len(), found.len(), &costs, most);
+        let pairs = self.pairs(found);
+        let most = pairs.iter().map(|pair| pair.cost).fold(0.0, f64::max);
+        let given = assign(2 * self.tracks.len(), &pairs, most);
         let mut taken = vec![false; found.len()];
-        for (track, pair) in self.tracks.iter_mut().zip(given.chunks_exact(2)) {
-            let own: Vec<usize> = pair.iter().flatten().copied().collect();
+        for (track, own) in self.tracks.iter_mut().zip(given.chunks_exact(2)) {
+            let mut own: Vec<usize> = own.iter().flatten().copied().collect();
+            if let [a, b] = own[..]
+                && are_apart(&found[a], &found[b], &self.params)
+            {
+                own.truncate(1);
+            }
             own.iter().for_each(|d| taken[*d] = true);
             match own[..] {
-                [a, b] if found[a].kind == Kind::Leg && found[b].kind == Kind::Leg => {
-                    let (first, second) = (found[a], found[b]);
-                    if first.position.distance(second.position) <= params.leg_distance {
-                        let (position, sigma) = pair_of(&first, &second);
-                        track.update(position, sigma, stamp, &params);
-                    } else {
-                        taken[b] = false;
-                        track.update(first.position, spread(&first, &params), stamp, &params);
-                    }
+                [a, b] if is_leg(&found[a]) && is_leg(&found[b]) => {
+                    let (position, sigma) = middle_of_legs(&found[a], &found[b]);
+                    track.update(position, sigma, stamp, &self.params);
                 }
                 // A leg beside a trunk is a part of the same person.
-                [a, ..] => track.update(found[a].position, spread(&found[a], &params), stamp, &params),
-                [] => track.miss(&params),
+                [a, ..] => {
+                    track.update(found[a].position, spread(&found[a], &self.params), stamp, &self.params);
+                }
+                [] => track.miss(&self.params),
             }
         }
         let free = found.iter().zip(&taken).filter(|(_, taken)| !**taken);
         free.map(|(one, _)| *one).collect()
     }
 
-    /// Begins tracks of what is of no track: of trunks, of legs in pairs, the nearest first, and of legs alone.
-    fn begin(&mut self, left: &[Detection], stamp: f64) {
-        let params = self.params;
-        let mut begun: Vec<(Point2, f64)> = Vec::new();
-        let legs: Vec<&Detection> = left.iter().filter(|one| one.kind == Kind::Leg).collect();
-        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-        for a in 0..legs.len() {
-            for b in a + 1..legs.len() {
-                let apart = legs[a].position.distance(legs[b].position);
-                if apart <= params.leg_distance {
-                    pairs.push((apart, a, b));
+    /// Which detections may be of which track. A track has two rows, the second one for a second leg.
+    fn pairs(&self, found: &[Detection]) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for (t, track) in self.tracks.iter().enumerate() {
+            for (column, one) in found.iter().enumerate() {
+                let sigma = spread(one, &self.params);
+                let distance = track.estimate().distance(one.position, sigma);
+                if distance > self.params.gate {
+                    continue;
+                }
+                // How unlikely it is: of two who may both be there, the one whose place is known better is likelier.
+                let cost = distance + track.estimate().ln_determinant(sigma);
+                pairs.push(Pair { row: 2 * t, column, cost });
+                if is_leg(one) && distance + SECOND_LEG <= self.params.gate {
+                    pairs.push(Pair { row: 2 * t + 1, column, cost: cost + SECOND_LEG });
                 }
             }
         }
-        pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        pairs
+    }
+
+    /// Begins tracks of what is of no track: of legs in pairs, the nearest first, of trunks, and of legs alone.
+    fn begin(&mut self, left: &[Detection], stamp: f64) {
+        let params = self.params;
+        let legs: Vec<&Detection> = left.iter().filter(|one| is_leg(one)).collect();
+        let mut begun: Vec<(Point2, f64)> = Vec::new();
         let mut paired = vec![false; legs.len()];
-        for (_, a, b) in pairs {
+        for (a, b) in neighbours(&legs, params.leg_distance) {
             if !paired[a] && !paired[b] {
-                (paired[a], paired[b]) = (true, true);
-                begun.push(pair_of(legs[a], legs[b]));
+                paired[a] = true;
+                paired[b] = true;
+                begun.push(middle_of_legs(legs[a], legs[b]));
             }
         }
-        let alone = legs.iter().zip(&paired).filter(|(_, paired)| !**paired).map(|(one, _)| **one);
-        let trunks = left.iter().filter(|one| one.kind == Kind::Trunk).copied();
-        begun.extend(trunks.chain(alone).map(|one| (one.position, spread(&one, &params))));
+        let alone = legs.iter().zip(&paired).filter(|(_, paired)| !**paired).map(|(one, _)| *one);
+        let trunks = left.iter().filter(|one| !is_leg(one));
+        begun.extend(trunks.chain(alone).map(|one| (one.position, spread(one, &params))));
         for (position, sigma) in begun {
             // What is left inside of a person who has just been seen is a part of it.
-            let part = self.tracks.iter().any(|track| {
+            let is_part = self.tracks.iter().any(|track| {
                 track.seen == stamp && track.estimate().position().distance(position) < params.merge_distance
             });
-            if !part && self.tracks.len() < MOST_TRACKS {
+            if !is_part && self.tracks.len() < MOST_TRACKS {
                 self.tracks.push(Track::new(self.next_id, position, sigma, stamp, &params));
                 self.next_id = self.next_id.wrapping_add(1);
             }
@@ -176,12 +182,13 @@ impl Tracker {
     fn forget(&mut self, now: &Observation<'_>, robot: Pose2) {
         let params = self.params;
         self.tracks.retain(|track| {
-            let (unseen, estimate) = (now.stamp - track.seen, track.estimate());
+            let unseen = now.stamp - track.seen;
+            let estimate = track.estimate();
             let place = robot.inverse_transform(estimate.position());
-            let somewhere = unseen > 0.0 && estimate.sigma() > params.forget_sigma;
+            let is_somewhere = unseen > 0.0 && estimate.sigma() > params.forget_sigma;
             // The rounding of stamps must not cost a scan.
-            let gone = unseen > params.forget_in_view + 1e-6 && is_in_view(place, now, &params);
-            !(track.is_hopeless(&params) || somewhere || gone)
+            let is_gone = unseen > params.forget_in_view + 1e-6 && is_in_view(place, now, &params);
+            !(track.is_hopeless(&params) || is_somewhere || is_gone)
         });
     }
 
@@ -190,19 +197,15 @@ impl Tracker {
         let mut at = 0;
         while at < self.tracks.len() {
             let one = &self.tracks[at];
-            let twin = self.tracks[at + 1..].iter().position(|other| {
-                let (a, b) = (one.estimate(), other.estimate());
-                a.position().distance(b.position()) < self.params.merge_distance
-                    && a.velocity().distance(b.velocity()) < TOGETHER
-            });
-            match twin.map(|offset| at + 1 + offset) {
-                Some(other) if self.tracks[other].confirmed && !self.tracks[at].confirmed => {
+            let later = &self.tracks[at + 1..];
+            match later.iter().position(|other| are_one(one, other, &self.params)) {
+                None => at += 1,
+                Some(offset) if later[offset].confirmed && !one.confirmed => {
                     self.tracks.remove(at);
                 }
-                Some(other) => {
-                    self.tracks.remove(other);
+                Some(offset) => {
+                    self.tracks.remove(at + 1 + offset);
                 }
-                None => at += 1,
             }
         }
     }
@@ -210,6 +213,39 @@ impl Tracker {
 
 /// Two tracks whose velocities differ by more than this are of people who pass each other, m/s.
 const TOGETHER: f64 = 0.5;
+
+/// Whether two tracks are of one person.
+fn are_one(one: &Track, other: &Track, params: &TrackerParams) -> bool {
+    let a = one.estimate();
+    let b = other.estimate();
+    a.position().distance(b.position()) < params.merge_distance
+        && a.velocity().distance(b.velocity()) < TOGETHER
+}
+
+fn is_leg(one: &Detection) -> bool {
+    one.kind == Kind::Leg
+}
+
+/// Whether two legs are too far from each other to be of one person.
+fn are_apart(a: &Detection, b: &Detection, params: &TrackerParams) -> bool {
+    is_leg(a) && is_leg(b) && a.position.distance(b.position) > params.leg_distance
+}
+
+/// Pairs of legs at most `most` metres from each other, the nearest first.
+fn neighbours(legs: &[&Detection], most: f64) -> Vec<(usize, usize)> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for a in 0..legs.len() {
+        for b in a + 1..legs.len() {
+            let apart = legs[a].position.distance(legs[b].position);
+            if apart <= most {
+                pairs.push((apart, a, b));
+            }
+        }
+    }
+    // The sort is stable: pairs as near as each other stay in the order of the beams.
+    pairs.sort_by(|x, y| x.0.total_cmp(&y.0));
+    pairs.into_iter().map(|(_, a, b)| (a, b)).collect()
+}
 
 /// Standard deviation of a person's position by a detection, metres.
 fn spread(one: &Detection, params: &TrackerParams) -> f64 {
@@ -219,8 +255,8 @@ fn spread(one: &Detection, params: &TrackerParams) -> f64 {
     }
 }
 
-/// The middle of two legs, and its standard deviation.
-fn pair_of(a: &Detection, b: &Detection) -> (Point2, f64) {
+/// The middle of two legs, and its standard deviation on each axis, metres.
+fn middle_of_legs(a: &Detection, b: &Detection) -> (Point2, f64) {
     (a.position.toward(b.position, 0.5), hypot(a.sigma, b.sigma))
 }
 

@@ -9,8 +9,8 @@ use curionav_recording::{Item, Reader};
 
 use crate::recording::robots::only_one;
 
-/// Scans, odometry and beliefs of `robot`, or of the only robot there is; the map of its first mission; what its first run
-/// came to.
+/// Scans, odometry and beliefs of `robot`, or of the only robot there is; the map of its first mission; what its first
+/// run came to.
 pub(crate) fn recorded(path: &Path, robot: Option<&str>) -> anyhow::Result<Recorded> {
     let (mut found, mut robots) = (Recorded::default(), BTreeSet::new());
     let (mut maps, mut map, mut first_run) = (BTreeMap::new(), None, None);

@@ -24,8 +24,8 @@ pub(super) struct Deployment {
     /// The driver's configuration file, with the robot's own limits; beside the deployment file if it is relative. A
     /// deployment with a simulator needs none.
     driver_config: Option<PathBuf>,
-    /// Configuration file of the gateway to a robot of ROS 2, which is then started; beside the deployment file if it is
-    /// relative. The driver has the same file unless `driver_config` names another.
+    /// Configuration file of the gateway to a robot of ROS 2, which is then started; beside the deployment file if it
+    /// is relative. The driver has the same file unless `driver_config` names another.
     ros2_config: Option<PathBuf>,
     /// How many processes of each kind.
     pub(super) replicas: Replicas,
