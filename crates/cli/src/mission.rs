@@ -75,6 +75,8 @@ pub(crate) async fn run(request: MissionRequest) -> Result<u8, Exit> {
 }
 
 pub(crate) fn standing(mission: &Mission) -> String {
-    let (revision, state, order) = (mission.revision, mission.state.name(), &mission.order);
+    let revision = mission.revision;
+    let state = mission.state.name();
+    let order = &mission.order;
     format!("revision {revision}, {state}, goal ({:.2}, {:.2})", order.goal_x, order.goal_y)
 }

@@ -119,8 +119,11 @@ const SPACING_M: f64 = 0.2;
 /// What of a scenario is drawn.
 fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
     let world = &prepared.world;
-    let (scenario, map, people) = (world.scenario(), world.map(), world.people());
-    let (robot, range) = (&scenario.robot, scenario.laser.range_max);
+    let scenario = world.scenario();
+    let map = world.map();
+    let people = world.people();
+    let robot = &scenario.robot;
+    let range = scenario.laser.range_max;
     let at = |point: Point2| (point.x, point.y);
     let field = GeodesicField::new(map, robot.goal, robot.model.radius());
     let path = field.descend(robot.start.position(), SPACING_M);
@@ -145,7 +148,8 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
 /// What a scenario that can be run holds: a line, and one for each recording.
 fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
     let prepared = prepared(file, seed)?;
-    let (scenario, map) = (prepared.world.scenario(), &prepared.map);
+    let scenario = prepared.world.scenario();
+    let map = &prepared.map;
     let mut said = format!(
         "{}: fine; {} x {} cells of {} m, {} walkers ({} of them drawn), {} recordings, planner {}",
         file.display(),
@@ -158,7 +162,9 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
         prepared.profile.name
     );
     for (setup, extent) in scenario.recorded.iter().zip(prepared.world.recorded()) {
-        let (people, (first, last), (low, high)) = (extent.people, extent.span, extent.corners);
+        let people = extent.people;
+        let (first, last) = extent.span;
+        let (low, high) = extent.corners;
         said += &format!(
             "\n  {}: {people} people, {first:.1} to {last:.1} s, x {:.1} to {:.1} m, y {:.1} to {:.1} m, {:.0} % of the way on the free floor",
             setup.file,

@@ -127,7 +127,8 @@ fn shares(status: &ServiceStatus) -> Option<String> {
     });
     let degraded: Vec<String> = degraded.collect();
     let degraded = if degraded.is_empty() { "none degraded".to_owned() } else { degraded.join(", ") };
-    let (instance, unplanned) = (&status.instance, count("curionav_unplanned_ticks_total"));
+    let instance = &status.instance;
+    let unplanned = count("curionav_unplanned_ticks_total");
     Some(format!(
         "arbiter {instance}: {decisions} decisions, {unplanned} planning ticks without a cycle; {degraded}"
     ))

@@ -113,7 +113,8 @@ impl<'a> Floor<'a> {
     /// A place in one of `cells`.
     fn place(&self, cells: &[usize], random: &mut Rng) -> Point2 {
         let index = cells[(uniform(random) * cells.len() as f64) as usize % cells.len()];
-        let (centre, cell) = (self.centre(index), self.map.grid.resolution());
+        let centre = self.centre(index);
+        let cell = self.map.grid.resolution();
         let mut aside = || (uniform(random) - 0.5) * cell;
         Point2::new(centre.x + aside(), centre.y + aside())
     }
@@ -128,7 +129,8 @@ impl<'a> Floor<'a> {
 
     /// Whether the robot can reach its goal past people who stand.
     fn has_way_around(&self, standing: &[Point2]) -> bool {
-        let (robot, grid) = (&self.scenario.robot, &self.map.grid);
+        let robot = &self.scenario.robot;
+        let grid = &self.map.grid;
         let keep = robot.model.radius() + self.scenario.people.radius + BODY_GAP_M;
         let is_taken = |index: usize| {
             let centre = self.centre(index);

@@ -26,7 +26,8 @@ pub(crate) fn legs(people: &People) -> Bodies {
 }
 
 fn of_person(people: &People, i: usize) -> [Point2; 2] {
-    let (p, v) = (people.position(i), Point2::new(people.vx[i], people.vy[i]));
+    let p = people.position(i);
+    let v = Point2::new(people.vx[i], people.vy[i]);
     let speed = hypot(v.x, v.y);
     // Angles that differ from person to person.
     let own = f64::from(people.id[i] % 1009) * 2.4;
@@ -41,7 +42,8 @@ fn of_person(people: &People, i: usize) -> [Point2; 2] {
         (ahead, SWING * pace * sin_cos(phase + own).0)
     };
     [1.0, -1.0].map(|side| {
-        let (along, across) = (side * swing, side * ASIDE);
+        let along = side * swing;
+        let across = side * ASIDE;
         Point2::new(p.x + along * ahead.x - across * ahead.y, p.y + along * ahead.y + across * ahead.x)
     })
 }

@@ -70,10 +70,12 @@ fn shorten(laser: &LaserModel, directions: &[(f64, f64)], ranges: &mut [f64], ce
     };
     let gap = laser.bearing(1) - laser.bearing(0);
     let middle = (atan2(centre.y, centre.x) - laser.bearing(0)) / gap;
-    let (half, turn) = (half / gap + 1.0, std::f64::consts::TAU / gap);
+    let half = half / gap + 1.0;
+    let turn = std::f64::consts::TAU / gap;
     for middle in [middle - turn, middle, middle + turn] {
         // Casts saturate: a window outside the field of view is empty.
-        let (first, last) = ((middle - half).ceil().max(0.0) as usize, (middle + half).floor());
+        let first = (middle - half).ceil().max(0.0) as usize;
+        let last = (middle + half).floor();
         let count = if last < 0.0 { 0 } else { (last as usize + 1).saturating_sub(first) };
         let window = ranges.iter_mut().zip(directions).skip(first).take(count);
         window.for_each(|(range, &direction)| *range = range.min(disc_range(centre, radius, direction)));
@@ -95,7 +97,8 @@ impl<'a> Rays<'a> {
     pub(crate) fn new(map: &'a StaticMap, origin: Point2) -> Self {
         let grid = &map.grid;
         let (s, c) = sin_cos(-grid.origin().heading);
-        let (caster, origin) = (RayCaster::new(map), grid.grid_from_map(origin));
+        let caster = RayCaster::new(map);
+        let origin = grid.grid_from_map(origin);
         Self { caster, resolution: grid.resolution(), origin, turn: (c, s) }
     }
 

@@ -137,7 +137,8 @@ fn since_lasting(rows: &[Row], seconds: f64, holds: impl Fn(&Row) -> bool) -> Op
 fn convergence(rows: &[Row]) -> (Option<f64>, u32) {
     let since = since_lasting(rows, CONVERGED_FOR_S, |row| row.trace <= CONVERGED_TRACE);
     let Some(start) = since else { return (None, 0) };
-    let (mut losses, mut is_lost) = (0, false);
+    let mut losses = 0;
+    let mut is_lost = false;
     for row in rows.iter().skip_while(|row| row.truth.time < start + CONVERGED_FOR_S - TIME_ROUNDING_S) {
         if row.trace > CONVERGED_TRACE && !is_lost {
             losses += 1;

@@ -20,7 +20,8 @@ pub(crate) enum Walkers {
 
 impl Walkers {
     pub(crate) fn new(scenario: &Scenario, map: &StaticMap) -> Self {
-        let (walkers, people) = (&scenario.walkers, &scenario.people);
+        let walkers = &scenario.walkers;
+        let people = &scenario.people;
         let law = match people.motion {
             Motion::Scripted => return Self::Scripted(walkers.iter().map(WalkerState::new).collect()),
             Motion::Hrvo => Law::Hrvo(people.hrvo),

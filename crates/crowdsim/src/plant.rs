@@ -29,7 +29,8 @@ pub(crate) struct Plant {
 impl Plant {
     /// A robot at rest at its true `start`; its odometry begins at the origin of its own frame.
     pub(crate) fn new(model: RobotModel, noise: OdometryNoise, start: Pose2) -> Self {
-        let (twist, odometry) = (Twist::default(), Pose2::default());
+        let twist = Twist::default();
+        let odometry = Pose2::default();
         Self { model, noise, pose: start, twist, odometry, wall_impact: None }
     }
 
@@ -73,7 +74,8 @@ impl Plant {
         };
         let pieces = (twist.v * dt / (0.5 * map.grid.resolution())).ceil();
         for k in 1..=(pieces as u32) {
-            let (mut good, mut bad) = (dt * f64::from(k - 1) / pieces, dt * f64::from(k) / pieces);
+            let mut good = dt * f64::from(k - 1) / pieces;
+            let mut bad = dt * f64::from(k) / pieces;
             if clear(bad) {
                 continue;
             }

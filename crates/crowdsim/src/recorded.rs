@@ -144,7 +144,9 @@ impl Track {
         // The pair of frames around `time`; at the very last frame the pair before it.
         let from = if next == self.times.len() { i.saturating_sub(1) } else { i };
         let to = (from + 1).min(self.times.len() - 1);
-        let (a, b, gap) = (self.positions[from], self.positions[to], self.times[to] - self.times[from]);
+        let a = self.positions[from];
+        let b = self.positions[to];
+        let gap = self.times[to] - self.times[from];
         if gap <= 0.0 || gap > MAX_GAP_S {
             return exact.then(|| (self.positions[i], Point2::default()));
         }

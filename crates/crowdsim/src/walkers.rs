@@ -37,7 +37,8 @@ impl WalkerState {
             WalkMode::Loop => corners.extend(walker.route.first()),
             WalkMode::Once | WalkMode::Stand => {}
         }
-        let (mut length, mut reached_at) = (0.0, vec![0.0]);
+        let mut length = 0.0;
+        let mut reached_at = vec![0.0];
         for pair in corners.windows(2) {
             length += pair[0].distance(pair[1]);
             reached_at.push(length);
@@ -61,7 +62,8 @@ impl WalkerState {
 
     pub(crate) fn position(&self) -> Point2 {
         let leg = self.leg();
-        let (a, b) = (self.corners[leg], self.corners[(leg + 1).min(self.corners.len() - 1)]);
+        let a = self.corners[leg];
+        let b = self.corners[(leg + 1).min(self.corners.len() - 1)];
         let length = a.distance(b);
         let s = if length > 0.0 { ((self.walked - self.reached_at[leg]) / length).min(1.0) } else { 0.0 };
         a.toward(b, s)
@@ -73,7 +75,8 @@ impl WalkerState {
             return (0.0, 0.0);
         }
         let leg = self.leg();
-        let (a, b) = (self.corners[leg], self.corners[leg + 1]);
+        let a = self.corners[leg];
+        let b = self.corners[leg + 1];
         let length = a.distance(b);
         (self.speed * (b.x - a.x) / length, self.speed * (b.y - a.y) / length)
     }

@@ -184,7 +184,8 @@ impl World {
 
     /// What really is now.
     pub fn truth(&self) -> Truth {
-        let (pose, twist) = (self.plant.pose, self.plant.twist);
+        let pose = self.plant.pose;
+        let twist = self.plant.twist;
         let contact = self.contact_distance();
         let distance = |i: usize| self.people.position(i).distance(pose.position());
         let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
@@ -233,7 +234,8 @@ impl World {
             self.arrived
                 .extend(people.iter().filter(|id| !before.id.contains(id)).map(|id| (*id, self.tick)));
         }
-        let (tick_s, stops_within) = (self.scenario.clock.tick_s, self.seconds_to_stop());
+        let tick_s = self.scenario.clock.tick_s;
+        let stops_within = self.seconds_to_stop();
         let since = |arrived: &u64| (self.tick - arrived) as f64 * tick_s;
         let is_new = |id: &u32| self.arrived.get(id).is_some_and(|arrived| since(arrived) < stops_within);
         let ids = self.overlapping().map(|i| people[i]);
@@ -242,14 +244,16 @@ impl World {
 
     /// The people who overlap the robot, as indices.
     fn overlapping(&self) -> impl Iterator<Item = usize> {
-        let (robot, contact) = (self.plant.pose.position(), self.contact_distance());
+        let robot = self.plant.pose.position();
+        let contact = self.contact_distance();
         (0..self.people.len()).filter(move |&i| self.people.position(i).distance(robot) < contact)
     }
 
     /// Seconds after which a robot at full speed can stand still because of something that it did not know of: until
     /// its next plan, and to brake.
     fn seconds_to_stop(&self) -> f64 {
-        let (clock, robot) = (&self.scenario.clock, &self.scenario.robot.model);
+        let clock = &self.scenario.clock;
+        let robot = &self.scenario.robot.model;
         f64::from(clock.plan_every) * clock.tick_s + robot.v_max / robot.a_max
     }
 
@@ -329,9 +333,10 @@ pub struct RecordedExtent {
 
 impl RecordedExtent {
     fn of(setup: &Recorded, map: &StaticMap, recording: &Recording) -> Self {
-        let (mut low, mut high) =
-            (Point2::new(f64::INFINITY, f64::INFINITY), Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
-        let (mut all, mut free) = (0_usize, 0_usize);
+        let mut low = Point2::new(f64::INFINITY, f64::INFINITY);
+        let mut high = Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
+        let mut all = 0_usize;
+        let mut free = 0_usize;
         for p in recording.positions().map(|p| setup.pose.transform(p)) {
             low = Point2::new(low.x.min(p.x), low.y.min(p.y));
             high = Point2::new(high.x.max(p.x), high.y.max(p.y));
@@ -351,7 +356,8 @@ fn chosen(
     mut recordings: Vec<Recording>,
 ) -> Result<Vec<Recording>, FieldError> {
     if recordings.len() != scenario.recorded.len() {
-        let (wanted, found) = (scenario.recorded.len(), recordings.len());
+        let wanted = scenario.recorded.len();
+        let found = recordings.len();
         let problem = format!("names {wanted} recordings, {found} came along");
         return Err(FieldError::new("recorded", problem, "send every recording with the scenario"));
     }
@@ -373,7 +379,8 @@ fn chosen(
             ));
         }
         if on_floor == 0.0 {
-            let (x, y) = (format!("{:.1} to {:.1}", low.x, high.x), format!("{:.1} to {:.1}", low.y, high.y));
+            let x = format!("{:.1} to {:.1}", low.x, high.x);
+            let y = format!("{:.1} to {:.1}", low.y, high.y);
             let problem = format!("puts all people off the map's free floor: x from {x} m, y from {y} m");
             return Err(FieldError::new(format!("recorded[{i}].pose"), problem, "give map_from_recording"));
         }
@@ -384,7 +391,8 @@ fn chosen(
 /// How the robot and the i-th person go towards each other along the line between their centres.
 fn touch(pose: Pose2, twist: Twist, people: &People, i: usize) -> Touch {
     let person = people.position(i);
-    let (dx, dy) = (person.x - pose.x, person.y - pose.y);
+    let dx = person.x - pose.x;
+    let dy = person.y - pose.y;
     let distance = hypot(dx, dy).max(f64::MIN_POSITIVE);
     let (sin, cos) = sin_cos(pose.heading);
     Touch {

@@ -37,14 +37,17 @@ impl Embedded {
             // What runs in one process with its world is a simulation, unless the configuration has limits.
             let simulated_base = config.limits.is_none();
             let config = ServiceConfig { instance: kind.name().into(), simulated_base, ..config.clone() };
-            let (session, fields) = (session.clone(), fields.clone());
+            let session = session.clone();
+            let fields = fields.clone();
             embedded.triggers.push(trigger);
             embedded.tasks.spawn(async move {
                 // The receiver is gone if another service failed first.
                 let on_ready = Box::new(move |_| {
                     let _ = ready.send(());
                 });
-                let (config, session, fields) = (&config, &session, &fields);
+                let config = &config;
+                let session = &session;
+                let fields = &fields;
                 let start = Start { config, session, fields, shutdown: token, on_ready };
                 (kind, kind.service()(start).await)
             });

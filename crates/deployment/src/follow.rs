@@ -45,7 +45,8 @@ pub async fn follow(
     keep_reports: bool,
 ) -> Result<Finished, Exit> {
     let key = |channel| keys::world(&config.world, channel).map_err(Exit::bad_input);
-    let (run_key, scenario_key) = (key("run")?, key("scenario")?);
+    let run_key = key("run")?;
+    let scenario_key = key("scenario")?;
     let news = Inbox::<RunStatus>::new(session, &run_key).map_err(Exit::network)?;
     let report_key = keys::robot(&config.robot, "report").map_err(Exit::bad_input)?;
     let reports = keep_reports.then(|| Inbox::<CycleReport>::new(session, &report_key));
@@ -104,7 +105,8 @@ async fn next_status(
     run: u64,
 ) -> Result<RunStatus, Exit> {
     let lost = |reason: String| Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"));
-    let (mut attempts, mut deadline) = (0, Instant::now() + NEWS_TIMEOUT);
+    let mut attempts = 0;
+    let mut deadline = Instant::now() + NEWS_TIMEOUT;
     loop {
         match timeout_at(deadline, news.next()).await {
             Ok(Some(status)) if status.run == run => return Ok(status),

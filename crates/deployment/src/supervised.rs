@@ -65,8 +65,10 @@ impl Supervised {
                 }
             }
         });
-        let (name, metrics, pulse, restarts) =
-            (name.into(), ready.metrics, Pulse::default(), VecDeque::new());
+        let name = name.into();
+        let metrics = ready.metrics;
+        let pulse = Pulse::default();
+        let restarts = VecDeque::new();
         let mut process = Self { name, arguments, metrics, child, alive, pulse, restarts };
         // Started again, it must be where its metrics are looked for.
         if let Some(address) = ready.metrics {

@@ -120,7 +120,11 @@ pub(crate) fn moments(
     particles: &Particles,
     belongs: impl Fn(usize) -> bool,
 ) -> Option<(Pose2, Matrix3<f64>)> {
-    let (mut total, mut x, mut y, mut c, mut s) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut total = 0.0;
+    let mut x = 0.0;
+    let mut y = 0.0;
+    let mut c = 0.0;
+    let mut s = 0.0;
     for i in (0..particles.len()).filter(|&i| belongs(i)) {
         let w = particles.weight[i];
         let (sin, cos) = sin_cos(particles.heading[i]);
@@ -134,10 +138,16 @@ pub(crate) fn moments(
         return None;
     }
     let mean = Pose2::new(x / total, y / total, atan2(s, c));
-    let (mut xx, mut xy, mut xa, mut yy, mut ya, mut aa) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut xx = 0.0;
+    let mut xy = 0.0;
+    let mut xa = 0.0;
+    let mut yy = 0.0;
+    let mut ya = 0.0;
+    let mut aa = 0.0;
     for i in (0..particles.len()).filter(|&i| belongs(i)) {
         let w = particles.weight[i] / total;
-        let (dx, dy) = (particles.x[i] - mean.x, particles.y[i] - mean.y);
+        let dx = particles.x[i] - mean.x;
+        let dy = particles.y[i] - mean.y;
         let da = wrap_angle(particles.heading[i] - mean.heading);
         xx += w * dx * dx;
         xy += w * dx * dy;

@@ -64,7 +64,8 @@ impl Histogram {
             for [turn, dy, dx] in &forward {
                 let next = [x + dx, y + dy, (sector + turn).rem_euclid(self.sectors)];
                 if let Some(&found) = self.numbers.get(&next) {
-                    let (a, b) = (self.root(number as u32), self.root(found));
+                    let a = self.root(number as u32);
+                    let b = self.root(found);
                     self.parent[a.max(b) as usize] = a.min(b);
                 }
             }

@@ -58,7 +58,8 @@ impl LikelihoodField {
         let (width, height) = map.to_occupied.size();
         let stride = width + 2;
         let mut scores = vec![score(params.max_distance); stride * (height + 2)];
-        let (surface, mut known) = (to_surface(map), Known::new(&score));
+        let surface = to_surface(map);
+        let mut known = Known::new(&score);
         for (row, distances) in surface.chunks_exact(width).enumerate() {
             let start = (row + 1) * stride + 1;
             for (cell, &distance) in scores[start..start + width].iter_mut().zip(distances) {
@@ -108,8 +109,10 @@ impl LikelihoodField {
     /// Whether an obstacle lies between two points of the robot frame, metres, or the first is in one: steps
     /// as long as the distance field says nothing can be met.
     pub(crate) fn blocked(&self, pose: FieldPose, from: (f32, f32), to: (f32, f32)) -> bool {
-        let ((x, y), (to_x, to_y)) = (pose.place(from.0, from.1), pose.place(to.0, to.1));
-        let (dx, dy) = (to_x - x, to_y - y);
+        let (x, y) = pose.place(from.0, from.1);
+        let (to_x, to_y) = pose.place(to.0, to.1);
+        let dx = to_x - x;
+        let dy = to_y - y;
         let length = (dx * dx + dy * dy).sqrt();
         // Where the way has left the map for good, its border included; infinite or NaN if it never does.
         let leaves = |at: f32, by: f32, last: i32| {
@@ -117,7 +120,9 @@ impl LikelihoodField {
             room / by.abs() * length
         };
         let end = leaves(x, dx, self.last_column).min(leaves(y, dy, self.last_row)).min(RESOLVED);
-        let (mut share, mut travelled, rays) = (0.0, 0.0, RayCaster::new(&self.map));
+        let mut share = 0.0;
+        let mut travelled = 0.0;
+        let rays = RayCaster::new(&self.map);
         loop {
             let (column, row) = self.bordered(x + share * dx, y + share * dy);
             let clear = rays.clearance(column as i64 - 1, row as i64 - 1).map_or(BEYOND, |c| c as f32);

@@ -282,10 +282,12 @@ impl Localizer {
             return;
         }
         self.updates_since_resampling = 0;
-        let (position, heading) = (self.params.roughening_position, self.params.roughening_heading);
+        let position = self.params.roughening_position;
+        let heading = self.params.roughening_heading;
         let searching = (lost * wanted as f64).min(SEARCH_LIMIT) as usize;
         let weight = 1.0 / wanted as f64;
-        let (old, mut new) = (&self.particles, Particles::default());
+        let old = &self.particles;
+        let mut new = Particles::default();
         systematic(&old.weight, wanted - searching, start, |i| {
             let pose = Pose2::new(
                 old.x[i] + position * standard_normal(random),

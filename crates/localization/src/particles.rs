@@ -37,7 +37,8 @@ impl Motion {
     pub(crate) fn between(from: Pose2, to: Pose2, noise: &OdometryNoise) -> Self {
         let displacement = from.relative(to);
         let less = |measured: f64, variance: f64| (measured * measured - 2.0 * variance).max(0.0).sqrt();
-        let (distance, angle) = (hypot(displacement.x, displacement.y), displacement.heading.abs());
+        let distance = hypot(displacement.x, displacement.y);
+        let angle = displacement.heading.abs();
         Self {
             displacement,
             travel: less(distance, noise.position_per_radian * angle),

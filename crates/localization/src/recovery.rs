@@ -57,7 +57,8 @@ impl Recovery {
             self.doubted_seconds += seconds.clamp(0.0, params.update_max_interval);
             self.doubted_metres += metres;
         } else {
-            (self.doubted_seconds, self.doubted_metres) = (0.0, 0.0);
+            self.doubted_seconds = 0.0;
+            self.doubted_metres = 0.0;
         }
     }
 
@@ -96,12 +97,15 @@ impl FreeSpace {
     /// A pose uniform over the free cells, any heading; the grid's origin if no cell is free.
     pub(crate) fn draw(&self, grid: &OccupancyGrid, random: &mut Rng) -> Pose2 {
         let pick = uniform(random) * self.cells.len() as f64;
-        let (u, v, turn) = (uniform(random), uniform(random), uniform(random));
+        let u = uniform(random);
+        let v = uniform(random);
+        let turn = uniform(random);
         let heading = std::f64::consts::TAU * (turn - 0.5);
         let Some(&cell) = self.cells.get(pick as usize) else {
             return Pose2 { heading, ..grid.origin() };
         };
-        let (column, row) = (cell as usize % grid.width(), cell as usize / grid.width());
+        let column = cell as usize % grid.width();
+        let row = cell as usize / grid.width();
         let p = Point2::new((column as f64 + u) * grid.resolution(), (row as f64 + v) * grid.resolution());
         let p = grid.origin().transform(p);
         Pose2::new(p.x, p.y, heading)

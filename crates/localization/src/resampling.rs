@@ -11,7 +11,8 @@ use crate::particles::Particles;
 /// or ceil(n w) times.
 pub(crate) fn systematic(weights: &[f64], n: usize, start: f64, mut draw: impl FnMut(usize)) {
     let total: f64 = weights.iter().sum();
-    let (mut index, mut cumulated) = (0, weights.first().copied().unwrap_or(0.0));
+    let mut index = 0;
+    let mut cumulated = weights.first().copied().unwrap_or(0.0);
     for k in 0..n {
         let pointer = (k as f64 + start) / n as f64 * total;
         while cumulated <= pointer && index + 1 < weights.len() {

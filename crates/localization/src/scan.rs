@@ -107,7 +107,8 @@ impl Pieces {
     /// Splits a sweep. `met` says of a range whether its beam met anything; `step` is the angle between
     /// neighbouring beams, radians.
     fn split(ranges: &[f32], step: f64, met: impl Fn(f64) -> bool) -> Self {
-        let (mut pieces, mut first) = (Self::default(), 0);
+        let mut pieces = Self::default();
+        let mut first = 0;
         for i in 0..ranges.len() {
             let range = f64::from(ranges[i]);
             let joins = i > 0 && {
@@ -120,7 +121,8 @@ impl Pieces {
             }
             pieces.number.push(pieces.width.len() as u32 - 1);
             if let Some(width) = pieces.width.last_mut() {
-                let (a, b) = (f64::from(ranges[first]), range);
+                let a = f64::from(ranges[first]);
+                let b = range;
                 let (_, cos) = sin_cos(step * (i - first) as f64);
                 *width = (a * a + b * b - 2.0 * a * b * cos).max(0.0).sqrt();
             }

@@ -52,7 +52,8 @@ pub(crate) fn weigh(
     }
     // Bisection for the greatest exponent that leaves enough particles alive. The prior's own
     // effective size may already be less; then the scan waits for the next resampling.
-    let (mut low, mut high) = (0.0, exponent);
+    let mut low = 0.0;
+    let mut high = exponent;
     for _ in 0..BISECTIONS {
         let middle = 0.5 * (low + high);
         if reweigh(middle) { low = middle } else { high = middle }

@@ -15,7 +15,8 @@ pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
 }
 
 fn multiples(step: f64, low: f64, high: f64) -> Vec<f64> {
-    let (first, last) = ((low / step - 1e-9).ceil(), (high / step + 1e-9).floor());
+    let first = (low / step - 1e-9).ceil();
+    let last = (high / step + 1e-9).floor();
     let count = (last - first).clamp(-1.0, 100.0) + 1.0;
     (0..count as u32).map(|i| (first + f64::from(i)) * step + 0.0).collect()
 }
@@ -108,7 +109,8 @@ pub(super) fn frame(width: f64, height: f64) -> Rectangle {
 pub(super) fn scale_bar(viewport: &Viewport) -> Group {
     const ABOUT: f64 = 90.0;
     let metres = step(ABOUT / viewport.scale, 1);
-    let (left, bottom) = (14.0, viewport.height - 12.0);
+    let left = 14.0;
+    let bottom = viewport.height - 12.0;
     let length = metres * viewport.scale;
     let board = rectangle(length + 14.0, 26.0, "#fff").set("x", left - 7.0).set("y", px(bottom - 19.0));
     let bar = |from: (f64, f64), to: (f64, f64)| {

@@ -40,7 +40,8 @@ pub(super) struct Chart<'a> {
 impl Chart<'_> {
     /// The chart within `size` pixels, title and numbers included.
     pub(super) fn draw(&self, size: (f64, f64)) -> Group {
-        let (wide, high) = (size.0 - LEFT, size.1 - TOP - BOTTOM);
+        let wide = size.0 - LEFT;
+        let high = size.1 - TOP - BOTTOM;
         let (from, to) = self.across;
         let x = |t: f64| wide * (t - from) / (to - from).max(1e-6);
         let y = |value: f64| high * (1.0 - self.scale.share(value));

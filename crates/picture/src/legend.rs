@@ -17,7 +17,8 @@ pub(super) fn legend(width: f64) -> Panel {
     let rows = entries.len().div_ceil(columns);
     let mut content = Group::new();
     for (index, (symbol, words)) in entries.into_iter().enumerate() {
-        let (x, y) = ((index / rows) as f64 * CELL.0, (index % rows) as f64 * CELL.1);
+        let x = (index / rows) as f64 * CELL.0;
+        let y = (index % rows) as f64 * CELL.1;
         let entry = Group::new().set("transform", translate(x, y)).add(symbol).add(text(
             (SYMBOL + 8.0, 14.0),
             "",

@@ -61,18 +61,21 @@ pub(super) fn map_layer(map: &OccupancyGrid, id: &str, viewport: &Viewport) -> U
 
 /// The bounds of the cells that are known; of all cells if none is.
 pub(super) fn known(map: &OccupancyGrid) -> Bounds {
-    let (width, height) = (map.width as usize, map.height as usize);
+    let width = map.width as usize;
+    let height = map.height as usize;
     let known = map.cells.iter().enumerate().filter(|(_, cell)| **cell >= 0);
     let none = [width, 0, height, 0];
     let [left, right, bottom, top] = known.fold(none, |[left, right, bottom, top], (index, _)| {
-        let (column, row) = (index % width, index / width);
+        let column = index % width;
+        let row = index / width;
         [left.min(column), right.max(column + 1), bottom.min(row), top.max(row + 1)]
     });
     let [left, right, bottom, top] =
         if right == 0 { [0, width, 0, height] } else { [left, right, bottom, top] };
     let (sin, cos) = sin_cos(map.origin.heading);
     let corner = |column: usize, row: usize| {
-        let (u, v) = (map.resolution * column as f64, map.resolution * row as f64);
+        let u = map.resolution * column as f64;
+        let v = map.resolution * row as f64;
         (map.origin.x + cos * u - sin * v, map.origin.y + sin * u + cos * v)
     };
     Bounds::of([corner(left, bottom), corner(right, bottom), corner(left, top), corner(right, top)])
@@ -80,8 +83,10 @@ pub(super) fn known(map: &OccupancyGrid) -> Bounds {
 
 /// Walls and unknown space in blocks of `size` x `size` cells; a block with a wall in it is a wall.
 fn blocks(map: &OccupancyGrid, size: usize) -> (Vec<Block>, Vec<Block>) {
-    let (width, height) = (map.width as usize, map.height as usize);
-    let (columns, rows) = (width.div_ceil(size), height.div_ceil(size));
+    let width = map.width as usize;
+    let height = map.height as usize;
+    let columns = width.div_ceil(size);
+    let rows = height.div_ceil(size);
     let mut coarse = vec![i8::MIN; columns * rows];
     for (index, cell) in map.cells.iter().enumerate() {
         let block = &mut coarse[(index / width / size) * columns + index % width / size];
@@ -121,7 +126,8 @@ fn runs(line: &[i8], belongs: impl Fn(i8) -> bool) -> Vec<(usize, usize)> {
 fn outline(blocks: &[Block], size: usize) -> String {
     let mut path = String::with_capacity(16 * blocks.len());
     for b in blocks {
-        let (width, height) = (size * (b.right - b.left), size * (b.top - b.bottom));
+        let width = size * (b.right - b.left);
+        let height = size * (b.top - b.bottom);
         path += &format!("M{} {}h{width}v{height}h-{width}z", size * b.left, size * b.bottom);
     }
     path

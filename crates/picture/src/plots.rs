@@ -97,7 +97,8 @@ fn thresholds(reports: &[CycleReport]) -> Vec<(f64, String)> {
 fn uncertain(reports: &[CycleReport], end: f64) -> Vec<(f64, f64)> {
     let mut spans: Vec<(f64, f64)> = Vec::new();
     for (index, report) in reports.iter().enumerate().filter(|(_, report)| report.scene.uncertain) {
-        let (from, to) = (report.scene.stamp, reports.get(index + 1).map_or(end, |next| next.scene.stamp));
+        let from = report.scene.stamp;
+        let to = reports.get(index + 1).map_or(end, |next| next.scene.stamp);
         match spans.last_mut() {
             Some((_, until)) if *until >= from => *until = to,
             _ => spans.push((from, to)),

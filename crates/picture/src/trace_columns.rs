@@ -54,7 +54,8 @@ impl Track {
     }
 
     fn velocity(&self, first: usize, last: usize, time: &[f64]) -> Option<(f64, f64)> {
-        let (from, to) = (self.at[first]?, self.at[last]?);
+        let from = self.at[first]?;
+        let to = self.at[last]?;
         let elapsed = time.get(last)? - time.get(first)?;
         let speed = |metres: f64| if elapsed > 0.0 { metres / elapsed } else { 0.0 };
         Some((speed(to.0 - from.0), speed(to.1 - from.1)))

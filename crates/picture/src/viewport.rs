@@ -37,7 +37,8 @@ impl Viewport {
 
     /// Whether a point is within, or at most `margin` metres outside.
     pub(super) fn holds(&self, (x, y): (f64, f64), margin: f64) -> bool {
-        let (right, bottom) = (self.min_x + self.width / self.scale, self.max_y - self.height / self.scale);
+        let right = self.min_x + self.width / self.scale;
+        let bottom = self.max_y - self.height / self.scale;
         x >= self.min_x - margin && x <= right + margin && y <= self.max_y + margin && y >= bottom - margin
     }
 
@@ -53,7 +54,8 @@ impl Viewport {
                 continue;
             }
             push(&mut text, (x, y));
-            (last, pending) = ((x, y), None);
+            last = (x, y);
+            pending = None;
         }
         if let Some(end) = pending {
             push(&mut text, end);

@@ -101,8 +101,8 @@ impl Reader {
                     }
                     Record::Channel(channel) => {
                         let schema = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                        let (owner, encoding) =
-                            (names(&channel.topic).0.to_owned(), channel.message_encoding);
+                        let owner = names(&channel.topic).0.to_owned();
+                        let encoding = channel.message_encoding;
                         self.channels.insert(channel.id, Channel { schema, encoding, owner });
                     }
                     Record::Message { header, data } => {

@@ -266,7 +266,9 @@ impl Writing {
     /// Gets the map of a mission and the versions of the services that carry it out.
     fn look_into(&mut self, mission: &Mission) {
         if self.maps.insert(mission.order.map) {
-            let (session, queue, id) = (self.session.clone(), self.queue.clone(), mission.order.map);
+            let session = self.session.clone();
+            let queue = self.queue.clone();
+            let id = mission.order.map;
             self.errands.spawn(async move {
                 let served = map_store::fetch(&session, id, FETCH_TIMEOUT).await;
                 let Ok(map) = served else { return Some(id) };
@@ -292,7 +294,8 @@ impl Writing {
     }
 
     fn ask(&mut self, key: String) {
-        let (session, queue) = (self.session.clone(), self.queue.clone());
+        let session = self.session.clone();
+        let queue = self.queue.clone();
         self.errands.spawn(async move {
             let (replies, _) = ask_all(&session, &key, None, STATUS_TIMEOUT).await.unwrap_or_default();
             for reply in replies {

@@ -29,7 +29,9 @@ const fn color(r: f64, g: f64, b: f64, a: f64) -> Color {
 
 /// One entity, which replaces that of the same name on its topic.
 fn update(name: &str, time: u64, shapes: SceneEntity) -> SceneUpdate {
-    let (timestamp, frame_id, id) = (timestamp(time), MAP_FRAME.into(), name.into());
+    let timestamp = timestamp(time);
+    let frame_id = MAP_FRAME.into();
+    let id = name.into();
     let entity = SceneEntity { timestamp, frame_id, id, ..shapes };
     SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }
 }
@@ -54,7 +56,10 @@ pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
     let mut shapes = SceneEntity::default();
     let width = 2.0 * people.radius;
     for i in 0..people.id.len() {
-        let (x, y, vx, vy) = (people.x[i], people.y[i], people.vx[i], people.vy[i]);
+        let x = people.x[i];
+        let y = people.y[i];
+        let vx = people.vx[i];
+        let vy = people.vy[i];
         shapes.cylinders.push(cylinder(x, y, 0.0, [width, width, PERSON_HEIGHT], color(0.9, 0.5, 0.1, 0.8)));
         let speed = (vx * vx + vy * vy).sqrt();
         if speed > STANDING {
@@ -73,7 +78,9 @@ pub(super) fn people(people: &wire::People, time: u64) -> SceneUpdate {
 
 /// Where the robot is with 95 % probability, if its belief is right.
 pub(super) fn ellipse(belief: &wire::Belief, time: u64) -> SceneUpdate {
-    let (xx, xy, yy) = (belief.covariance[0], belief.covariance[1], belief.covariance[4]);
+    let xx = belief.covariance[0];
+    let xy = belief.covariance[1];
+    let yy = belief.covariance[4];
     // The direction of the greater one.
     let heading = 0.5 * atan2(2.0 * xy, xx - yy);
     let (greater, less) = eigenvalues(xx, xy, yy);

@@ -256,7 +256,8 @@ impl Cdr for String {
     }
 
     fn read(input: &mut Reader<'_>) -> Result<Self, CdrError> {
-        let (found, most) = (u32::read(input)? as usize, limits::TEXT + 1);
+        let found = u32::read(input)? as usize;
+        let most = limits::TEXT + 1;
         if found > most {
             return Err(CdrFault::TooLong { found, most }.at("message"));
         }

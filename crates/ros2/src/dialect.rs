@@ -39,7 +39,8 @@ pub struct RmwZenoh {
 
 impl Dialect for RmwZenoh {
     fn key(&self, name: &str, interface: &Interface) -> String {
-        let (domain, topic) = (self.domain, name.trim_matches('/'));
+        let domain = self.domain;
+        let topic = name.trim_matches('/');
         format!("{domain}/{topic}/{}/{}", interface.dds(), interface.hash(self.distribution))
     }
 

@@ -48,8 +48,12 @@ impl FromStr for Qos {
     fn from_str(text: &str) -> Result<Self, QosError> {
         let mut parts = text.split(':');
         let mut part = || parts.next().ok_or(QosError);
-        let (reliability, durability, history) = (part()?, part()?, part()?);
-        let (deadline, lifespan, liveliness) = (part()?, part()?, part()?);
+        let reliability = part()?;
+        let durability = part()?;
+        let history = part()?;
+        let deadline = part()?;
+        let lifespan = part()?;
+        let liveliness = part()?;
         let (history, depth) = history.split_once(',').ok_or(QosError)?;
         let times = [deadline, lifespan].iter().all(|time| time.matches(',').count() == 1);
         if !times || liveliness.matches(',').count() != 2 || parts.next().is_some() {

@@ -110,7 +110,8 @@ fn plain(chunk: &str) -> String {
 impl Display for Token {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
         let Self { domain, session, node_id, entity_id, kind, enclave, namespace, node, endpoint } = self;
-        let (enclave, namespace) = (mangled(enclave), mangled(namespace));
+        let enclave = mangled(enclave);
+        let namespace = mangled(namespace);
         let code = kind.code();
         write!(f, "{ROOT}/{domain}/{session}/{node_id}/{entity_id}/{code}/{enclave}/{namespace}/{node}")?;
         match endpoint {
@@ -140,11 +141,15 @@ impl FromStr for Token {
         let entity_id = chunk()?.parse().map_err(|_| TokenError::Number)?;
         let code = chunk()?;
         let kind = EntityKind::CODES.iter().find(|(_, known)| *known == code).ok_or(TokenError::Form)?.0;
-        let (enclave, namespace, node) = (plain(chunk()?), plain(chunk()?), chunk()?.to_owned());
+        let enclave = plain(chunk()?);
+        let namespace = plain(chunk()?);
+        let node = chunk()?.to_owned();
         let endpoint = if kind == EntityKind::Node {
             None
         } else {
-            let (topic, type_name, hash) = (plain(chunk()?), chunk()?.to_owned(), chunk()?.to_owned());
+            let topic = plain(chunk()?);
+            let type_name = chunk()?.to_owned();
+            let hash = chunk()?.to_owned();
             Some(Endpoint { topic, type_name, hash, qos: chunk()?.parse()? })
         };
         if chunks.next().is_some() {

@@ -105,7 +105,8 @@ impl Certificate {
     /// Whether less than a third of its time is left.
     pub fn is_due(&self) -> bool {
         let issued = self.not_before + CLOCKS_DIFFER.as_secs() as i64;
-        let (whole, left) = (self.not_after - issued, self.not_after - now());
+        let whole = self.not_after - issued;
+        let left = self.not_after - now();
         left * 3 < whole
     }
 

@@ -200,10 +200,12 @@ impl Folder {
     pub fn identity(&self, name: &Name) -> Result<Identity, FolderError> {
         let stem = name.to_string();
         let certificate = self.read(&stem)?;
-        let (path, name_in_it) = (self.shown(&stem, "pem"), certificate.common_name.clone());
+        let path = self.shown(&stem, "pem");
+        let name_in_it = certificate.common_name.clone();
         let renew = self.command(&format!("renew {name}"));
         if !certificate.is_signed {
-            let (authority, mend) = (self.shown(CA, "pem"), format!("copy both again, or {renew}"));
+            let authority = self.shown(CA, "pem");
+            let mend = format!("copy both again, or {renew}");
             return Err(FolderError::Foreign { path, name: name_in_it, authority, mend });
         }
         if name_in_it != stem {
@@ -283,7 +285,8 @@ impl Folder {
 
     /// Writes a file whole or not at all: another process may read it at any moment.
     fn write(&self, file: &str, bytes: &[u8], mode: u32) -> Result<(), FolderError> {
-        let (path, new) = (self.directory.join(file), self.directory.join(format!(".{file}.new")));
+        let path = self.directory.join(file);
+        let new = self.directory.join(format!(".{file}.new"));
         let written =
             fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.directory).and_then(|()| {
                 let _ = fs::remove_file(&new);

@@ -20,7 +20,9 @@ pub struct Name {
 
 /// Why a text is no name of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("`{text}` is not the name of a certificate: {reason}; `docs/security.md` lists the names, such as {examples}")]
+#[error(
+    "`{text}` is not the name of a certificate: {reason}; `docs/security.md` lists the names, such as {examples}"
+)]
 pub struct NameError {
     text: String,
     reason: String,

@@ -14,14 +14,16 @@ pub const END: &str = "<!-- end of rights -->\n";
 pub fn rights() -> String {
     let mut text = String::from("| certificate | is for | may | keys |\n|---|---|---|---|\n");
     let mut add = |name: String, about: &str, rights: &[Right]| {
-        let (mut name, mut about) = (name, about);
+        let mut name = name;
+        let mut about = about;
         for &verb in Verb::ALL {
             let keys: Vec<String> =
                 rights.iter().filter(|right| right.verb == verb).flat_map(in_words).collect();
             if !keys.is_empty() {
                 // Writing to a string cannot fail.
                 let _ = writeln!(text, "| {name} | {about} | {} | {} |", verb.word(), keys.join(", "));
-                (name, about) = (String::new(), "");
+                name = String::new();
+                about = "";
             }
         }
     };

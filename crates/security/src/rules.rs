@@ -174,7 +174,8 @@ impl Rules {
         let rules: Vec<String> = policies.flat_map(|policy| policy.rules.clone()).collect();
         // Zenoh takes no policy without rules.
         if !rules.is_empty() {
-            let (id, link_protocols) = (SOCKET.to_owned(), Some(vec![SOCKET.to_owned()]));
+            let id = SOCKET.to_owned();
+            let link_protocols = Some(vec![SOCKET.to_owned()]);
             self.subjects.push(Subject { id: id.clone(), cert_common_names: None, link_protocols });
             self.policies.push(Policy { subjects: vec![id], rules });
         }

@@ -86,7 +86,8 @@ impl MissionKeys {
         refused: &Tally,
     ) -> anyhow::Result<Serving> {
         let [state, commanded, reported] = std::array::from_fn(|_| Arc::clone(self));
-        let (command, ready) = (keys::mission_command(robot)?, keys::mission_ready(robot)?);
+        let command = keys::mission_command(robot)?;
+        let ready = keys::mission_ready(robot)?;
         Ok([
             serve_state(session, &keys::robot(robot, "mission")?, refused, move || {
                 locked(&state.current).mission().cloned().ok_or_else(|| Refusal::NoMission.into())

@@ -43,8 +43,11 @@ impl CurrentMission {
             MissionCommand::Goal { x, y, heading } => {
                 let mission = self.current()?;
                 mission.revision += 1;
-                (mission.order.goal_x, mission.order.goal_y, mission.order.goal_heading) = (x, y, heading);
-                (mission.state, mission.end) = (MissionState::Preparing, None);
+                mission.order.goal_x = x;
+                mission.order.goal_y = y;
+                mission.order.goal_heading = heading;
+                mission.state = MissionState::Preparing;
+                mission.end = None;
                 mission.ready.clear();
             }
             MissionCommand::Pause => {
@@ -60,7 +63,8 @@ impl CurrentMission {
                 if mission.state == MissionState::Finished {
                     return Err(Refusal::AlreadyFinished.into());
                 }
-                (mission.state, mission.end) = (MissionState::Cancelled, Some(MissionEnd::Cancelled));
+                mission.state = MissionState::Cancelled;
+                mission.end = Some(MissionEnd::Cancelled);
             }
             MissionCommand::Finish { revision, end } => finish(self.of_revision(revision)?, end),
         }
@@ -130,7 +134,8 @@ impl CurrentMission {
 }
 
 fn finish(mission: &mut Mission, end: MissionEnd) {
-    (mission.state, mission.end) = (MissionState::Finished, Some(end));
+    mission.state = MissionState::Finished;
+    mission.end = Some(end);
 }
 
 #[cfg(test)]

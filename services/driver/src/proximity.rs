@@ -22,7 +22,9 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
     if points.is_empty() {
         return command;
     }
-    let (mut pose, mut twist, mut time) = (Pose2::default(), command, 0.0);
+    let mut pose = Pose2::default();
+    let mut twist = command;
+    let mut time = 0.0;
     let hits = |pose: Pose2| {
         points.iter().any(|p| {
             let now = pose.position().distance(*p);

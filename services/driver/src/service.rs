@@ -97,7 +97,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 impl Driver {
     async fn serve(mut self, mut shutdown: Shutdown) -> anyhow::Result<()> {
         loop {
-            let (silence, begun) = (self.silence(), self.begun);
+            let silence = self.silence();
+            let begun = self.begun;
             let another = mission_that(self.missions.clone(), |m| (m.run, m.revision) != begun);
             tokio::select! {
                 biased;
@@ -144,7 +145,8 @@ impl Driver {
     async fn tick(&mut self, mut odometry: Odometry) {
         let Some(mission) = self.mission() else { return };
         let arrived = Instant::now();
-        let (clock, period) = (mission.order.clock, mission.order.tick_s);
+        let clock = mission.order.clock;
+        let period = mission.order.tick_s;
         self.measured(&odometry);
         if clock == Clock::Realtime {
             for newer in self.odometry.drain() {
@@ -251,7 +253,8 @@ impl Driver {
     }
 
     fn admit(&mut self, decision: Decision) {
-        let (id, mut admission) = ((decision.epoch, decision.seq), Admission::Older);
+        let id = (decision.epoch, decision.seq);
+        let mut admission = Admission::Older;
         self.fence.send_if_modified(|fence| {
             admission = fence.admit(decision);
             admission == Admission::Admitted

@@ -40,7 +40,8 @@ impl Mask {
 
     /// Takes note of what is believed now.
     pub(crate) fn believe(&mut self, belief: Belief, odometry: Pose2) {
-        (self.belief, self.odometry) = (belief, Some(odometry));
+        self.belief = belief;
+        self.odometry = Some(odometry);
     }
 
     /// The base has started over, and its odometry with it.

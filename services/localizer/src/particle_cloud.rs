@@ -35,7 +35,10 @@ pub(crate) fn particles(
     stamp: f64,
 ) -> Particles {
     let stride = all.len().div_ceil(MAX_PARTICLES).max(1);
-    let (mut x, mut y, mut heading, mut weight) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut x = Vec::new();
+    let mut y = Vec::new();
+    let mut heading = Vec::new();
+    let mut weight = Vec::new();
     for (pose, share) in all.step_by(stride) {
         x.push(pose.x as f32);
         y.push(pose.y as f32);

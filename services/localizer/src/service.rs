@@ -112,14 +112,18 @@ impl MissionFollower for Localization {
         let params: LocalizerParams = convert::parameters("localizer", &order.localizer)?;
         let tracked = order.requires(keys::TRACKER);
         let tracker: TrackerParams = convert::parameters("tracker", &order.tracker_parameters())?;
-        let (fields, id, seed) = (self.fields.clone(), order.map, order.seed);
-        let (laser, noise) = (convert::laser(&order.laser), convert::noise(&order.odometry_noise));
+        let fields = self.fields.clone();
+        let id = order.map;
+        let seed = order.seed;
+        let laser = convert::laser(&order.laser);
+        let noise = convert::noise(&order.odometry_noise);
         let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
         let believed = convert::belief(&convert::initial_belief(mission));
         let starting = move || {
             let map = fields.map(id)?;
             let mask = tracked.then(|| Mask::new(Detector::new(Arc::clone(&map), tracker), noise, believed));
-            let (map, start) = ((*map).clone(), (start.0, &start.1));
+            let map = (*map).clone();
+            let start = (start.0, &start.1);
             let filter = || Localizer::starting_at(map, laser, noise, params, seed, start);
             let filter = timed("the filter", filter).map_err(|e| Refusal::invalid(e).at("localizer"))?;
             Ok::<_, Reject>((filter, mask))

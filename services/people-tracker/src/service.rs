@@ -89,7 +89,8 @@ impl MissionFollower for Tracking {
         }
         convert::check_order(order)?;
         let params: TrackerParams = convert::parameters("tracker", &order.tracker_parameters())?;
-        let (fields, id) = (self.fields.clone(), order.map);
+        let fields = self.fields.clone();
+        let id = order.map;
         let map = tokio::task::spawn_blocking(move || fields.map(id)).await;
         let map = map.map_err(|e| Refusal::failed(e).at("map"))??;
         let tracker = Tracker::new(map, params, convert::noise(&order.odometry_noise));

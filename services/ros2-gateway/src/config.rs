@@ -228,11 +228,7 @@ impl Ros2Config {
             let name = name.strip_prefix('/').unwrap_or(name);
             if !name.split('/').all(is_name) {
                 let problem = format!("is `{name}`");
-                return Err(FieldError::new(
-                    field,
-                    problem,
-                    "use letters, digits, `_` and `/` only",
-                ));
+                return Err(FieldError::new(field, problem, "use letters, digits, `_` and `/` only"));
             }
         }
         Ok(())

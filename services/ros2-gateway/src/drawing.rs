@@ -89,7 +89,8 @@ fn fresh(header: &ros::Header) -> Vec<ros::Marker> {
 /// the chosen one blue and wide.
 pub(crate) fn candidates(report: &CycleReport, header: &ros::Header) -> ros::MarkerArray {
     let set = &report.candidates;
-    let (count, steps) = (set.count as usize, set.steps as usize);
+    let count = set.count as usize;
+    let steps = set.steps as usize;
     let costs = report.total.iter().copied();
     let (least, most) =
         costs.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), cost| (a.min(cost), b.max(cost)));

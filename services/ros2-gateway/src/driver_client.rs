@@ -42,7 +42,8 @@ impl DriverClient {
     pub(crate) fn start(session: &Session, key: String) -> (Self, mpsc::Receiver<Answer>) {
         let (waiting, mut more) = watch::channel(Waiting::new());
         let (answers, answered) = mpsc::channel(ANSWERS);
-        let (session, queue) = (session.clone(), waiting.clone());
+        let session = session.clone();
+        let queue = waiting.clone();
         tokio::spawn(async move {
             while more.wait_for(|waiting| !waiting.is_empty()).await.is_ok() {
                 let mut next = None;

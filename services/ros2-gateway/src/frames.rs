@@ -69,7 +69,8 @@ impl Mount {
     /// Of a frame at this pose; nothing if it leans.
     pub(crate) fn of(isometry: &Isometry3<f64>) -> Option<Self> {
         let turned = isometry.rotation.to_rotation_matrix();
-        let (up, place) = (turned[(2, 2)], isometry.translation);
+        let up = turned[(2, 2)];
+        let place = isometry.translation;
         let heading = atan2(turned[(1, 0)], turned[(0, 0)]);
         let pose = Pose2::new(place.x, place.y, heading);
         (up.abs() > UPRIGHT).then_some(Self { pose, is_upside_down: up < 0.0 })
@@ -91,7 +92,8 @@ impl FrameTree {
     pub(crate) fn take_in(&mut self, message: &TfMessage, localized: &str) -> Result<(), Fault> {
         let mut outcome = Ok(());
         for one in &message.transforms {
-            let (child, parent) = (&one.child_frame_id, &one.header.frame_id);
+            let child = &one.child_frame_id;
+            let parent = &one.header.frame_id;
             if child == localized {
                 continue;
             }
@@ -123,7 +125,8 @@ impl FrameTree {
 
     /// The pose of `frame` in `of`; nothing if no transforms join them.
     pub(crate) fn pose_in(&self, of: &str, frame: &str) -> Option<Isometry3<f64>> {
-        let (to, from) = (self.ancestors(of), self.ancestors(frame));
+        let to = self.ancestors(of);
+        let from = self.ancestors(frame);
         from.iter().find_map(|(common, common_from_frame)| {
             let (_, common_from_of) = to.iter().find(|(name, _)| name == common)?;
             Some(common_from_of.inverse() * common_from_frame)

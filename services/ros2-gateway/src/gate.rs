@@ -160,11 +160,14 @@ impl Gate {
         let watch = Watch::new(&config.silence);
         let state = Arc::new(Mutex::new(State { watch, ended: false, velocity, clock: None }));
         let base = config.frames.base.clone();
-        let (watched, counted, frame) = (Arc::clone(&state), zeros.clone(), base.clone());
+        let watched = Arc::clone(&state);
+        let counted = zeros.clone();
+        let frame = base.clone();
         let watching = move || {
             loop {
                 std::thread::sleep(PERIOD);
-                let (now, state) = (Instant::now(), locked(&watched));
+                let now = Instant::now();
+                let state = locked(&watched);
                 if state.ended {
                     return;
                 }
@@ -203,7 +206,8 @@ impl Gate {
     /// What is silent: all that the robot stands for while a mission is under way, otherwise what has been heard of the
     /// robot.
     pub(crate) fn silent(&self) -> Option<Source> {
-        let (now, state) = (Instant::now(), locked(&self.state));
+        let now = Instant::now();
+        let state = locked(&self.state);
         let watch = &state.watch;
         if watch.engaged {
             return watch.silent(now);

@@ -135,7 +135,8 @@ impl Gateway {
         if self.parts.robot_state.odom(said) {
             tracing::warn!("the robot's clock was set back: its run is over");
             self.begins_at(None);
-            (self.belief, self.is_lost) = (None, true);
+            self.belief = None;
+            self.is_lost = true;
             let effects = self.journey.fail("the robot's clock was set back");
             self.act(effects);
         }
@@ -188,8 +189,9 @@ impl Gateway {
 
     fn begins_at(&mut self, start: Option<Start>) {
         let odometry = self.parts.robot_state.clock.newest().map(|sample| sample.pose);
-        (self.start, self.start_ordered, self.start_taken) =
-            (start.map(|start| (start, odometry)), None, None);
+        self.start = start.map(|start| (start, odometry));
+        self.start_ordered = None;
+        self.start_taken = None;
     }
 
     fn in_map(&self, header: &ros::Header) -> Result<(), Fault> {
@@ -345,7 +347,8 @@ impl Gateway {
     }
 
     fn goals_changed(&mut self) {
-        let (goals, publishers) = (&self.journey.goals, &self.parts.publishers);
+        let goals = &self.journey.goals;
+        let publishers = &self.parts.publishers;
         publishers.status(goals);
         let ended = |id: &ros::Uuid| goals.get(id).is_none_or(|goal| goal.status.is_end());
         for (id, asked) in self.results.extract_if(.., |(id, _)| ended(id)) {
@@ -384,7 +387,8 @@ impl Gateway {
     fn begun(&mut self) {
         if self.start_taken.is_some() && self.start_taken == self.journey.running() {
             self.begins_at(None);
-            (self.belief, self.is_lost) = (None, false);
+            self.belief = None;
+            self.is_lost = false;
         }
     }
 
@@ -434,7 +438,8 @@ impl Gateway {
     }
 
     fn feedback(&self) {
-        let (goal, place) = (self.journey.goals.active(), self.journey.goal());
+        let goal = self.journey.goals.active();
+        let place = self.journey.goal();
         let (Some(goal), Some((place, _)), Some((belief, ..))) = (goal, place, &self.belief) else { return };
         if goal.status == Status::Executing {
             let at = Pose2::new(belief.x, belief.y, belief.heading);

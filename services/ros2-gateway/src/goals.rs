@@ -103,7 +103,8 @@ impl Goals {
     /// Which goals a request means, and the answer to it; the one under way is then being given up.
     pub(crate) fn cancel(&mut self, request: &CancelGoalRequest) -> CancelGoalResponse {
         let GoalInfo { goal_id, stamp } = request.goal_info;
-        let (any, ever) = (goal_id == Uuid::default(), stamp == Time::default());
+        let any = goal_id == Uuid::default();
+        let ever = stamp == Time::default();
         let is_meant = |goal: &Goal| match (any, ever) {
             (true, true) => true,
             (true, false) => goal.stamp <= stamp,

@@ -44,7 +44,8 @@ impl Graph {
     /// If they cannot be followed.
     pub(crate) fn follow(session: &Session, domain: Option<u32>, refused: &Tally) -> anyhow::Result<Self> {
         let tokens = Arc::<Mutex<BTreeMap<String, Token>>>::default();
-        let (noted, refused) = (Arc::clone(&tokens), refused.clone());
+        let noted = Arc::clone(&tokens);
+        let refused = refused.clone();
         let subscriber = match domain {
             None => None,
             Some(domain) => {
@@ -91,7 +92,8 @@ fn problems(tokens: &BTreeMap<String, Token>, own_session: &str, used: &[Used]) 
     for token in tokens.values().filter(|token| token.session != own_session) {
         let Some(endpoint) = &token.endpoint else { continue };
         for use_of in used.iter().filter(|used| used.topic == endpoint.topic) {
-            let (topic, node) = (&use_of.topic, token.node_path());
+            let topic = &use_of.topic;
+            let node = token.node_path();
             if endpoint.type_name != use_of.type_name || endpoint.hash != use_of.hash {
                 let detail = format!("{node} has {} {}", endpoint.type_name, endpoint.hash);
                 problems.push(Problem::new(ProblemKind::OtherType, topic, detail));

@@ -141,7 +141,8 @@ impl Journey {
         if self.asked.take().is_some() || self.is_engaged() {
             effects.extend([Effect::Tell(MissionCommand::Cancel), Effect::NoPlan]);
         }
-        (self.ours, self.running) = (None, None);
+        self.ours = None;
+        self.running = None;
         self.failed = self.mission.as_ref().map(id);
         effects
     }
@@ -189,7 +190,8 @@ impl Journey {
         match asked.purpose {
             Purpose::Localize => self.localizing = ordered,
             Purpose::Goal => {
-                (self.ours, self.localizing) = (ordered, None);
+                self.ours = ordered;
+                self.localizing = None;
                 match self.goals.active().map(|goal| goal.status) {
                     Some(Status::Canceling) => effects.push(Effect::Tell(MissionCommand::Cancel)),
                     Some(_) => {
@@ -245,7 +247,8 @@ impl Journey {
         let Some(mission) = self.mission.as_ref().filter(|m| m.state == MissionState::Running) else {
             return Vec::new();
         };
-        let (running, revision) = (id(mission), mission.revision);
+        let running = id(mission);
+        let revision = mission.revision;
         // A decision of before is about the goal of before.
         let is_of_it = self.running.is_some_and(|(of, since)| of == running && decision.tick >= since);
         let is_end = decision.arrived && is_of_it && self.is_engaged() && self.ending != Some(running);

@@ -144,7 +144,8 @@ impl Node {
             Kind::Plain(publisher.wait().map_err(fault)?)
         };
         let (entity, token) = self.entity(EntityKind::Publisher, &topic, &M::INTERFACE, qos)?;
-        let (gid, dialect) = (self.gid(entity), Arc::clone(&self.dialect));
+        let gid = self.gid(entity);
+        let dialect = Arc::clone(&self.dialect);
         Ok(Outlet {
             publisher,
             dialect,
@@ -165,9 +166,12 @@ impl Node {
         let key = self.dialect.key(&name, &M::INTERFACE);
         let fault = |error: zenoh::Error| anyhow!("{key}: {error}");
         let (feeder, waiting) = ByteRing::new(WAITING, WAITING_BYTES.max(2 * M::MAX_BYTES));
-        let (dialect, refused, label) = (Arc::clone(&self.dialect), self.refused.clone(), name.clone());
+        let dialect = Arc::clone(&self.dialect);
+        let refused = self.refused.clone();
+        let label = name.clone();
         let take = move |sample: Sample| {
-            let (payload, attachment) = (sample.payload(), sample.attachment());
+            let payload = sample.payload();
+            let attachment = sample.attachment();
             if payload.len() > M::MAX_BYTES || !is_attached(&*dialect, attachment) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
@@ -208,7 +212,9 @@ impl Node {
         let name = self.config.resolve(name);
         let key = self.dialect.key(&name, &Q::INTERFACE);
         let (feeder, waiting) = ByteRing::new(WAITING, WAITING_BYTES);
-        let (dialect, refused, label) = (Arc::clone(&self.dialect), self.refused.clone(), name.clone());
+        let dialect = Arc::clone(&self.dialect);
+        let refused = self.refused.clone();
+        let label = name.clone();
         let take = move |query: Query| {
             let bytes = query.payload().map_or(0, ZBytes::len);
             let beside = query.parameters().as_str().len();
@@ -220,7 +226,8 @@ impl Node {
         let queryable = self.session.declare_queryable(key.clone()).complete(true).callback(take);
         let queryable = queryable.wait().map_err(|error| anyhow!("{key}: {error}"))?;
         let (_, token) = self.entity(EntityKind::Service, &name, &Q::INTERFACE, Qos::DEFAULT)?;
-        let (dialect, refused) = (Arc::clone(&self.dialect), self.refused.clone());
+        let dialect = Arc::clone(&self.dialect);
+        let refused = self.refused.clone();
         Ok(Serving {
             _queryable: queryable,
             waiting,
@@ -270,7 +277,8 @@ impl<M: Message> Outlet<M> {
     }
 
     fn send(&self, outgoing: &Outgoing) -> zenoh::Result<()> {
-        let (payload, attachment) = (outgoing.payload(), outgoing.attachment());
+        let payload = outgoing.payload();
+        let attachment = outgoing.attachment();
         match &self.publisher {
             Kind::Plain(publisher) => publisher.put(payload).attachment(attachment).wait(),
             Kind::Kept(publisher) => publisher.put(payload).attachment(attachment).wait(),

@@ -55,7 +55,8 @@ pub(crate) fn people(
         age: None,
     };
     for person in &said.people {
-        let (p, v) = (person.position, person.velocity);
+        let p = person.position;
+        let v = person.velocity;
         let within = |numbers: [f64; 2], most: f64| numbers.into_iter().all(|number| number.abs() <= most);
         if !within([p.x, p.y], FAR) || !within([v.x, v.y], FAST) {
             return Err(Fault::malformed(format!("a person at {p:?} with {v:?} is none")));

@@ -104,7 +104,8 @@ impl RobotClock {
             return (ahead <= AHEAD_MAX).then(|| step(newest.pose, newest.twist, ahead));
         }
         let after = self.samples.iter().rposition(|sample| sample.stamp <= stamp)?;
-        let (before, after) = (self.samples.get(after)?, self.samples.get(after + 1)?);
+        let before = self.samples.get(after)?;
+        let after = self.samples.get(after + 1)?;
         let share = (stamp - before.stamp) / (after.stamp - before.stamp);
         Some(before.pose.toward(after.pose, share))
     }

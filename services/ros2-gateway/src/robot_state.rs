@@ -121,7 +121,8 @@ impl RobotState {
 
     /// Puts it into the log: once, however often it is so, and no flood of other faults fills the log.
     fn say(&self, topic: String, sentence: String) {
-        let (mut said, now) = (locked(&self.said), Instant::now());
+        let mut said = locked(&self.said);
+        let now = Instant::now();
         let is_due = said
             .get(&topic)
             .is_none_or(|(then, last)| *last != sentence && now.duration_since(*then) > SAID_EVERY);

@@ -24,8 +24,10 @@ const SAME_PLACE: f64 = 0.01;
 /// # Errors
 /// If the scan is none, if it is not known where the scanner is, or if the scanner leans.
 pub(crate) fn scan(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Result<Scan, Fault> {
-    let (angle_min, increment) = (f64::from(scan.angle_min), f64::from(scan.angle_increment));
-    let (least, most) = (scan.range_min, scan.range_max);
+    let angle_min = f64::from(scan.angle_min);
+    let increment = f64::from(scan.angle_increment);
+    let least = scan.range_min;
+    let most = scan.range_max;
     let is_number = |number: f32| number.is_finite();
     if ![scan.angle_min, scan.angle_increment, least, most].into_iter().all(is_number)
         || least < 0.0
@@ -73,7 +75,8 @@ pub(crate) fn odometry(
     frames: &FrameTree,
     names: &Frames,
 ) -> Result<(Pose2, Twist), Fault> {
-    let (frame, child) = (&odometry.header.frame_id, &odometry.child_frame_id);
+    let frame = &odometry.header.frame_id;
+    let child = &odometry.child_frame_id;
     if *frame != names.odom {
         return Err(Fault::unknown_frame(frame, &names.odom));
     }
@@ -91,7 +94,8 @@ pub(crate) fn odometry(
         }
     }
     let pose = planar(&odometry.pose.pose)?;
-    let (v, omega) = (odometry.twist.twist.linear.x, odometry.twist.twist.angular.z);
+    let v = odometry.twist.twist.linear.x;
+    let omega = odometry.twist.twist.angular.z;
     if [v, omega].into_iter().any(|number| !number.is_finite() || number.abs() > 1e3) {
         return Err(Fault::malformed(format!("{v} m/s and {omega} rad/s are no motion")));
     }
@@ -103,7 +107,8 @@ pub(crate) fn odometry(
 /// # Errors
 /// If it is none, or of another frame.
 pub(crate) fn map(map: ros::OccupancyGrid, names: &Frames) -> Result<OccupancyGrid, Fault> {
-    let (frame, info) = (&map.header.frame_id, &map.info);
+    let frame = &map.header.frame_id;
+    let info = &map.info;
     if *frame != names.map {
         return Err(Fault::unknown_frame(frame, &names.map));
     }

@@ -54,7 +54,8 @@ impl LiveCrowd {
     /// Forgets the people of the run before.
     pub(crate) fn begin(&mut self) {
         self.people.clear();
-        (self.heard, self.known) = (Instant::now(), false);
+        self.heard = Instant::now();
+        self.known = false;
     }
 
     /// Puts the people of this tick into the world; in real time the newest. Whether it is known where people
@@ -71,8 +72,10 @@ impl LiveCrowd {
     }
 
     async fn of_this_tick(&mut self, world: &mut World) -> anyhow::Result<()> {
-        let (tick, patience) = (world.tick(), world.scenario().people.live_patience_s);
-        let (began, refused) = (Instant::now(), self.counts.refused.total());
+        let tick = world.tick();
+        let patience = world.scenario().people.live_patience_s;
+        let began = Instant::now();
+        let refused = self.counts.refused.total();
         loop {
             let people = self.people.of_tick(tick, Clock::Lockstep);
             if let Ok(Some(message)) = tokio::time::timeout(ANNOUNCE_PERIOD, people).await {
@@ -110,7 +113,8 @@ impl LiveCrowd {
     /// Says what tick it is and where the robot really is.
     fn announce(&self, world: &World, clock: Clock) {
         let truth = world.truth();
-        let (Pose2 { x, y, heading }, Twist { v, omega }) = (truth.pose, truth.twist);
+        let Pose2 { x, y, heading } = truth.pose;
+        let Twist { v, omega } = truth.twist;
         let message = Odometry { tick: truth.tick, stamp: truth.time, x, y, heading, v, omega };
         self.robot.publish(&message, clock);
     }

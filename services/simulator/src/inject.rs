@@ -33,7 +33,8 @@ pub struct Prepared {
 impl Prepared {
     /// For each cell of `map`, in its order: whether it is free and no landmark is within the laser's range.
     pub fn bare(&self) -> Vec<bool> {
-        let (map, range) = (self.world.map(), self.world.scenario().laser.range_max);
+        let map = self.world.map();
+        let range = self.world.scenario().laser.range_max;
         let is_bare = |(i, cell): (usize, &i8)| {
             let centre = map.grid.centre(i % map.grid.width(), i / map.grid.width());
             *cell == 0 && map.to_occupied.at(&map.grid, centre) > range

@@ -63,7 +63,8 @@ impl Record {
 
     /// One tick.
     pub(crate) fn tick(&mut self, truth: Truth, belief: &Belief, world: &World) {
-        let (people, c) = (world.people(), &belief.covariance);
+        let people = world.people();
+        let c = &belief.covariance;
         let row = [
             ("time_s", truth.time),
             ("true_x", truth.pose.x),

@@ -174,7 +174,8 @@ impl Streams {
         pace.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         let mut believed = None;
         // What was said of the mission while a tick was under way counts from the next one on.
-        let (missions, mut said) = (Arc::clone(&self.missions), None);
+        let missions = Arc::clone(&self.missions);
+        let mut said = None;
         loop {
             if realtime {
                 pace.tick().await;
@@ -240,7 +241,8 @@ impl Streams {
 
     /// In lockstep the belief, decision and command of this very tick; in real time the newest.
     async fn answers(&mut self, world: &World, mission: &Mission) -> anyhow::Result<Answers> {
-        let (tick, clock) = (world.tick(), mission.order.clock);
+        let tick = world.tick();
+        let clock = mission.order.clock;
         if clock == Clock::Realtime {
             let decisions = self.decisions.drain();
             let belief = self.beliefs.newest().cloned();

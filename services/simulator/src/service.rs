@@ -34,7 +34,9 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
-        let (robot, world, shared) = (config.robot.clone(), config.world.clone(), status.clone());
+        let robot = config.robot.clone();
+        let world = config.world.clone();
+        let shared = status.clone();
         let of_runs = fields.clone();
         let runs = AtomicU64::new(first_run());
         let inject =
@@ -52,7 +54,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
             })?;
         let counts = inject.counts();
         let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(shown.borrow().clone()))?;
-        let (robot, shown) = (config.robot.clone(), status.clone());
+        let robot = config.robot.clone();
+        let shown = status.clone();
         // As injecting, but nothing is run and no map is kept, whatever goes on meanwhile.
         let _checks =
             serve(session, &key("check")?, (1, 4), &counts.refused, move |request: InjectRequest, _| {
@@ -122,7 +125,9 @@ async fn play(
     let progress = |tick, time_s, distance_to_goal| {
         status.send_modify(|status| {
             status.state = RunState::Running;
-            (status.tick, status.time_s, status.distance_to_goal) = (tick, time_s, distance_to_goal);
+            status.tick = tick;
+            status.time_s = time_s;
+            status.distance_to_goal = distance_to_goal;
         });
     };
     let outcome = tokio::select! {

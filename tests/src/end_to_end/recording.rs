@@ -241,10 +241,7 @@ fn a_cycle_is_explained_in_words() {
     }
     let none = explain(&["--cycle", "999999"]);
     let error = String::from_utf8(none.stderr).unwrap();
-    assert!(
-        none.status.code() == Some(1) && error.contains("no such cycle; it has cycles 1 to"),
-        "{error}"
-    );
+    assert!(none.status.code() == Some(1) && error.contains("no such cycle; it has cycles 1 to"), "{error}");
 }
 
 #[test]

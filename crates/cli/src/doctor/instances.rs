@@ -40,7 +40,8 @@ pub(super) struct Instance {
 impl Instance {
     pub(super) async fn ask(session: &Session, role: &str, name: &str) -> anyhow::Result<Self> {
         let key = keys::status(role, name)?;
-        let (mut times, mut fastest) = (Latency::default(), Duration::MAX);
+        let mut times = Latency::default();
+        let mut fastest = Duration::MAX;
         let mut instance = Self { role: role.to_owned(), name: name.to_owned(), ..Self::default() };
         for _ in 0..QUESTIONS {
             let asked = SystemTime::now().duration_since(UNIX_EPOCH)?.as_secs_f64();

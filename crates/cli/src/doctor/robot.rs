@@ -87,7 +87,8 @@ impl Mission {
             let fix = if gateways.contains(self.robot.as_str()) {
                 "give it a goal, for example in rviz with 2D Goal Pose".to_owned()
             } else {
-                let (at, robot) = (at.arguments(), &self.robot);
+                let at = at.arguments();
+                let robot = &self.robot;
                 format!("give it one, for example: curionav run SCENARIO.toml {at} --robot {robot}")
             };
             let has_none = Finding::note(link, "none yet: the robot stands", fix);
@@ -101,7 +102,8 @@ impl Mission {
         match &self.map {
             Some(Ok((bytes, took_ms))) => {
                 let detail = format!("{:.0} kB in {took_ms:.1} ms, hash as in the mission", *bytes as f64 / 1e3);
-                let (bytes, round_trip_ms) = (Some(*bytes as u64), Some(*took_ms));
+                let bytes = Some(*bytes as u64);
+                let round_trip_ms = Some(*took_ms);
                 findings.push(Finding { bytes, round_trip_ms, ..Finding::proven(link, detail) });
             }
             Some(Err(reason)) => findings.push(fault(

@@ -12,8 +12,11 @@ use crate::recording::robots::only_one;
 /// Scans, odometry and beliefs of `robot`, or of the only robot there is; the map of its first mission; what its first
 /// run came to.
 pub(crate) fn recorded(path: &Path, robot: Option<&str>) -> anyhow::Result<Recorded> {
-    let (mut found, mut robots) = (Recorded::default(), BTreeSet::new());
-    let (mut maps, mut map, mut first_run) = (BTreeMap::new(), None, None);
+    let mut found = Recorded::default();
+    let mut robots = BTreeSet::new();
+    let mut maps = BTreeMap::new();
+    let mut map = None;
+    let mut first_run = None;
     let mut reader = Reader::open(path)?;
     while let Some(item) = reader.next_message()? {
         let is_wanted = |name: &str| robot.is_none_or(|robot| robot == name);

@@ -59,7 +59,8 @@ impl Certificates {
         let mut said = None;
         loop {
             tokio::time::sleep(LOOK).await;
-            let (folder, names) = (self.folder.clone(), self.names.clone());
+            let folder = self.folder.clone();
+            let names = self.names.clone();
             let (renewed, failed) = match tokio::task::spawn_blocking(move || renew(&folder, &names)).await {
                 Ok(outcome) => outcome,
                 Err(error) => {
@@ -81,7 +82,8 @@ impl Certificates {
 
 /// Renews what is due. A certificate that cannot be renewed keeps no other from it; the first failure is given too.
 fn renew(folder: &Folder, names: &[Name]) -> (Vec<Name>, Option<FolderError>) {
-    let (mut renewed, mut failed) = (Vec::new(), None);
+    let mut renewed = Vec::new();
+    let mut failed = None;
     for name in names {
         match folder.renew_if_due(name, days(LIFETIME_DAYS)) {
             Ok(true) => {

@@ -102,7 +102,8 @@ impl Deployment {
                 Kind::CpcOccluded => (0, 64),
                 _ => (1, 64),
             };
-            let (field, count) = (kind.name(), self.replicas.of(kind));
+            let field = kind.name();
+            let count = self.replicas.of(kind);
             let is_allowed = (least..=most).contains(&count);
             ensure!(is_allowed, "replicas.{field}: is {count}; give {least} to {most}");
         }

@@ -105,7 +105,8 @@ async fn start_and_watch(
         eprintln!("The deployment is up; try: curionav status --connect {endpoint}. Ctrl-C ends it.");
     }
     // Each by itself: one that takes long to be ready again keeps no other waiting.
-    let (limit, none) = (deployment.max_restarts_per_minute, Notify::new());
+    let limit = deployment.max_restarts_per_minute;
+    let none = Notify::new();
     let restarts = std::iter::once(restart).chain(std::iter::repeat(&none));
     let kept = running.iter_mut().zip(restarts).map(|(one, restart)| one.keep_alive(program, limit, restart));
     try_join_all(kept).await.map(drop)

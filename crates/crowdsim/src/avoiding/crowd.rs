@@ -50,7 +50,8 @@ impl AvoidingCrowd {
         let start = |walker: &Walker| {
             let (route, position) = Route::new(walker);
             let stands = walker.mode == WalkMode::Stand;
-            let (velocity, radius) = (Velocity::zeros(), people.radius);
+            let velocity = Velocity::zeros();
+            let radius = people.radius;
             let body = Body { position, velocity, preferred: velocity, radius, yields: !stands };
             (Person { route, speed: walker.speed, stands }, body)
         };
@@ -83,7 +84,8 @@ impl AvoidingCrowd {
         for (i, (velocity, wall)) in chosen.into_iter().enumerate() {
             let velocity = self.clipped(i, velocity, wall, dt, map);
             let body = &mut self.bodies[i];
-            (body.velocity, body.position) = (velocity, moved(body.position, velocity, dt));
+            body.velocity = velocity;
+            body.position = moved(body.position, velocity, dt);
         }
     }
 
@@ -181,10 +183,12 @@ impl AvoidingCrowd {
             if end.distance_squared(other.position) >= touch * touch {
                 return None;
             }
-            let (before, after) = (body.position.distance(other.position), end.distance(other.position));
+            let before = body.position.distance(other.position);
+            let after = end.distance(other.position);
             let keep = before.min(touch);
             (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
-                let (dx, dy) = (other.position.x - body.position.x, other.position.y - body.position.y);
+                let dx = other.position.x - body.position.x;
+                let dy = other.position.y - body.position.y;
                 Velocity::new(dx / before, dy / before)
             })
         };

@@ -63,7 +63,8 @@ impl Route {
             return Some(corner);
         }
         let from = self.corners[self.leg.min(self.corners.len() - 1)];
-        let (dx, dy) = (corner.x - from.x, corner.y - from.y);
+        let dx = corner.x - from.x;
+        let dy = corner.y - from.y;
         let length_squared = dx * dx + dy * dy;
         let along = (at.x - from.x) * dx + (at.y - from.y) * dy;
         let foot = if length_squared > 0.0 { (along / length_squared).clamp(0.0, 1.0) } else { 1.0 };
@@ -82,7 +83,8 @@ impl Route {
         let Some(corner) = self.corner().filter(|_| !self.arrived) else { return };
         let distance = at.distance(corner);
         if distance < self.nearest - NEARER_M {
-            (self.nearest, self.stuck_s) = (distance, 0.0);
+            self.nearest = distance;
+            self.stuck_s = 0.0;
         } else {
             self.stuck_s += dt;
         }
@@ -92,7 +94,8 @@ impl Route {
     }
 
     fn turn_to_next(&mut self) {
-        (self.nearest, self.stuck_s) = (f64::INFINITY, 0.0);
+        self.nearest = f64::INFINITY;
+        self.stuck_s = 0.0;
         let reached = self.leg + 1;
         let ends = reached + 1 >= self.corners.len();
         if ends && !self.repeats {

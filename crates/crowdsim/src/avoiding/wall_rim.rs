@@ -37,7 +37,8 @@ pub(crate) fn nearest_walls(map: &StaticMap, at: Point2, reach: f64) -> Vec<Near
         let squares = points.iter().map(|&(x, y)| (x * x + y * y, (x, y))).filter(|(far, _)| *far > 0.0);
         let Some((squared, (x, y))) = squares.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { break };
         let distance = squared.sqrt();
-        let (ux, uy) = (x / distance, y / distance);
+        let ux = x / distance;
+        let uy = y / distance;
         found.push(NearWall {
             towards: Velocity::new(cosine * ux - sine * uy, sine * ux + cosine * uy),
             distance: distance * cell,
@@ -51,7 +52,8 @@ pub(crate) fn nearest_walls(map: &StaticMap, at: Point2, reach: f64) -> Vec<Near
 /// The nearest points of the map's border and of the cells where free space ends, within `reach` cells, as offsets.
 fn rim_points(map: &StaticMap, at: Point2, reach: f64) -> Vec<(f64, f64)> {
     let grid = &map.grid;
-    let (width, height) = (grid.width(), grid.height());
+    let width = grid.width();
+    let height = grid.height();
     let (x, y) = grid.grid_from_map(at);
     let near = |(dx, dy): &(f64, f64)| dx * dx + dy * dy <= reach * reach;
     let border = [(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];

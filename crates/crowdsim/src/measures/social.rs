@@ -51,7 +51,8 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
     };
     let speed = of(&speeds, |v| v);
     // A robot that starts and ends at rest has a mean acceleration of nothing: here magnitudes are averaged.
-    let (acceleration, jerk) = (of(&accelerations, f64::abs), of(&jerks, f64::abs));
+    let acceleration = of(&accelerations, f64::abs);
+    let jerk = of(&jerks, f64::abs);
     let clearing = Spread::of(rows.iter().map(|r| r.wall_clearance), |gap| gap);
     let count = |holds: &dyn Fn(&Truth) -> bool| rows.iter().filter(|r| holds(r)).count() as u32;
     let share = |from: f64, to: f64| {
@@ -194,7 +195,8 @@ const ROUNDING_S: f64 = 5e-7;
 
 fn failures_to_progress(rows: &[&Truth], to_go: &dyn Fn(Point2) -> f64) -> u32 {
     let Some(first) = rows.first() else { return 0 };
-    let (mut began, mut before) = (first.time, to_go(first.pose.position()));
+    let mut began = first.time;
+    let mut before = to_go(first.pose.position());
     let mut failures = 0;
     for row in rows {
         if row.time - began < PROGRESS_WINDOW_S - ROUNDING_S {
@@ -204,14 +206,16 @@ fn failures_to_progress(rows: &[&Truth], to_go: &dyn Fn(Point2) -> f64) -> u32 {
         let progress = before - now;
         // From one place without a way to the goal to another is no progress.
         failures += u32::from(progress.is_nan() || progress < PROGRESS_LEAST_M);
-        (began, before) = (row.time, now);
+        began = row.time;
+        before = now;
     }
     failures
 }
 
 /// Number of freezes and the time in them. A stall lasts from its first slow row to its last.
 fn freezing(rows: &[&Truth]) -> (u32, f64) {
-    let (mut freezes, mut frozen) = (0, 0.0);
+    let mut freezes = 0;
+    let mut frozen = 0.0;
     let mut since: Option<f64> = None;
     let mut close = |since: Option<f64>, until: f64| {
         if let Some(length) = since.map(|s| until - s).filter(|l| *l >= FREEZE_FOR_S - ROUNDING_S) {

@@ -141,7 +141,8 @@ impl OfflinePeers {
         let report = locked(&self.report);
         let report = report.as_ref()?;
         let recorded = report.terms.iter().find(|recorded| recorded.term == term)?;
-        let (asked, known) = (&request.candidates, &report.candidates);
+        let asked = &request.candidates;
+        let known = &report.candidates;
         let steps = known.steps as usize;
         if asked.steps != known.steps || asked.count > known.count {
             return None;

@@ -65,14 +65,16 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
     let mut reader = Reader::open(path).map_err(Exit::bad_input)?;
     let mut found: Option<CycleReport> = None;
     let mut robots = BTreeSet::new();
-    let (mut first, mut last) = (u64::MAX, 0);
+    let mut first = u64::MAX;
+    let mut last = 0;
     while let Some(item) = reader.next_message().map_err(Exit::bad_input)? {
         let Item::Report(report) = item else { continue };
         if robot.is_some_and(|robot| robot != report.robot) {
             continue;
         }
         robots.insert(report.robot.clone());
-        (first, last) = (first.min(report.seq), last.max(report.seq));
+        first = first.min(report.seq);
+        last = last.max(report.seq);
         if cycle.is_none_or(|cycle| cycle == report.seq) {
             found = Some(*report);
         }
@@ -90,7 +92,8 @@ fn recorded(path: &Path, robot: Option<&str>, cycle: Option<u64>) -> Result<Cycl
 async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
     let robot = options.robot.as_deref().unwrap_or_default();
     let key = keys::robot(robot, "report").map_err(Exit::bad_input)?;
-    let (cycle, session) = (options.cycle, options.at.session(&LOOKS).await?);
+    let cycle = options.cycle;
+    let session = options.at.session(&LOOKS).await?;
     let listening = async {
         let reports = Inbox::<CycleReport>::new(&session, &key).map_err(Exit::network)?;
         loop {

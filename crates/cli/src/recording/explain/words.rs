@@ -89,7 +89,8 @@ const IN_PLACE_S: f64 = 1.0;
 
 /// Metres to what only the driver sees, if the scene has it.
 fn unseen_away(report: &CycleReport) -> Option<f64> {
-    let (people, belief) = (&report.scene.people, &report.scene.belief);
+    let people = &report.scene.people;
+    let belief = &report.scene.belief;
     let at = people.id.iter().position(|id| *id == UNSEEN_PERSON)?;
     Some((people.x[at] - belief.x).hypot(people.y[at] - belief.y))
 }
