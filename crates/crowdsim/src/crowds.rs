@@ -10,7 +10,7 @@ use curionav_planning::parameters::FieldError;
 use curionav_planning::random::{Rng, rng, uniform};
 
 use crate::avoiding::route::in_sight;
-use crate::scenario::{Behaviour, Crowd, Scenario, WalkMode, Walker, contains, reachable};
+use crate::scenario::{Behaviour, Crowd, Scenario, WalkMode, Walker, connected, contains, reachable};
 use crate::walkers::WalkerState;
 
 /// Random streams of crowds, apart from those of the world; each crowd of each attempt has its own.
@@ -77,32 +77,25 @@ impl<'a> Floor<'a> {
         let robot = &scenario.robot;
         let keep = scenario.people.radius + WALL_GAP_M;
         let reached = reachable(map, robot.start.position(), robot.model.radius(), |_| false);
-        let fits = |&i: &usize| reached[i] && map.to_obstacle.cell(i) >= keep;
-        let given = scenario.walkers.iter().map(|w| WalkerState::new(w).position()).collect();
-        Self { scenario, map, cells: (0..reached.len()).filter(fits).collect(), given }
+        Self {
+            scenario,
+            map,
+            cells: (0..reached.len()).filter(|i| reached[*i] && map.to_obstacle.cell(*i) >= keep).collect(),
+            given: scenario.walkers.iter().map(|w| WalkerState::new(w).position()).collect(),
+        }
     }
 
     /// The cells of each region of a crowd; of the whole floor if it names none.
     fn regions(&self, crowd_index: usize, crowd: &Crowd) -> Result<Vec<Vec<usize>>, FieldError> {
-        let no_floor = |field: String| {
-            let problem = "has no floor that the robot can reach and on which a person has room";
-            FieldError::new(
-                field,
-                problem,
-                "draw it on free cells of the map, in front of the same walls as the start",
-            )
-        };
         if crowd.regions.is_empty() {
-            let field = format!("crowds[{crowd_index}]");
-            return if self.cells.is_empty() { Err(no_floor(field)) } else { Ok(vec![self.cells.clone()]) };
+            return Ok(vec![not_empty(self.cells.clone(), format!("crowds[{crowd_index}]"))?]);
         }
-        let cells = crowd.regions.iter().enumerate().map(|(j, region)| {
-            let inside: Vec<usize> =
+        let regions = crowd.regions.iter().enumerate().map(|(j, region)| {
+            let inside =
                 self.cells.iter().copied().filter(|&i| contains(&region.corners, self.centre(i))).collect();
-            let field = format!("crowds[{crowd_index}].regions[{j}]");
-            if inside.is_empty() { Err(no_floor(field)) } else { Ok(inside) }
+            not_empty(inside, format!("crowds[{crowd_index}].regions[{j}]"))
         });
-        cells.collect()
+        regions.collect()
     }
 
     fn centre(&self, index: usize) -> Point2 {
@@ -115,8 +108,9 @@ impl<'a> Floor<'a> {
         let index = cells[(uniform(random) * cells.len() as f64) as usize % cells.len()];
         let centre = self.centre(index);
         let cell = self.map.grid.resolution();
-        let mut aside = || (uniform(random) - 0.5) * cell;
-        Point2::new(centre.x + aside(), centre.y + aside())
+        let x = centre.x + (uniform(random) - 0.5) * cell;
+        let y = centre.y + (uniform(random) - 0.5) * cell;
+        Point2::new(x, y)
     }
 
     /// Whether a person can stand at `p`, or go straight from there to `to`.
@@ -130,16 +124,24 @@ impl<'a> Floor<'a> {
     /// Whether the robot can reach its goal past people who stand.
     fn has_way_around(&self, standing: &[Point2]) -> bool {
         let robot = &self.scenario.robot;
-        let grid = &self.map.grid;
-        let keep = robot.model.radius() + self.scenario.people.radius + BODY_GAP_M;
-        let is_taken = |index: usize| {
-            let centre = self.centre(index);
-            standing.iter().any(|p| p.distance(centre) < keep)
-        };
-        let goal = grid.locate(robot.goal).map(|(column, row)| grid.index(column, row));
-        let reached = || reachable(self.map, robot.start.position(), robot.model.radius(), is_taken);
-        standing.is_empty() || goal.is_some_and(|goal| reached()[goal])
+        let radius = robot.model.radius();
+        let keep = radius + self.scenario.people.radius + BODY_GAP_M;
+        standing.is_empty()
+            || connected(self.map, robot.start.position(), robot.goal, radius, |index| {
+                let centre = self.centre(index);
+                standing.iter().any(|p| p.distance(centre) < keep)
+            })
     }
+}
+
+/// The cells, unless there are none.
+fn not_empty(cells: Vec<usize>, field: String) -> Result<Vec<usize>, FieldError> {
+    if cells.is_empty() {
+        let problem = "has no floor that the robot can reach and on which a person has room";
+        let mend = "draw it on free cells of the map, in front of the same walls as the start";
+        return Err(FieldError::new(field, problem, mend));
+    }
+    Ok(cells)
 }
 
 /// The people drawn so far.
@@ -221,7 +223,7 @@ impl Drawn<'_> {
         let apart = 2.0 * self.floor.scenario.people.radius + GROUP_GAP_M;
         let step = std::f64::consts::TAU / size as f64;
         let radius = if size > 1 { 0.5 * apart / sin_cos(0.5 * step).0 } else { 0.0 };
-        let member = |k: usize| {
+        let members = (0..size).map(|k| {
             let (sine, cosine) = sin_cos(first + k as f64 * step);
             let place = Point2::new(middle.x + radius * cosine, middle.y + radius * sine);
             let stands = Walker {
@@ -232,16 +234,15 @@ impl Drawn<'_> {
                 pause_s: 0.0,
             };
             self.floor.is_straight(middle, place).then_some(stands)
-        };
-        (0..size).map(member).collect()
+        });
+        members.collect()
     }
 
     fn is_clear(&self, crowd: &Crowd, start: Point2) -> bool {
         let robot = &self.floor.scenario.robot;
         let bodies = 2.0 * self.floor.scenario.people.radius + BODY_GAP_M;
-        let keeps_off = |p: Point2| start.distance(p) >= crowd.apart_m;
-        keeps_off(robot.start.position())
-            && keeps_off(robot.goal)
+        start.distance(robot.start.position()) >= crowd.apart_m
+            && start.distance(robot.goal) >= crowd.apart_m
             && self.starts.iter().all(|other| other.distance(start) >= bodies)
     }
 }

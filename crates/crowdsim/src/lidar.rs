@@ -28,21 +28,21 @@ impl Bodies {
 /// not depend on what the others see.
 pub fn scan(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies, rng: &mut Rng) -> Vec<f32> {
     let range_max = laser.range_max;
-    let noisy = |range: f64| {
+    let noisy = ranges(laser, map, robot, people).into_iter().map(|range| {
         let noise = laser.range_sigma * standard_normal(rng);
         (if range < range_max { (range + noise).clamp(0.0, range_max) } else { range_max }) as f32
-    };
-    ranges(laser, map, robot, people).into_iter().map(noisy).collect()
+    });
+    noisy.collect()
 }
 
-/// The same without noise.
+/// What a laser without noise measures, metres.
 fn ranges(laser: &LaserModel, map: &StaticMap, robot: Pose2, people: &Bodies) -> Vec<f64> {
     let map_from_laser = robot.compose(laser.robot_from_laser);
     let rays = Rays::new(map, map_from_laser.position());
     let (s, c) = sin_cos(map_from_laser.heading);
     let directions: Vec<(f64, f64)> = (0..laser.beams).map(|beam| direction(laser, beam)).collect();
-    let cast = |&(x, y): &(f64, f64)| rays.range((c * x - s * y, s * x + c * y), laser.range_max);
-    let mut ranges: Vec<f64> = directions.iter().map(cast).collect();
+    let mut ranges: Vec<f64> =
+        directions.iter().map(|(x, y)| rays.range((c * x - s * y, s * x + c * y), laser.range_max)).collect();
     for &centre in &people.centres {
         let centre = map_from_laser.inverse_transform(centre);
         shorten(laser, &directions, &mut ranges, centre, people.radius);
@@ -97,9 +97,12 @@ impl<'a> Rays<'a> {
     pub(crate) fn new(map: &'a StaticMap, origin: Point2) -> Self {
         let grid = &map.grid;
         let (s, c) = sin_cos(-grid.origin().heading);
-        let caster = RayCaster::new(map);
-        let origin = grid.grid_from_map(origin);
-        Self { caster, resolution: grid.resolution(), origin, turn: (c, s) }
+        Self {
+            caster: RayCaster::new(map),
+            resolution: grid.resolution(),
+            origin: grid.grid_from_map(origin),
+            turn: (c, s),
+        }
     }
 
     /// Distance along the unit vector `direction` (map frame) to the first occupied cell, metres;

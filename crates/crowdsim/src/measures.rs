@@ -87,35 +87,51 @@ pub struct Row {
     pub trace: f64,
 }
 
+impl Row {
+    fn squared_error(&self) -> f64 {
+        self.estimate.position().distance_squared(self.truth.pose.position())
+    }
+}
+
 impl Measures {
     /// The measures of a whole run, row by row.
     pub fn of(rows: &[Row]) -> Self {
-        let steps = || rows.windows(2).map(|pair| (&pair[0].truth, &pair[1].truth));
-        let is_near = |truth: &Truth| truth.person_distance < COMFORT_DISTANCE;
         let start = rows.first().map_or(0.0, |row| row.truth.time);
         let time = rows.last().map_or(start, |row| row.truth.time) - start;
-        let share = |part: f64| if time > 0.0 { part / time } else { 0.0 };
-        let error = |row: &Row| row.estimate.position().distance_squared(row.truth.pose.position());
-        let length = total(steps().map(|(a, b)| a.pose.position().distance(b.pose.position())));
+        let length = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
+        let near = steps(rows).filter(|(_, b)| is_near(b)).map(|(a, b)| b.time - a.time);
         let gaps = rows.iter().map(|row| row.truth.wall_clearance.min(row.truth.person_clearance));
         let (converged, losses) = convergence(rows);
         Self {
-            rmse_m: (total(rows.iter().map(error)) / rows.len().max(1) as f64).sqrt(),
-            tcm: converged.map_or(1.0, |since| share(since - start)),
+            rmse_m: (total(rows.iter().map(Row::squared_error)) / rows.len().max(1) as f64).sqrt(),
+            tcm: converged.map_or(1.0, |since| share(since - start, time)),
             nm: converged.map(|_| losses),
-            tce_s: since_lasting(rows, SMALL_FOR_S, |row| error(row) < SMALL_ERROR * SMALL_ERROR)
+            tce_s: since_lasting(rows, SMALL_FOR_S, |row| row.squared_error() < SMALL_ERROR * SMALL_ERROR)
                 .map(|since| since - start),
-            td: share(total(steps().filter(|(_, b)| is_near(b)).map(|(a, b)| b.time - a.time))),
+            td: share(total(near), time),
             md_m: rows.iter().map(|row| row.truth.person_distance).reduce(f64::min).filter(|d| d.is_finite()),
             // A person who is near from the first row on has not come near.
-            nt: steps().filter(|(a, b)| !is_near(a) && is_near(b)).count() as u32,
-            vel_mps: share(length),
+            nt: steps(rows).filter(|(a, b)| !is_near(a) && is_near(b)).count() as u32,
+            vel_mps: share(length, time),
             length_m: length,
             time_s: time,
             collisions: collisions(rows),
             clearance_min_m: gaps.fold(f64::INFINITY, f64::min),
         }
     }
+}
+
+fn steps(rows: &[Row]) -> impl Iterator<Item = (&Truth, &Truth)> {
+    rows.windows(2).map(|pair| (&pair[0].truth, &pair[1].truth))
+}
+
+fn is_near(truth: &Truth) -> bool {
+    truth.person_distance < COMFORT_DISTANCE
+}
+
+/// The share of `time` that a part is; of a run that takes no time, none.
+fn share(part: f64, time: f64) -> f64 {
+    if time > 0.0 { part / time } else { 0.0 }
 }
 
 /// The sum; of nothing it is 0 and not the -0 that `sum` gives.
@@ -157,28 +173,38 @@ fn collisions(rows: &[Row]) -> Vec<Contact> {
     // What is touched, a person or walls, and whether the episode has been counted.
     let mut touched: BTreeMap<Option<u32>, bool> = BTreeMap::new();
     for Row { truth, .. } in rows {
-        let is_moving = truth.twist.v > COLLISION_SPEED;
         let lasts = touched.contains_key(&None) && truth.wall_clearance <= WALL_RELEASE;
-        let is_hit = truth.wall_impact.is_some_and(|speed| speed > COLLISION_SPEED);
-        let of = |person, robot_speed, person_speed| Contact {
-            time: truth.time,
-            person,
-            robot_speed,
-            person_speed,
-        };
-        let impact = truth.wall_impact.unwrap_or_default();
-        let wall = (truth.wall_impact.is_some() || lasts).then_some((of(None, impact, 0.0), is_hit));
-        let with = |touch: &Touch| (of(Some(touch.id), touch.robot_speed, touch.person_speed), is_moving);
-        let count = |(contact, counts): (Contact, bool)| {
+        let mut touches = BTreeMap::new();
+        for (contact, is_hit) in contacts(truth, lasts) {
             let was_counted = touched.get(&contact.person) == Some(&true);
-            if counts && !was_counted {
+            if is_hit && !was_counted {
                 collisions.push(contact);
             }
-            (contact.person, was_counted || counts)
-        };
-        touched = truth.touching.iter().map(with).chain(wall).map(count).collect();
+            touches.insert(contact.person, was_counted || is_hit);
+        }
+        touched = touches;
     }
     collisions
+}
+
+/// What the robot touches, people and then walls, and whether it drives into it. `lasts` says that a contact with walls
+/// goes on.
+fn contacts(truth: &Truth, lasts: bool) -> Vec<(Contact, bool)> {
+    let time = truth.time;
+    let mut contacts: Vec<(Contact, bool)> = truth
+        .touching
+        .iter()
+        .map(|&Touch { id, robot_speed, person_speed }| {
+            let contact = Contact { time, person: Some(id), robot_speed, person_speed };
+            (contact, truth.twist.v > COLLISION_SPEED)
+        })
+        .collect();
+    if truth.wall_impact.is_some() || lasts {
+        let robot_speed = truth.wall_impact.unwrap_or_default();
+        let contact = Contact { time, person: None, robot_speed, person_speed: 0.0 };
+        contacts.push((contact, robot_speed > COLLISION_SPEED));
+    }
+    contacts
 }
 
 #[cfg(test)]

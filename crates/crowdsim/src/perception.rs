@@ -24,8 +24,10 @@ pub(crate) fn perceived(
         PerceivedPeople::All => people.clone(),
         PerceivedPeople::WorkingZone => {
             let reach = PerceivedPeople::WORKING_ZONE_M;
-            let near = |i: &usize| people.position(*i).distance_squared(robot.position()) <= reach * reach;
-            people.pick((0..people.len()).filter(near))
+            people.pick(
+                (0..people.len())
+                    .filter(|i| people.position(*i).distance_squared(robot.position()) <= reach * reach),
+            )
         }
         PerceivedPeople::Laser => seen(people, robot.compose(laser.robot_from_laser), laser, map),
     }
@@ -33,33 +35,56 @@ pub(crate) fn perceived(
 
 /// Those with a part inside range and field of view on a line free of walls and other people.
 fn seen(people: &People, map_from_laser: Pose2, laser: &LaserModel, map: &StaticMap) -> People {
-    let rays = Rays::new(map, map_from_laser.position());
-    let local: Vec<Point2> =
-        (0..people.len()).map(|i| map_from_laser.inverse_transform(people.position(i))).collect();
-    let (turn_sin, turn_cos) = sin_cos(map_from_laser.heading);
-    let (_, least_cos) = sin_cos((0.5 * laser.fov).min(std::f64::consts::PI));
-    let sees = |i: usize, offset: f64| {
-        let centre = local[i];
+    let view = View {
+        rays: Rays::new(map, map_from_laser.position()),
+        turn: sin_cos(map_from_laser.heading),
+        least_cos: sin_cos((0.5 * laser.fov).min(std::f64::consts::PI)).1,
+        range_max: laser.range_max,
+        centres: (0..people.len()).map(|i| map_from_laser.inverse_transform(people.position(i))).collect(),
+        radius: people.radius,
+    };
+    people.pick((0..people.len()).filter(|i| LOOKED_AT.iter().any(|offset| view.shows(*i, *offset))))
+}
+
+/// What a laser has before it.
+struct View<'a> {
+    rays: Rays<'a>,
+    /// Sine and cosine of its heading on the map.
+    turn: (f64, f64),
+    /// Cosine of the greatest bearing.
+    least_cos: f64,
+    range_max: f64,
+    /// Of people, laser frame.
+    centres: Vec<Point2>,
+    /// Of each person, metres.
+    radius: f64,
+}
+
+impl View<'_> {
+    /// Whether the part of person `i` that lies `offset` radii across the line of sight can be seen.
+    fn shows(&self, i: usize, offset: f64) -> bool {
+        let centre = self.centres[i];
         let to_centre = centre.distance(Point2::default());
-        if to_centre <= people.radius {
+        if to_centre <= self.radius {
             return true;
         }
-        let across = offset * people.radius / to_centre;
+        let across = offset * self.radius / to_centre;
         let part = Point2::new(centre.x - across * centre.y, centre.y + across * centre.x);
         let distance = part.distance(Point2::default());
-        let direction = (part.x / distance, part.y / distance);
-        let range = disc_range(centre, people.radius, direction);
-        if direction.0 < least_cos - 1e-12 || range > laser.range_max {
+        let x = part.x / distance;
+        let y = part.y / distance;
+        let range = disc_range(centre, self.radius, (x, y));
+        if x < self.least_cos - 1e-12 || range > self.range_max {
             return false;
         }
-        let in_map = (
-            turn_cos * direction.0 - turn_sin * direction.1,
-            turn_sin * direction.0 + turn_cos * direction.1,
-        );
-        let hidden = |j: usize| j != i && disc_range(local[j], people.radius, direction) < range;
-        rays.range(in_map, range) >= range && !(0..local.len()).any(hidden)
-    };
-    people.pick((0..people.len()).filter(|&i| LOOKED_AT.iter().any(|&offset| sees(i, offset))))
+        let (sin, cos) = self.turn;
+        let is_hidden = self
+            .centres
+            .iter()
+            .enumerate()
+            .any(|(j, other)| j != i && disc_range(*other, self.radius, (x, y)) < range);
+        self.rays.range((cos * x - sin * y, sin * x + cos * y), range) >= range && !is_hidden
+    }
 }
 
 #[cfg(test)]

@@ -29,9 +29,14 @@ pub(crate) struct Plant {
 impl Plant {
     /// A robot at rest at its true `start`; its odometry begins at the origin of its own frame.
     pub(crate) fn new(model: RobotModel, noise: OdometryNoise, start: Pose2) -> Self {
-        let twist = Twist::default();
-        let odometry = Pose2::default();
-        Self { model, noise, pose: start, twist, odometry, wall_impact: None }
+        Self {
+            model,
+            noise,
+            pose: start,
+            twist: Twist::default(),
+            odometry: Pose2::default(),
+            wall_impact: None,
+        }
     }
 
     /// Radius of the body, metres.
@@ -55,37 +60,34 @@ impl Plant {
         // D6: the increment in the robot frame, plus noise whose variance grows with travel and turn.
         let increment = before.relative(self.pose);
         let variance = self.noise.variances(twist.v * free, twist.omega * dt);
-        let mut draw = |v: f64| v.sqrt() * standard_normal(rng);
-        let noisy = Pose2::new(
-            increment.x + draw(variance[0]),
-            increment.y + draw(variance[1]),
-            increment.heading + draw(variance[2]),
-        );
+        let off = variance.map(|v| v.sqrt() * standard_normal(rng));
+        let noisy = Pose2::new(increment.x + off[0], increment.y + off[1], increment.heading + off[2]);
         self.odometry = self.odometry.compose(noisy);
     }
 
     /// How long, up to `dt` seconds, the arc from here stays clear of walls. Looked at every half cell,
     /// then bisected.
     fn free_time(&self, twist: Twist, dt: f64, map: &StaticMap) -> f64 {
-        let radius = self.radius();
-        let clear = |t: f64| {
-            let p = step(self.pose, twist, t).position();
-            map.to_obstacle.clearance(&map.grid, p) >= radius || wall_distance(map, p) >= radius
-        };
         let pieces = (twist.v * dt / (0.5 * map.grid.resolution())).ceil();
         for k in 1..=(pieces as u32) {
             let mut good = dt * f64::from(k - 1) / pieces;
             let mut bad = dt * f64::from(k) / pieces;
-            if clear(bad) {
+            if self.is_clear(twist, bad, map) {
                 continue;
             }
             for _ in 0..30 {
                 let middle = 0.5 * (good + bad);
-                if clear(middle) { good = middle } else { bad = middle }
+                if self.is_clear(twist, middle, map) { good = middle } else { bad = middle }
             }
             return good;
         }
         dt
+    }
+
+    /// Whether the body is clear of walls `t` seconds along the arc from here.
+    fn is_clear(&self, twist: Twist, t: f64, map: &StaticMap) -> bool {
+        let p = step(self.pose, twist, t).position();
+        map.to_obstacle.clearance(&map.grid, p) >= self.radius() || wall_distance(map, p) >= self.radius()
     }
 }
 

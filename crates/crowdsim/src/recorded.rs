@@ -167,12 +167,12 @@ fn row(line: &str, format: RecordingFormat) -> Result<(f64, u32, Point2), String
         RecordingFormat::Obsmat => (8, 4, "frame, id, x, z, y, vx, vz, vy"),
         RecordingFormat::Text => (4, 3, "frame, id, x, y"),
     };
-    let number = |word: &str| match word.parse::<f64>() {
+    let numbers = words(line).map(|word| match word.parse::<f64>() {
         Ok(number) if number.is_finite() => Ok(number),
         Ok(_) => Err(format!("`{word}` is not finite")),
         Err(_) => Err(format!("`{word}` is not a number; this format has the columns {names}")),
-    };
-    let numbers = words(line).map(number).collect::<Result<Vec<_>, _>>()?;
+    });
+    let numbers = numbers.collect::<Result<Vec<_>, _>>()?;
     if numbers.len() != columns {
         return Err(format!("has {} columns; this format has {columns}: {names}", numbers.len()));
     }

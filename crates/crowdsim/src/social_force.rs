@@ -84,11 +84,11 @@ fn interaction(me: &Body, other: &Body, params: &SocialForceParams) -> Velocity 
     // From the interaction vector to the other, counter-clockwise; one straight ahead counts as one a little to the
     // left.
     let angle = wrap_angle(atan2(towards.y, towards.x) - atan2(along.y, along.x)) + params.side * reach;
-    let force = |sharpness: f64| {
+    let [slow, turn] = [params.slow_sharpness, params.turn_sharpness].map(|sharpness| {
         let spread = sharpness * reach * angle;
         params.strength * exp(-distance / reach - spread * spread)
-    };
-    -along * force(params.slow_sharpness) - left * (angle.signum() * force(params.turn_sharpness))
+    });
+    -along * slow - left * (angle.signum() * turn)
 }
 
 #[cfg(test)]

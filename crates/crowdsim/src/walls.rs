@@ -38,7 +38,8 @@ fn beside(x: f64, from: f64) -> f64 {
     (from - x).max(x - from - 1.0).max(0.0)
 }
 
-fn border_distance(x: f64, y: f64, width: usize, height: usize) -> f64 {
+/// Distance from a point on the map to its border, in the unit of all four, which are cells.
+pub(crate) fn border_distance(x: f64, y: f64, width: usize, height: usize) -> f64 {
     x.min(y).min(width as f64 - x).min(height as f64 - y)
 }
 

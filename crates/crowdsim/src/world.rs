@@ -116,9 +116,8 @@ impl World {
         scenario.check()?;
         scenario.check_on(&map)?;
         let scenario = &populated(scenario, &map, seed)?;
-        let plant = |start| Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, start);
         let mut world = Self {
-            plant: plant(scenario.robot.start),
+            plant: Plant::new(scenario.robot.model.clone(), scenario.odometry_noise, scenario.robot.start),
             walkers: Walkers::new(scenario, &map),
             recordings: chosen(scenario, &map, recordings)?,
             live: People::default(),
@@ -131,7 +130,7 @@ impl World {
             tick: 0,
         };
         world.people = world.all_people();
-        world.plant = plant(world.draw_start());
+        world.plant.pose = world.draw_start();
         world.unavoidable = world.overlapping().map(|i| world.people.id[i]).collect();
         Ok(world)
     }
@@ -186,9 +185,9 @@ impl World {
     pub fn truth(&self) -> Truth {
         let pose = self.plant.pose;
         let twist = self.plant.twist;
-        let contact = self.contact_distance();
-        let distance = |i: usize| self.people.position(i).distance(pose.position());
-        let person_distance = (0..self.people.len()).map(distance).fold(f64::INFINITY, f64::min);
+        let person_distance = (0..self.people.len())
+            .map(|i| self.people.position(i).distance(pose.position()))
+            .fold(f64::INFINITY, f64::min);
         let touched = self.overlapping().filter(|i| !self.unavoidable.contains(&self.people.id[*i]));
         Truth {
             tick: self.tick,
@@ -196,7 +195,7 @@ impl World {
             pose,
             twist,
             person_distance,
-            person_clearance: person_distance - contact,
+            person_clearance: person_distance - self.contact_distance(),
             wall_clearance: wall_distance(&self.map, pose.position()) - self.plant.radius(),
             wall_impact: self.plant.wall_impact,
             touching: touched.map(|i| touch(pose, twist, &self.people, i)).collect(),
@@ -234,12 +233,16 @@ impl World {
             self.arrived
                 .extend(people.iter().filter(|id| !before.id.contains(id)).map(|id| (*id, self.tick)));
         }
-        let tick_s = self.scenario.clock.tick_s;
-        let stops_within = self.seconds_to_stop();
-        let since = |arrived: &u64| (self.tick - arrived) as f64 * tick_s;
-        let is_new = |id: &u32| self.arrived.get(id).is_some_and(|arrived| since(arrived) < stops_within);
         let ids = self.overlapping().map(|i| people[i]);
-        self.unavoidable = ids.filter(|id| self.unavoidable.contains(id) || is_new(id)).collect();
+        self.unavoidable =
+            ids.filter(|id| self.unavoidable.contains(id) || self.came_too_late(*id)).collect();
+    }
+
+    /// Whether a person has been there for less time than the robot needs to stop.
+    fn came_too_late(&self, id: u32) -> bool {
+        self.arrived.get(&id).is_some_and(|arrived| {
+            (self.tick - arrived) as f64 * self.scenario.clock.tick_s < self.seconds_to_stop()
+        })
     }
 
     /// The people who overlap the robot, as indices.
@@ -272,28 +275,24 @@ impl World {
 
     fn all_people(&self) -> People {
         let mut all = People { radius: self.scenario.people.radius, ..People::default() };
-        let mut add = |id: u32, p: Point2, v: (f64, f64)| {
-            all.id.push(id);
-            all.x.push(p.x);
-            all.y.push(p.y);
-            all.vx.push(v.0);
-            all.vy.push(v.1);
-        };
         let walkers = self.walkers.states();
         let mut first = walkers.len() as u32;
-        (0..).zip(walkers).for_each(|(id, (position, velocity))| add(id, position, velocity));
+        for (id, (position, velocity)) in (0..).zip(walkers) {
+            add(&mut all, id, position, velocity);
+        }
         for (setup, recording) in self.scenario.recorded.iter().zip(&self.recordings) {
             let time = setup.start_s + self.time();
             let turn = Pose2::new(0.0, 0.0, setup.pose.heading);
             for p in recording.at(if setup.r#loop { recording.wrapped(time) } else { time }) {
                 let velocity = turn.transform(p.velocity);
-                add(first + p.index as u32, setup.pose.transform(p.position), (velocity.x, velocity.y));
+                let id = first + p.index as u32;
+                add(&mut all, id, setup.pose.transform(p.position), (velocity.x, velocity.y));
             }
             first += recording.ids().len() as u32;
         }
         for i in 0..self.live.len() {
             let velocity = (self.live.vx[i], self.live.vy[i]);
-            add(FIRST_LIVE_ID.saturating_add(self.live.id[i]), self.live.position(i), velocity);
+            add(&mut all, FIRST_LIVE_ID.saturating_add(self.live.id[i]), self.live.position(i), velocity);
         }
         all
     }
@@ -316,6 +315,14 @@ impl World {
         }
         robot.start
     }
+}
+
+fn add(people: &mut People, id: u32, position: Point2, velocity: (f64, f64)) {
+    people.id.push(id);
+    people.x.push(position.x);
+    people.y.push(position.y);
+    people.vx.push(velocity.0);
+    people.vy.push(velocity.1);
 }
 
 /// Where the people of one of a scenario's recordings are.

@@ -32,8 +32,9 @@ impl Clusters {
     /// Finds the clusters; returns the heaviest.
     pub(crate) fn find(&mut self, p: &Particles, params: &LocalizerParams) -> Option<u32> {
         let mut histogram = Histogram::new(params.bin_position, params.bin_heading);
-        let pose = |i: usize| Pose2::new(p.x[i], p.y[i], p.heading[i]);
-        self.of = (0..p.len()).map(|i| histogram.add(pose(i), p.weight[i])).collect();
+        self.of = (0..p.len())
+            .map(|i| histogram.add(Pose2::new(p.x[i], p.y[i], p.heading[i]), p.weight[i]))
+            .collect();
         histogram.connect();
         let heaviest = histogram.heaviest();
         self.of.iter_mut().for_each(|cluster| *cluster = histogram.root(*cluster));
@@ -77,9 +78,12 @@ impl Clusters {
         motion: &Motion,
         params: &LocalizerParams,
     ) -> bool {
-        let is_same = |r: &Rival| reaches(r.pose.compose(motion.displacement), &r.covariance, pose);
-        let before = self.rival.filter(is_same).map(|r| (r.scans + 1, r.metres + motion.travel));
-        let (scans, metres) = before.unwrap_or((1, 0.0));
+        let (scans, metres) = match self.rival {
+            Some(r) if reaches(r.pose.compose(motion.displacement), &r.covariance, pose) => {
+                (r.scans + 1, r.metres + motion.travel)
+            }
+            _ => (1, 0.0),
+        };
         let wins = scans >= params.takeover_scans && metres >= params.takeover_metres;
         self.rival = (!wins).then_some(Rival { pose, covariance: *covariance, scans, metres });
         wins
@@ -93,11 +97,11 @@ impl Clusters {
             let terms = [w, w * particles.x[i], w * particles.y[i], w * cos, w * s];
             sums[c as usize].iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
         }
-        let within = |[w, x, y, cos, sin]: [f64; 5]| {
+        let within = (0..sums.len()).filter(|c| {
+            let [w, x, y, cos, sin] = sums[*c];
             w > 0.0 && reaches(mean, covariance, Pose2::new(x / w, y / w, atan2(sin, cos)))
-        };
-        let candidates = (0..sums.len()).filter(|c| within(sums[*c])).rev();
-        candidates.max_by(|a, b| sums[*a][0].total_cmp(&sums[*b][0])).map(|c| c as u32)
+        });
+        within.rev().max_by(|a, b| sums[*a][0].total_cmp(&sums[*b][0])).map(|c| c as u32)
     }
 }
 

@@ -56,9 +56,9 @@ impl Histogram {
 
     /// Joins bins that touch, corners included; heading wraps around.
     pub(crate) fn connect(&mut self) {
-        let beside = |turn: i64| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| [turn, dy, dx]));
         // Half of the 26 neighbours of a bin; the other half find it from their side.
-        let forward: Vec<[i64; 3]> = (0..=1).flat_map(beside).filter(|step| *step > [0; 3]).collect();
+        let forward: Vec<[i64; 3]> =
+            (0..18).map(|i| [i / 9, i / 3 % 3 - 1, i % 3 - 1]).filter(|step| *step > [0; 3]).collect();
         for number in 0..self.bins.len() {
             let [x, y, sector] = self.bins[number];
             for [turn, dy, dx] in &forward {

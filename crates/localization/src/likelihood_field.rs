@@ -46,20 +46,11 @@ impl FieldPose {
 
 impl LikelihoodField {
     pub(crate) fn new(map: &StaticMap, range_max: f64, params: &LocalizerParams) -> Self {
-        let score = |d: f64| {
-            let d = d.min(params.max_distance);
-            let p = params.z_hit * exp(-d * d / (2.0 * params.sigma_hit * params.sigma_hit))
-                + params.z_rand / range_max;
-            (match params.model {
-                LaserLikelihood::Prob => ln(p),
-                LaserLikelihood::Plain => p * p * p,
-            }) as f32
-        };
         let (width, height) = map.to_occupied.size();
         let stride = width + 2;
-        let mut scores = vec![score(params.max_distance); stride * (height + 2)];
+        let mut scores = vec![score(params.max_distance, range_max, params); stride * (height + 2)];
         let surface = to_surface(map);
-        let mut known = Known::new(&score);
+        let mut known = Known::new(|distance| score(distance, range_max, params));
         for (row, distances) in surface.chunks_exact(width).enumerate() {
             let start = (row + 1) * stride + 1;
             for (cell, &distance) in scores[start..start + width].iter_mut().zip(distances) {
@@ -71,7 +62,7 @@ impl LikelihoodField {
             last_row: height as i32 + 1,
             stride,
             scores,
-            perfect: score(0.0),
+            perfect: score(0.0, range_max, params),
             map: map.clone(),
             cells_per_metre: 1.0 / map.grid.resolution(),
         }
@@ -115,11 +106,11 @@ impl LikelihoodField {
         let dy = to_y - y;
         let length = (dx * dx + dy * dy).sqrt();
         // Where the way has left the map for good, its border included; infinite or NaN if it never does.
-        let leaves = |at: f32, by: f32, last: i32| {
+        let [end_x, end_y] = [(x, dx, self.last_column), (y, dy, self.last_row)].map(|(at, by, last)| {
             let room = if by > 0.0 { last as f32 + 1.0 - at } else { at };
             room / by.abs() * length
-        };
-        let end = leaves(x, dx, self.last_column).min(leaves(y, dy, self.last_row)).min(RESOLVED);
+        });
+        let end = end_x.min(end_y).min(RESOLVED);
         let mut share = 0.0;
         let mut travelled = 0.0;
         let rays = RayCaster::new(&self.map);
@@ -138,6 +129,17 @@ impl LikelihoodField {
             }
         }
     }
+}
+
+/// What a beam says whose end is so many metres from the nearest obstacle.
+fn score(distance: f64, range_max: f64, params: &LocalizerParams) -> f32 {
+    let d = distance.min(params.max_distance);
+    let p =
+        params.z_hit * exp(-d * d / (2.0 * params.sigma_hit * params.sigma_hit)) + params.z_rand / range_max;
+    (match params.model {
+        LaserLikelihood::Prob => ln(p),
+        LaserLikelihood::Plain => p * p * p,
+    }) as f32
 }
 
 /// Clearance outside the map, cells.

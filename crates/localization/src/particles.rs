@@ -36,19 +36,22 @@ impl Motion {
     /// the other motion explains is taken off the square.
     pub(crate) fn between(from: Pose2, to: Pose2, noise: &OdometryNoise) -> Self {
         let displacement = from.relative(to);
-        let less = |measured: f64, variance: f64| (measured * measured - 2.0 * variance).max(0.0).sqrt();
         let distance = hypot(displacement.x, displacement.y);
         let angle = displacement.heading.abs();
         Self {
             displacement,
-            travel: less(distance, noise.position_per_radian * angle),
-            turn: less(angle, noise.heading_per_metre * distance),
+            travel: without_noise(distance, noise.position_per_radian * angle),
+            turn: without_noise(angle, noise.heading_per_metre * distance),
         }
     }
 
     pub(crate) fn is_none(&self) -> bool {
         self.displacement == Pose2::default()
     }
+}
+
+fn without_noise(measured: f64, variance: f64) -> f64 {
+    (measured * measured - 2.0 * variance).max(0.0).sqrt()
 }
 
 impl Particles {

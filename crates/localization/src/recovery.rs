@@ -69,14 +69,17 @@ impl Recovery {
     }
 
     pub(crate) fn search(&self, params: &LocalizerParams) -> Search {
-        let doubted = |seconds, metres| self.doubted_seconds >= seconds && self.doubted_metres >= metres;
-        if doubted(params.recovery_global_seconds, params.recovery_global_metres) {
+        if self.has_doubted(params.recovery_global_seconds, params.recovery_global_metres) {
             Search::Everywhere
-        } else if doubted(params.recovery_local_seconds, params.recovery_local_metres) {
+        } else if self.has_doubted(params.recovery_local_seconds, params.recovery_local_metres) {
             Search::Around(1.0 + WIDENING * self.doubted_metres)
         } else {
             Search::Nowhere
         }
+    }
+
+    fn has_doubted(&self, seconds: f64, metres: f64) -> bool {
+        self.doubted_seconds >= seconds && self.doubted_metres >= metres
     }
 }
 
@@ -90,8 +93,8 @@ pub(crate) struct FreeSpace {
 
 impl FreeSpace {
     pub(crate) fn new(grid: &OccupancyGrid) -> Self {
-        let free = |&i: &u32| grid.cell(i as usize) == Cell::Free;
-        Self { cells: (0..(grid.width() * grid.height()) as u32).filter(free).collect() }
+        let all = 0..(grid.width() * grid.height()) as u32;
+        Self { cells: all.filter(|i| grid.cell(*i as usize) == Cell::Free).collect() }
     }
 
     /// A pose uniform over the free cells, any heading; the grid's origin if no cell is free.

@@ -53,21 +53,19 @@ impl Selection {
         if used == 0 {
             return selection;
         }
-        let range_max = model.range_max;
-        let met = |range: f64| range > 0.0 && range < range_max - 1e-6;
         let step = model.bearing(1) - model.bearing(0);
-        let pieces = Pieces::split(&ranges[..available], step, met);
+        let pieces = Pieces::split(&ranges[..available], step, model.range_max);
         let offset = (turn % (available / used) as u64) as usize;
         let mut last = None;
         for k in 0..used {
             let i = k * available / used + offset;
             let range = f64::from(ranges[i]);
             let (sin, cos) = sin_cos(model.robot_from_laser.heading + model.bearing(i as u32));
-            let seen = range.min(range_max) - params.agreement_distance;
+            let seen = range.min(model.range_max) - params.agreement_distance;
             if k % FREE_EVERY == turn as usize % FREE_EVERY && seen > 0.0 {
                 selection.free.push(Point2::new(laser.x + seen * cos, laser.y + seen * sin));
             }
-            if !met(range) {
+            if !meets_something(range, model.range_max) {
                 continue;
             }
             selection.ends.push(Point2::new(laser.x + range * cos, laser.y + range * sin));
@@ -83,6 +81,10 @@ impl Selection {
         }
         selection
     }
+}
+
+fn meets_something(range: f64, range_max: f64) -> bool {
+    range > 0.0 && range < range_max - 1e-6
 }
 
 /// Of the selected beams every n-th is checked for having passed through walls: neighbours tell the same.
@@ -104,16 +106,17 @@ const JUMP: f64 = 0.2;
 const JUMP_PER_METRE: f64 = 0.05;
 
 impl Pieces {
-    /// Splits a sweep. `met` says of a range whether its beam met anything; `step` is the angle between
-    /// neighbouring beams, radians.
-    fn split(ranges: &[f32], step: f64, met: impl Fn(f64) -> bool) -> Self {
+    /// Splits a sweep of a laser that sees as far as `range_max`, with `step` radians between neighbouring beams.
+    fn split(ranges: &[f32], step: f64, range_max: f64) -> Self {
         let mut pieces = Self::default();
         let mut first = 0;
         for i in 0..ranges.len() {
             let range = f64::from(ranges[i]);
             let joins = i > 0 && {
                 let last = f64::from(ranges[i - 1]);
-                met(last) && met(range) && (range - last).abs() <= JUMP + JUMP_PER_METRE * range.min(last)
+                meets_something(last, range_max)
+                    && meets_something(range, range_max)
+                    && (range - last).abs() <= JUMP + JUMP_PER_METRE * range.min(last)
             };
             if !joins {
                 first = i;
@@ -122,9 +125,8 @@ impl Pieces {
             pieces.number.push(pieces.width.len() as u32 - 1);
             if let Some(width) = pieces.width.last_mut() {
                 let a = f64::from(ranges[first]);
-                let b = range;
                 let (_, cos) = sin_cos(step * (i - first) as f64);
-                *width = (a * a + b * b - 2.0 * a * b * cos).max(0.0).sqrt();
+                *width = (a * a + range * range - 2.0 * a * range * cos).max(0.0).sqrt();
             }
         }
         pieces
@@ -167,7 +169,7 @@ mod tests {
         let ranges: Vec<f32> = (-30..=30)
             .map(|i: i32| if i.abs() <= 7 { 1.5 } else { (3.0 / (f64::from(i) * step).cos()) as f32 })
             .collect();
-        let pieces = Pieces::split(&ranges, step, |r| r < 4.9);
+        let pieces = Pieces::split(&ranges, step, 4.9);
         assert_eq!(
             (pieces.number[0], pieces.number[22], pieces.number[23], pieces.number[37], pieces.number[60]),
             (0, 0, 1, 1, 2)
@@ -179,7 +181,7 @@ mod tests {
 
     #[test]
     fn beams_that_meet_nothing_part_pieces() {
-        let pieces = Pieces::split(&[2.0, 2.0, 5.0, 5.0, 2.0, f32::NAN, 2.0], 0.01, |r| r > 0.0 && r < 4.9);
+        let pieces = Pieces::split(&[2.0, 2.0, 5.0, 5.0, 2.0, f32::NAN, 2.0], 0.01, 4.9);
         let numbers: Vec<u32> = (0..7).map(|i| pieces.number[i]).collect();
         assert_eq!(numbers, [0, 0, 1, 2, 3, 4, 5]);
         assert_eq!(pieces.width[1], 0.0);

@@ -113,16 +113,16 @@ pub(super) fn scale_bar(viewport: &Viewport) -> Group {
     let bottom = viewport.height - 12.0;
     let length = metres * viewport.scale;
     let board = rectangle(length + 14.0, 26.0, "#fff").set("x", left - 7.0).set("y", px(bottom - 19.0));
-    let bar = |from: (f64, f64), to: (f64, f64)| {
-        line(from, to, "line").set("stroke", "#1a1a1a").set("stroke-width", 1.6)
-    };
     let number = text((left + length / 2.0, bottom - 6.0), "b", format!("{} m", label(metres)));
-    Group::new()
-        .add(board.set("rx", 3).set("fill-opacity", 0.85))
-        .add(bar((left, bottom), (left + length, bottom)))
-        .add(bar((left, bottom - 4.0), (left, bottom + 3.0)))
-        .add(bar((left + length, bottom - 4.0), (left + length, bottom + 3.0)))
-        .add(number.set("text-anchor", "middle"))
+    let mut group = Group::new().add(board.set("rx", 3).set("fill-opacity", 0.85));
+    for (from, to) in [
+        ((left, bottom), (left + length, bottom)),
+        ((left, bottom - 4.0), (left, bottom + 3.0)),
+        ((left + length, bottom - 4.0), (left + length, bottom + 3.0)),
+    ] {
+        group = group.add(line(from, to, "line").set("stroke", "#1a1a1a").set("stroke-width", 1.6));
+    }
+    group.add(number.set("text-anchor", "middle"))
 }
 
 #[cfg(test)]

@@ -44,19 +44,22 @@ fn verdict(result: &RunResult) -> (String, &'static str) {
 
 fn figures(result: &RunResult) -> [(&'static str, String); 12] {
     let m = &result.measures;
-    let none = || "\u{2013}".to_owned();
     [
         ("time", format!("{:.1} s", m.time_s)),
         ("length", format!("{:.1} m", m.length_m)),
         ("mean speed", format!("{:.2} m/s", m.vel_mps)),
         ("RMSE", format!("{:.2} m", m.rmse_m)),
         ("TCM", format!("{:.1} %", 100.0 * m.tcm)),
-        ("NM", m.nm.map_or_else(none, |n| n.to_string())),
-        ("TCE", m.tce_s.map_or_else(none, |s| format!("{s:.1} s"))),
+        ("NM", or_dash(m.nm.map(|n| n.to_string()))),
+        ("TCE", or_dash(m.tce_s.map(|s| format!("{s:.1} s")))),
         ("TD", format!("{:.1} %", 100.0 * m.td)),
-        ("MD", m.md_m.map_or_else(none, |md| format!("{md:.2} m"))),
+        ("MD", or_dash(m.md_m.map(|md| format!("{md:.2} m")))),
         ("NT", m.nt.to_string()),
         ("least gap", format!("{:.2} m", m.clearance_min_m)),
         ("cycle p99", format!("{:.1} ms", result.cycles.p99_ms)),
     ]
+}
+
+fn or_dash(figure: Option<String>) -> String {
+    figure.unwrap_or_else(|| "\u{2013}".to_owned())
 }

@@ -9,6 +9,8 @@ use svg::node::element::{Circle, Ellipse, Group, Line};
 /// Width of a column and height of a row, px.
 const CELL: (f64, f64) = (280.0, 21.0);
 const SYMBOL: f64 = 34.0;
+/// The middle of a symbol, px.
+const MIDDLE: (f64, f64) = (SYMBOL / 2.0, 10.0);
 
 /// The legend in as many columns as fit into `width` pixels.
 pub(super) fn legend(width: f64) -> Panel {
@@ -30,39 +32,41 @@ pub(super) fn legend(width: f64) -> Panel {
 }
 
 fn entries() -> Vec<(Group, &'static str)> {
-    let middle = (SYMBOL / 2.0, 10.0);
-    let stroke = |colour: &str, width: f64| bar().set("stroke", colour).set("stroke-width", width);
-    let circle = |radius: f64, colour: &str| {
-        Circle::new().set("cx", middle.0).set("cy", middle.1).set("r", radius).set("fill", colour)
-    };
-    let ellipse = Ellipse::new().set("cx", middle.0).set("cy", middle.1).set("rx", 14).set("ry", 7);
+    let ellipse = Ellipse::new().set("cx", MIDDLE.0).set("cy", MIDDLE.1).set("rx", 14).set("ry", 7);
     let ellipse = ellipse.set("fill", BELIEF).set("fill-opacity", 0.1).set("stroke", BELIEF);
     let goal = circle(9.5, GOAL).set("fill-opacity", 0.15).set("stroke", GOAL).set("stroke-dasharray", "4 2");
     let crowd = circle(9.0, CROWD).set("fill-opacity", 0.5).set("stroke", CROWD);
     // A viewport in which a pixel is a tenth of a metre, to show a person who walks at 1 m/s.
     let viewport = Viewport { min_x: 0.0, max_y: 2.0, width: 34.0, height: 20.0, scale: 10.0 };
-    let symbol = Group::new;
     vec![
-        (symbol().add(stroke(TRUTH, 3.0)), "where the robot was"),
-        (symbol().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed to be"),
-        (symbol().add(ellipse), "uncertainty of the belief, 2 \u{3c3}"),
-        (symbol().add(circle(6.0, INK)), "start"),
-        (symbol().add(goal).add(star(middle)), "goal, and where it counts as reached"),
+        (Group::new().add(stroke(TRUTH, 3.0)), "where the robot was"),
+        (Group::new().add(stroke(BELIEF, 1.6).set("stroke-dasharray", "6 4")), "where it believed it was"),
+        (Group::new().add(ellipse), "uncertainty of the belief, 2 \u{3c3}"),
+        (Group::new().add(circle(6.0, INK)), "start"),
+        (Group::new().add(goal).add(star(MIDDLE)), "goal, and where it counts as reached"),
         (person(&viewport, (0.9, 1.0), (1.0, 0.0), 0.3), "person, and 0.8 s of their way"),
         (
-            symbol().add(stroke(PERSON, 1.1).set("stroke-opacity", 0.35)),
+            Group::new().add(stroke(PERSON, 1.1).set("stroke-opacity", 0.35)),
             "ways of the people (discs: at the end)",
         ),
-        (symbol().add(crowd), "crowd density, 1 \u{3c3}, by weight"),
+        (Group::new().add(crowd), "crowd density, 1 \u{3c3}, by weight"),
         (costs(), "candidates, cheap to expensive"),
-        (symbol().add(bar().set("class", "rejected")), "rejected candidates"),
-        (symbol().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
-        (badge(middle, 1), "planning cycle that is shown enlarged"),
+        (Group::new().add(bar().set("class", "rejected")), "rejected candidates"),
+        (Group::new().add(stroke(INK, 2.8)), "chosen (dashed: held)"),
+        (badge(MIDDLE, 1), "planning cycle that is shown enlarged"),
     ]
 }
 
 fn bar() -> Line {
     line((0.0, 10.0), (SYMBOL, 10.0), "line")
+}
+
+fn stroke(colour: &str, width: f64) -> Line {
+    bar().set("stroke", colour).set("stroke-width", width)
+}
+
+fn circle(radius: f64, colour: &str) -> Circle {
+    Circle::new().set("cx", MIDDLE.0).set("cy", MIDDLE.1).set("r", radius).set("fill", colour)
 }
 
 fn costs() -> Group {

@@ -73,12 +73,12 @@ pub(super) fn known(map: &OccupancyGrid) -> Bounds {
     let [left, right, bottom, top] =
         if right == 0 { [0, width, 0, height] } else { [left, right, bottom, top] };
     let (sin, cos) = sin_cos(map.origin.heading);
-    let corner = |column: usize, row: usize| {
+    let corners = [(left, bottom), (right, bottom), (left, top), (right, top)];
+    Bounds::of(corners.map(|(column, row)| {
         let u = map.resolution * column as f64;
         let v = map.resolution * row as f64;
         (map.origin.x + cos * u - sin * v, map.origin.y + sin * u + cos * v)
-    };
-    Bounds::of([corner(left, bottom), corner(right, bottom), corner(left, top), corner(right, top)])
+    }))
 }
 
 /// Walls and unknown space in blocks of `size` x `size` cells; a block with a wall in it is a wall.

@@ -91,17 +91,15 @@ fn badges(trace: &TraceColumns, snapshots: &[Snapshot<'_>], viewport: &Viewport)
         let Some(at) = trace.truth.get(snapshot.row) else { continue };
         let heading = trace.heading.get(snapshot.row).copied().unwrap_or_default();
         let (x, y) = viewport.at(*at);
-        let place = |turn: f64| {
-            let angle = -(heading + turn.to_radians());
-            let (sin, cos) = sin_cos(angle);
+        let spots = [90.0_f64, -90.0, 135.0, -135.0, 45.0, -45.0, 180.0, 0.0].map(|turn| {
+            let (sin, cos) = sin_cos(-(heading + turn.to_radians()));
             (x + AWAY * cos, y + AWAY * sin)
-        };
-        let is_clear = |(x, y): &(f64, f64)| {
+        });
+        let clear = spots.iter().find(|(x, y)| {
             let inside = (9.0..viewport.width - 9.0).contains(x) && (9.0..viewport.height - 9.0).contains(y);
             inside && taken.iter().all(|(u, v)| hypot(x - u, y - v) >= APART)
-        };
-        let turns = [90.0, -90.0, 135.0, -135.0, 45.0, -45.0, 180.0, 0.0];
-        let spot = turns.map(place).into_iter().find(is_clear).unwrap_or_else(|| place(90.0));
+        });
+        let spot = *clear.unwrap_or(&spots[0]);
         taken.push(spot);
         group = group
             .add(line((x, y), spot, "line").set("stroke", INK).set("stroke-width", 0.9))

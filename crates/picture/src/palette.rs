@@ -4,7 +4,7 @@
 
 /// Where the robot really was.
 pub(super) const TRUTH: &str = "#0072B2";
-/// Where it believed to be.
+/// Where it believed it was.
 pub(super) const BELIEF: &str = "#D55E00";
 pub(super) const GOAL: &str = "#009E73";
 pub(super) const PERSON: &str = "#A6457F";

@@ -38,7 +38,6 @@ pub(super) fn plots(run: &Run<'_>, trace: &TraceColumns, snapshots: &[Snapshot<'
         levels,
         curves: vec![Curve { colour, width: 1.6, points: trace.time.iter().copied().zip(values).collect() }],
     };
-    let most = |values: &[f64]| values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
     let uncertainty: Vec<f64> = trace.uncertainty.iter().map(|v| v.max(LEAST_UNCERTAINTY)).collect();
     let least = uncertainty.iter().copied().fold(f64::INFINITY, f64::min).min(1.0);
     let near: Vec<f64> =
@@ -84,14 +83,19 @@ pub(super) fn plots(run: &Run<'_>, trace: &TraceColumns, snapshots: &[Snapshot<'
 
 /// Where localisation was seen to settle and to be lost: each lies between the uncertainties of two cycles.
 fn thresholds(reports: &[CycleReport]) -> Vec<(f64, String)> {
-    let level = |settles: bool, name: &str| {
+    let turns = [(true, "settles"), (false, "lost")].into_iter().filter_map(|(settles, name)| {
         let after = turn(reports, settles)?;
         let [before, after] =
             [after - 1, after].map(|i| reports[i].decision.uncertainty.max(LEAST_UNCERTAINTY));
         let level = (before * after).sqrt();
         Some((level, format!("{name} near {level:.2}")))
-    };
-    level(true, "settles").into_iter().chain(level(false, "lost")).collect()
+    });
+    turns.collect()
+}
+
+/// The greatest finite value, or 0.
+fn most(values: &[f64]) -> f64 {
+    values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f64::max)
 }
 
 fn uncertain(reports: &[CycleReport], end: f64) -> Vec<(f64, f64)> {

@@ -20,6 +20,8 @@ const MOST_DRAWN: usize = 250;
 const CAPTION: (f64, f64) = (24.0, 74.0);
 /// Room for the numbers left of the map, px.
 const AXIS: f64 = 26.0;
+/// Height of a line of the captions, px.
+const ROW: f64 = 13.0;
 /// Pixels a character of the captions takes on average.
 const CHARACTER: f64 = 6.2;
 
@@ -53,11 +55,10 @@ pub(super) fn snapshot(run: &Run<'_>, trace: &TraceColumns, shown: &Snapshot<'_>
 /// Rejected candidates first, then from the most to the least expensive, the chosen one on top.
 fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     let start = (report.scene.belief.x, report.scene.belief.y);
-    let way = |index: usize| std::iter::once(start).chain(states(&report.candidates, index));
     let (low, high) = cost_range(report);
     let mut group = Group::new();
     for index in drawn(report) {
-        let line = Polyline::new().set("points", viewport.points(way(index)));
+        let line = Polyline::new().set("points", viewport.points(way(report, index)));
         group = group.add(match report.open_cost(index) {
             None => line.set("class", "rejected"),
             Some(cost) => {
@@ -69,7 +70,7 @@ fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     let decision = &report.decision;
     let (way, dashes): (Vec<_>, _) = match (report.chosen, decision.action) {
         (_, Action::Stop) => return group,
-        (Some(chosen), Action::Follow) => (way(chosen as usize).collect(), "none"),
+        (Some(chosen), Action::Follow) => (way(report, chosen as usize).collect(), "none"),
         _ => {
             let decided = decision.x.iter().copied().zip(decision.y.iter().copied());
             (std::iter::once(start).chain(decided).collect(), "7 4")
@@ -77,6 +78,12 @@ fn candidates(report: &CycleReport, viewport: &Viewport) -> Group {
     };
     let over = path(viewport, way.iter().copied(), INK, 2.8).set("class", "line chosen");
     group.add(path(viewport, way, "#fff", 5.0)).add(over.set("stroke-dasharray", dashes))
+}
+
+/// From where the robot believed it was through the states of a candidate.
+fn way(report: &CycleReport, index: usize) -> impl Iterator<Item = (f64, f64)> {
+    let start = (report.scene.belief.x, report.scene.belief.y);
+    std::iter::once(start).chain(states(&report.candidates, index))
 }
 
 fn states(candidates: &CandidateSet, index: usize) -> impl Iterator<Item = (f64, f64)> {
@@ -90,8 +97,8 @@ fn states(candidates: &CandidateSet, index: usize) -> impl Iterator<Item = (f64,
 fn drawn(report: &CycleReport) -> Vec<usize> {
     let mut order: Vec<usize> = (0..report.candidates.count as usize).collect();
     // Those without a cost count as more expensive than any other.
-    let cost = |index: usize| report.open_cost(index).unwrap_or(f64::INFINITY);
-    order.sort_by(|a, b| cost(*b).total_cmp(&cost(*a)));
+    let costs: Vec<f64> = order.iter().map(|i| report.open_cost(*i).unwrap_or(f64::INFINITY)).collect();
+    order.sort_by(|a, b| costs[*b].total_cmp(&costs[*a]));
     let every = order.len().div_ceil(MOST_DRAWN).max(1);
     order.into_iter().rev().step_by(every).collect::<Vec<_>>().into_iter().rev().collect()
 }
@@ -137,14 +144,13 @@ fn caption(report: &CycleReport, width: f64) -> Group {
     lines.extend(wrapped(&costs(report), columns, 2));
     let first = lines[0].strip_prefix(action).unwrap_or_default().to_owned();
     let first = text((0.0, 0.0), "", "").add(TSpan::new(action).set("class", "b")).add(TSpan::new(first));
-    let row = |row: usize| (0.0, 13.0 * row as f64);
     let mut group = Group::new().add(first);
     for (index, line) in lines.iter().enumerate().skip(1) {
-        group = group.add(text(row(index), "", line.as_str()));
+        group = group.add(text((0.0, ROW * index as f64), "", line.as_str()));
     }
     if !decision.degraded.is_empty() {
         let words = format!("Degraded: {}", words::say_all("degradation", &decision.degraded));
-        let line = text(row(lines.len()), "b", wrapped(&words, columns, 1).concat());
+        let line = text((0.0, ROW * lines.len() as f64), "b", wrapped(&words, columns, 1).concat());
         group = group.add(line.set("style", format!("fill:{BELIEF}")));
     }
     group

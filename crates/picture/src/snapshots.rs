@@ -44,18 +44,17 @@ pub(super) fn snapshots<'a>(reports: &'a [CycleReport], trace: &TraceColumns) ->
         }
     }
     picked.sort_unstable();
-    let snapshot = |(place, (index, label)): (usize, (usize, &'static str))| {
+    let snapshots = (1..).zip(picked).map(|(number, (index, label))| {
         let report = &reports[index];
-        Snapshot { number: place + 1, label, report, row: trace.row_at(report.scene.stamp) }
-    };
-    picked.into_iter().enumerate().map(snapshot).collect()
+        Snapshot { number, label, report, row: trace.row_at(report.scene.stamp) }
+    });
+    snapshots.collect()
 }
 
 /// The first cycle at which localisation stops (`settles`) or starts to count as uncertain.
 pub(super) fn turn(reports: &[CycleReport], settles: bool) -> Option<usize> {
-    let turns =
-        |pair: &[CycleReport]| pair[0].scene.uncertain == settles && pair[1].scene.uncertain != settles;
-    reports.windows(2).position(turns).map(|index| index + 1)
+    let mut pairs = reports.windows(2).map(|pair| (pair[0].scene.uncertain, pair[1].scene.uncertain));
+    pairs.position(|turn| turn == (settles, !settles)).map(|index| index + 1)
 }
 
 /// The cycle before the robot came closest to a person.

@@ -12,7 +12,7 @@ pub(super) struct TraceColumns {
     pub(super) truth: Vec<(f64, f64)>,
     /// Where it headed, rad.
     pub(super) heading: Vec<f64>,
-    /// Where it believed to be, m.
+    /// Where it believed it was, m.
     pub(super) belief: Vec<(f64, f64)>,
     /// Covariance of the believed position: xx, xy, yy, m^2.
     pub(super) covariance: Vec<[f64; 3]>,
@@ -57,8 +57,10 @@ impl Track {
         let from = self.at[first]?;
         let to = self.at[last]?;
         let elapsed = time.get(last)? - time.get(first)?;
-        let speed = |metres: f64| if elapsed > 0.0 { metres / elapsed } else { 0.0 };
-        Some((speed(to.0 - from.0), speed(to.1 - from.1)))
+        if elapsed <= 0.0 {
+            return Some((0.0, 0.0));
+        }
+        Some(((to.0 - from.0) / elapsed, (to.1 - from.1) / elapsed))
     }
 }
 
@@ -94,15 +96,16 @@ fn pairs(x: &[f64], y: &[f64]) -> Vec<(f64, f64)> {
 
 fn tracks(people: &PeopleTrace) -> Vec<Track> {
     let count = people.id.len();
-    let place = |cell: usize| {
-        let xy = people.xy.get(2 * cell..2 * cell + 2)?;
-        (people.present.get(cell) == Some(&1)).then(|| (f64::from(xy[0]), f64::from(xy[1])))
-    };
     (0..count)
         .map(|person| Track {
-            at: (0..people.rows as usize).map(|row| place(row * count + person)).collect(),
+            at: (0..people.rows as usize).map(|row| place(people, row * count + person)).collect(),
         })
         .collect()
+}
+
+fn place(people: &PeopleTrace, cell: usize) -> Option<(f64, f64)> {
+    let xy = people.xy.get(2 * cell..2 * cell + 2)?;
+    (people.present.get(cell) == Some(&1)).then(|| (f64::from(xy[0]), f64::from(xy[1])))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Ways over a map, such as where a robot was and where it believed to be.
+//! Ways over a map, such as where a robot was and where it believed it was.
 
 use super::axes::{AXIS, on_axes, scale_bar};
 use super::map_layer::{definition, known, map_layer};

@@ -108,8 +108,7 @@ impl Bounds {
 
     /// The part of it that `matters`; all of it while that is at most `times` the area.
     pub(super) fn part(self, matters: Self, times: f64) -> Self {
-        let area = |bounds: Self| bounds.width() * bounds.height();
-        if area(self) <= times * area(matters) {
+        if self.width() * self.height() <= times * (matters.width() * matters.height()) {
             return self;
         }
         let min = (self.min.0.max(matters.min.0), self.min.1.max(matters.min.1));

@@ -47,15 +47,19 @@ struct Person {
 impl AvoidingCrowd {
     /// All walkers at the starts of their routes, standing.
     pub(crate) fn new(law: Law, walkers: &[Walker], people: &PeopleParams, map: &StaticMap) -> Self {
-        let start = |walker: &Walker| {
+        let starts = walkers.iter().map(|walker| {
             let (route, position) = Route::new(walker);
             let stands = walker.mode == WalkMode::Stand;
-            let velocity = Velocity::zeros();
-            let radius = people.radius;
-            let body = Body { position, velocity, preferred: velocity, radius, yields: !stands };
+            let body = Body {
+                position,
+                velocity: Velocity::zeros(),
+                preferred: Velocity::zeros(),
+                radius: people.radius,
+                yields: !stands,
+            };
             (Person { route, speed: walker.speed, stands }, body)
-        };
-        let (walkers, bodies) = walkers.iter().map(start).unzip();
+        });
+        let (walkers, bodies) = starts.unzip();
         // Routes keep their distance from centres of cells; measured exactly that can be a diagonal less.
         let diagonal = std::f64::consts::SQRT_2 * map.grid.resolution();
         Self { law, walkers, bodies, wall_gap: (people.radius - diagonal).max(0.01) }
@@ -111,9 +115,9 @@ impl AvoidingCrowd {
         let max_speed = self.walkers[i].speed * params.max_speed_factor;
         let horizon = params.wall_horizon_s;
         let walls = nearest_walls(map, body.position, body.radius + max_speed * horizon);
-        let forbidden =
-            |wall: &NearWall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon);
-        let obstacles = walls.iter().map(forbidden);
+        let obstacles = walls
+            .iter()
+            .map(|wall| VelocityObstacle::of_wall(wall.towards, wall.distance - body.radius, horizon));
         let wanted = velocity(i, &self.bodies, obstacles, max_speed, dt, params);
         let change = wanted - body.velocity;
         let most = params.max_accel * dt;
@@ -153,13 +157,12 @@ impl AvoidingCrowd {
         dt: f64,
         map: &StaticMap,
     ) -> Velocity {
-        let in_the_way = |velocity| self.in_the_way(i, velocity, wall, dt, map);
         for _ in 0..SLIDES {
-            let Some(towards) = in_the_way(velocity) else { return velocity };
+            let Some(towards) = self.in_the_way(i, velocity, wall, dt, map) else { return velocity };
             velocity -= towards * velocity.dot(&towards).max(0.0);
         }
         let mut shorter = STEP_PARTS.into_iter().map(|part| velocity * part);
-        shorter.find(|v| in_the_way(*v).is_none()).unwrap_or_default()
+        shorter.find(|v| self.in_the_way(i, *v, wall, dt, map).is_none()).unwrap_or_default()
     }
 
     /// The direction of a wall or person too near to where this step would end, if there is one. A walker
@@ -178,22 +181,24 @@ impl AvoidingCrowd {
             let keep = self.wall_gap.min(wall.distance);
             wall_distance(map, end) < keep - ROUNDING_M
         });
-        let bump = |(j, other): (usize, &Body)| {
-            let touch = body.radius + other.radius;
-            if end.distance_squared(other.position) >= touch * touch {
-                return None;
-            }
-            let before = body.position.distance(other.position);
-            let after = end.distance(other.position);
-            let keep = before.min(touch);
-            (j != i && after < keep - ROUNDING_M && before > 0.0).then(|| {
-                let dx = other.position.x - body.position.x;
-                let dy = other.position.y - body.position.y;
-                Velocity::new(dx / before, dy / before)
-            })
-        };
-        wall.map(|wall| wall.towards).or_else(|| self.bodies.iter().enumerate().find_map(bump))
+        let mut others = self.bodies.iter().enumerate().filter(|(j, _)| *j != i);
+        wall.map(|wall| wall.towards).or_else(|| others.find_map(|(_, other)| bump(body, end, other)))
     }
+}
+
+/// The direction of `other`, if a step of `body` to `end` ends nearer to it than bodies can be or are.
+fn bump(body: &Body, end: Point2, other: &Body) -> Option<Velocity> {
+    let touch = body.radius + other.radius;
+    if end.distance_squared(other.position) >= touch * touch {
+        return None;
+    }
+    let before = body.position.distance(other.position);
+    let after = end.distance(other.position);
+    (after < before.min(touch) - ROUNDING_M && before > 0.0).then(|| {
+        let dx = other.position.x - body.position.x;
+        let dy = other.position.y - body.position.y;
+        Velocity::new(dx / before, dy / before)
+    })
 }
 
 impl Person {

@@ -68,9 +68,11 @@ impl Route {
         let length_squared = dx * dx + dy * dy;
         let along = (at.x - from.x) * dx + (at.y - from.y) * dy;
         let foot = if length_squared > 0.0 { (along / length_squared).clamp(0.0, 1.0) } else { 1.0 };
-        let point = |s: f64| Point2::new(from.x + s * dx, from.y + s * dy);
-        let mut ahead = (1..=HALVINGS).map(|k| point(foot + (1.0 - foot) * 0.5_f64.powi(k)));
-        Some(ahead.find(|p| in_sight(map, at, *p, radius)).unwrap_or_else(|| point(foot)))
+        let in_view = (1..=HALVINGS)
+            .map(|k| foot + (1.0 - foot) * 0.5_f64.powi(k))
+            .map(|s| Point2::new(from.x + s * dx, from.y + s * dy))
+            .find(|p| in_sight(map, at, *p, radius));
+        Some(in_view.unwrap_or(Point2::new(from.x + foot * dx, from.y + foot * dy)))
     }
 
     /// `dt` seconds have passed and the person is at `at`: rests, turns to the next corner when this one is

@@ -1,9 +1,13 @@
 //! Nearest points of walls, for the velocities they forbid.
 
+use std::ops::RangeInclusive;
+
 use curionav_planning::geometry::Point2;
 use curionav_planning::hrvo::Velocity;
 use curionav_planning::numerics::sin_cos;
-use curionav_planning::occupancy::{Cell, StaticMap};
+use curionav_planning::occupancy::{Cell, OccupancyGrid, StaticMap};
+
+use crate::walls::border_distance;
 
 /// Most walls minded at once: a person in a dead end has three around it, a doorway adds one.
 const MAX_WALLS: usize = 4;
@@ -26,8 +30,7 @@ pub(crate) fn nearest_walls(map: &StaticMap, at: Point2, reach: f64) -> Vec<Near
     // The field says centre to centre: areas may be a diagonal nearer.
     if map.to_obstacle.at(grid, at) > reach + std::f64::consts::SQRT_2 * cell {
         let (x, y) = grid.grid_from_map(at);
-        let border = x.min(y).min(grid.width() as f64 - x).min(grid.height() as f64 - y);
-        if border * cell > reach {
+        if border_distance(x, y, grid.width(), grid.height()) * cell > reach {
             return found;
         }
     }
@@ -55,24 +58,33 @@ fn rim_points(map: &StaticMap, at: Point2, reach: f64) -> Vec<(f64, f64)> {
     let width = grid.width();
     let height = grid.height();
     let (x, y) = grid.grid_from_map(at);
-    let near = |(dx, dy): &(f64, f64)| dx * dx + dy * dy <= reach * reach;
-    let border = [(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];
-    let mut points: Vec<_> = border.into_iter().filter(near).collect();
-    let is_free = |column, row| grid.cell(grid.index(column, row)) == Cell::Free;
-    let around = |i: usize, count: usize| i.saturating_sub(1)..=(i + 1).min(count - 1);
-    let is_rim = |column: usize, row: usize| {
-        let beside_free = || around(row, height).any(|r| around(column, width).any(|c| is_free(c, r)));
-        !is_free(column, row) && beside_free()
-    };
-    let within = |from: f64, to: f64, count: usize| {
-        (from.max(0.0) as usize).min(count - 1)..=(to.max(0.0) as usize).min(count - 1)
-    };
+    let mut points = vec![(-x, 0.0), (width as f64 - x, 0.0), (0.0, -y), (0.0, height as f64 - y)];
     for row in within(y - reach, y + reach, height) {
-        for column in within(x - reach - 1.0, x + reach, width).filter(|column| is_rim(*column, row)) {
-            points.extend(Some((offset_to(x, column as f64), offset_to(y, row as f64))).filter(near));
+        for column in within(x - reach - 1.0, x + reach, width) {
+            if is_rim(grid, column, row) {
+                points.push((offset_to(x, column as f64), offset_to(y, row as f64)));
+            }
         }
     }
+    points.retain(|(dx, dy)| dx * dx + dy * dy <= reach * reach);
     points
+}
+
+/// The cells of a row or column of `count` that lie within [from, to].
+fn within(from: f64, to: f64, count: usize) -> RangeInclusive<usize> {
+    (from.max(0.0) as usize).min(count - 1)..=(to.max(0.0) as usize).min(count - 1)
+}
+
+/// Whether a cell is not free and has a free one among the eight around it.
+fn is_rim(grid: &OccupancyGrid, column: usize, row: usize) -> bool {
+    let rows = row.saturating_sub(1)..=(row + 1).min(grid.height() - 1);
+    let columns = column.saturating_sub(1)..=(column + 1).min(grid.width() - 1);
+    !is_free(grid, column, row)
+        && rows.into_iter().any(|row| columns.clone().any(|column| is_free(grid, column, row)))
+}
+
+fn is_free(grid: &OccupancyGrid, column: usize, row: usize) -> bool {
+    grid.cell(grid.index(column, row)) == Cell::Free
 }
 
 /// Offset from `x` to the nearest point of [from, from + 1].
@@ -83,7 +95,6 @@ fn offset_to(x: f64, from: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use curionav_planning::geometry::Pose2;
-    use curionav_planning::occupancy::OccupancyGrid;
     use curionav_planning::random::{rng, uniform};
 
     use super::*;

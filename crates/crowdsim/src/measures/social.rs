@@ -5,6 +5,7 @@
 //! is measured, it is said here.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use curionav_planning::geometry::{Point2, wrap_angle};
 
@@ -42,32 +43,22 @@ pub struct Task<'a> {
 /// The social measures of one run by name, from the truth of every tick; yes is 1, no is 0, and what there is none of
 /// is left out. Shares are of the rows of the track, 0 to 1; a gap is between bodies, a distance between centres.
 pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static str, f64> {
+    let mut measures = BTreeMap::new();
+    measures.extend(success(rows, task));
+    measures.extend(motion(rows));
+    measures.extend(space(rows, task.robot_radius));
+    measures.retain(|_, value| value.is_finite());
+    measures
+}
+
+/// How the run ended, and how well it got on.
+fn success(rows: &[&Truth], task: &Task<'_>) -> [(&'static str, f64); 13] {
     let length_m = total(steps(rows).map(|(a, b)| a.pose.position().distance(b.pose.position())));
-    let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();
-    let accelerations = differences(&speeds);
-    let jerks = differences(&accelerations);
-    let of = |rows: &[(f64, f64)], averaged: fn(f64) -> f64| {
-        Spread::of(rows.iter().map(|(_, value)| *value), averaged)
-    };
-    let speed = of(&speeds, |v| v);
-    // A robot that starts and ends at rest has a mean acceleration of nothing: here magnitudes are averaged.
-    let acceleration = of(&accelerations, f64::abs);
-    let jerk = of(&jerks, f64::abs);
-    let clearing = Spread::of(rows.iter().map(|r| r.wall_clearance), |gap| gap);
-    let count = |holds: &dyn Fn(&Truth) -> bool| rows.iter().filter(|r| holds(r)).count() as u32;
-    let share = |from: f64, to: f64| {
-        let within = count(&|r| r.person_clearance >= from && r.person_clearance < to);
-        if rows.is_empty() { 0.0 } else { f64::from(within) / rows.len() as f64 }
-    };
-    let walls = count(&|r| r.wall_impact.is_some() || r.wall_clearance < 0.0);
-    let humans = count(&|r| r.person_clearance < 0.0);
+    let walls = count(rows, |r| r.wall_impact.is_some() || r.wall_clearance < 0.0);
+    let humans = count(rows, |r| r.person_clearance < 0.0);
     let success = task.outcome == Outcome::Reached && walls + humans == 0;
-    let [intimate, personal, social] = ZONES;
-    let (freezes, frozen_s) = freezing(rows);
-    let [stopped_v, stopped_omega] = STOPPED;
-    let turns = steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs());
-    let is_stopped = |r: &Truth| r.twist.v.abs() < stopped_v && r.twist.omega.abs() < stopped_omega;
-    let measures = [
+    let freezes = freezes(rows);
+    [
         // Whether the goal was reached in time without touching anything (Francis et al.: S).
         ("success", f64::from(u8::from(success))),
         // Steps in which a wall stopped the robot or overlapped it (WC).
@@ -82,7 +73,7 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
         // 0.1 m (FP).
         ("failures_to_progress", f64::from(failures_to_progress(rows, task.to_go))),
         // Time slower than 0.05 m/s, seconds (ST).
-        ("stalled_s", time_with(rows, |r| r.twist.v.abs() < STALLED_SPEED)),
+        ("stalled_s", time_with(rows, is_stalled)),
         // Duration, seconds (T).
         ("time_s", time_with(rows, |_| true)),
         // Length of the way driven, metres (PL).
@@ -92,6 +83,24 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
         // Success weighted by path length (SPL): 0 without success, else the length of the shortest way clear
         // of walls over the way driven, at most 1.
         ("spl", if success { spl(task.shortest_m, length_m) } else { 0.0 }),
+        // Times the robot stood slower than 0.05 m/s for 3 s or longer before the end: it froze.
+        ("freezes", freezes.len() as f64),
+        // Time in these, seconds.
+        ("frozen_s", total(freezes.into_iter())),
+    ]
+}
+
+/// How the robot moved.
+fn motion(rows: &[&Truth]) -> [(&'static str, f64); 11] {
+    let speeds: Vec<(f64, f64)> = rows.iter().map(|r| (r.time, r.twist.v)).collect();
+    let accelerations = differences(&speeds);
+    let jerks = differences(&accelerations);
+    // A robot that starts and ends at rest has a mean acceleration of nothing: here magnitudes are averaged.
+    let speed = Spread::of(speeds.iter().map(|(_, v)| *v), |v| v);
+    let acceleration = Spread::of(accelerations.iter().map(|(_, a)| *a), f64::abs);
+    let jerk = Spread::of(jerks.iter().map(|(_, j)| *j), f64::abs);
+    let turns = steps(rows).map(|(a, b)| wrap_angle(b.pose.heading - a.pose.heading).abs());
+    [
         // Least, mean and greatest speed, m/s (V).
         ("speed_min_mps", speed.least),
         ("speed_avg_mps", speed.mean),
@@ -104,35 +113,56 @@ pub fn social_measures(rows: &[&Truth], task: &Task<'_>) -> BTreeMap<&'static st
         ("jerk_min_mps3", jerk.least),
         ("jerk_avg_mps3", jerk.mean),
         ("jerk_max_mps3", jerk.most),
+        // Time slower than 0.001 m/s and 0.01 rad/s, seconds (HuNavSim).
+        ("stopped_s", time_with(rows, is_stopped)),
+        // Sum of all changes of heading, radians.
+        ("heading_change_rad", total(turns)),
+    ]
+}
+
+/// How near it came to walls and people.
+fn space(rows: &[&Truth], robot_radius: f64) -> [(&'static str, f64); 10] {
+    let clearing = Spread::of(rows.iter().map(|r| r.wall_clearance), |gap| gap);
+    let [intimate, personal, social] = ZONES;
+    [
         // Least and mean gap to the nearest wall, metres (CD).
         ("clearing_distance_min_m", clearing.least),
         ("clearing_distance_avg_m", clearing.mean),
         // Share of steps with a person's gap under 0.5 m (SC): less is better, as Francis et al. define it; others
         // call the complement by this name.
-        ("space_compliance", share(f64::NEG_INFINITY, COMPLIANCE_GAP)),
+        ("space_compliance", share_within(rows, f64::NEG_INFINITY..COMPLIANCE_GAP)),
         // Least distance to a person, metres (DH); none when no person was ever there.
         ("human_distance_min_m", least(rows.iter().map(|r| r.person_distance))),
         // Least time to a contact if all go on at constant velocity, seconds (TTC); none when no
         // contact was ever ahead.
         ("time_to_collision_min_s", least(rows.iter().map(|r| r.time_to_collision))),
         // Shares of steps whose closest person's gap is under 0.45 m, under 1.2 m and under 3.6 m (HuNavSim).
-        ("intimate_share", share(f64::NEG_INFINITY, intimate)),
-        ("personal_share", share(intimate, personal)),
-        ("social_share", share(personal, social)),
-        // Time slower than 0.001 m/s and 0.01 rad/s, seconds (HuNavSim).
-        ("stopped_s", time_with(rows, is_stopped)),
-        // Sum of all changes of heading, radians.
-        ("heading_change_rad", total(turns)),
+        ("intimate_share", share_within(rows, f64::NEG_INFINITY..intimate)),
+        ("personal_share", share_within(rows, intimate..personal)),
+        ("social_share", share_within(rows, personal..social)),
         // Mean gap to the closest person, metres, overlaps as 0; none when no person was ever there.
         ("closest_person_avg_m", mean(rows.iter().map(|r| r.person_clearance.max(0.0)))),
         // Least distance from the robot's body to a person's centre, metres (HuNavSim's minimum distance).
-        ("people_distance_min_m", least(rows.iter().map(|r| r.person_distance - task.robot_radius))),
-        // Times the robot stood slower than 0.05 m/s for 3 s or longer before the end: it froze.
-        ("freezes", f64::from(freezes)),
-        // Time in these, seconds.
-        ("frozen_s", frozen_s),
-    ];
-    measures.into_iter().filter(|(_, value)| value.is_finite()).collect()
+        ("people_distance_min_m", least(rows.iter().map(|r| r.person_distance - robot_radius))),
+    ]
+}
+
+fn count(rows: &[&Truth], holds: impl Fn(&Truth) -> bool) -> u32 {
+    rows.iter().filter(|row| holds(row)).count() as u32
+}
+
+/// The share of the rows whose closest person's gap lies in this range.
+fn share_within(rows: &[&Truth], gaps: Range<f64>) -> f64 {
+    let within = count(rows, |row| gaps.contains(&row.person_clearance));
+    if rows.is_empty() { 0.0 } else { f64::from(within) / rows.len() as f64 }
+}
+
+fn is_stalled(row: &Truth) -> bool {
+    row.twist.v.abs() < STALLED_SPEED
+}
+
+fn is_stopped(row: &Truth) -> bool {
+    row.twist.v.abs() < STOPPED[0] && row.twist.omega.abs() < STOPPED[1]
 }
 
 /// Extremes and mean of a quantity; all zero without any value.
@@ -212,28 +242,13 @@ fn failures_to_progress(rows: &[&Truth], to_go: &dyn Fn(Point2) -> f64) -> u32 {
     failures
 }
 
-/// Number of freezes and the time in them. A stall lasts from its first slow row to its last.
-fn freezing(rows: &[&Truth]) -> (u32, f64) {
-    let mut freezes = 0;
-    let mut frozen = 0.0;
-    let mut since: Option<f64> = None;
-    let mut close = |since: Option<f64>, until: f64| {
-        if let Some(length) = since.map(|s| until - s).filter(|l| *l >= FREEZE_FOR_S - ROUNDING_S) {
-            freezes += 1;
-            frozen += length;
-        }
-    };
-    let mut last = 0.0;
-    for row in rows {
-        if row.twist.v.abs() < STALLED_SPEED {
-            since = since.or(Some(row.time));
-        } else {
-            close(since.take(), last);
-        }
-        last = row.time;
-    }
-    close(since, last);
-    (freezes, frozen)
+/// How long each freeze took, seconds: from the first slow row of a stall to its last.
+fn freezes(rows: &[&Truth]) -> Vec<f64> {
+    rows.chunk_by(|a, b| is_stalled(a) == is_stalled(b))
+        .filter(|rows| is_stalled(rows[0]))
+        .map(|rows| rows[rows.len() - 1].time - rows[0].time)
+        .filter(|length| *length >= FREEZE_FOR_S - ROUNDING_S)
+        .collect()
 }
 
 #[cfg(test)]

@@ -57,7 +57,6 @@ pub(super) mod points {
 
     pub(in super::super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<Vec<Point2>, D::Error> {
         let pairs = Vec::<Vec<f64>>::deserialize(d)?;
-        let point = |pair| super::exactly(pair).map(|[x, y]| Point2::new(x, y));
-        pairs.into_iter().map(point).collect()
+        pairs.into_iter().map(|pair| super::exactly(pair).map(|[x, y]| Point2::new(x, y))).collect()
     }
 }

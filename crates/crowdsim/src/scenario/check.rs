@@ -13,7 +13,7 @@ impl Scenario {
         let radius = self.robot.model.radius();
         robot_fits(map, "robot.start", self.robot.start.position(), radius)?;
         robot_fits(map, "robot.goal", self.robot.goal, radius)?;
-        if !connected(map, self.robot.start.position(), self.robot.goal, radius) {
+        if !connected(map, self.robot.start.position(), self.robot.goal, radius, |_| false) {
             let problem = format!("cannot be reached from the start by a robot of radius {radius} m");
             let mend = "move the goal or the start, or widen the passage between them";
             return Err(FieldError::new("robot.goal", problem, mend));
@@ -63,9 +63,16 @@ pub(crate) fn reachable(
     seen
 }
 
-fn connected(map: &StaticMap, from: Point2, to: Point2, radius: f64) -> bool {
+/// Whether a body of this radius can get from `from` to `to` past the same.
+pub(crate) fn connected(
+    map: &StaticMap,
+    from: Point2,
+    to: Point2,
+    radius: f64,
+    taken: impl Fn(usize) -> bool,
+) -> bool {
     let target = map.grid.locate(to).map(|(column, row)| map.grid.index(column, row));
-    target.is_some_and(|target| reachable(map, from, radius, |_| false)[target])
+    target.is_some_and(|target| reachable(map, from, radius, taken)[target])
 }
 
 fn walker_fits(map: &StaticMap, field: &str, walker: &Walker, radius: f64) -> Result<(), FieldError> {

@@ -20,9 +20,9 @@ impl Scenario {
     }
 
     pub(super) fn is_consistent(&self) -> Check {
-        let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        let is_plain = self.name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.'));
         require(
-            !self.name.is_empty() && self.name.len() <= MAX_NAME_BYTES && self.name.chars().all(plain),
+            !self.name.is_empty() && self.name.len() <= MAX_NAME_BYTES && is_plain,
             "name",
             "is not a short plain name",
             "use 1 to 100 letters, digits, '-', '_' and '.'",
