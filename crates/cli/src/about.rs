@@ -10,8 +10,10 @@ const LICENCES: &str = include_str!("../licences.txt");
 /// Whether this is asked for. `--version` alone is the argument parser's.
 pub(crate) fn is_wanted(arguments: impl Iterator<Item = String>) -> bool {
     let arguments: Vec<String> = arguments.collect();
-    let has = |names: [&str; 2]| arguments.iter().any(|argument| names.contains(&argument.as_str()));
-    arguments.len() == 2 && has(["--version", "-V"]) && has(["--verbose", "-v"])
+    matches!(
+        arguments.iter().map(String::as_str).collect::<Vec<_>>()[..],
+        ["--version" | "-V", "--verbose" | "-v"] | ["--verbose" | "-v", "--version" | "-V"]
+    )
 }
 
 /// Prints it.

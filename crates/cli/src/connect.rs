@@ -25,14 +25,14 @@ pub(crate) const EXPERIMENTS: [&str; 1] = ["experimenter"];
 /// Where the deployment is.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct ConnectOptions {
-    /// Router endpoint, e.g. tcp/10.0.0.1:7447. Default: that of the configuration in ZENOH_CONFIG; otherwise port
-    /// 7447 of this machine, over TCP, or over TLS with --secure.
+    /// Router endpoint, e.g. tcp/10.0.0.1:7447. Default: the one in the file that ZENOH_CONFIG names, or else port 7447
+    /// of this machine, over TCP, or over TLS with --secure.
     #[arg(long, value_name = "ENDPOINT")]
     pub(crate) connect: Option<String>,
-    /// Folder of certificates, as `curionav secure` makes it: connect over TLS alone.
+    /// Folder of certificates made by `curionav secure`; connect over TLS only.
     #[arg(long, value_name = "DIR")]
     pub(crate) secure: Option<PathBuf>,
-    /// Certificate of that folder to show. Default: the one with the fewest rights that suffice.
+    /// Certificate from that folder to use. Default: the one with the fewest rights that suffice.
     #[arg(long = "as", value_name = "NAME", requires = "secure")]
     pub(crate) certificate: Option<Name>,
     /// Key prefix of the deployment.

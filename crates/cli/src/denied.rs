@@ -39,9 +39,10 @@ pub(crate) struct Denied {
 pub(crate) fn denied(routers: &[ServiceStatus]) -> Vec<Denied> {
     let mut counts = BTreeMap::<(String, String), u64>::new();
     for (sample, count) in routers.iter().flat_map(|router| &router.metrics) {
-        let Some(labels) = sample.strip_prefix("curionav_denied{") else { continue };
-        let label = |name: &str| labels.split_once(&format!("{name}=\""))?.1.split('"').next();
-        if let (Some(who), Some(what)) = (label("certificate"), label("message")) {
+        if !sample.starts_with("curionav_denied{") {
+            continue;
+        }
+        if let (Some(who), Some(what)) = (label(sample, "certificate"), label(sample, "message")) {
             // Routers tell each other all that they know; that a robot's streams are kept out is meant.
             if what == "declare" && who.split('.').next() == Some("router") {
                 continue;
@@ -50,6 +51,11 @@ pub(crate) fn denied(routers: &[ServiceStatus]) -> Vec<Denied> {
         }
     }
     counts.into_iter().map(|((certificate, message), count)| Denied { certificate, message, count }).collect()
+}
+
+/// The value of a label of a sample, in Prometheus's format.
+pub(crate) fn label<'a>(sample: &'a str, name: &str) -> Option<&'a str> {
+    sample.split_once(&format!("{name}=\""))?.1.split('"').next()
 }
 
 impl Denied {

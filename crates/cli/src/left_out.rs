@@ -36,7 +36,7 @@ pub(crate) enum LeftOut {
     /// Plan recorded cycles again (needs a build with `--features recording`).
     #[cfg(not(feature = "recording"))]
     Replay(AnyArguments),
-    /// Say why a cycle was decided as it was (needs a build with `--features recording`).
+    /// Explain the decision of a cycle (needs a build with `--features recording`).
     #[cfg(not(feature = "recording"))]
     Explain(AnyArguments),
 }

@@ -32,15 +32,15 @@ use curionav_runtime::process::ServiceOptions;
 /// Cross crowds without getting lost and without bothering people.
 ///
 /// Start with `curionav demo` or `curionav run quickstart`. Exit status: 0 reached without collision; 1 ran
-/// but failed (collision, timeout, lost); 2 bad input; 3 lost the network or a required service.
-/// `curionav --version --verbose` shows the commit, the features, and the licences of what is inside.
+/// but failed (collision, timeout, lost); 2 bad input; 3 no connection, or a required service was lost.
+/// `curionav --version --verbose` shows commit, features and third-party licences.
 #[derive(Debug, Parser)]
 #[command(name = "curionav", version, propagate_version = true, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
-    /// What to log on standard error: error, warn, info, debug, or a filter as of RUST_LOG.
-    /// RUST_LOG itself, if it is set, is used instead.
+    /// What to log on standard error: error, warn, info, debug, or a filter in the syntax of RUST_LOG.
+    /// If RUST_LOG is set, it overrides this option.
     #[arg(long, global = true, default_value = "warn", value_name = "FILTER")]
     log: String,
 }

@@ -82,16 +82,13 @@ pub(crate) struct Need {
 
 impl Need {
     fn of(robots: &BTreeSet<String>, tracked: &BTreeSet<String>, pools: &BTreeSet<String>) -> Vec<Self> {
-        let pool = |role: &String| Self { role: role.clone(), robot: None };
-        let of_robot = |robot: &String| {
-            ROBOT_ROLES.map(|role| Self { role: role.to_owned(), robot: Some(robot.clone()) })
-        };
-        let tracker = |robot: &String| Self { role: keys::TRACKER.to_owned(), robot: Some(robot.clone()) };
-        robots
-            .iter()
-            .flat_map(of_robot)
-            .chain(tracked.iter().map(tracker))
-            .chain(pools.iter().map(pool))
+        let of_robots = robots.iter().flat_map(|robot| ROBOT_ROLES.map(|role| (role, Some(robot))));
+        let trackers = tracked.iter().map(|robot| (keys::TRACKER, Some(robot)));
+        let pools = pools.iter().map(|role| (role.as_str(), None));
+        of_robots
+            .chain(trackers)
+            .chain(pools)
+            .map(|(role, robot)| Self { role: role.to_owned(), robot: robot.cloned() })
             .collect()
     }
 

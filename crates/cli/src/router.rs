@@ -17,7 +17,7 @@ use curionav_security::name::Name;
 
 use crate::connect::refused;
 
-/// Run a Zenoh router: what services and clients connect to.
+/// Run a Zenoh router, to which services and clients connect.
 #[derive(Debug, Args)]
 pub(crate) struct RouterOptions {
     /// Endpoint to listen on; port 0 takes a free one; may be given several times. Default: tcp/0.0.0.0:7447, with
@@ -25,14 +25,14 @@ pub(crate) struct RouterOptions {
     /// unixsock-stream//run/curionav/robot.sock.
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
-    /// Another router to link with; may be given several times. This router does not wait
-    /// for it: it serves whether the other is there or not.
+    /// Another router to connect to; may be given several times. This router does not wait
+    /// for it.
     #[arg(long, value_name = "ENDPOINT")]
     connect: Vec<String>,
-    /// Folder of certificates, as `curionav secure` makes it: take clients over TLS alone, and hold each to its rights.
+    /// Folder of certificates made by `curionav secure`; accept clients over TLS only, each within its rights.
     #[arg(long, value_name = "DIR")]
     secure: Option<PathBuf>,
-    /// Certificate of that folder to show: router, or router.ROBOT on a robot.
+    /// Certificate from that folder to use: router, or router.ROBOT on a robot.
     #[arg(long = "as", value_name = "NAME", requires = "secure", default_value = "router")]
     certificate: Name,
     /// Zenoh configuration file (json5) instead of --listen and --connect; see deploy/router.json5.

@@ -11,7 +11,6 @@ use curionav_runtime::query::{Urgency, ask};
 use curionav_runtime::session;
 use curionav_runtime::shutdown::on_signals;
 use curionav_schemas::{Clock, Mission, MissionCommand, keys};
-use curionav_security::name::Name;
 use curionav_security::table::Verb;
 use zenoh::Session;
 
@@ -33,6 +32,8 @@ const CANCEL_RETRY: Duration = Duration::from_millis(100);
 const LAST_REPORTS: Duration = Duration::from_millis(500);
 
 /// Run a scenario and show its measures.
+///
+/// The services run inside this program, unless --connect or --secure names a running deployment.
 #[derive(Debug, Args)]
 pub(crate) struct RunOptions {
     /// Scenario file, or the built-in `quickstart`.
@@ -49,8 +50,8 @@ pub(crate) struct RunOptions {
     /// Seed of everything random: start error, odometry, laser, localiser, generator.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// max (lockstep: as fast as the machine allows, bit for bit repeatable), realtime, or simulated
-    /// seconds per second.
+    /// max (lockstep: as fast as the machine allows and repeatable to the bit), realtime, or simulated seconds per
+    /// second.
     #[arg(long, value_name = "max|realtime|X", default_value = "max", value_parser = parse_speed)]
     speed: (Clock, f64),
     /// Write metrics.json, trajectory.csv, cycles.csv and run.svg into this directory.
@@ -62,18 +63,8 @@ pub(crate) struct RunOptions {
     /// Record the run into this file, as `curionav record` does.
     #[arg(long, value_name = "OUT.mcap")]
     record: Option<PathBuf>,
-    /// Drive the services of a running deployment instead of embedding them.
-    #[arg(long, value_name = "ENDPOINT")]
-    connect: Option<String>,
-    /// Folder of certificates, as `curionav secure` makes it: drive the services of a running deployment over TLS.
-    #[arg(long, value_name = "DIR")]
-    secure: Option<PathBuf>,
-    /// Certificate of that folder to show. Default: experimenter.
-    #[arg(long = "as", value_name = "NAME", requires = "secure")]
-    certificate: Option<Name>,
-    /// Key prefix of the deployment.
-    #[arg(long, value_name = "NS")]
-    namespace: Option<String>,
+    #[command(flatten)]
+    at: ConnectOptions,
     /// World of the deployment's simulator.
     #[arg(long, value_name = "NAME", default_value = "world")]
     world: String,
@@ -108,18 +99,13 @@ pub(crate) async fn run(options: RunOptions) -> Result<u8, Exit> {
         ..Choice::default()
     };
     let package = package::read(&options.scenario, &choice, clock, time_scale).map_err(Exit::bad_input)?;
-    let is_embedded = options.connect.is_none() && options.secure.is_none();
-    if is_embedded && options.namespace.is_some() {
+    let at = &options.at;
+    let is_embedded = at.connect.is_none() && at.secure.is_none();
+    if is_embedded && at.namespace.is_some() {
         return Err(Exit::bad_input(anyhow::anyhow!(
             "--namespace needs a running deployment; add --connect or --secure"
         )));
     }
-    let at = ConnectOptions {
-        connect: options.connect.clone(),
-        secure: options.secure.clone(),
-        certificate: options.certificate.clone(),
-        namespace: options.namespace.clone(),
-    };
     let of_deployment = if is_embedded { ServiceConfig::default() } else { at.config(&EXPERIMENTS)? };
     if !is_embedded {
         let key = keys::world(&options.world, "scenario").map_err(Exit::bad_input)?;

@@ -46,9 +46,9 @@ pub(crate) enum ScenarioCommand {
         #[arg(long, default_value_t = 1)]
         seed: u64,
     },
-    /// Print the reference page of the scenario file, as committed in docs/scenario.md: every field with its range.
+    /// Print the reference page of the scenario file, docs/scenario.md: every field with its range.
     Reference,
-    /// Write the built-in scenario `quickstart` and its map, to begin one of your own with.
+    /// Write the built-in scenario `quickstart` and its map, as a start for your own.
     Copy {
         /// Directory to write into.
         #[arg(value_name = "DIR")]
@@ -124,10 +124,8 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
     let people = world.people();
     let robot = &scenario.robot;
     let range = scenario.laser.range_max;
-    let at = |point: Point2| (point.x, point.y);
     let field = GeodesicField::new(map, robot.goal, robot.model.radius());
     let path = field.descend(robot.start.position(), SPACING_M);
-    let person = |i| Person { at: (people.x[i], people.y[i]), velocity: (people.vx[i], people.vy[i]) };
     SceneSketch {
         name: &scenario.name,
         description: &scenario.description,
@@ -136,13 +134,19 @@ fn sketch(prepared: &Prepared) -> SceneSketch<'_> {
         laser_range: range,
         start: convert::pose_to_wire(robot.start),
         robot_radius: robot.model.radius(),
-        goal: at(robot.goal),
+        goal: xy(robot.goal),
         goal_tolerance: robot.goal_tolerance,
-        shortest_path: path.into_iter().map(at).collect(),
-        people: (0..people.len()).map(person).collect(),
+        shortest_path: path.into_iter().map(xy).collect(),
+        people: (0..people.len())
+            .map(|i| Person { at: (people.x[i], people.y[i]), velocity: (people.vx[i], people.vy[i]) })
+            .collect(),
         person_radius: people.radius,
-        routes: scenario.walkers.iter().map(|w| w.route.iter().copied().map(at).collect()).collect(),
+        routes: scenario.walkers.iter().map(|w| w.route.iter().copied().map(xy).collect()).collect(),
     }
+}
+
+fn xy(point: Point2) -> (f64, f64) {
+    (point.x, point.y)
 }
 
 /// What a scenario that can be run holds: a line, and one for each recording.
@@ -166,7 +170,8 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
         let (first, last) = extent.span;
         let (low, high) = extent.corners;
         said += &format!(
-            "\n  {}: {people} people, {first:.1} to {last:.1} s, x {:.1} to {:.1} m, y {:.1} to {:.1} m, {:.0} % of the way on the free floor",
+            "\n  {}: {people} people, {first:.1} to {last:.1} s, x {:.1} to {:.1} m, y {:.1} to {:.1} m, \
+             {:.0} % of the way on the free floor",
             setup.file,
             low.x,
             high.x,

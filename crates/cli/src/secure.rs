@@ -23,7 +23,7 @@ use curionav_security::table::Verb;
 ///   curionav secure show pki
 ///
 /// Then every machine gets `ca.pem` and the `NAME.pem` and `NAME.key` of what runs on it, routers get `rules.json` as
-/// well, and every command takes `--secure DIR`. docs/security.md says more.
+/// well, and every command takes `--secure DIR`. See docs/security.md.
 #[derive(Debug, Subcommand)]
 #[command(verbatim_doc_comment)]
 pub(crate) enum SecureCommand {
@@ -36,8 +36,8 @@ pub(crate) enum SecureCommand {
         #[arg(long, value_name = "NS")]
         namespace: Option<String>,
     },
-    /// Issue certificates, each with a key of its own, and write the rules for them. Routers read the rules when they
-    /// start.
+    /// Issue certificates, each with its own key, and write the access rules for them. Routers read the rules when
+    /// they start.
     Issue {
         /// Folder.
         #[arg(value_name = "DIR")]
@@ -54,8 +54,8 @@ pub(crate) enum SecureCommand {
             value_parser = clap::value_parser!(u32).range(1..=i64::from(AUTHORITY_DAYS)))]
         days: u32,
     },
-    /// Renew certificates with the keys that they have. Programs take them when they connect the next time, routers
-    /// when they start.
+    /// Renew certificates and keep their keys. Programs read them at their next connection, routers when they
+    /// start.
     Renew {
         /// Folder.
         #[arg(value_name = "DIR")]
@@ -68,17 +68,17 @@ pub(crate) enum SecureCommand {
             value_parser = clap::value_parser!(u32).range(1..=i64::from(AUTHORITY_DAYS)))]
         days: u32,
     },
-    /// Show the certificates, until when they are valid, and what they allow.
+    /// Show the certificates: how long each is valid, and what it allows.
     Show {
         /// Folder.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
-        /// Also what this one allows, key by key.
+        /// Name of one certificate; show also every key that it allows.
         #[arg(value_name = "NAME")]
         name: Option<Name>,
     },
-    /// Write the rules anew for the certificates in the folder: after one was deleted because its key was lost, or for
-    /// another namespace.
+    /// Write the rules again for the certificates in the folder. Do this after you delete a certificate whose key was
+    /// lost, or to change the namespace.
     Rules {
         /// Folder.
         #[arg(value_name = "DIR")]
@@ -171,10 +171,13 @@ fn table(folder: &Path) -> Result<Table, FolderError> {
 
 /// What one name allows, a line for each verb.
 fn rights(name: &Name) -> String {
-    let of_verb = |verb: &Verb| {
+    let mut lines = Vec::new();
+    for verb in Verb::ALL {
         let rights = name.rights().filter(|right| right.verb == *verb);
         let keys: Vec<String> = rights.flat_map(|right| right.keys).map(|key| name.fill(key)).collect();
-        (!keys.is_empty()).then(|| format!("{name} may {}: {}", verb.word(), keys.join(", ")))
-    };
-    Verb::ALL.iter().filter_map(of_verb).collect::<Vec<_>>().join("\n")
+        if !keys.is_empty() {
+            lines.push(format!("{name} may {}: {}", verb.word(), keys.join(", ")));
+        }
+    }
+    lines.join("\n")
 }

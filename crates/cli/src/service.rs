@@ -12,7 +12,7 @@ pub(crate) enum ServiceCommand {
     Generator(ServiceOptions),
     /// Run one CPC evaluator (localisation uncertainty along candidates).
     Cpc(ServiceOptions),
-    /// Run one evaluator of CPC that sees people hide landmarks, for planners with the term `cpc-occluded`.
+    /// Run one CPC evaluator that lets people hide landmarks, for planners with the term `cpc-occluded`.
     CpcOccluded(ServiceOptions),
     /// Run one CNC evaluator (human comfort and crowd density along candidates).
     Cnc(ServiceOptions),
@@ -26,7 +26,7 @@ pub(crate) enum ServiceCommand {
     Driver(ServiceOptions),
     /// Run the simulator: world, people, laser and base.
     Simulator(ServiceOptions),
-    /// Run the gateway to a robot of ROS 2: it plays the robot's base, and serves NavigateToPose there (docs/ros2.md).
+    /// Run the gateway to a ROS 2 robot: it acts as the robot's base and serves NavigateToPose there (docs/ros2.md).
     Ros2Gateway(ServiceOptions),
 }
 

@@ -14,13 +14,13 @@ use curionav_schemas::{ServiceStatus, keys};
 use serde::Serialize;
 
 use crate::connect::{ConnectOptions, LOOKS, refused};
-use crate::denied::{denied, routers};
+use crate::denied::{denied, label, routers};
 use crate::required_roles::{self, Alive, Missing, default_pools};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Say which services are alive, how loaded and how fast, and which are missing.
+/// Show which services run, their load and speed, and which are missing.
 #[derive(Debug, Args)]
 pub(crate) struct StatusOptions {
     #[command(flatten)]
@@ -112,26 +112,27 @@ fn table(lines: &[Line]) -> Table {
 
 /// Of an arbiter's cycles since its start: how many planning ticks had none, and what share was degraded, by code.
 fn shares(status: &ServiceStatus) -> Option<String> {
-    let count = |name: &str| {
-        let of_name = status.metrics.iter().filter(|(sample, _)| sample.split('{').next() == Some(name));
-        of_name.fold(0.0, |sum, (_, value)| sum + value)
-    };
-    let decisions = count("curionav_decisions_total");
+    let decisions = total(status, "curionav_decisions_total");
     if decisions == 0.0 {
         return None;
     }
     let degraded = status.metrics.iter().filter_map(|(sample, value)| {
-        let labels = sample.strip_prefix("curionav_degraded_total{")?;
-        let code = labels.split_once("reason=\"")?.1.split('"').next()?;
+        let code = label(sample, "reason").filter(|_| sample.starts_with("curionav_degraded_total{"))?;
         Some(format!("{} {:.1} %", code.replace('_', " "), 100.0 * value / decisions))
     });
     let degraded: Vec<String> = degraded.collect();
     let degraded = if degraded.is_empty() { "none degraded".to_owned() } else { degraded.join(", ") };
     let instance = &status.instance;
-    let unplanned = count("curionav_unplanned_ticks_total");
+    let unplanned = total(status, "curionav_unplanned_ticks_total");
     Some(format!(
         "arbiter {instance}: {decisions} decisions, {unplanned} planning ticks without a cycle; {degraded}"
     ))
+}
+
+/// The sum of all samples of a metric.
+fn total(status: &ServiceStatus, metric: &str) -> f64 {
+    let samples = status.metrics.iter().filter(|(sample, _)| sample.split('{').next() == Some(metric));
+    samples.fold(0.0, |sum, (_, value)| sum + value)
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub(crate) struct DemoOptions {
     /// realtime, or simulated seconds per second.
     #[arg(long, value_name = "realtime|X", default_value = "realtime", value_parser = parse_speed)]
     speed: (Clock, f64),
-    /// Show it in a browser, also where a window can be opened.
+    /// Show it in a browser even where a window can be opened.
     #[arg(long)]
     web: bool,
     /// Print the address of the page instead of opening a browser on it.
@@ -45,7 +45,7 @@ pub(crate) struct DemoOptions {
     /// End with the run. Otherwise the viewer stays until it is closed, or until Ctrl-C.
     #[arg(long)]
     once: bool,
-    /// Where files are written if there is no viewer: metrics.json, trajectory.csv, cycles.csv and run.svg.
+    /// Directory for metrics.json, trajectory.csv, cycles.csv and run.svg if there is no viewer.
     #[arg(long, value_name = "DIR", default_value = "curionav-demo")]
     out: PathBuf,
 }
@@ -78,7 +78,7 @@ pub(crate) async fn run(options: DemoOptions) -> Result<u8, Exit> {
     status
 }
 
-/// Starts the viewer and waits until it listens. None if there is no viewer; it has then been said why.
+/// Starts the viewer and waits until it listens. None if there is no viewer; the user has then been told why.
 async fn open_viewer(
     session: &Session,
     config: &ServiceConfig,

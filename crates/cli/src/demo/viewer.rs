@@ -39,8 +39,8 @@ pub(super) fn program() -> Option<PathBuf> {
 
 /// Whether a window can be opened here.
 pub(super) fn has_display() -> bool {
-    let names = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
-    cfg!(target_os = "macos") || names("DISPLAY") || names("WAYLAND_DISPLAY")
+    let mut displays = ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().filter_map(std::env::var_os);
+    cfg!(target_os = "macos") || displays.any(|display| !display.is_empty())
 }
 
 impl Viewer {

@@ -66,10 +66,11 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn new(at: &ConnectOptions, findings: Vec<Finding>) -> Self {
-        let links = |verdict| findings.iter().filter(move |f| f.verdict == verdict);
-        let missing: Vec<&str> = links(Verdict::Missing).map(|f| f.link.as_str()).collect();
+        let missing: Vec<&str> =
+            findings.iter().filter(|f| f.verdict == Verdict::Missing).map(|f| f.link.as_str()).collect();
+        let proven = findings.iter().filter(|f| f.verdict == Verdict::Proven).count();
         let conclusion = match missing.len() {
-            0 => format!("all well; links proven: {}", links(Verdict::Proven).count()),
+            0 => format!("all well; links proven: {proven}"),
             1 => format!("1 thing is missing: {}", missing[0]),
             n => format!("{n} things are missing: {}", missing.join("; ")),
         };
@@ -92,8 +93,11 @@ impl Display for Report {
             table.add_row([verdict, &finding.link, &finding.detail]);
         }
         writeln!(f, "{table}")?;
-        let fix = |found: &Finding| Some(format!("  {}: {}\n", found.link, found.fix.as_ref()?));
-        let fixes: String = self.findings.iter().filter_map(fix).collect();
+        let fixes: String = self
+            .findings
+            .iter()
+            .filter_map(|found| Some(format!("  {}: {}\n", found.link, found.fix.as_ref()?)))
+            .collect();
         if !fixes.is_empty() {
             write!(f, "\nwhat to do:\n{fixes}")?;
         }

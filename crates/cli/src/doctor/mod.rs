@@ -27,7 +27,7 @@ use instances::Instance;
 /// How long a router is looked for, seconds: a person is waiting.
 const CONNECT_TIMEOUT_S: f64 = 3.0;
 
-/// Ask over every link a deployment needs; say what is missing and how to mend it.
+/// Check every link that a deployment needs; report what is missing and how to fix it.
 ///
 /// Looks for the router, asks every live instance for its status and for work, checks missions and maps,
 /// and listens to each robot's streams. Needs nothing but the router.
@@ -37,7 +37,7 @@ const CONNECT_TIMEOUT_S: f64 = 3.0;
 pub(crate) struct DoctorOptions {
     #[command(flatten)]
     at: ConnectOptions,
-    /// Robot to look after. Default: every robot that a service works for.
+    /// Robot to check. Default: every robot that has a service.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
     /// Seconds to listen to each robot's streams.
@@ -61,7 +61,7 @@ pub(crate) async fn run(options: DoctorOptions) -> Result<u8, Exit> {
         Ok(session) => session,
         Err(error @ SessionError::NoRouter { .. }) => {
             let fix = format!(
-                "start it there: curionav router --listen tcp/0.0.0.0:7447; or name another with --connect instead of {}",
+                "start it there: curionav router --listen tcp/0.0.0.0:7447; or use --connect to name one other than {}",
                 options.at.place()
             );
             say(&options, vec![Finding::missing("router", error.to_string(), fix)])?;

@@ -24,15 +24,12 @@ pub(super) fn examine(config: &ServiceConfig) -> Vec<Finding> {
     let Some(name) = secure::shown(folder, &config.certificates) else { return Vec::new() };
     let link = format!("certificate {name}");
     let namespace = config.namespace.as_deref();
-    let key = |key: &str| match namespace {
-        Some(namespace) => format!("{namespace}/{ROOT}/{key}"),
-        None => format!("{ROOT}/{key}"),
-    };
+    let root = namespace.map_or_else(|| ROOT.to_owned(), |namespace| format!("{namespace}/{ROOT}"));
     let tokens = every_live();
     let tokens = tokens.strip_prefix(&format!("{ROOT}/")).unwrap_or(&tokens);
     let needed = NEEDED.iter().copied().chain([(Verb::Watch, tokens)]);
     let lacking: Vec<String> = needed
-        .filter(|(verb, of)| !name.may(*verb, &key(of), namespace))
+        .filter(|(verb, of)| !name.may(*verb, &format!("{root}/{of}"), namespace))
         .map(|(verb, of)| format!("{} {of}", verb.word()))
         .collect();
     if lacking.is_empty() {

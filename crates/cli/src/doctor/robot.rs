@@ -46,8 +46,10 @@ impl Mission {
         found.map = Some(match fetch_map(session, mission.order.map).await {
             Ok((served, map)) => {
                 let fields = Fields::of_maps([map]);
-                let preparing = move || PlanContext::new(mission, &fields, false).map_err(|e| e.to_string());
-                found.context = Some(tokio::task::spawn_blocking(preparing).await?);
+                let preparing = tokio::task::spawn_blocking(move || {
+                    PlanContext::new(mission, &fields, false).map_err(|e| e.to_string())
+                });
+                found.context = Some(preparing.await?);
                 Ok(served)
             }
             Err(reason) => Err(reason),
@@ -165,7 +167,8 @@ const STREAMS: [(&str, Listen, &str); 6] = [
     (
         "people",
         Listener::new::<People>,
-        "the tracker (or the simulator, if the mission requires none) has to publish it, also when there are none: look at its log",
+        "the tracker (or the simulator, if the mission requires no tracker) must publish it, also when nobody is near: \
+         read its log",
     ),
     ("belief", Listener::new::<Belief>, "the localizer answers odometry with it: look at its log"),
     ("decision", Listener::new::<Decision>, "the arbiter answers beliefs with it: look at its log"),

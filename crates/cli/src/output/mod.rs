@@ -25,9 +25,10 @@ pub(crate) fn write(
         ("trajectory.csv", csv::trajectory(result)),
         ("cycles.csv", csv::cycles(reports)),
     ];
-    let write = |name, content: String| files::write(&dir.join(name), content).map_err(Exit::failed);
-    data.into_iter().try_for_each(|(name, content)| write(name, content))?;
-    write("run.svg", picture?)
+    for (name, content) in data {
+        files::write(&dir.join(name), content).map_err(Exit::failed)?;
+    }
+    files::write(&dir.join("run.svg"), picture?).map_err(Exit::failed)
 }
 
 /// The exit status of a run that came to an end: success only at the goal and without a collision.

@@ -45,7 +45,6 @@ fn rows(result: &RunResult) -> Vec<(String, String, String)> {
     let m = &result.measures;
     let c = &result.cycles;
     let digest = result.decisions_sha256.get(..DIGEST_SHOWN).unwrap_or(&result.decisions_sha256);
-    let metres = |length: f64| format!("{length:.2} m");
     let mut rows = vec![
         row("time", format!("{:.1} s", m.time_s), "from start to end"),
         row("length", metres(m.length_m), "way driven"),
@@ -93,7 +92,6 @@ fn contact(c: &Contact) -> (String, String, String) {
 
 /// How many of the cycles were as they should be, and what the others had to do without.
 fn shares(c: &Cycles) -> Vec<(String, String, String)> {
-    let share = |part: u64, all: u64| per_cent(part as f64 / all.max(1) as f64);
     let in_time = share(c.count.saturating_sub(c.late), c.count + c.skipped);
     let missed = format!("of the cycles due; {} skipped, {} late", c.skipped, c.late);
     let by_code = c
@@ -112,6 +110,14 @@ fn shares(c: &Cycles) -> Vec<(String, String, String)> {
 
 fn row(name: &str, value: String, meaning: &str) -> (String, String, String) {
     (name.to_owned(), value, meaning.to_owned())
+}
+
+fn metres(length: f64) -> String {
+    format!("{length:.2} m")
+}
+
+fn share(part: u64, all: u64) -> String {
+    per_cent(part as f64 / all.max(1) as f64)
 }
 
 fn per_cent(share: f64) -> String {

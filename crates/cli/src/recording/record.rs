@@ -12,16 +12,16 @@ use crate::connect::{ConnectOptions, LOOKS};
 use curionav_recording::{Recorder, Scope, Tally, recover};
 use curionav_runtime::exit::{Exit, SUCCESS};
 
-/// Record everything robots see, decide and do, to look at and to plan again.
+/// Record what robots see, decide and do, to view it and to plan it again.
 ///
 /// Listens until it is interrupted (Ctrl-C). OUT.mcap opens in Foxglove and in Rerun: map, laser, people,
-/// candidates by cost, path, log. Beside these it holds every message as it was sent, for `replay` and `explain`. A
-/// recording that is killed lacks its last second at most; `replay` and `explain` read it as it is.
+/// candidates by cost, path, log. It also holds every message as it was sent, for `replay` and `explain`. If
+/// the recorder is killed, at most the last second is missing, and `replay` and `explain` still read the file.
 ///
 ///   curionav record drive.mcap                         every robot behind the router on this machine
 ///   curionav record drive.mcap --robot r1 --connect tcp/10.0.0.1:7447
 ///   curionav run scenarios/quickstart.toml --record drive.mcap
-///   curionav record whole.mcap --recover killed.mcap   what is left of a killed one, for viewers that want an index
+///   curionav record whole.mcap --recover killed.mcap   repair one whose recorder was killed, for viewers
 ///
 /// Exit status: 0 recorded; 1 nothing came, or the disk is full; 2 bad argument, or OUT.mcap exists; 3 no router.
 #[derive(Debug, Args)]
@@ -30,10 +30,10 @@ pub(crate) struct RecordOptions {
     /// File to write; must not exist.
     #[arg(value_name = "OUT.mcap")]
     path: PathBuf,
-    /// Record this robot alone.
+    /// Record only this robot.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
-    /// Do not listen, but copy what is left of a killed recording, with an index.
+    /// Do not listen; copy what can be read of the recording of a killed recorder, and add an index.
     #[arg(long, value_name = "KILLED.mcap", conflicts_with = "robot")]
     recover: Option<PathBuf>,
     #[command(flatten)]

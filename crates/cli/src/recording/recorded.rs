@@ -19,15 +19,14 @@ pub(crate) fn recorded(path: &Path, robot: Option<&str>) -> anyhow::Result<Recor
     let mut first_run = None;
     let mut reader = Reader::open(path)?;
     while let Some(item) = reader.next_message()? {
-        let is_wanted = |name: &str| robot.is_none_or(|robot| robot == name);
         match item {
-            Item::Scan(name, scan) if is_wanted(&name) => {
+            Item::Scan(name, scan) if is_wanted(robot, &name) => {
                 robots.insert(name);
                 found.scans.push(*scan);
             }
-            Item::Odometry(name, odometry) if is_wanted(&name) => found.odometry.push(odometry),
-            Item::Belief(name, belief) if is_wanted(&name) => found.beliefs.push(*belief),
-            Item::Mission(mission) if is_wanted(&mission.order.robot) => {
+            Item::Odometry(name, odometry) if is_wanted(robot, &name) => found.odometry.push(odometry),
+            Item::Belief(name, belief) if is_wanted(robot, &name) => found.beliefs.push(*belief),
+            Item::Mission(mission) if is_wanted(robot, &mission.order.robot) => {
                 map = map.or(Some(mission.order.map))
             }
             Item::Map(map) => {
@@ -50,4 +49,8 @@ pub(crate) fn recorded(path: &Path, robot: Option<&str>) -> anyhow::Result<Recor
     }
     found.map = map.and_then(|map| maps.remove(&map));
     Ok(found)
+}
+
+fn is_wanted(robot: Option<&str>, name: &str) -> bool {
+    robot.is_none_or(|robot| robot == name)
 }

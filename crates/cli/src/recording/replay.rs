@@ -15,12 +15,12 @@ use curionav_runtime::print::print;
 /// Differences shown to people; --json has all.
 const SHOWN: usize = 20;
 
-/// Plan every cycle of a recording again, in this process, and say where decisions differ.
+/// Plan every cycle of a recording again, in this process, and report where decisions differ.
 ///
 /// Each cycle starts from what was recorded: scene, search trees and the trajectory being driven. With the planner
-/// and version of the recording no decision differs, except perhaps in cycles that were degraded: what these lacked, a
-/// replica or time, is there in a replay. With --planner another planner is asked what it would have done at each of
-/// these moments; one with another generator grows trees of its own along the recording.
+/// and version of the recording no decision differs. Only degraded cycles may: a replay has the replicas and the time
+/// that they lacked. --planner shows what another planner would have done at each of these moments. One with another
+/// generator grows its own trees along the recording.
 ///
 ///   curionav replay drive.mcap                         must say: 0 differ
 ///   curionav replay drive.mcap --planner distance-only
@@ -36,7 +36,7 @@ pub(crate) struct ReplayOptions {
     /// Another planner: a built-in profile, or a profile file (.toml). Default: the recording's.
     #[arg(long, value_name = "PROFILE")]
     planner: Option<String>,
-    /// Replay a recording of another version all the same.
+    /// Replay a recording of another version anyway.
     #[arg(long)]
     any_version: bool,
     /// Print one JSON object on standard output.

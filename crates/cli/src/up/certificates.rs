@@ -30,12 +30,11 @@ impl Certificates {
         }
         let namespace = folder.namespace().map_err(Exit::bad_input)?;
         if namespace != deployment.namespace {
-            let shown = |namespace: &Option<String>| namespace.clone().unwrap_or_else(|| "none".into());
             return Err(Exit::bad_input(anyhow::anyhow!(
                 "{}: its rules are for the namespace `{}`, and this deployment's is `{}`; choose another folder",
                 directory.display(),
-                shown(&namespace),
-                shown(&deployment.namespace)
+                namespace.as_deref().unwrap_or("none"),
+                deployment.namespace.as_deref().unwrap_or("none")
             )));
         }
         let Deployment { robot, world, replicas, .. } = deployment;

@@ -121,24 +121,24 @@ impl Deployment {
 
     /// What tells the driver which base it commands, and the gateway which robot it joins.
     pub(super) fn file_arguments(&self, kind: Kind) -> Vec<String> {
-        let of_file = |file: &PathBuf| vec!["--config".into(), file.display().to_string()];
-        match kind {
-            Kind::Driver => {
-                let file = self.driver_config.as_ref().or(self.ros2_config.as_ref());
-                file.map_or_else(|| vec!["--simulated-base".into()], of_file)
-            }
-            Kind::Ros2Gateway => self.ros2_config.as_ref().map(of_file).unwrap_or_default(),
-            _ => Vec::new(),
+        let file = match kind {
+            Kind::Driver => self.driver_config.as_ref().or(self.ros2_config.as_ref()),
+            Kind::Ros2Gateway => self.ros2_config.as_ref(),
+            _ => return Vec::new(),
+        };
+        match file {
+            Some(file) => vec!["--config".into(), file.display().to_string()],
+            None if kind == Kind::Driver => vec!["--simulated-base".into()],
+            None => Vec::new(),
         }
     }
 
     /// Kind and instance of every service process.
     pub(super) fn processes(&self) -> impl Iterator<Item = (Kind, String)> {
-        let of_kind =
-            |kind: Kind| (0..self.replicas.of(kind)).map(move |i| (kind, format!("{}-{i}", kind.name())));
         let has_gateway = self.ros2_config.is_some();
         let kinds = Kind::ALL.iter().copied().filter(move |kind| has_gateway || *kind != Kind::Ros2Gateway);
-        kinds.flat_map(of_kind)
+        kinds
+            .flat_map(|kind| (0..self.replicas.of(kind)).map(move |i| (kind, format!("{}-{i}", kind.name()))))
     }
 }
 
@@ -154,7 +154,9 @@ mod tests {
             ("replicas.cnc = 65", "replicas.cnc: is 65; give 1 to 64"),
             (
                 "replicas.simulator = 0",
-                "driver_config: is missing; without a simulator the base is a real one: name the driver's configuration file, which says the robot's own limits (or `simulated_base = true` for a simulator elsewhere)",
+                "driver_config: is missing; without a simulator the base is a real one: name the driver's \
+                 configuration file, which says the robot's own limits (or `simulated_base = true` for a simulator \
+                 elsewhere)",
             ),
             (
                 "ros2_config = \"r1.toml\"",

@@ -25,11 +25,11 @@ pub(crate) struct UpOptions {
     /// Deployment file; see deploy/local.toml. Default: one of everything.
     #[arg(value_name = "DEPLOYMENT.toml")]
     deployment: Option<PathBuf>,
-    /// Run everything over TLS, with the certificates and access rules of this folder: what is absent is made, and
-    /// what is due is renewed.
+    /// Run everything over TLS, with the certificates and access rules in this folder. Missing certificates are made,
+    /// and those near their end are renewed.
     #[arg(long, value_name = "DIR")]
     secure: Option<PathBuf>,
-    /// Port of the router on 127.0.0.1, 0 for a free one. Default: the deployment's.
+    /// Port of the router on 127.0.0.1; 0 takes a free one. Default: the one in the deployment file.
     #[arg(long, value_name = "P")]
     port: Option<u16>,
 }

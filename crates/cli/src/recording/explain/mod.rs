@@ -22,7 +22,7 @@ use curionav_runtime::exit::{Exit, SUCCESS};
 /// A robot that drives reports several times a second.
 const REPORT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Say why a cycle was decided as it was: every candidate's costs, and what other weights would have led to.
+/// Explain the decision of a cycle: every candidate's costs, and what other weights would have led to.
 ///
 ///   curionav explain drive.mcap --cycle 40             a cycle of a recording; without --cycle the last one
 ///   curionav explain --robot r1                        the next cycle of a robot that is driving
@@ -35,10 +35,10 @@ const REPORT_TIMEOUT: Duration = Duration::from_secs(5);
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct ExplainOptions {
-    /// A recording. Without one, a robot that is driving is listened to.
+    /// A recording. Without it, the command listens to a robot that is driving.
     #[arg(value_name = "IN.mcap", required_unless_present = "robot")]
     recording: Option<PathBuf>,
-    /// Robot; may be left out if a recording has but one.
+    /// Robot; needed only if the recording has several.
     #[arg(long, value_name = "NAME")]
     robot: Option<String>,
     /// Cycle, by its number (`seq`). Default: the last of the recording, the next of a robot that is driving.
@@ -99,7 +99,7 @@ async fn live(options: &ExplainOptions) -> Result<CycleReport, Exit> {
         loop {
             let Ok(Some(report)) = tokio::time::timeout(REPORT_TIMEOUT, reports.next()).await else {
                 return Err(Exit::network(anyhow!(
-                    "robot {robot} has reported no cycle for {} s: it is not driving, or not there; see `curionav status`",
+                    "robot {robot} has reported no cycle for {} s: it stands or is absent; see `curionav status`",
                     REPORT_TIMEOUT.as_secs()
                 )));
             };

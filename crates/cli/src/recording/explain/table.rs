@@ -29,11 +29,10 @@ pub(super) fn table(report: &CycleReport, top: usize) -> Table {
 fn order(report: &CycleReport, top: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..report.candidates.count as usize).collect();
     let chosen = report.chosen.map(|chosen| chosen as usize);
-    order.sort_by(|&a, &b| {
-        let key = |i: usize| (chosen != Some(i), report.rejection_of(i).is_some());
-        let cost = |i: usize| report.total_of(i).unwrap_or(f64::INFINITY);
-        key(a).cmp(&key(b)).then(cost(a).total_cmp(&cost(b))).then(a.cmp(&b))
-    });
+    let costs: Vec<f64> = order.iter().map(|i| report.total_of(*i).unwrap_or(f64::INFINITY)).collect();
+    // Both sorts are stable.
+    order.sort_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+    order.sort_by_key(|i| (chosen != Some(*i), report.rejection_of(*i).is_some()));
     if top > 0 {
         order.truncate(top);
     }
@@ -41,14 +40,17 @@ fn order(report: &CycleReport, top: usize) -> Vec<usize> {
 }
 
 fn row(report: &CycleReport, scored: &[&TermReport], index: usize) -> Vec<String> {
-    // No score is an empty cell.
-    let cell = |cost: Option<f64>| cost.map_or(String::new(), |cost| format!("{cost:.4}"));
     let mut row = vec![name(report, index as u32), cell(report.total_of(index))];
     for term in scored {
         row.extend([cell(term.cost_of(index)), cell(term.raw_of(index))]);
     }
     row.push(remark(report, index));
     row
+}
+
+/// A cost; an empty cell if there is none.
+fn cell(cost: Option<f64>) -> String {
+    cost.map_or(String::new(), |cost| format!("{cost:.4}"))
 }
 
 fn remark(report: &CycleReport, index: usize) -> String {

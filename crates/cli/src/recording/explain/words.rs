@@ -124,8 +124,11 @@ fn costs(report: &CycleReport) -> Vec<String> {
         let candidate = next.map(|next| name(report, next));
         lines.push(line(code, json!({ "total": total, "candidate": candidate, "margin": margin })));
     }
-    let share = |term: &TermReport| Some(format!("{} {:.4}", term.term, term.cost_of(chosen as usize)?));
-    let shares: Vec<String> = report.terms.iter().filter_map(share).collect();
+    let shares: Vec<String> = report
+        .terms
+        .iter()
+        .filter_map(|term| Some(format!("{} {:.4}", term.term, term.cost_of(chosen as usize)?)))
+        .collect();
     if !shares.is_empty() {
         lines.push(line("shares", json!({ "shares": shares.join(" + ") })));
     }
