@@ -17,8 +17,6 @@ use crate::evaluation::human_space::HumanSpaceParams;
 use crate::evaluation::information_to_go::InformationToGoParams;
 use crate::forecast::ForecastParams;
 use crate::generation::{self, GenerationParams, GeneratorPart};
-
-#[cfg(feature = "profiles")]
 mod load;
 
 crate::parameters! {

@@ -142,7 +142,6 @@ macro_rules! parameters {
 }
 
 #[cfg(test)]
-#[cfg(feature = "profiles")]
 mod tests {
     use crate::parameters::{Ranged, read};
 

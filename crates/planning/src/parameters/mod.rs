@@ -9,15 +9,11 @@ mod declare;
 mod error;
 mod field;
 mod ranged;
-#[cfg(feature = "profiles")]
 mod read;
-#[cfg(feature = "profiles")]
 mod reference;
 
 pub use error::{FieldError, range_of};
 pub use field::{Field, Kind, Range, Word, Words, plain, word};
 pub use ranged::{Numbers, Ranged, check_name, check_numbers, check_table};
-#[cfg(feature = "profiles")]
 pub use read::{field_line, read, read_table};
-#[cfg(feature = "profiles")]
 pub use reference::reference;

@@ -60,8 +60,6 @@ fn no_term_reads_a_column_that_it_does_not_declare() {
         assert_eq!(cost(&read), cost(&candidates), "{name}");
     }
 }
-
-#[cfg(feature = "profiles")]
 #[test]
 fn every_profile_that_is_built_in_lists_terms_that_are() {
     for profile in Profile::names() {
@@ -69,8 +67,6 @@ fn every_profile_that_is_built_in_lists_terms_that_are() {
         assert!(terms.keys().all(|name| NAMES.contains(&name.as_str())), "{profile}: {terms:?}");
     }
 }
-
-#[cfg(feature = "profiles")]
 #[test]
 fn parameters_travel_unchanged() {
     struct ThereAndBack;

@@ -21,8 +21,6 @@ fn curiosity_counts_only_while_uncertain() {
     let without = scores(&[("cnc", &[0.0; 3]), ("distance", &[180.0, 182.0, 182.0])]);
     assert_eq!(Hall::new().arbitrate(&three(), &s, None), Hall::new().arbitrate(&three(), &without, None));
 }
-
-#[cfg(feature = "profiles")]
 #[test]
 fn distance_only_listens_to_no_other_term() {
     let mut hall = Hall::uncertain();

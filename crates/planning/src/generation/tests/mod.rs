@@ -1,17 +1,11 @@
 //! Claims about whole planning cycles, and the worlds they are made in.
-
-#[cfg(feature = "profiles")]
 mod bi_risk_rrt;
-#[cfg(feature = "profiles")]
 mod commanded;
 mod drive;
-#[cfg(feature = "profiles")]
 mod dwa;
-#[cfg(feature = "profiles")]
 mod risk_rrt;
 mod rrt_star;
 mod update;
-#[cfg(feature = "profiles")]
 mod way_past;
 
 use std::collections::BTreeSet;

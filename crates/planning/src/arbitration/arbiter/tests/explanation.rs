@@ -56,8 +56,6 @@ fn no_candidate_that_collides_is_named() {
         );
     }
 }
-
-#[cfg(feature = "profiles")]
 #[test]
 fn the_only_term_cannot_be_left_out() {
     let mut hall = Hall::new();
