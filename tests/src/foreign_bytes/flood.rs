@@ -32,7 +32,7 @@ type Sent = BTreeMap<&'static str, u64>;
 #[test]
 fn bytes_that_are_not_ours_are_refused_and_counted_and_the_robot_arrives() {
     let _turn = turn();
-    let lasts = soak_time(20).min(Duration::from_secs(60));
+    let lasts = soak_time(10).min(Duration::from_secs(60));
     println!("seed {SEED}, {} s", lasts.as_secs());
     // The flood takes its share of the machine, too.
     let speed = 0.5 * real_time();

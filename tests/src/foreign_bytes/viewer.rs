@@ -100,7 +100,7 @@ impl Flood {
 #[test]
 fn a_viewer_at_full_speed_delays_no_decision_and_takes_no_role_above_its_ceiling() {
     let _turn = turn();
-    let lasts = soak_time(20).min(Duration::from_secs(60));
+    let lasts = soak_time(10).min(Duration::from_secs(60));
     let place = tempfile::tempdir().unwrap();
     let pki = place.path().join("pki");
     let secure = ["--secure", pki.to_str().unwrap()];

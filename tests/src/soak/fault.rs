@@ -26,6 +26,14 @@ pub(super) enum Fault {
     MassLeave,
 }
 
+/// Kinds of faults.
+pub(super) const KINDS: usize = 7;
+
+/// A number below `n`.
+pub(super) fn which(rng: &mut Rng, n: usize) -> usize {
+    ((uniform(rng) * n as f64) as usize).min(n - 1)
+}
+
 /// A fault and how long it lasts.
 #[derive(Debug, Clone)]
 pub(super) struct Outage {
@@ -34,19 +42,18 @@ pub(super) struct Outage {
 }
 
 impl Outage {
-    /// Any fault. Replicas number 0, every driver, the arbiters of even robots and the tracker of the first are never
+    /// Any fault of this kind, a number below [`KINDS`]. Replicas number 0, every driver, the arbiters of even robots and the tracker of the first are never
     /// killed, so that what they keep in memory can be seen to stay the same.
-    pub(super) fn any(rng: &mut Rng, robots: usize, pace: Pace) -> Self {
-        let mut which = |n: usize| ((uniform(rng) * n as f64) as usize).min(n - 1);
-        let role = POOL[which(POOL.len())];
-        let fault = match which(7) {
-            0 => Fault::Killed(format!("{role}-{}", 1 + which(REPLICAS - 1))),
-            1 => Fault::Hung(format!("{role}-{}", which(REPLICAS))),
+    pub(super) fn of_kind(kind: usize, rng: &mut Rng, robots: usize, pace: Pace) -> Self {
+        let role = POOL[which(rng, POOL.len())];
+        let fault = match kind {
+            0 => Fault::Killed(format!("{role}-{}", 1 + which(rng, REPLICAS - 1))),
+            1 => Fault::Hung(format!("{role}-{}", which(rng, REPLICAS))),
             2 => Fault::Router,
-            3 => Fault::Arbiter(format!("arbiter-{}", robot(2 * which(robots / 2) + 1))),
+            3 => Fault::Arbiter(format!("arbiter-{}", robot(2 * which(rng, robots / 2) + 1))),
             4 => {
                 let later: Vec<usize> = (1..robots).filter(|&robot| is_tracked(robot)).collect();
-                Fault::Tracker(format!("tracker-{}", robot(later[which(later.len())])))
+                Fault::Tracker(format!("tracker-{}", robot(later[which(rng, later.len())])))
             }
             5 => Fault::LateJoiner(format!("{role}-{REPLICAS}")),
             _ => Fault::MassLeave,

@@ -15,7 +15,7 @@ use curionav_schemas::{ServiceStatus, keys};
 use tokio::task::JoinHandle;
 use zenoh::Session;
 
-use super::fault::Outage;
+use super::fault::{KINDS, Outage, which};
 use super::fleet::{Fleet, POOL, REPLICAS, is_tracked, robot};
 use super::memory::Memory;
 use super::robot::{Links, Robot};
@@ -100,7 +100,7 @@ fn robots_keep_driving_over_tls_while_something_fails_every_five_seconds() {
 fn keep_driving(is_secure: bool) {
     let _turn = turn();
     let runtime = two_workers();
-    runtime.block_on(soak(soak_time(60), is_secure));
+    runtime.block_on(soak(soak_time(40), is_secure));
     runtime.shutdown_timeout(Duration::from_secs(2));
 }
 
@@ -255,9 +255,15 @@ impl Soak {
         let faults = async {
             let mut rng = rng(SEED, 79);
             let count = (lasts.as_secs() / fault_every.as_secs()) as u32;
+            // Each kind once before one comes again, so that a short run has them all.
+            let mut kinds = Vec::new();
             for round in 1..count {
                 tokio::time::sleep((fault_every * round).saturating_sub(begun.elapsed())).await;
-                let outage = Outage::any(&mut rng, robots.len(), *pace);
+                if kinds.is_empty() {
+                    kinds.extend(0..KINDS);
+                }
+                let kind = kinds.swap_remove(which(&mut rng, kinds.len()));
+                let outage = Outage::of_kind(kind, &mut rng, robots.len(), *pace);
                 let (fleet, happening) = (Arc::clone(fleet), outage.clone());
                 tokio::task::spawn_blocking(move || happening.happen(&fleet)).await.unwrap();
                 robots.iter().for_each(|robot| robot.watch().heal());

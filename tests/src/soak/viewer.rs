@@ -22,7 +22,7 @@ const KEPT: f64 = 0.8;
 #[test]
 fn a_viewer_at_full_speed_delays_no_robot_of_a_fleet() {
     let _turn = turn();
-    let lasts = soak_time(20).min(Duration::from_secs(60));
+    let lasts = soak_time(10).min(Duration::from_secs(60));
     let runtime = two_workers();
     runtime.block_on(at_full_speed(lasts));
     runtime.shutdown_timeout(Duration::from_secs(2));
