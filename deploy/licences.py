@@ -33,7 +33,7 @@ def linked() -> dict[tuple[str, str], str]:
     found = {}
     for target in TARGETS:
         tree = cargo(
-            "tree", "--package", "curionav", "--all-features", "--edges", "normal", "--prefix", "none",
+            "tree", "--package", "curionav", "--edges", "normal", "--prefix", "none",
             "--target", target, "--format", "{p}|{l}",
         )  # fmt: skip
         for line in tree.splitlines():
@@ -55,7 +55,6 @@ def texts(crates: dict[tuple[str, str], str]) -> dict[str, list[str]]:
             "metadata",
             "--format-version",
             "1",
-            "--all-features",
             "--filter-platform",
             target,
         )

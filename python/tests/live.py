@@ -44,7 +44,7 @@ def program() -> Path:
     path = Path(os.environ.get("CURIONAV_BIN", ROOT / "target" / "release" / "curionav"))
     if not path.is_file():
         pytest.skip(
-            f"no program at {path}: build it with `cargo build --release --features lab,recording` or set CURIONAV_BIN"
+            f"no program at {path}: build it with `cargo build --release` or set CURIONAV_BIN"
         )
     return path
 

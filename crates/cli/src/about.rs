@@ -3,7 +3,7 @@
 use curionav_runtime::exit::{Exit, SUCCESS};
 use curionav_runtime::print::print;
 
-/// Every crate that the program with all features links with, one `name version licence` per line, as
+/// Every crate that the program links with, one `name version licence` per line, as
 /// `deploy/licences.py` writes them.
 const LICENCES: &str = include_str!("../licences.txt");
 
@@ -23,21 +23,13 @@ pub(crate) fn show() -> Result<u8, Exit> {
 }
 
 fn text() -> String {
-    let features = [
-        ("lab", cfg!(feature = "lab")),
-        ("recording", cfg!(feature = "recording")),
-        ("tls", cfg!(feature = "tls")),
-    ];
-    let features: Vec<&str> =
-        features.into_iter().filter(|feature| feature.1).map(|feature| feature.0).collect();
     format!(
         "curionav {version}\n\
          commit: {commit}\n\
          target: {architecture}-{system}{libc}\n\
-         features: {features}\n\
          licence: Apache-2.0\n\
          \n\
-         What a program with all features contains, besides Rust's standard library (MIT OR Apache-2.0):\n\
+         What it contains, besides Rust's standard library (MIT OR Apache-2.0):\n\
          {LICENCES}",
         version = env!("CARGO_PKG_VERSION"),
         // Whatever builds a release sets it.
@@ -49,7 +41,6 @@ fn text() -> String {
             (_, true) => "-musl",
             _ => "",
         },
-        features = if features.is_empty() { "none".to_owned() } else { features.join(", ") },
     )
     .trim_end()
     .to_owned()

@@ -1,10 +1,9 @@
-//! The commands of the feature `lab`: experiments.
+//! The commands for experiments.
 
 use clap::Subcommand;
 use curionav_lab::{bench, localize, scale, tune};
 use curionav_runtime::exit::Exit;
 
-#[cfg(feature = "recording")]
 use crate::recording::recorded;
 
 #[derive(Debug, Subcommand)]
@@ -30,10 +29,4 @@ pub(crate) async fn run(command: LabCommand, log: &str) -> Result<u8, Exit> {
         LabCommand::Scale(options) => scale::scale(options, log).await,
         LabCommand::Localize(options) => localize::localize(&options, &recorded),
     }
-}
-
-/// What a recording holds of a robot: this build reads none.
-#[cfg(not(feature = "recording"))]
-fn recorded(_: &std::path::Path, _: Option<&str>) -> anyhow::Result<localize::Recorded> {
-    anyhow::bail!("{}", crate::left_out::left_out("recording").line())
 }

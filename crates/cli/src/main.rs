@@ -6,19 +6,14 @@ mod connect;
 mod demo;
 mod denied;
 mod doctor;
-#[cfg(feature = "lab")]
 mod lab;
-#[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
-mod left_out;
 mod mission;
 mod output;
-#[cfg(feature = "recording")]
 mod recording;
 mod required_roles;
 mod router;
 mod run;
 mod scenario;
-#[cfg(feature = "tls")]
 mod secure;
 mod service;
 mod status;
@@ -33,7 +28,7 @@ use curionav_runtime::process::ServiceOptions;
 ///
 /// Start with `curionav demo` or `curionav run quickstart`. Exit status: 0 reached without collision; 1 ran
 /// but failed (collision, timeout, lost); 2 bad input; 3 no connection, or a required service was lost.
-/// `curionav --version --verbose` shows commit, features and third-party licences.
+/// `curionav --version --verbose` shows the commit, the target, and the licences of what is inside.
 #[derive(Debug, Parser)]
 #[command(name = "curionav", version, propagate_version = true, max_term_width = 100)]
 struct Arguments {
@@ -49,11 +44,9 @@ struct Arguments {
 enum Command {
     Run(run::RunOptions),
     Demo(demo::DemoOptions),
-    #[cfg(feature = "lab")]
     #[command(flatten)]
     Lab(lab::LabCommand),
     Up(up::UpOptions),
-    #[cfg(feature = "tls")]
     #[command(subcommand)]
     Secure(secure::SecureCommand),
     Router(router::RouterOptions),
@@ -63,12 +56,8 @@ enum Command {
     Mission(mission::MissionRequest),
     Status(status::StatusOptions),
     Doctor(doctor::DoctorOptions),
-    #[cfg(feature = "recording")]
     #[command(flatten)]
     Recording(recording::RecordingCommand),
-    #[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
-    #[command(flatten)]
-    LeftOut(left_out::LeftOut),
     /// Answer bare queries (started by `scale --overhead`).
     #[command(hide = true)]
     Echo(ServiceOptions),
@@ -120,7 +109,6 @@ fn finish(outcome: Result<u8, Exit>) -> std::process::ExitCode {
 fn takes_turns(command: &Command) -> bool {
     match command {
         Command::Run(options) => options.is_lockstep(),
-        #[cfg(feature = "lab")]
         Command::Lab(lab::LabCommand::Worker { .. }) => true,
         _ => false,
     }
@@ -131,20 +119,15 @@ async fn dispatch(arguments: Arguments) -> Result<u8, Exit> {
     match arguments.command {
         Command::Run(options) => run::run(options).await,
         Command::Demo(options) => demo::run(options).await,
-        #[cfg(feature = "lab")]
         Command::Lab(command) => lab::run(command, &log).await,
         Command::Up(options) => up::run(options, &log).await,
-        #[cfg(feature = "tls")]
         Command::Secure(command) => secure::run(command),
         Command::Router(options) => router::run(options).await,
         Command::Service(command) => service::run(command).await,
         Command::Mission(request) => mission::run(request).await,
         Command::Status(options) => status::run(options).await,
         Command::Doctor(options) => doctor::run(options).await,
-        #[cfg(feature = "recording")]
         Command::Recording(command) => recording::run(command).await,
-        #[cfg(not(all(feature = "lab", feature = "recording", feature = "tls")))]
-        Command::LeftOut(command) => Err(command.error()),
         Command::Echo(options) => service::echo(options).await,
         Command::Scenario(command) => scenario::run(command),
     }

@@ -16,7 +16,6 @@ use zenoh::Session;
 
 use crate::connect::{ConnectOptions, EXPERIMENTS, refused};
 use crate::output;
-#[cfg(feature = "recording")]
 use crate::recording;
 use curionav_deployment::embedded::Embedded;
 use curionav_deployment::follow::{Finished, follow};
@@ -28,7 +27,6 @@ const STATUS_TIMEOUT: Duration = Duration::from_secs(2);
 const CANCEL_ATTEMPTS: u32 = 5;
 const CANCEL_RETRY: Duration = Duration::from_millis(100);
 /// Reports have the lowest priority: they may arrive this long after the end of the run.
-#[cfg(feature = "recording")]
 const LAST_REPORTS: Duration = Duration::from_millis(500);
 
 /// Run a scenario and show its measures.
@@ -165,21 +163,7 @@ pub(crate) fn show(
     Ok(output::exit_code(&result))
 }
 
-#[cfg(not(feature = "recording"))]
-async fn recorded(
-    session: &Session,
-    config: &ServiceConfig,
-    package: &Package,
-    options: &RunOptions,
-) -> Result<(Finished, Result<(), Exit>), Exit> {
-    match options.record {
-        Some(_) => Err(crate::left_out::left_out("recording")),
-        None => Ok((follow_or_cancel(session, config, package, options.out.is_some()).await?, Ok(()))),
-    }
-}
-
 /// Follows the run, and records it if that is wanted: also gives what became of the recording.
-#[cfg(feature = "recording")]
 async fn recorded(
     session: &Session,
     config: &ServiceConfig,

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Subcommand;
 use curionav_deployment::scenario_reference::scenario_reference;
-#[cfg(feature = "lab")]
 use curionav_lab::{paper, suites};
 use curionav_picture::{Person, SceneSketch, scene_svg};
 use curionav_planning::geometry::Point2;
@@ -55,15 +54,11 @@ pub(crate) enum ScenarioCommand {
         out: PathBuf,
     },
     /// Write the generated scenarios and their maps, as committed under scenarios/.
-    #[cfg(feature = "lab")]
     Generate {
         /// Directory to write into.
         #[arg(value_name = "DIR")]
         out: PathBuf,
     },
-    /// Write the generated scenarios and their maps (needs a build with `--features lab`).
-    #[cfg(not(feature = "lab"))]
-    Generate(crate::left_out::AnyArguments),
 }
 
 pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
@@ -83,9 +78,6 @@ pub(crate) fn run(command: ScenarioCommand) -> Result<u8, Exit> {
                 print(file.display())?;
             }
         }
-        #[cfg(not(feature = "lab"))]
-        ScenarioCommand::Generate(_) => return Err(crate::left_out::left_out("lab")),
-        #[cfg(feature = "lab")]
         ScenarioCommand::Generate { out } => {
             for scene in generate(&out).map_err(Exit::bad_input)? {
                 print(scene)?;
@@ -185,7 +177,6 @@ fn check(file: &Path, seed: u64) -> anyhow::Result<String> {
 
 /// Writes the scenes, which are drawn from a fixed seed, so that what is written is what is committed. Gives what the
 /// drawn ones turned out to be like, for those who change the drawing.
-#[cfg(feature = "lab")]
 fn generate(out: &Path) -> anyhow::Result<Vec<String>> {
     let (generated, missing) = suites::committed()?;
     for (name, bytes) in generated {

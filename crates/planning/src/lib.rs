@@ -50,11 +50,6 @@
 //! | every parameter, its range and the reason for it | [`profile`], [`parameters`](mod@parameters) |
 //! | how long work is shared by threads of the caller | [`workers`] |
 //! | geometry, and mathematics and random numbers that agree everywhere | [`geometry`], [`numerics`], [`random`] |
-//!
-//! # Features
-//!
-//! Both are on by default. `map-files` reads and writes maps as map_server has them (YAML with PNG or PGM), and
-//! `profiles` reads profiles and other parameters from TOML and contains the profiles that are built in.
 
 pub mod arbitration;
 pub mod candidates;

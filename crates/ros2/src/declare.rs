@@ -23,8 +23,7 @@ macro_rules! message {
         { $( $(#[$about:meta])* $field:ident : $ty:ty $([$limit:expr])? ),* $(,)? }
     ) => {
         $(#[$attribute])*
-        #[derive(Debug, Clone, Default, PartialEq)]
-        #[cfg_attr(feature = "testing", derive(serde::Serialize))]
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
         pub struct $name {
             $( $(#[$about])* pub $field: $ty, )*
         }
@@ -47,7 +46,6 @@ macro_rules! message {
             }
         }
 
-        #[cfg(feature = "testing")]
         impl $crate::testing::Random for $name {
             fn random(rng: &mut $crate::testing::Rng) -> Self {
                 Self { $( $field: $crate::testing::Random::random(rng), )* }

@@ -34,6 +34,5 @@ pub mod limits;
 pub mod message;
 pub mod messages;
 pub mod qos;
-#[cfg(feature = "testing")]
 pub mod testing;
 pub mod token;

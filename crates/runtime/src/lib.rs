@@ -31,6 +31,7 @@ pub mod robot_service;
 pub mod secure;
 pub mod serve;
 pub mod session;
+mod session_error;
 pub mod shutdown;
 pub mod single_flight_cache;
 pub mod status;

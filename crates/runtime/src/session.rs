@@ -11,54 +11,12 @@ use zenoh::{Config, Session, Wait};
 
 use crate::config::ServiceConfig;
 use crate::secure;
+use crate::session_error::set;
 
-/// Why a session could not be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// No router answered in time.
-    #[error(
-        "no router answered at {endpoints} within {seconds:.0} s: \
-         is `curionav router` (or `curionav up`) running there?"
-    )]
-    NoRouter {
-        /// The endpoints tried.
-        endpoints: String,
-        /// How long.
-        seconds: f64,
-    },
-    /// A router answered, but one of both does not trust the other's certificate.
-    #[error("the router at {endpoints} was not reached over TLS: {reason}")]
-    Distrust {
-        /// The endpoints tried.
-        endpoints: String,
-        /// What TLS says of it.
-        reason: String,
-    },
-    /// There is no certificate that can be used: what is wrong with it, and what mends it.
-    #[error("{0}")]
-    Certificate(String),
-    /// A configuration value was refused, an address cannot be used, or Zenoh has failed: what and why.
-    #[error("{0}")]
-    Other(String),
-}
-
-impl SessionError {
-    pub(crate) fn config(reason: impl std::fmt::Display) -> Self {
-        Self::Other(format!("Zenoh configuration: {reason}"))
-    }
-
-    fn listen(endpoint: &str, reason: impl std::fmt::Display) -> Self {
-        Self::Other(format!("cannot listen on {endpoint}: {reason}"))
-    }
-}
+pub use crate::session_error::SessionError;
 
 /// The protocols of links that this build has.
-const LINKS: &[&str] = &[
-    "tcp",
-    "unixsock-stream",
-    #[cfg(feature = "tls")]
-    "tls",
-];
+const LINKS: &[&str] = &["tcp", "unixsock-stream", "tls"];
 
 /// What every node shares (`docs/running.md` says why): no scouting, a lease of one second, blocked sends that give
 /// up after half a second, room for 16 shards in the queue of a link, no message longer than a map of the most cells, no
@@ -86,13 +44,6 @@ fn list(endpoints: &[String]) -> String {
 
 /// Between two attempts to reach a router for the first time.
 const RETRY: Duration = Duration::from_millis(200);
-
-/// Sets keys of a configuration to values in json5.
-pub(crate) fn set(config: &mut Config, settings: &[(&str, &str)]) -> Result<(), SessionError> {
-    settings.iter().try_for_each(|(key, value)| {
-        config.insert_json5(key, value).map_err(|e| SessionError::config(format!("{key}: {e}")))
-    })
-}
 
 /// What every node shares unless it is given a file: to write such a file by, or to check one.
 pub fn built_in() -> Result<Config, SessionError> {
@@ -135,9 +86,8 @@ fn check_protocols(config: &Config, keys: &[&str]) -> Result<(), SessionError> {
                 continue;
             }
             let whose = if allowed == "null" { "this program has" } else { "this configuration allows" };
-            let mend = if cfg!(feature = "tls") { "" } else { "; for tls, build it with `--features tls`" };
             return Err(SessionError::Other(format!(
-                "{key}: {endpoint}: {whose} links over {} alone{mend}",
+                "{key}: {endpoint}: {whose} links over {} alone",
                 links.join(", ")
             )));
         }

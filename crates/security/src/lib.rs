@@ -1,12 +1,9 @@
 //! Who may do what. [`table`] is the one list of rights. The router's access rules ([`rules`]), the page in
-//! `docs/security.md` ([`page`]) and the answer to whether something is allowed ([`permission`]) are made of it. With
-//! the feature `tls`, `folder` makes and reads the certificates whose names ([`name`]) the rules are about.
+//! `docs/security.md` ([`page`]) and the answer to whether something is allowed ([`permission`]) are made of it.
+//! [`folder`] makes and reads the certificates whose names ([`name`]) the rules are about.
 
-#[cfg(feature = "tls")]
 mod certificate;
-#[cfg(feature = "tls")]
 pub mod folder;
-#[cfg(feature = "tls")]
 mod folder_error;
 pub mod name;
 pub mod page;

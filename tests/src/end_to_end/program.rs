@@ -37,11 +37,7 @@ pub(crate) fn program() -> PathBuf {
         directory.pop();
     }
     let program = directory.join("curionav");
-    assert!(
-        program.is_file(),
-        "{} is missing: run `cargo build --release --workspace --all-features` first, as tests/run does",
-        program.display()
-    );
+    assert!(program.is_file(), "{} is missing: run `cargo full` first, as tests/run does", program.display());
     program
 }
 

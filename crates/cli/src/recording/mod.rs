@@ -1,8 +1,7 @@
-//! The commands of the feature `recording`: what a recording holds, and what a cycle meant.
+//! The commands for recordings: what a recording holds, and what a cycle meant.
 
 mod explain;
 mod record;
-#[cfg(feature = "lab")]
 mod recorded;
 mod replay;
 mod robots;
@@ -11,7 +10,6 @@ use clap::Subcommand;
 use curionav_runtime::exit::Exit;
 
 pub(crate) use record::during;
-#[cfg(feature = "lab")]
 pub(crate) use recorded::recorded;
 
 #[derive(Debug, Subcommand)]

@@ -1,6 +1,5 @@
 //! `curionav up`: router and services as processes on this machine, supervised.
 
-#[cfg_attr(not(feature = "tls"), path = "without_tls.rs")]
 mod certificates;
 mod deployment;
 

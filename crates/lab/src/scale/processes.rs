@@ -117,7 +117,6 @@ impl Processes {
 }
 
 /// Makes the certificates of a router, of one replica of each service, and of what asks them.
-#[cfg(feature = "tls")]
 fn certify(directory: &Path, (replicas, robots): (usize, usize)) -> Result<(), Exit> {
     use curionav_security::folder::{Folder, LIFETIME_DAYS, days};
 
@@ -133,11 +132,6 @@ fn certify(directory: &Path, (replicas, robots): (usize, usize)) -> Result<(), E
         folder.keep_valid(&name, days(LIFETIME_DAYS)).map_err(Exit::bad_input)?;
     }
     Ok(())
-}
-
-#[cfg(not(feature = "tls"))]
-fn certify(_: &Path, _: (usize, usize)) -> Result<(), Exit> {
-    Err(Exit::bad_input(anyhow::anyhow!("--secure: this program was built without the feature `tls`")))
 }
 
 /// The certificate of what hosts the map, and of what asks replicas.
