@@ -8,3 +8,4 @@ mod layout;
 mod purity;
 mod source;
 mod tree;
+mod turns;
