@@ -31,7 +31,12 @@ impl Ranged for Footprint {
             ty: "f64",
             meaning: &["Of a disc, metres. A polygon's vertices lie within the same distances."],
             kind: Kind::Numbers(
-                &[Range { least: 0.05, most: 5.0, unit: "m", why: "a service robot is no smaller and no larger" }],
+                &[Range {
+                    least: 0.05,
+                    most: 5.0,
+                    unit: "m",
+                    why: "a service robot is no smaller and no larger",
+                }],
                 None,
             ),
         },

@@ -1,7 +1,7 @@
 //! The cost terms that are built in: what each takes from a profile, what it needs derived, how it is built.
 //!
 //! A new term is a file in [`crate::evaluation`], an implementation of [`BuiltIn`] in `terms/built_in.rs` with its name
-//! in the list at the end of this file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
+//! in the list at the end of that file, and an entry under `[terms]` in a profile. Services, arbiter and command line find
 //! it here. The example `own_term` is a term, complete.
 
 mod built_in;
@@ -23,11 +23,7 @@ use crate::profile::Profile;
 use crate::sensor::LaserModel;
 use crate::states::Columns;
 
-use built_in::{
-    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk,
-    Uncertainty,
-};
-pub use built_in::{CpcTermParams, InformationToGoTermParams};
+pub use built_in::{CpcTermParams, InformationToGoTermParams, NAMES, columns, is_local, visit};
 
 /// What stays the same from one cycle of a mission to the next, apart from map and parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -139,38 +135,6 @@ pub trait Visitor {
 
     /// Does it with `T`.
     fn visit<T: BuiltIn>(self) -> Self::Output;
-}
-
-macro_rules! built_in {
-    ($($term:ty),+) => {
-        /// Names of the terms that are built in.
-        pub const NAMES: &[&str] = &[$(<$term>::NAME),+];
-
-        /// Whether the arbiter always computes the term of that name itself.
-        pub fn is_local(name: &str) -> bool {
-            $((name == <$term>::NAME && <$term>::LOCAL))||+
-        }
-
-        /// What the term of that name reads of a candidate; all, if it is not built in.
-        pub fn columns(name: &str) -> Columns {
-            match name {
-                $(<$term>::NAME => <$term>::COLUMNS,)+
-                _ => Columns::ALL,
-            }
-        }
-
-        /// Does what `visitor` does with the term of that name; `None` if it is not built in.
-        pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
-            match name {
-                $(<$term>::NAME => Some(visitor.visit::<$term>()),)+
-                _ => None,
-            }
-        }
-    };
-}
-
-built_in! {
-    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
 }
 
 /// The evaluator of the term of that name as `profile` wants it; `None` if it is not built in.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Built, BuiltIn, DerivedFields, Task};
+use super::{Built, BuiltIn, DerivedFields, Task, Visitor};
 use crate::collision_risk::RiskParams;
 use crate::evaluation::collision_risk::CollisionRiskEvaluator;
 use crate::evaluation::cpc::{
@@ -60,7 +60,7 @@ impl InformationToGoTermParams {
     }
 }
 
-pub(super) enum InformationToGo {}
+enum InformationToGo {}
 
 impl BuiltIn for InformationToGo {
     const NAME: &'static str = "information-to-go";
@@ -83,7 +83,7 @@ impl BuiltIn for InformationToGo {
     }
 }
 
-pub(super) enum Cpc {}
+enum Cpc {}
 
 impl BuiltIn for Cpc {
     const NAME: &'static str = "cpc";
@@ -111,13 +111,13 @@ impl CpcTermParams {
 }
 
 crate::parameters! {
-    pub(super) struct CpcOccludedTermParams {
+    struct CpcOccludedTermParams {
         prediction: CpcTermParams [table],
         forecast: ForecastParams [table],
     }
 }
 
-pub(super) enum CpcOccluded {}
+enum CpcOccluded {}
 
 impl BuiltIn for CpcOccluded {
     const NAME: &'static str = "cpc-occluded";
@@ -134,7 +134,7 @@ impl BuiltIn for CpcOccluded {
     }
 }
 
-pub(super) enum Uncertainty {}
+enum Uncertainty {}
 
 impl BuiltIn for Uncertainty {
     const NAME: &'static str = "uncertainty";
@@ -152,14 +152,14 @@ impl BuiltIn for Uncertainty {
 }
 
 crate::parameters! {
-    pub(super) struct CollisionRiskTermParams {
+    struct CollisionRiskTermParams {
         risk: RiskParams [table],
         forecast: ForecastParams [table],
         prediction: CpcTermParams [table],
     }
 }
 
-pub(super) enum CollisionRisk {}
+enum CollisionRisk {}
 
 impl BuiltIn for CollisionRisk {
     const NAME: &'static str = "collision-risk";
@@ -178,7 +178,7 @@ impl BuiltIn for CollisionRisk {
     }
 }
 
-pub(super) enum HumanSpace {}
+enum HumanSpace {}
 
 impl BuiltIn for HumanSpace {
     const NAME: &'static str = "human-space";
@@ -195,7 +195,7 @@ impl BuiltIn for HumanSpace {
     }
 }
 
-pub(super) enum Doppler {}
+enum Doppler {}
 
 impl BuiltIn for Doppler {
     const NAME: &'static str = "doppler";
@@ -211,7 +211,7 @@ impl BuiltIn for Doppler {
     }
 }
 
-pub(super) enum Cnc {}
+enum Cnc {}
 
 impl BuiltIn for Cnc {
     const NAME: &'static str = "cnc";
@@ -228,12 +228,12 @@ impl BuiltIn for Cnc {
 }
 
 crate::parameters! {
-    pub(super) struct DistanceTermParams {
+    struct DistanceTermParams {
         measure: DistanceMeasure [words],
     }
 }
 
-pub(super) enum Distance {}
+enum Distance {}
 
 impl BuiltIn for Distance {
     const NAME: &'static str = "distance";
@@ -258,7 +258,7 @@ impl BuiltIn for Distance {
 /// There are none.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct OrderTermParams {}
+struct OrderTermParams {}
 
 impl Ranged for OrderTermParams {
     const FIELDS: &'static [Field] = &[];
@@ -268,7 +268,7 @@ impl Ranged for OrderTermParams {
     }
 }
 
-pub(super) enum Order {}
+enum Order {}
 
 impl BuiltIn for Order {
     const NAME: &'static str = "order";
@@ -286,13 +286,13 @@ impl BuiltIn for Order {
 }
 
 crate::parameters! {
-    pub(super) struct RiskTermParams {
+    struct RiskTermParams {
         risk: RiskParams [table],
         forecast: ForecastParams [table],
     }
 }
 
-pub(super) enum Risk {}
+enum Risk {}
 
 impl BuiltIn for Risk {
     const NAME: &'static str = "risk";
@@ -313,4 +313,36 @@ impl BuiltIn for Risk {
             params: params.risk,
         }))
     }
+}
+
+macro_rules! built_in {
+    ($($term:ty),+) => {
+        /// Names of the terms that are built in.
+        pub const NAMES: &[&str] = &[$(<$term>::NAME),+];
+
+        /// Whether the arbiter always computes the term of that name itself.
+        pub fn is_local(name: &str) -> bool {
+            $((name == <$term>::NAME && <$term>::LOCAL))||+
+        }
+
+        /// What the term of that name reads of a candidate; all, if it is not built in.
+        pub fn columns(name: &str) -> Columns {
+            match name {
+                $(<$term>::NAME => <$term>::COLUMNS,)+
+                _ => Columns::ALL,
+            }
+        }
+
+        /// Does what `visitor` does with the term of that name; `None` if it is not built in.
+        pub fn visit<V: Visitor>(name: &str, visitor: V) -> Option<V::Output> {
+            match name {
+                $(<$term>::NAME => Some(visitor.visit::<$term>()),)+
+                _ => None,
+            }
+        }
+    };
+}
+
+built_in! {
+    Cnc, CollisionRisk, Cpc, CpcOccluded, Distance, Doppler, HumanSpace, InformationToGo, Order, Risk, Uncertainty
 }
