@@ -43,9 +43,7 @@ def program() -> Path:
     """The built `curionav`; skips the test if there is none."""
     path = Path(os.environ.get("CURIONAV_BIN", ROOT / "target" / "release" / "curionav"))
     if not path.is_file():
-        pytest.skip(
-            f"no program at {path}: build it with `cargo build --release` or set CURIONAV_BIN"
-        )
+        pytest.skip(f"no program at {path}: build it with `cargo build --release` or set CURIONAV_BIN")
     return path
 
 
