@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from live import ROOT, program
+from contract import ROOT
+from live import program
 
 CLAIM = '[[claim]]\nplanner = "curiosity"\nkind = "bound"\nmeasure = "{}"\nat_{} = 1.0\n'
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -204,7 +205,7 @@ def _uneven_means(places: Clusters, seed: int) -> Floats:
 
 
 def _resampled(places: Clusters, sizes: Sequence[Sequence[int]], draws: Floats) -> Floats:
-    visits = _visits(sizes, draws.tolist())
+    visits = _visits(sizes, draws.data)
     means = np.empty(len(visits.scene))
     flat = [values for scenes in places for values in scenes]
     for scene, values in enumerate(flat):
@@ -231,7 +232,7 @@ class _Visits:
     place: NDArray[np.intp]
 
 
-def _visits(sizes: Sequence[Sequence[int]], draws: list[float]) -> _Visits:
+def _visits(sizes: Sequence[Sequence[int]], draws: memoryview) -> _Visits:
     """The scenes that the resamples draw, where each has so many values."""
     firsts = np.cumsum([0, *map(len, sizes)]).tolist()
     scenes: list[int] = []
@@ -267,7 +268,7 @@ def uniforms(seed: int, count: int) -> Floats:
     It is PCG64 (O'Neill 2014) without an increment.
     """
     generator = np.random.PCG64(0)
-    state = {"state": _start(seed), "inc": 0}
+    state: Any = {"state": _start(seed), "inc": 0}
     generator.state = {"bit_generator": "PCG64", "state": state, "has_uint32": 0, "uinteger": 0}
     return np.random.Generator(generator).random(count)
 
