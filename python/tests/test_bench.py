@@ -37,4 +37,4 @@ def test_a_bench_ends_with_a_report_and_the_verdicts_of_its_claims(tmp_path: Pat
         begins = [sum(line.startswith(word) for line in done.stdout.splitlines()) for word in ("holds: ", "does not h")]
         assert begins == verdicts
     report = (tmp_path / "bench" / "report.html").read_text()
-    assert report.endswith("</html>\n") and 'class="strong"' in report and 'class="track"' in report
+    assert report.endswith("</html>\n") and 'class="w c0"' in report and 'class="track"' in report

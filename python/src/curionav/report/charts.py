@@ -73,10 +73,22 @@ def outline(points: F64, tolerance: float = 0.0) -> str:
     return f"M{whole[0][0]} {whole[0][1]}l{numbers or '0 0'}"
 
 
-def text(x: float, y: float, words: str, anchor: str = "", kind: str = "s") -> str:
+def text(x: float, y: float, words: str, kind: str = "") -> str:
     """Words in a picture; they need no escapes."""
-    ending = f' text-anchor="{anchor}"' if anchor else ""
-    return f'<text class="{kind}" x="{x:.0f}" y="{y:.0f}"{ending}>{words}</text>'
+    named = f' class="{kind}"' if kind else ""
+    return f'<text{named} x="{x:.0f}" y="{y:.0f}">{words}</text>'
+
+
+def grid(across: Sequence[tuple[float, str]], up: Sequence[tuple[float, str]], width: float, height: float) -> str:
+    """Lines at these places, px, with what stands below and left of them, and a frame around."""
+    lines = "".join(f"M{x:.0f} 0v{height:.0f}" for x, _ in across) + "".join(f"M0 {y:.0f}h{width:.0f}" for y, _ in up)
+    below = "".join(text(x, height + 15, words) for x, words in across)
+    left = "".join(text(-6, y + 3, words) for y, words in up)
+    frame = f"M0 0h{width:.0f}v{height:.0f}h-{width:.0f}z"
+    return (
+        f'<path class="grid" d="{lines}"/><path class="frame" d="{frame}"/>'
+        f'<g class="below">{below}</g><g class="left">{left}</g>'
+    )
 
 
 @dataclass(frozen=True)
@@ -87,13 +99,11 @@ class Scale:
     high: float
     is_logarithmic: bool = False
 
-    def share(self, values: F64) -> F64:
-        """Where values are between the lower edge (0) and the upper one (1)."""
+    def share(self, value: float) -> float:
+        """Where a value is between the lower edge (0) and the upper one (1)."""
         if self.is_logarithmic:
-            logarithmic: F64 = np.log(values / self.low) / math.log(self.high / self.low)
-            return logarithmic
-        linear: F64 = (values - self.low) / (self.high - self.low)
-        return linear
+            return math.log(value / self.low) / math.log(self.high / self.low)
+        return (value - self.low) / (self.high - self.low)
 
     def steps(self) -> list[float]:
         """The values beside which a number stands."""
@@ -107,11 +117,10 @@ class Scale:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points (place across, value) and how they are drawn."""
+    """Points (place across, value) of a planner, which is named by its place."""
 
-    colour: str
+    planner: int
     points: F64
-    width: float
 
 
 @dataclass(frozen=True)
@@ -129,26 +138,18 @@ class Chart:
         """The chart within so many pixels; the first curve is on top."""
         wide = width - LEFT
         high = height - TOP - BOTTOM
-        parts = [text(0, -7, self.title, kind="b")]
-        grid = ""
-        for value in self.scale.steps():
-            y = high * (1.0 - float(self.scale.share(np.array(value))))
-            grid += f"M0 {y:.0f}h{wide:.0f}"
-            parts.append(text(-6, y + 3, label(value), "end"))
-        for value in steps(0.0, self.across, 10):
-            x = wide * value / self.across
-            grid += f"M{x:.0f} 0v{high:.0f}"
-            parts.append(text(x, high + 15, f"{label(value)} {self.unit}".rstrip(), "middle"))
-        parts.append(f'<path class="grid" d="{grid}"/>')
+        up = [(high * (1.0 - self.scale.share(value)), label(value)) for value in self.scale.steps()]
+        moments = steps(0.0, self.across, 10)
+        across = [(wide * value / self.across, f"{label(value)} {self.unit}".rstrip()) for value in moments]
+        parts = [text(0, -7, self.title, "title"), grid(across, up, wide, high)]
         for value, name in self.levels.items():
-            y = high * (1.0 - float(self.scale.share(np.array(value))))
-            parts.append(f'<path class="level" d="M0 {y:.0f}h{wide:.0f}"/>{text(wide - 4, y - 4, name, "end")}')
+            y = high * (1.0 - self.scale.share(value))
+            parts.append(f'<path class="level" d="M0 {y:.0f}h{wide:.0f}"/>{text(wide - 4, y - 4, name, "name")}')
         for curve in reversed(self.curves):
-            across = wide * curve.points[:, 0] / self.across
-            up = high * (1.0 - self.scale.share(curve.points[:, 1]))
-            drawn = outline(np.column_stack([across, up]), tolerance)
-            parts.append(f'<path stroke="{curve.colour}" stroke-width="{curve.width}" d="{drawn}"/>')
-        parts.append(f'<path class="frame" d="M0 0h{wide:.0f}v{high:.0f}h-{wide:.0f}z"/>')
+            x = wide * curve.points[:, 0] / self.across
+            ys = [high * (1.0 - self.scale.share(value)) for value in curve.points[:, 1].tolist()]
+            drawn = outline(np.column_stack([x, ys]), tolerance)
+            parts.append(f'<path class="v c{curve.planner}" d="{drawn}"/>')
         return f'<g transform="translate({LEFT} {TOP})">{"".join(parts)}</g>'
 
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from ..array import F64
 from ..messages import Trace
-from .charts import LEFT, Chart, Curve, Scale, map_image, outline, steps, text
-from .charts import label as number
+from .charts import LEFT, Chart, Curve, Scale, grid, label, map_image, outline, steps
 
 MAP_WIDTH = 616.0
 MAP_HEIGHT = 758.0
@@ -25,7 +24,7 @@ WHOLE_UP_TO = 4.0
 """A map is shown whole while it has at most this many times the area of the part that matters."""
 LEAST_UNCERTAINTY = 1e-4
 """The smallest uncertainty that a logarithmic axis tells apart, m2 + rad2."""
-TOLERANCES = (1.0, 2.0, 4.0, 8.0)
+TOLERANCES = (1.0, 2.0, 4.0, 8.0, 16.0)
 """How far a drawn line may be from the true one, px: the first with which a picture is small enough."""
 ROWS = 5
 """Rows of a trace over which a velocity is taken."""
@@ -57,9 +56,8 @@ def colour(planner: str, index: int) -> str:
 
 @dataclass(frozen=True)
 class Course:
-    """What one planner did: its colour, the ways of all runs, m, and of the run with the first seed way and trace."""
+    """What one planner did: the ways of all runs, m, and of the run with the first seed way and trace."""
 
-    colour: str
     ways: list[F64]
     first: F64 | None
     trace: Trace | None
@@ -152,33 +150,25 @@ def _floor(picture: dict[str, Any], view: View) -> str:
 
 
 def _axes(view: View) -> str:
-    apart = 70.0 / view.scale
     right = view.left + view.width / view.scale
     bottom = view.top - view.height / view.scale
-    grid = ""
-    numbers = ""
-    for x in steps(view.left, right, max(int((right - view.left) / apart), 1)):
-        at = view.at(np.array([x, view.top]))[0]
-        grid += f"M{at:.0f} 0v{view.height:.0f}"
-        numbers += text(at, view.height + 15, number(x), "middle")
-    for y in steps(bottom, view.top, max(int((view.top - bottom) / apart), 1)):
-        at = view.at(np.array([view.left, y]))[1]
-        grid += f"M0 {at:.0f}h{view.width:.0f}"
-        numbers += text(-6, at + 3, number(y), "end")
-    frame = f"M0 0h{view.width:.0f}v{view.height:.0f}h-{view.width:.0f}z"
-    return f'<path class="grid" d="{grid}"/><path class="frame" d="{frame}"/>{numbers}'
+    apart = 70.0
+    xs = steps(view.left, right, max(int(view.width / apart), 1))
+    ys = steps(bottom, view.top, max(int(view.height / apart), 1))
+    across = [(view.scale * (x - view.left), label(x)) for x in xs]
+    up = [(view.scale * (view.top - y), label(y)) for y in ys]
+    return grid(across, up, view.width, view.height)
 
 
 def _ways(courses: Sequence[Course], view: View, tolerance: float) -> str:
     """Those of the first planner on top; the runs with the first seed strong."""
     faint = ""
     strong = ""
-    for course in reversed(courses):
+    for planner, course in reversed(list(enumerate(courses))):
         drawn = "".join(outline(view.at(way), tolerance) for way in course.ways)
-        faint += f'<path class="faint" stroke="{course.colour}" d="{drawn}"/>'
+        faint += f'<path class="f c{planner}" d="{drawn}"/>'
         if course.first is not None:
-            way = outline(view.at(course.first), tolerance)
-            strong += f'<path class="halo" d="{way}"/><path class="strong" stroke="{course.colour}" d="{way}"/>'
+            strong += f'<path class="w c{planner}" d="{outline(view.at(course.first), tolerance)}"/>'
     return faint + strong
 
 
@@ -224,16 +214,16 @@ def _column(trace: Trace, name: str) -> F64:
 
 
 def _over_time(scenario: dict[str, Any], courses: Sequence[Course], height: float, tolerance: float) -> str:
-    shown = [(course.colour, course.trace) for course in courses if course.trace is not None and course.trace.rows]
     uncertainty = []
     speed = []
     end = 1.0
-    for index, (own, trace) in enumerate(shown):
-        width = 1.4 if index else 2.2
-        time = _column(trace, "time_s")
-        traced = sum(_column(trace, name) for name in ("cov_xx", "cov_yy", "cov_hh"))
-        uncertainty.append(Curve(own, np.column_stack([time, np.maximum(traced, LEAST_UNCERTAINTY)]), width))
-        speed.append(Curve(own, np.column_stack([time, _column(trace, "v")]), width))
+    for planner, course in enumerate(courses):
+        if course.trace is None or not course.trace.rows:
+            continue
+        time = _column(course.trace, "time_s")
+        traced = sum(_column(course.trace, name) for name in ("cov_xx", "cov_yy", "cov_hh"))
+        uncertainty.append(Curve(planner, np.column_stack([time, np.maximum(traced, LEAST_UNCERTAINTY)])))
+        speed.append(Curve(planner, np.column_stack([time, _column(course.trace, "v")])))
         end = max(end, float(time[-1]))
     threshold = scenario["threshold"]
     least, most = _range(uncertainty, threshold, threshold)

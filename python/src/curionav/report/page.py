@@ -48,7 +48,7 @@ KINDS_ABREAST = 10
 """Kinds of scenes that fit the page beside each other."""
 PLANNERS_ABREAST = 6
 """Planners that do so in a table with several measures of each."""
-FIGURES_BYTES = 1_500_000
+FIGURES_BYTES = 1_700_000
 """All pictures together have about so many at most."""
 FIGURE_BYTES = 40_000
 TABLES = (
@@ -257,14 +257,11 @@ class Page:
 
     def density_curves(self, densities: Densities) -> str:
         """Success over density as a picture."""
-        curves = [
-            Curve(self.colour(p), np.column_stack([densities.levels, densities.shares(p)]), 1.7 if p else 3.0)
-            for p in self.planners
-        ]
+        curves = [Curve(p, np.column_stack([densities.levels, densities.shares(p)])) for p in self.planners]
         title = "Share of runs that reached the goal without collision, over people per m²"
         chart = Chart(title, Scale(0.0, 1.04), densities.levels[-1], curves, levels={0.5: "half"})
         drawn = chart.draw(760, 330, 0.0)
-        return f'<svg class="comparison" viewBox="0 0 772 330" style="max-width:760px">{drawn}</svg>'
+        return f'<svg class="comparison density" viewBox="0 0 772 330">{drawn}</svg>'
 
     def level(self, value: float) -> str:
         """A number as it is written, such as a density."""
@@ -387,7 +384,6 @@ class Page:
             first = [np.array(row["way"]) for row in runs if row["seed"] == self.bench.seeds[0]]
             courses.append(
                 figures.Course(
-                    self.colour(p),
                     [np.array(row["way"]) for row in runs if row["way"]],
                     first[0] if first else None,
                     getattr(self.bench.trace(scenario, p), "trace", None),
