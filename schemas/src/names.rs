@@ -15,8 +15,8 @@ pub struct KeyError {
 /// # Errors
 /// It is empty, longer than [`MAX_ID`], or has a character other than `a-z`, `0-9`, `_` and `-`.
 pub fn check_id(name: &str) -> Result<(), KeyError> {
-    let allowed = |byte: u8| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-');
-    if (1..=MAX_ID).contains(&name.len()) && name.bytes().all(allowed) {
+    let is_plain = name.bytes().all(|byte| matches!(byte, b'a'..=b'z' | b'0'..=b'9' | b'_' | b'-'));
+    if (1..=MAX_ID).contains(&name.len()) && is_plain {
         return Ok(());
     }
     Err(KeyError { name: name.chars().take(MAX_ID).collect() })

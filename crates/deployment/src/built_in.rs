@@ -40,15 +40,16 @@ pub(crate) fn hint() -> String {
 /// # Errors
 /// If a file cannot be written.
 pub fn write_all(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let write = |built_in: &BuiltIn| {
+    let mut written = Vec::new();
+    for built_in in ALL {
         let file = folder.join(built_in.name).with_extension("toml");
         let map = folder.join("maps").join(built_in.name);
         files::write(&map.with_extension("yaml"), built_in.yaml)?;
         files::write(&map.with_extension("pgm"), built_in.image)?;
         files::write(&file, built_in.scenario)?;
-        Ok(file)
-    };
-    ALL.iter().map(write).collect()
+        written.push(file);
+    }
+    Ok(written)
 }
 
 #[cfg(test)]

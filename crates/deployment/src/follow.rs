@@ -1,5 +1,6 @@
 //! A scenario played by services that run already: it is injected and followed to its end.
 
+use std::fmt::Display;
 use std::time::Duration;
 
 use curionav_runtime::config::ServiceConfig;
@@ -44,9 +45,8 @@ pub async fn follow(
     package: &Package,
     keep_reports: bool,
 ) -> Result<Finished, Exit> {
-    let key = |channel| keys::world(&config.world, channel).map_err(Exit::bad_input);
-    let run_key = key("run")?;
-    let scenario_key = key("scenario")?;
+    let run_key = keys::world(&config.world, "run").map_err(Exit::bad_input)?;
+    let scenario_key = keys::world(&config.world, "scenario").map_err(Exit::bad_input)?;
     let news = Inbox::<RunStatus>::new(session, &run_key).map_err(Exit::network)?;
     let report_key = keys::robot(&config.robot, "report").map_err(Exit::bad_input)?;
     let reports = keep_reports.then(|| Inbox::<CycleReport>::new(session, &report_key));
@@ -104,22 +104,28 @@ async fn next_status(
     news: &Inbox<RunStatus>,
     run: u64,
 ) -> Result<RunStatus, Exit> {
-    let lost = |reason: String| Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"));
     let mut attempts = 0;
     let mut deadline = Instant::now() + NEWS_TIMEOUT;
     loop {
         match timeout_at(deadline, news.next()).await {
             Ok(Some(status)) if status.run == run => return Ok(status),
             Ok(Some(_)) => {}
-            Ok(None) => return Err(lost("the session is closed".into())),
+            Ok(None) => return Err(lost("the session is closed")),
             Err(_) => match fetch::<RunStatus>(session, key, STATUS_TIMEOUT).await {
                 Ok(status) if status.run == run => return Ok(status),
-                Ok(_) => return Err(lost("it was started anew".into())),
-                Err(error) if attempts == STATUS_ATTEMPTS => return Err(lost(error.to_string())),
-                Err(_) => (attempts, deadline) = (attempts + 1, Instant::now() + NEWS_TIMEOUT),
+                Ok(_) => return Err(lost("it was started anew")),
+                Err(error) if attempts == STATUS_ATTEMPTS => return Err(lost(error)),
+                Err(_) => {
+                    attempts += 1;
+                    deadline = Instant::now() + NEWS_TIMEOUT;
+                }
             },
         }
     }
+}
+
+fn lost(reason: impl Display) -> Exit {
+    Exit::network(anyhow::anyhow!("the simulator is lost: {reason}"))
 }
 
 /// A bar on standard error, `template` as of indicatif. It hides by itself where there is no terminal.

@@ -71,14 +71,18 @@ fn poses_in_frame(poses: impl Iterator<Item = [f64; 3]>, time: u64) -> PosesInFr
 pub(super) fn scan(robot: &str, scan: &wire::Scan, time: u64) -> LaserScan {
     let last = scan.ranges.len().saturating_sub(1) as f64;
     let wire::Pose { x, y, heading } = scan.laser;
-    let detected = |range: f64| if range < scan.range_max { range } else { f64::INFINITY };
     LaserScan {
         timestamp: timestamp(time),
         frame_id: robot.into(),
         pose: pose(x, y, 0.0, heading),
         start_angle: scan.angle_min,
         end_angle: scan.angle_min + last * scan.angle_increment,
-        ranges: scan.ranges.iter().map(|range| f64::from(*range)).map(detected).collect(),
+        ranges: scan
+            .ranges
+            .iter()
+            .map(|range| f64::from(*range))
+            .map(|range| if range < scan.range_max { range } else { f64::INFINITY })
+            .collect(),
         intensities: Vec::new(),
     }
 }

@@ -40,7 +40,7 @@ pub enum Item {
     Scan(String, Box<Scan>),
     /// How far that robot has driven.
     Odometry(String, Odometry),
-    /// Where it believed to be.
+    /// Where it believed it was.
     Belief(String, Box<Belief>),
     /// How a simulated run stands.
     Run(Box<RunStatus>),

@@ -39,9 +39,9 @@ impl Timeline {
         let part = Some((mission.run, mission.has_run));
         if self.part != part {
             let is_let_go = self.part == Some((mission.run, false));
-            let moment = nanoseconds(RESTART);
-            let has_begun = |(start, newest): &(u64, f64)| *newest < RESTART && start + moment > now;
-            self.anchor = self.anchor.filter(|anchor| is_let_go && has_begun(anchor));
+            self.anchor = self.anchor.filter(|(start, newest)| {
+                is_let_go && *newest < RESTART && start + nanoseconds(RESTART) > now
+            });
             self.part = part;
         }
     }

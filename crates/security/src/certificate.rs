@@ -52,8 +52,7 @@ pub(crate) fn signed(
     lifetime: Duration,
     key: Option<&str>,
 ) -> Result<Made, String> {
-    let told = |error: rcgen::Error| error.to_string();
-    let key = key.map_or_else(KeyPair::generate, KeyPair::from_pem).map_err(told)?;
+    let key = key.map_or_else(KeyPair::generate, KeyPair::from_pem).map_err(|e| e.to_string())?;
     let mut params = params(&name.to_string(), addresses, lifetime)?;
     params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ClientAuth];
@@ -61,9 +60,9 @@ pub(crate) fn signed(
     if name.is_router() {
         params.extended_key_usages.push(ExtendedKeyUsagePurpose::ServerAuth);
     }
-    let signer = KeyPair::from_pem(&authority.key).map_err(told)?;
-    let issuer = Issuer::from_ca_cert_pem(&authority.certificate, signer).map_err(told)?;
-    let certificate = params.signed_by(&key, &issuer).map_err(told)?;
+    let signer = KeyPair::from_pem(&authority.key).map_err(|e| e.to_string())?;
+    let issuer = Issuer::from_ca_cert_pem(&authority.certificate, signer).map_err(|e| e.to_string())?;
+    let certificate = params.signed_by(&key, &issuer).map_err(|e| e.to_string())?;
     Ok(Made { certificate: certificate.pem(), key: key.serialize_pem() })
 }
 

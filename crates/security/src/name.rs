@@ -29,15 +29,18 @@ pub struct NameError {
     examples: &'static str,
 }
 
+fn fault(role: &str, names: &[&str], reason: String) -> NameError {
+    let text = std::iter::once(role).chain(names.iter().copied()).collect::<Vec<_>>().join(".");
+    NameError { text, reason, examples: EXAMPLES }
+}
+
 const EXAMPLES: &str = "driver.ROBOT, cpc.INSTANCE, operator, viewer";
 
 impl Name {
     /// The name of a program of `role` for these `names`, in the order of the table: robot, world, instance.
     pub fn new(role: &str, names: &[&str]) -> Result<Self, NameError> {
-        let text = || std::iter::once(role).chain(names.iter().copied()).collect::<Vec<_>>().join(".");
-        let fault = |reason: String| NameError { text: text(), reason, examples: EXAMPLES };
         for part in std::iter::once(&role).chain(names) {
-            check_id(part).map_err(|error| fault(error.to_string()))?;
+            check_id(part).map_err(|error| fault(role, names, error.to_string()))?;
         }
         let mut rows = TABLE.iter().filter(|row| row.role == role).peekable();
         let rows: Vec<&'static Row> = match rows.peek() {
@@ -55,7 +58,7 @@ impl Name {
             }
         }
         let wanted: Vec<String> = rows.iter().map(|row| pattern(role, row)).collect();
-        Err(fault(format!("give {}", wanted.join(" or "))))
+        Err(fault(role, names, format!("give {}", wanted.join(" or "))))
     }
 
     /// The name of the service `role` of this robot, world and instance, as far as its row has them.

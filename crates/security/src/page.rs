@@ -1,7 +1,5 @@
 //! The table as a part of `docs/security.md`.
 
-use std::fmt::Write;
-
 use crate::name::pattern;
 use crate::table::{OF_SERVICES, Right, Space, TABLE, Verb};
 
@@ -13,25 +11,25 @@ pub const END: &str = "<!-- end of rights -->\n";
 /// The whole table in Markdown.
 pub fn rights() -> String {
     let mut text = String::from("| certificate | is for | may | keys |\n|---|---|---|---|\n");
-    let mut add = |name: String, about: &str, rights: &[Right]| {
-        let mut name = name;
-        let mut about = about;
-        for &verb in Verb::ALL {
-            let keys: Vec<String> =
-                rights.iter().filter(|right| right.verb == verb).flat_map(in_words).collect();
-            if !keys.is_empty() {
-                // Writing to a string cannot fail.
-                let _ = writeln!(text, "| {name} | {about} | {} | {} |", verb.word(), keys.join(", "));
-                name = String::new();
-                about = "";
-            }
-        }
-    };
     for row in TABLE {
-        add(format!("`{}`", pattern(&row.role.replace("{term}", "TERM"), row)), row.about, row.rights);
+        let name = format!("`{}`", pattern(&row.role.replace("{term}", "TERM"), row));
+        text += &lines(&name, row.about, row.rights);
     }
-    add("all services".into(), "what their own names say", OF_SERVICES);
-    text
+    text + &lines("all services", "what their own names say", OF_SERVICES)
+}
+
+/// A line for each verb; name and purpose stand in the first one.
+fn lines(name: &str, about: &str, rights: &[Right]) -> String {
+    let mut lines = String::new();
+    for verb in Verb::ALL {
+        let keys: Vec<String> =
+            rights.iter().filter(|right| right.verb == *verb).flat_map(in_words).collect();
+        if !keys.is_empty() {
+            let (name, about) = if lines.is_empty() { (name, about) } else { ("", "") };
+            lines += &format!("| {name} | {about} | {} | {} |\n", verb.word(), keys.join(", "));
+        }
+    }
+    lines
 }
 
 fn in_words(right: &Right) -> Vec<String> {

@@ -167,10 +167,10 @@ impl Rules {
 
     /// Also allows to programs that come through a unix socket what those of `robot` may that have a certificate.
     pub fn with_socket(mut self, robot: &str) -> Self {
-        let is_of_robot = |id: &String| {
-            id.parse::<Name>().is_ok_and(|name| !name.is_router() && name.robot() == Some(robot))
-        };
-        let policies = self.policies.iter().filter(|policy| policy.subjects.iter().any(is_of_robot));
+        let policies = self.policies.iter().filter(|policy| {
+            let mut names = policy.subjects.iter().filter_map(|id| id.parse::<Name>().ok());
+            names.any(|name| !name.is_router() && name.robot() == Some(robot))
+        });
         let rules: Vec<String> = policies.flat_map(|policy| policy.rules.clone()).collect();
         // Zenoh takes no policy without rules.
         if !rules.is_empty() {

@@ -53,29 +53,40 @@ pub fn command(inputs: &Inputs<'_>) -> Command {
         .unwrap_or_else(|reason| Command { twist: braking(moving, inputs.stopping, inputs.period), reason })
 }
 
+/// Fails with the first reason if something is older than `most` seconds, and with the second if it is of a time to
+/// come.
+fn is_current(
+    age: f64,
+    most: f64,
+    [too_old, of_another_run]: [CommandReason; 2],
+) -> Result<(), CommandReason> {
+    match age {
+        age if age > most => Err(too_old),
+        age if age < -FUTURE_MAX => Err(of_another_run),
+        _ => Ok(()),
+    }
+}
+
 /// The command that tracks the decision, or the reason to stop instead.
 fn tracked(inputs: &Inputs<'_>, moving: Twist) -> Result<Command, CommandReason> {
     let Inputs { odometry, robot, stopping, ages, period, .. } = *inputs;
-    let age = |stamp: f64, most: f64, too_old, of_another_run| match odometry.stamp - stamp {
-        age if age > most => Err(too_old),
-        age if age < -FUTURE_MAX => Err(of_another_run),
-        age => Ok(age),
-    };
+    let now = odometry.stamp;
     let decision = inputs.decision.ok_or(CommandReason::NoDecision)?;
     if decision.action == Action::Stop {
         return Err(if decision.arrived { CommandReason::Arrived } else { CommandReason::ToldToStop });
     }
-    let decision_age = age(
-        decision.stamp,
+    let decision_age = now - decision.stamp;
+    is_current(
+        decision_age,
         decision.valid_for_s.min(ages.decision),
-        CommandReason::DecisionExpired,
-        CommandReason::DecisionOfAnotherRun,
+        [CommandReason::DecisionExpired, CommandReason::DecisionOfAnotherRun],
     )?;
     let (belief, at_belief) = inputs.belief.ok_or(CommandReason::NoBelief)?;
     let made_from = inputs.made_from.ok_or(CommandReason::DecisionBeliefUnknown)?;
-    age(belief.stamp, ages.belief, CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun)?;
+    let stop = [CommandReason::BeliefTooOld, CommandReason::BeliefOfAnotherRun];
+    is_current(now - belief.stamp, ages.belief, stop)?;
     let (scan, at_scan) = inputs.scan.ok_or(CommandReason::NoScan)?;
-    age(scan.stamp, ages.scan, CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun)?;
+    is_current(now - scan.stamp, ages.scan, [CommandReason::ScanTooOld, CommandReason::ScanOfAnotherRun])?;
     let reference = convert::trajectory(decision, made_from).map_err(|_| CommandReason::DecisionInvalid)?;
     // The believed pose moved on by what odometry has measured since.
     let pose = Pose2::new(belief.x, belief.y, belief.heading)

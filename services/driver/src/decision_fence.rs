@@ -27,8 +27,8 @@ pub struct DecisionFence {
 impl DecisionFence {
     /// Takes a decision if it is newer than every one before.
     pub fn admit(&mut self, decision: Decision) -> Admission {
-        let order = |d: &Decision| (d.epoch, d.seq);
-        if self.newest.as_ref().is_some_and(|newest| order(&decision) <= order(newest)) {
+        let newest = self.newest.as_ref();
+        if newest.is_some_and(|newest| (decision.epoch, decision.seq) <= (newest.epoch, newest.seq)) {
             return Admission::Older;
         }
         let reach = self.newest.as_ref().map_or(MAX_FIRST_EPOCH, |d| d.epoch.saturating_add(MAX_EPOCH_STEP));

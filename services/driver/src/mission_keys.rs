@@ -46,18 +46,15 @@ impl MissionKeys {
         let newest = changed.subscribe();
         // A publication may wait for a slow network: on a thread of its own, where it holds up neither a change nor a
         // tick. It takes the newest mission each time, so no older one follows a newer one.
-        let publishing = move || {
+        let thread = std::thread::Builder::new().name("mission".into()).spawn(move || {
             while !matches!(woken.recv_timeout(MISSION_REPEATED), Err(RecvTimeoutError::Disconnected)) {
                 let mission = newest.borrow().clone();
                 if let Some(mission) = mission {
                     published.publish(&*mission, mission.order.clock);
                 }
             }
-        };
-        std::thread::Builder::new()
-            .name("mission".into())
-            .spawn(publishing)
-            .context("the mission's thread")?;
+        });
+        thread.context("the mission's thread")?;
         Ok(Self { current: Mutex::new(CurrentMission::new(base, first_run())), changed, publish })
     }
 

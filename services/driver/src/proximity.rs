@@ -25,17 +25,15 @@ pub fn guard(command: Twist, scan: &Scan, scan_from_robot: Pose2, robot: &RobotM
     let mut pose = Pose2::default();
     let mut twist = command;
     let mut time = 0.0;
-    let hits = |pose: Pose2| {
-        points.iter().any(|p| {
-            let now = pose.position().distance(*p);
-            // What is already inside the margin may be left, not approached.
-            now < reach && now < p.distance(Point2::default()) - 1e-3
-        })
-    };
     // It ends: the range of `a_max` leaves out 0.
     loop {
         pose = step(pose, twist, STEP);
-        if hits(pose) {
+        let hits = points.iter().any(|p| {
+            let now = pose.position().distance(*p);
+            // What is already inside the margin may be left, not approached.
+            now < reach && now < p.distance(Point2::default()) - 1e-3
+        });
+        if hits {
             return Twist { v: 0.0, omega: command.omega };
         }
         time += STEP;

@@ -142,11 +142,9 @@ impl Driver {
         self.publish(&mission, &odometry.clone(), Twist::default(), CommandReason::NoOdometry);
     }
 
-    async fn tick(&mut self, mut odometry: Odometry) {
-        let Some(mission) = self.mission() else { return };
-        let arrived = Instant::now();
+    /// Takes in what belongs to a tick; gives its odometry, or in real time the newest.
+    async fn take_in(&mut self, mission: &Mission, mut odometry: Odometry) -> Odometry {
         let clock = mission.order.clock;
-        let period = mission.order.tick_s;
         self.measured(&odometry);
         if clock == Clock::Realtime {
             for newer in self.odometry.drain() {
@@ -170,6 +168,16 @@ impl Driver {
             let decision = self.decisions.of_tick(plan_tick, clock).await.cloned();
             decision.into_iter().for_each(|decision| self.admit(decision));
         }
+        odometry
+    }
+
+    async fn tick(&mut self, odometry: Odometry) {
+        let Some(mission) = self.mission() else { return };
+        let arrived = Instant::now();
+        let clock = mission.order.clock;
+        let period = mission.order.tick_s;
+        let odometry = self.take_in(&mission, odometry).await;
+        let tick = odometry.tick;
         let scan = self.scans.of_tick(tick, clock).await.cloned();
         let robot = convert::robot_model(&mission.order.robot_model);
         let stopping = self.base.stopping(&robot);

@@ -77,17 +77,24 @@ pub fn run(start: Start<'_>) -> Running<'_> {
 
 /// What the newest belief says of itself.
 fn register_health(metrics: &mut Metrics, newest: &Arc<Mutex<Option<Belief>>>) {
-    let mut gauge = |name, help, number: fn(&Belief) -> f64| {
-        let newest = Arc::clone(newest);
-        let read = move || locked(&newest).as_ref().map(number);
-        metrics.gauge(name, help, read);
-    };
     let help = "Trace of the position's covariance, square metres";
-    gauge("belief_trace_m2", help, |b| b.covariance[0] + b.covariance[4]);
-    gauge("belief_scan_fit", "How well the scan fits the map at the mean, 0 to 1", |b| b.health.scan_fit);
+    register(metrics, newest, "belief_trace_m2", help, |b| b.covariance[0] + b.covariance[4]);
+    let help = "How well the scan fits the map at the mean, 0 to 1";
+    register(metrics, newest, "belief_scan_fit", help, |b| b.health.scan_fit);
     let help = "Weight of the particles outside the heaviest cluster, 0 to 1";
-    gauge("belief_outside_weight", help, |b| b.health.outside_weight);
-    gauge("belief_particles", "Particles in use", |b| f64::from(b.health.particles));
+    register(metrics, newest, "belief_outside_weight", help, |b| b.health.outside_weight);
+    register(metrics, newest, "belief_particles", "Particles in use", |b| f64::from(b.health.particles));
+}
+
+fn register(
+    metrics: &mut Metrics,
+    newest: &Arc<Mutex<Option<Belief>>>,
+    name: &'static str,
+    help: &'static str,
+    number: fn(&Belief) -> f64,
+) {
+    let newest = Arc::clone(newest);
+    metrics.gauge(name, help, move || locked(&newest).as_ref().map(number));
 }
 
 impl MissionFollower for Localization {
@@ -119,16 +126,16 @@ impl MissionFollower for Localization {
         let noise = convert::noise(&order.odometry_noise);
         let start = (convert::pose(order.initial_pose), convert::covariance(&order.initial_covariance));
         let believed = convert::belief(&convert::initial_belief(mission));
-        let starting = move || {
+        let started = tokio::task::spawn_blocking(move || {
             let map = fields.map(id)?;
             let mask = tracked.then(|| Mask::new(Detector::new(Arc::clone(&map), tracker), noise, believed));
             let map = (*map).clone();
-            let start = (start.0, &start.1);
-            let filter = || Localizer::starting_at(map, laser, noise, params, seed, start);
-            let filter = timed("the filter", filter).map_err(|e| Refusal::invalid(e).at("localizer"))?;
-            Ok::<_, Reject>((filter, mask))
-        };
-        let started = tokio::task::spawn_blocking(starting).await;
+            let filter = timed("the filter", || {
+                Localizer::starting_at(map, laser, noise, params, seed, (start.0, &start.1))
+            });
+            Ok::<_, Reject>((filter.map_err(|e| Refusal::invalid(e).at("localizer"))?, mask))
+        });
+        let started = started.await;
         let (filter, mask) = started.map_err(|e| Refusal::failed(e).at("map"))??;
         self.mask = mask;
         self.filter = Some((mission.run, filter));
@@ -156,11 +163,10 @@ impl MissionFollower for Localization {
             self.recent_scans.extend(self.scans.drain());
             let excess = self.recent_scans.len().saturating_sub(SCANS_KEPT);
             self.recent_scans.drain(..excess);
-            let seen = |o: &Odometry| self.recent_scans.iter().any(|s| s.tick == o.tick);
             let mut waiting = vec![odometry];
             waiting.extend(self.odometry.drain());
-            let chosen = waiting.iter().rposition(seen).unwrap_or(waiting.len() - 1);
-            odometry = waiting.swap_remove(chosen);
+            let seen = waiting.iter().rposition(|o| self.recent_scans.iter().any(|scan| scan.tick == o.tick));
+            odometry = waiting.swap_remove(seen.unwrap_or(waiting.len() - 1));
         } else if let Some(scan) = self.scans.of_tick(odometry.tick, clock).await {
             self.recent_scans = vec![scan.clone()];
         }

@@ -11,7 +11,6 @@ pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64)
     people.sort_by(|a, b| a.age.total_cmp(&b.age).then(a.id.cmp(&b.id)));
     people.truncate(MAX_PEOPLE);
     people.sort_by_key(|person| person.id);
-    let entries = |m: &Matrix2<f64>| [m[(0, 0)].max(0.0), 0.5 * (m[(0, 1)] + m[(1, 0)]), m[(1, 1)].max(0.0)];
     People {
         tick: odometry.tick,
         stamp: odometry.stamp,
@@ -26,6 +25,11 @@ pub(crate) fn message(mut people: Vec<Person>, odometry: &Odometry, radius: f64)
         velocity_covariance: Some(people.iter().flat_map(|p| entries(&p.velocity_covariance)).collect()),
         age: Some(people.iter().map(|person| person.age.max(0.0) as f32).collect()),
     }
+}
+
+/// The entries xx, xy and yy of a covariance.
+fn entries(m: &Matrix2<f64>) -> [f64; 3] {
+    [m[(0, 0)].max(0.0), 0.5 * (m[(0, 1)] + m[(1, 0)]), m[(1, 1)].max(0.0)]
 }
 
 #[cfg(test)]

@@ -61,8 +61,8 @@ pub fn run(start: Start<'_>) -> Running<'_> {
         };
         let mut metrics = tracking.service.metrics();
         let count = Arc::clone(&tracking.count);
-        let read = move || Some(count.load(Ordering::Relaxed) as f64);
-        metrics.gauge("tracked_people", "People in the newest message, with those who are hidden now", read);
+        let help = "People in the newest message, with those who are hidden now";
+        metrics.gauge("tracked_people", help, move || Some(count.load(Ordering::Relaxed) as f64));
         let announced = tracking.service.announce(metrics)?;
         on_ready(announced.metrics_address());
         follow(&mut tracking, &missions, shutdown).await

@@ -188,9 +188,8 @@ impl From<DistributionName> for Distribution {
 
 /// Whether a name can be a part of a topic or node: letters, digits and underscores, no digit first.
 fn is_name(part: &str) -> bool {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     part.len() <= 255
-        && part.chars().all(plain)
+        && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         && !part.starts_with(|c: char| c.is_ascii_digit())
         && !part.is_empty()
 }
@@ -289,9 +288,10 @@ impl Ros2Config {
     /// # Errors
     /// Names the field.
     pub fn check_against(&self, limits: &RobotLimits) -> anyhow::Result<()> {
-        let below = |field: &'static str| move |fault: FieldError| anyhow!("{}", fault.below(field));
-        read_table::<LocalizerParams>(&self.mission.localizer).map_err(below("ros2.mission.localizer"))?;
-        read_table::<TrackerParams>(&self.tracker()).map_err(below("ros2.mission.tracker"))?;
+        read_table::<LocalizerParams>(&self.mission.localizer)
+            .map_err(|fault| anyhow!("{}", fault.below("ros2.mission.localizer")))?;
+        read_table::<TrackerParams>(&self.tracker())
+            .map_err(|fault| anyhow!("{}", fault.below("ros2.mission.tracker")))?;
         for (field, seconds) in [("command", self.silence.command), ("odom", self.silence.odom)] {
             ensure!(
                 seconds > limits.tick_s,
@@ -311,29 +311,30 @@ impl Ros2Config {
 }
 
 impl Topics {
+    /// The topic or service of that name which is a part of the action.
+    pub(crate) fn of_action(&self, name: &str) -> String {
+        format!("{}/_action/{name}", self.navigate_to_pose)
+    }
+
     /// All of them with the names of their fields.
     pub fn named(&self) -> Vec<(&'static str, &str)> {
-        let Self { scan, odom, tf, tf_static, map, people, goal_pose, initialpose, .. } = self;
-        let Self {
-            navigate_to_pose, cmd_vel, amcl_pose, plan, candidates, crowd, diagnostics, clock, ..
-        } = self;
         let values = [
-            scan,
-            odom,
-            tf,
-            tf_static,
-            map,
-            people,
-            goal_pose,
-            initialpose,
-            navigate_to_pose,
-            cmd_vel,
-            amcl_pose,
-            plan,
-            candidates,
-            crowd,
-            diagnostics,
-            clock,
+            &self.scan,
+            &self.odom,
+            &self.tf,
+            &self.tf_static,
+            &self.map,
+            &self.people,
+            &self.goal_pose,
+            &self.initialpose,
+            &self.navigate_to_pose,
+            &self.cmd_vel,
+            &self.amcl_pose,
+            &self.plan,
+            &self.candidates,
+            &self.crowd,
+            &self.diagnostics,
+            &self.clock,
         ];
         Self::FIELDS.iter().map(|field| field.name).zip(values.map(String::as_str)).collect()
     }

@@ -119,22 +119,26 @@ pub(crate) fn candidates(report: &CycleReport, header: &ros::Header) -> ros::Mar
 pub(crate) fn crowd(report: &CycleReport, header: &ros::Header) -> ros::MarkerArray {
     let mut markers = fresh(header);
     let people = &report.scene.people;
-    let standing = |x: f64, y: f64, height: f64, width: f64, mut column: ros::Marker| {
-        column.pose.position = ros::Point { x, y, z: 0.5 * height };
-        column.scale = ros::Vector3 { x: width, y: width, z: height };
-        column
-    };
     for (i, (x, y)) in people.x.iter().zip(people.y.iter()).enumerate() {
-        let column = marker(header, "people", i, CYLINDER, ros::ColorRgba { r: 1.0, g: 0.6, b: 0.0, a: 0.8 });
-        markers.push(standing(*x, *y, PERSON_HEIGHT, 2.0 * people.radius, column));
+        let colour = ros::ColorRgba { r: 1.0, g: 0.6, b: 0.0, a: 0.8 };
+        let mut column = marker(header, "people", i, CYLINDER, colour);
+        stand(&mut column, (*x, *y), PERSON_HEIGHT, 2.0 * people.radius);
+        markers.push(column);
     }
     for (i, crowd) in report.crowds.iter().enumerate() {
         let a = (0.2 + 0.6 * crowd.weight).min(0.8) as f32;
-        let disc = marker(header, "crowds", i, CYLINDER, ros::ColorRgba { r: 0.9, g: 0.1, b: 0.1, a });
-        markers.push(standing(crowd.x, crowd.y, LINE_WIDTH, 2.0 * crowd.sigma.sqrt(), disc));
+        let mut disc = marker(header, "crowds", i, CYLINDER, ros::ColorRgba { r: 0.9, g: 0.1, b: 0.1, a });
+        stand(&mut disc, (crowd.x, crowd.y), LINE_WIDTH, 2.0 * crowd.sigma.sqrt());
+        markers.push(disc);
     }
     markers.truncate(MARKERS);
     ros::MarkerArray { markers }
+}
+
+/// Puts a cylinder on the floor, metres.
+fn stand(cylinder: &mut ros::Marker, (x, y): (f64, f64), height: f64, width: f64) {
+    cylinder.pose.position = ros::Point { x, y, z: 0.5 * height };
+    cylinder.scale = ros::Vector3 { x: width, y: width, z: height };
 }
 
 #[cfg(test)]

@@ -163,7 +163,7 @@ impl Gate {
         let watched = Arc::clone(&state);
         let counted = zeros.clone();
         let frame = base.clone();
-        let watching = move || {
+        let thread = std::thread::Builder::new().name("gate".into()).spawn(move || {
             loop {
                 std::thread::sleep(PERIOD);
                 let now = Instant::now();
@@ -176,9 +176,8 @@ impl Gate {
                     counted.inc();
                 }
             }
-        };
-        let thread =
-            std::thread::Builder::new().name("gate".into()).spawn(watching).context("the gate's thread")?;
+        });
+        let thread = thread.context("the gate's thread")?;
         Ok(Self { state, limits: limits.clone(), base, thread: Some(thread), zeros })
     }
 

@@ -93,8 +93,8 @@ impl Gateway {
     pub(crate) fn new(parts: Parts, tick_s: f64) -> Self {
         let now = Instant::now();
         let start = parts.config.mission.initial_pose.as_deref().map(|pose| {
-            let at = |i: usize| pose.get(i).copied().unwrap_or_default();
-            Start::within(Pose2::new(at(0), at(1), at(2)), parts.config.mission.initial_sigma)
+            let [x, y, heading] = [0, 1, 2].map(|i| pose.get(i).copied().unwrap_or_default());
+            Start::within(Pose2::new(x, y, heading), parts.config.mission.initial_sigma)
         });
         Self {
             parts,
@@ -224,7 +224,7 @@ impl Gateway {
         Ok(())
     }
 
-    /// Where a new run begins: where the robot was said to be, or believed to be, and what it has driven since.
+    /// Where a new run begins: where the robot was said or believed to be, and what it has driven since.
     fn starting(&self) -> Result<Start, Fault> {
         let said = self.start.as_ref().map(|(start, then)| (start.clone(), *then));
         let known = said.or_else(|| {
@@ -244,9 +244,10 @@ impl Gateway {
 
     /// Orders a new run; gives the number of the order.
     fn order(&mut self, start: &Start, destination: Destination) -> Result<u64, Fault> {
-        let not_yet = |what: &str| Fault::new(FaultKind::NotYet, format!("no {what} has come"));
-        let map = self.map.ok_or_else(|| not_yet("map"))?;
-        let laser = self.parts.robot_state.laser.as_ref().ok_or_else(|| not_yet("scan that can be used"))?;
+        let map = self.map.ok_or_else(|| Fault::new(FaultKind::NotYet, "no map has come"))?;
+        let laser = self.parts.robot_state.laser.as_ref();
+        let laser =
+            laser.ok_or_else(|| Fault::new(FaultKind::NotYet, "no scan that can be used has come"))?;
         let order = self.parts.orders.order(map, laser, start, destination);
         let order = Box::new(order.map_err(|reject| Fault::unusable(reject.to_string()))?);
         let number = self.parts.driver_client.send(MissionCommand::Set { order });
@@ -350,8 +351,9 @@ impl Gateway {
         let goals = &self.journey.goals;
         let publishers = &self.parts.publishers;
         publishers.status(goals);
-        let ended = |id: &ros::Uuid| goals.get(id).is_none_or(|goal| goal.status.is_end());
-        for (id, asked) in self.results.extract_if(.., |(id, _)| ended(id)) {
+        let ended =
+            self.results.extract_if(.., |(id, _)| goals.get(id).is_none_or(|goal| goal.status.is_end()));
+        for (id, asked) in ended {
             publishers.result(goals.get(&id), &asked);
         }
     }
@@ -482,10 +484,10 @@ impl Gateway {
         if awaited.is_empty() && self.start.is_none() && self.belief.is_none() {
             awaited.push((&topics.initialpose, true, "say where the robot is; in rviz: 2D Pose Estimate"));
         }
-        let problem = |(topic, _, why): (&String, bool, &str)| {
-            Problem::new(ProblemKind::Awaited, config.resolve(topic), why)
-        };
-        awaited.into_iter().map(problem).collect()
+        awaited
+            .into_iter()
+            .map(|(topic, _, why)| Problem::new(ProblemKind::Awaited, config.resolve(topic), why))
+            .collect()
     }
 
     /// The robot stands, and what was under way has failed; whether the driver has to be told.

@@ -105,16 +105,18 @@ impl Goals {
         let GoalInfo { goal_id, stamp } = request.goal_info;
         let any = goal_id == Uuid::default();
         let ever = stamp == Time::default();
-        let is_meant = |goal: &Goal| match (any, ever) {
-            (true, true) => true,
-            (true, false) => goal.stamp <= stamp,
-            (false, true) => goal.id == goal_id,
-            (false, false) => goal.id == goal_id || goal.stamp <= stamp,
-        };
         let mut goals_canceling = Vec::new();
-        for goal in self.known.iter_mut().filter(|goal| !goal.status.is_end() && is_meant(goal)) {
-            goal.status = Status::Canceling;
-            goals_canceling.push(goal.info());
+        for goal in self.known.iter_mut().filter(|goal| !goal.status.is_end()) {
+            let is_meant = match (any, ever) {
+                (true, true) => true,
+                (true, false) => goal.stamp <= stamp,
+                (false, true) => goal.id == goal_id,
+                (false, false) => goal.id == goal_id || goal.stamp <= stamp,
+            };
+            if is_meant {
+                goal.status = Status::Canceling;
+                goals_canceling.push(goal.info());
+            }
         }
         let return_code = match self.get(&goal_id) {
             _ if !goals_canceling.is_empty() || any => CANCELED,
@@ -126,8 +128,9 @@ impl Goals {
 
     /// All of them, as the topic `status` has them.
     pub(crate) fn statuses(&self) -> GoalStatusArray {
-        let of = |goal: &Goal| GoalStatus { goal_info: goal.info(), status: goal.status.code() };
-        GoalStatusArray { status_list: self.known.iter().map(of).collect() }
+        let statuses =
+            self.known.iter().map(|goal| GoalStatus { goal_info: goal.info(), status: goal.status.code() });
+        GoalStatusArray { status_list: statuses.collect() }
     }
 }
 

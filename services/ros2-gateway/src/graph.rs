@@ -8,7 +8,7 @@ use curionav_ros2::token::{EntityKind, ROOT, Token};
 use curionav_runtime::locked::locked;
 use curionav_runtime::metrics::Tally;
 use zenoh::pubsub::Subscriber;
-use zenoh::sample::{Sample, SampleKind};
+use zenoh::sample::SampleKind;
 use zenoh::{Session, Wait};
 
 use crate::fault::FaultKind;
@@ -50,13 +50,12 @@ impl Graph {
             None => None,
             Some(domain) => {
                 let key = format!("{ROOT}/{domain}/**");
-                let note = move |sample: Sample| {
+                let tokens = session.liveliness().declare_subscriber(key.clone()).history(true);
+                let tokens = tokens.callback(move |sample| {
                     if !note(&mut locked(&noted), sample.key_expr().as_str(), sample.kind()) {
                         refused.add(&[ROOT, FaultKind::Malformed.code()]);
                     }
-                };
-                let tokens =
-                    session.liveliness().declare_subscriber(key.clone()).history(true).callback(note);
+                });
                 Some(tokens.wait().map_err(|error| anyhow!("{key}: {error}"))?)
             }
         };

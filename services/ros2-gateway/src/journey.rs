@@ -78,11 +78,11 @@ impl Journey {
     /// that only localises: its state can come before the answer.
     pub(crate) fn is_engaged(&self) -> bool {
         let may_localize = self.asked.is_some_and(|asked| asked.purpose == Purpose::Localize);
-        let moves = |mission: &Mission| {
-            let stands = [self.localizing, self.failed].contains(&Some(id(mission)));
-            !is_over(mission) && !stands
-        };
-        !may_localize && self.mission.as_ref().is_some_and(moves)
+        !may_localize
+            && self.mission.as_ref().is_some_and(|mission| {
+                let stands = [self.localizing, self.failed].contains(&Some(id(mission)));
+                !is_over(mission) && !stands
+            })
     }
 
     /// Whether the mission that only localises is under way.

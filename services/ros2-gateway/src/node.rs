@@ -19,7 +19,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::CongestionControl;
 use zenoh::query::{Query, Queryable};
-use zenoh::sample::{Locality, Sample};
+use zenoh::sample::Locality;
 use zenoh::{Session, Wait};
 use zenoh_ext::{
     AdvancedPublisher, AdvancedPublisherBuilderExt, AdvancedSubscriber, AdvancedSubscriberBuilderExt,
@@ -169,18 +169,16 @@ impl Node {
         let dialect = Arc::clone(&self.dialect);
         let refused = self.refused.clone();
         let label = name.clone();
-        let take = move |sample: Sample| {
+        // What this gateway itself says is not heard.
+        let subscriber = self.session.declare_subscriber(key.clone()).allowed_origin(Locality::Remote);
+        let subscriber = subscriber.callback(move |sample| {
             let payload = sample.payload();
-            let attachment = sample.attachment();
-            if payload.len() > M::MAX_BYTES || !is_attached(&*dialect, attachment) {
+            if payload.len() > M::MAX_BYTES || !is_attached(&*dialect, sample.attachment()) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
             // A copy, because the bytes received hold on to the whole batch that they came in.
             feeder.push(payload.len(), payload.to_bytes().into_owned());
-        };
-        // What this gateway itself says is not heard.
-        let subscriber =
-            self.session.declare_subscriber(key.clone()).allowed_origin(Locality::Remote).callback(take);
+        });
         let subscriber = if qos.transient_local {
             let history = HistoryConfig::default().detect_late_publishers().max_samples(qos.depth as usize);
             let kept = subscriber
@@ -215,15 +213,15 @@ impl Node {
         let dialect = Arc::clone(&self.dialect);
         let refused = self.refused.clone();
         let label = name.clone();
-        let take = move |query: Query| {
+        let queryable = self.session.declare_queryable(key.clone()).complete(true);
+        let queryable = queryable.callback(move |query| {
             let bytes = query.payload().map_or(0, ZBytes::len);
             let beside = query.parameters().as_str().len();
             if bytes > Q::MAX_BYTES || beside > MAX_TEXT || !is_attached(&*dialect, query.attachment()) {
                 return refused.add(&[&label, FaultKind::Malformed.code()]);
             }
             feeder.push(bytes.max(1 << 10), query);
-        };
-        let queryable = self.session.declare_queryable(key.clone()).complete(true).callback(take);
+        });
         let queryable = queryable.wait().map_err(|error| anyhow!("{key}: {error}"))?;
         let (_, token) = self.entity(EntityKind::Service, &name, &Q::INTERFACE, Qos::DEFAULT)?;
         let dialect = Arc::clone(&self.dialect);

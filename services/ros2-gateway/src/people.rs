@@ -57,8 +57,9 @@ pub(crate) fn people(
     for person in &said.people {
         let p = person.position;
         let v = person.velocity;
-        let within = |numbers: [f64; 2], most: f64| numbers.into_iter().all(|number| number.abs() <= most);
-        if !within([p.x, p.y], FAR) || !within([v.x, v.y], FAST) {
+        let is_near = p.x.abs() <= FAR && p.y.abs() <= FAR;
+        let is_slow = v.x.abs() <= FAST && v.y.abs() <= FAST;
+        if !is_near || !is_slow {
             return Err(Fault::malformed(format!("a person at {p:?} with {v:?} is none")));
         }
         let place = from_theirs.transform(Point2::new(p.x, p.y));
@@ -74,15 +75,10 @@ pub(crate) fn people(
 /// A number for a name: the name itself if it is a number, and otherwise a hash of it (FNV-1a). The upper half of the
 /// numbers is left to curionav.
 fn id(name: &str) -> u32 {
-    let own = |number: u32| number & (u32::MAX >> 1);
-    name.parse().map_or_else(
-        |_| {
-            own(name
-                .bytes()
-                .fold(0x811c_9dc5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)))
-        },
-        own,
-    )
+    let number = name.parse().unwrap_or_else(|_| {
+        name.bytes().fold(0x811c_9dc5, |hash: u32, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
+    });
+    number & (u32::MAX >> 1)
 }
 
 #[cfg(test)]

@@ -88,19 +88,20 @@ impl Problem {
     /// the sample of another metric.
     pub fn of_sample(sample: &str) -> Option<Self> {
         let labels = sample.strip_prefix("curionav_ros2_problem{")?;
-        let label = |name: &str| {
-            let (_, after) = labels.split_once(&format!(",{name}=\""))?;
-            Some(after.split_once('"')?.0.to_owned())
-        };
-        let code = label("kind")?;
+        let code = label(labels, "kind")?;
         let kind = ProblemKind::ALL.into_iter().find(|kind| kind.code() == code)?;
-        Some(Self { kind, topic: label("topic")?, detail: label("detail")? })
+        Some(Self { kind, topic: label(labels, "topic")?, detail: label(labels, "detail")? })
     }
 
     /// The problem as a sentence.
     pub fn sentence(&self) -> String {
         format!("{} {} {}", self.topic, self.kind.words(), self.detail)
     }
+}
+
+fn label(labels: &str, name: &str) -> Option<String> {
+    let (_, after) = labels.split_once(&format!(",{name}=\""))?;
+    Some(after.split_once('"')?.0.to_owned())
 }
 
 /// The problems that there are now: at most one of a kind and topic.
@@ -129,12 +130,12 @@ impl Problems {
 
     /// All of them.
     pub fn all(&self) -> Vec<Problem> {
-        let problem = |((kind, topic), detail): (&(ProblemKind, String), &String)| Problem {
+        let problems = self.0.iter().map(|((kind, topic), detail)| Problem {
             kind: *kind,
             topic: topic.clone(),
             detail: detail.clone(),
-        };
-        self.0.iter().map(problem).collect()
+        });
+        problems.collect()
     }
 }
 
@@ -147,7 +148,8 @@ mod tests {
         let problem =
             Problem::new(ProblemKind::OtherType, "/r1/cmd_vel", "/r1/base has \"Twist_\" and\\more");
         let sample = format!(
-            "curionav_ros2_problem{{role=\"ros2-gateway\",name=\"a\",robot=\"r1\",kind=\"{}\",topic=\"{}\",detail=\"{}\"}}",
+            "curionav_ros2_problem{{role=\"ros2-gateway\",name=\"a\",robot=\"r1\",kind=\"{}\",topic=\"{}\",\
+             detail=\"{}\"}}",
             problem.kind.code(),
             problem.topic,
             problem.detail

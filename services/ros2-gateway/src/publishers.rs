@@ -37,10 +37,10 @@ impl Publishers {
     /// If one cannot be declared.
     pub(crate) fn new(node: &Node, config: &Ros2Config) -> anyhow::Result<Self> {
         let topics = &config.topics;
-        let action = |topic: &str| format!("{}/_action/{topic}", topics.navigate_to_pose);
+        let feedback = topics.of_action("feedback");
         let feedback = match config.distribution() {
-            Distribution::Lyrical => Feedback::Lyrical(node.outlet(&action("feedback"), Qos::DEFAULT)?),
-            _ => Feedback::Earlier(node.outlet(&action("feedback"), Qos::DEFAULT)?),
+            Distribution::Lyrical => Feedback::Lyrical(node.outlet(&feedback, Qos::DEFAULT)?),
+            _ => Feedback::Earlier(node.outlet(&feedback, Qos::DEFAULT)?),
         };
         Ok(Self {
             distribution: config.distribution(),
@@ -52,7 +52,7 @@ impl Publishers {
             crowd: node.outlet(&topics.crowd, Qos::DEFAULT)?,
             diagnostics: node.outlet(&topics.diagnostics, Qos::DEFAULT)?,
             feedback,
-            status: node.outlet(&action("status"), Qos::LATCHED)?,
+            status: node.outlet(&topics.of_action("status"), Qos::LATCHED)?,
         })
     }
 
@@ -103,15 +103,11 @@ impl Publishers {
 
     /// How far the goal under way is: `distance` metres and `remaining` seconds, at the robot's time `now`.
     pub(crate) fn feedback(&self, goal: &Goal, at: Pose2, (distance, remaining): (f64, f64), now: ros::Time) {
-        let span = |nanoseconds: i64| {
-            let ros::Time { sec, nanosec } = ros::Time::from_nanoseconds(nanoseconds.max(0));
-            ros::Duration { sec, nanosec }
-        };
         let feedback = ros::NavigationFeedback {
             goal_id: goal.id,
             current_pose: ros::PoseStamped { header: header(now, &self.frames.map), pose: drawing::pose(at) },
-            navigation_time: span(now.nanoseconds().saturating_sub(goal.stamp.nanoseconds())),
-            estimated_time_remaining: span((remaining * 1e9) as i64),
+            navigation_time: duration(now.nanoseconds().saturating_sub(goal.stamp.nanoseconds())),
+            estimated_time_remaining: duration((remaining * 1e9) as i64),
             number_of_recoveries: 0,
             distance_remaining: distance as f32,
         };
@@ -139,4 +135,9 @@ impl Publishers {
         }
         asked.reply(&ros::GetResultResponse { status, result: ros::Navigated { error_code, error_msg } });
     }
+}
+
+fn duration(nanoseconds: i64) -> ros::Duration {
+    let ros::Time { sec, nanosec } = ros::Time::from_nanoseconds(nanoseconds.max(0));
+    ros::Duration { sec, nanosec }
 }

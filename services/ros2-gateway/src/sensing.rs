@@ -28,8 +28,7 @@ pub(crate) fn scan(scan: &ros::LaserScan, frames: &FrameTree, base: &str) -> Res
     let increment = f64::from(scan.angle_increment);
     let least = scan.range_min;
     let most = scan.range_max;
-    let is_number = |number: f32| number.is_finite();
-    if ![scan.angle_min, scan.angle_increment, least, most].into_iter().all(is_number)
+    if ![scan.angle_min, scan.angle_increment, least, most].into_iter().all(f32::is_finite)
         || least < 0.0
         || most <= least
     {
@@ -83,11 +82,11 @@ pub(crate) fn odometry(
     if *child != names.base {
         let found =
             frames.pose_in(&names.base, child).ok_or_else(|| Fault::unknown_frame(child, &names.base))?;
-        let is_same = |mount: &Mount| {
+        let is_same = Mount::of(&found).is_some_and(|mount| {
             let Pose2 { x, y, heading } = mount.pose;
             [x, y, heading].into_iter().all(|off| off.abs() < SAME_PLACE) && !mount.is_upside_down
-        };
-        if !Mount::of(&found).is_some_and(|mount| is_same(&mount)) {
+        });
+        if !is_same {
             let detail =
                 format!("odometry is of the frame `{child}`, which is not where `{}` is", names.base);
             return Err(Fault::unusable(detail));

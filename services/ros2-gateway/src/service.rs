@@ -145,12 +145,15 @@ async fn robots_session(ros2: &Ros2Config) -> Result<Session, SessionError> {
         ..ServiceConfig::default()
     };
     let first = AtomicBool::new(true);
-    let missing = |_: &SessionError| {
-        if first.swap(false, Ordering::Relaxed) {
-            tracing::warn!("{}", awaited(ros2).sentence());
-        }
-    };
-    session::awaited(|| session::client_elsewhere(&config), missing).await
+    session::awaited(
+        || session::client_elsewhere(&config),
+        |_| {
+            if first.swap(false, Ordering::Relaxed) {
+                tracing::warn!("{}", awaited(ros2).sentence());
+            }
+        },
+    )
+    .await
 }
 
 /// What is awaited before anything else. The first look at the robot takes its place.

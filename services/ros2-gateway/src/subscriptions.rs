@@ -102,7 +102,6 @@ impl Subscriptions {
         answers: mpsc::Receiver<Answer>,
     ) -> anyhow::Result<Self> {
         let topics = &config.topics;
-        let action = |service: &str| format!("{}/_action/{service}", topics.navigate_to_pose);
         let mut beat = interval(BEAT);
         beat.set_missed_tick_behavior(MissedTickBehavior::Delay);
         let follows_people = config.people == PeopleSource::Topic;
@@ -116,9 +115,9 @@ impl Subscriptions {
             goal_pose: node.intake(&topics.goal_pose, Qos::DEFAULT)?,
             initialpose: node.intake(&topics.initialpose, Qos::DEFAULT)?,
             clock: config.use_sim_time.then(|| node.intake(&topics.clock, Qos::SENSOR)).transpose()?,
-            send_goal: node.service(&action("send_goal"))?,
-            cancel_goal: node.service(&action("cancel_goal"))?,
-            get_result: node.service(&action("get_result"))?,
+            send_goal: node.service(&topics.of_action("send_goal"))?,
+            cancel_goal: node.service(&topics.of_action("cancel_goal"))?,
+            get_result: node.service(&topics.of_action("get_result"))?,
             missions: service.inbox("mission")?,
             beliefs: service.inbox("belief")?,
             decisions: service.inbox("decision")?,

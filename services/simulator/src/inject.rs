@@ -35,11 +35,11 @@ impl Prepared {
     pub fn bare(&self) -> Vec<bool> {
         let map = self.world.map();
         let range = self.world.scenario().laser.range_max;
-        let is_bare = |(i, cell): (usize, &i8)| {
+        let bare = self.map.cells.iter().enumerate().map(|(i, cell)| {
             let centre = map.grid.centre(i % map.grid.width(), i / map.grid.width());
             *cell == 0 && map.to_occupied.at(&map.grid, centre) > range
-        };
-        self.map.cells.iter().enumerate().map(is_bare).collect()
+        });
+        bare.collect()
     }
 }
 
@@ -92,8 +92,10 @@ fn localizer(scenario: &Scenario) -> Result<Value, Reject> {
 }
 
 fn file<'a>(request: &'a InjectRequest, field: &str, name: &str) -> Result<&'a [u8], Reject> {
-    let missing = || format!("`{name}` is not among the files sent with the scenario");
-    let bytes = request.files.get(name).ok_or_else(|| Refusal::invalid(missing()).at(field))?;
+    let Some(bytes) = request.files.get(name) else {
+        let problem = format!("`{name}` is not among the files sent with the scenario");
+        return Err(Refusal::invalid(problem).at(field));
+    };
     Ok(bytes.as_slice())
 }
 

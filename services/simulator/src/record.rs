@@ -144,12 +144,12 @@ fn trace(
     if stride > 1 {
         tracing::warn!(stride, "the run is too long for one result: the trace has one tick in so many");
     }
-    let kept = || (0..rows.len()).filter(|i| (rows.len() - 1 - i).is_multiple_of(stride));
-    let people: Vec<_> = kept().filter(|_| has_people).map(|i| people[i].as_slice()).collect();
+    let kept: Vec<usize> = (0..rows.len()).filter(|i| (rows.len() - 1 - i).is_multiple_of(stride)).collect();
+    let people: Vec<_> = kept.iter().filter(|_| has_people).map(|i| people[*i].as_slice()).collect();
     Trace {
-        rows: kept().count() as u32,
+        rows: kept.len() as u32,
         columns: columns.map(String::from).to_vec(),
-        values: kept().flat_map(|i| rows[i]).collect(),
+        values: kept.iter().flat_map(|i| rows[*i]).collect(),
         people: people_trace(&people, if has_people { ids } else { BTreeSet::new() }),
     }
 }
@@ -173,13 +173,13 @@ fn measures(m: &Measures) -> wire::Measures {
 
 /// The collisions as they are sent.
 fn contacts(m: &Measures) -> Vec<Contact> {
-    let contact = |c: &curionav_crowdsim::measures::Contact| Contact {
+    let contacts = m.collisions.iter().take(MAX_CONTACTS).map(|c| Contact {
         time_s: c.time,
         person: c.person,
         robot_mps: c.robot_speed,
         person_mps: c.person_speed,
-    };
-    m.collisions.iter().take(MAX_CONTACTS).map(contact).collect()
+    });
+    contacts.collect()
 }
 
 /// Spacing of the shortest way whose length is measured, metres.

@@ -62,18 +62,18 @@ impl Streams {
         crowd: LiveCrowd,
         counts: &Arc<ServeCounts>,
     ) -> anyhow::Result<Self> {
-        let key = |stream| keys::robot(robot, stream);
+        let people = keys::robot(robot, "people")?;
         Ok(Self {
             session: session.clone(),
             command_key: keys::mission_command(robot)?,
-            missions: Arc::new(Inbox::counted(session, &key("mission")?, counts)?),
-            beliefs: Latest::new(Inbox::counted(session, &key("belief")?, counts)?),
-            decisions: Latest::new(Inbox::counted(session, &key("decision")?, counts)?),
-            commands: Latest::new(Inbox::counted(session, &key("cmd")?, counts)?),
-            scans: Topic::new(session, &key("scan")?, Flow::Sensor)?,
-            odometry: Topic::new(session, &key("odom")?, Flow::Sensor)?,
-            people: Topic::new(session, &key("people")?, Flow::Sensor)?,
-            tracked: Latest::new(Inbox::counted(session, &key("people")?, counts)?),
+            missions: Arc::new(Inbox::counted(session, &keys::robot(robot, "mission")?, counts)?),
+            beliefs: Latest::new(Inbox::counted(session, &keys::robot(robot, "belief")?, counts)?),
+            decisions: Latest::new(Inbox::counted(session, &keys::robot(robot, "decision")?, counts)?),
+            commands: Latest::new(Inbox::counted(session, &keys::robot(robot, "cmd")?, counts)?),
+            scans: Topic::new(session, &keys::robot(robot, "scan")?, Flow::Sensor)?,
+            odometry: Topic::new(session, &keys::robot(robot, "odom")?, Flow::Sensor)?,
+            people: Topic::new(session, &people, Flow::Sensor)?,
+            tracked: Latest::new(Inbox::counted(session, &people, counts)?),
             crowd,
             heard: BTreeMap::new(),
         })
@@ -246,8 +246,9 @@ impl Streams {
         if clock == Clock::Realtime {
             let decisions = self.decisions.drain();
             let belief = self.beliefs.newest().cloned();
-            let fresh = |c: &&wire::Twist| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp));
-            let command = self.commands.newest().filter(fresh).map(twist);
+            let command = self.commands.newest();
+            let fresh = command.filter(|c| (0.0..=COMMAND_AGE_MAX).contains(&(world.time() - c.stamp)));
+            let command = fresh.map(twist);
             let believes = belief.as_ref().is_some_and(|b| world.time() - b.stamp < 1.0);
             let now = Instant::now();
             for (what, is_heard) in

@@ -12,7 +12,7 @@ use curionav_runtime::robot_service::first_run;
 use curionav_runtime::serve::{Server, refusals, serve, serve_state};
 use curionav_runtime::status::announce_service;
 use curionav_runtime::topic::{Flow, Topic};
-use curionav_schemas::{InjectRequest, Refusal, RunState, RunStatus, keys};
+use curionav_schemas::{Clock, InjectRequest, Refusal, Reject, RunState, RunStatus, keys};
 use tokio::sync::{mpsc, watch};
 
 use crate::crowd::LiveCrowd;
@@ -30,37 +30,30 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     Box::pin(async move {
         let Start { config, session, fields, mut shutdown, on_ready } = start;
         let status = SharedStatus::new(idle(&config.world));
-        let key = |channel| keys::world(&config.world, channel);
-        let published = Topic::<RunStatus>::new(session, &key("run")?, Flow::State)?;
+        let run_key = keys::world(&config.world, "run")?;
+        let published = Topic::<RunStatus>::new(session, &run_key, Flow::State)?;
         let shown = status.clone();
         let (sender, mut injected) = mpsc::channel(1);
-        let robot = config.robot.clone();
-        let world = config.world.clone();
-        let shared = status.clone();
-        let of_runs = fields.clone();
-        let runs = AtomicU64::new(first_run());
+        let injector = Injector {
+            robot: config.robot.clone(),
+            world: config.world.clone(),
+            fields: fields.clone(),
+            status: status.clone(),
+            runs: AtomicU64::new(first_run()),
+            prepared: sender,
+        };
+        let scenario_key = keys::world(&config.world, "scenario")?;
         let inject =
-            serve(session, &key("scenario")?, (1, 4), &refusals(), move |request: InjectRequest, _| {
-                if matches!(shared.borrow().state, RunState::Preparing | RunState::Running) {
-                    return Err(Refusal::Busy.into());
-                }
-                let prepared = prepare(&request, &robot, &of_runs)?;
-                let run = runs.fetch_add(1, Ordering::Relaxed);
-                let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&world) };
-                // Before it can be played, so that the end of the run is not overwritten.
-                shared.send_replace(fresh.clone());
-                sender.try_send(prepared).map_err(|_| Refusal::Busy)?;
-                Ok(fresh)
-            })?;
+            serve(session, &scenario_key, (1, 4), &refusals(), move |request, _| injector.inject(&request))?;
         let counts = inject.counts();
-        let _state = serve_state(session, &key("run")?, &counts.refused, move || Ok(shown.borrow().clone()))?;
+        let _state = serve_state(session, &run_key, &counts.refused, move || Ok(shown.borrow().clone()))?;
         let robot = config.robot.clone();
         let shown = status.clone();
         // As injecting, but nothing is run and no map is kept, whatever goes on meanwhile.
-        let _checks =
-            serve(session, &key("check")?, (1, 4), &counts.refused, move |request: InjectRequest, _| {
-                prepare(&request, &robot, &Fields::of_maps([])).map(|_| shown.borrow().clone())
-            })?;
+        let check_key = keys::world(&config.world, "check")?;
+        let _checks = serve(session, &check_key, (1, 4), &counts.refused, move |request, _| {
+            prepare(&request, &robot, &Fields::of_maps([])).map(|_| shown.borrow().clone())
+        })?;
         let crowd = LiveCrowd::new(session, &config.world, &counts)?;
         let mut streams = Streams::new(session, &config.robot, crowd, &counts)?;
         let metrics = Metrics::of_robot("simulator", config);
@@ -88,6 +81,32 @@ pub fn run(start: Start<'_>) -> Running<'_> {
     })
 }
 
+/// Takes scenarios, one run at a time.
+struct Injector {
+    robot: String,
+    world: String,
+    fields: Fields,
+    status: SharedStatus,
+    /// The number of the next run.
+    runs: AtomicU64,
+    prepared: mpsc::Sender<Prepared>,
+}
+
+impl Injector {
+    fn inject(&self, request: &InjectRequest) -> Result<RunStatus, Reject> {
+        if matches!(self.status.borrow().state, RunState::Preparing | RunState::Running) {
+            return Err(Refusal::Busy.into());
+        }
+        let prepared = prepare(request, &self.robot, &self.fields)?;
+        let run = self.runs.fetch_add(1, Ordering::Relaxed);
+        let fresh = RunStatus { run, state: RunState::Preparing, ..idle(&self.world) };
+        // Before it can be played, so that the end of the run is not overwritten.
+        self.status.send_replace(fresh.clone());
+        self.prepared.try_send(prepared).map_err(|_| Refusal::Busy)?;
+        Ok(fresh)
+    }
+}
+
 fn idle(world: &str) -> RunStatus {
     RunStatus {
         run: 0,
@@ -101,6 +120,12 @@ fn idle(world: &str) -> RunStatus {
     }
 }
 
+/// Publishes the status as it is now, without holding on to it meanwhile.
+fn publish(published: &Topic<RunStatus>, status: &SharedStatus, clock: Clock) {
+    let shown = status.borrow().clone();
+    published.publish(&shown, clock);
+}
+
 async fn play(
     streams: &mut Streams,
     prepared: Prepared,
@@ -109,16 +134,12 @@ async fn play(
     published: &Topic<RunStatus>,
 ) {
     let clock = prepared.order.clock;
-    let publish = || {
-        let shown = status.borrow().clone();
-        published.publish(&shown, clock);
-    };
-    publish();
+    publish(published, status, clock);
     let publishing = async {
         loop {
             tokio::time::sleep(PROGRESS_PERIOD).await;
             if status.borrow().state == RunState::Running {
-                publish();
+                publish(published, status, clock);
             }
         }
     };
@@ -135,8 +156,14 @@ async fn play(
         () = publishing => return,
     };
     status.send_modify(|status| match outcome {
-        Ok(result) => (status.state, status.result) = (RunState::Finished, Some(result)),
-        Err(end) => (status.state, status.error) = (RunState::Failed, Some(end)),
+        Ok(result) => {
+            status.state = RunState::Finished;
+            status.result = Some(result);
+        }
+        Err(end) => {
+            status.state = RunState::Failed;
+            status.error = Some(end);
+        }
     });
-    publish();
+    publish(published, status, clock);
 }

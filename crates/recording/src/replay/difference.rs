@@ -38,11 +38,7 @@ pub struct Difference {
 impl Difference {
     /// What differs in what the robot is to do, bit for bit; nothing if it is the same.
     pub(super) fn between(robot: &str, recorded: &Decision, replayed: &Decision) -> Option<Self> {
-        let arrays = |d: &Decision| {
-            [&d.x, &d.y, &d.heading, &d.v, &d.omega]
-                .map(|a| a.iter().map(|n| n.to_bits()).collect::<Vec<_>>())
-        };
-        if recorded.action == replayed.action && arrays(recorded) == arrays(replayed) {
+        if recorded.action == replayed.action && bits(recorded) == bits(replayed) {
             return None;
         }
         Some(Self {
@@ -56,6 +52,10 @@ impl Difference {
             degraded: recorded.degraded.clone(),
         })
     }
+}
+
+fn bits(d: &Decision) -> [Vec<u64>; 5] {
+    [&d.x, &d.y, &d.heading, &d.v, &d.omega].map(|a| a.iter().map(|n| n.to_bits()).collect())
 }
 
 fn side(decision: &Decision) -> Side {
