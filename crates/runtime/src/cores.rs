@@ -49,7 +49,8 @@ mod tests {
             let mut r = rng(seed, 0);
             let cells = (0..250 * 190).map(|_| if uniform(&mut r) < 0.004 { 100 } else { 0 }).collect();
             let grid = OccupancyGrid::new(250, 190, 0.1, Pose2::new(1.0, -2.0, 0.3), cells).unwrap();
-            let (laser, params) = (LaserModel::default(), InformationParams::default());
+            let laser = LaserModel::default();
+            let params = InformationParams::default();
             let fields = |workers: &dyn Workers| {
                 let map = StaticMap::by(workers, grid.clone());
                 let information = InformationField::by(workers, &map, &laser, &params);

@@ -78,7 +78,8 @@ mod tests {
         let of = |name: &str, labels: &str, count: u64| {
             format!("{name}local_whatami=\"router\",priority=\"data\",{labels}}} {count}\n")
         };
-        let (denied, viewer) = ("reason=\"access-control\"", "remote_cn=\"viewer\"");
+        let denied = "reason=\"access-control\"";
+        let viewer = "remote_cn=\"viewer\"";
         let [all, each] = COUNTS;
         let text = [
             of(all, &format!("message=\"put\",{denied}"), 7),

@@ -52,8 +52,10 @@ pub async fn round_trip(
     let mut payload = vec![0_u8; question.max(8)];
     payload[..8].copy_from_slice(&(answer as u64).to_le_bytes());
     let started = Instant::now();
-    let (key, urgency) = (keys::echo(instance), Urgency::Shard { clock: Clock::Lockstep });
-    let (question, kept) = (Some((payload, "zenoh/bytes")), Kept { replies: 4, most: ANSWER_MAX as usize });
+    let key = keys::echo(instance);
+    let urgency = Urgency::Shard { clock: Clock::Lockstep };
+    let question = Some((payload, "zenoh/bytes"));
+    let kept = Kept { replies: 4, most: ANSWER_MAX as usize };
     let mut replies = send(session, &key, question, timeout, urgency, QueryTarget::BestMatching, kept)?;
     let reply = replies.next().await.unwrap_or(Err(AskError::NoReply))?;
     let took = started.elapsed();

@@ -138,7 +138,8 @@ impl<T> FairQueue<T> {
     /// that was slow once would never be found to be fast again.
     fn shed(&mut self, now: Duration) -> Vec<T> {
         let at_once = self.slots.saturating_sub(self.at_work);
-        let (mut kept, mut hopeless) = (0, Vec::new());
+        let mut kept = 0;
+        let mut hopeless = Vec::new();
         for (_, robot) in &self.order {
             let came = self.lines.get(robot).and_then(|line| line.items.front()).map_or(now, |item| item.0);
             let ahead = (self.at_work as f64 * HALF + kept as f64) / self.slots as f64;

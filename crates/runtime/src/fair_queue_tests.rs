@@ -79,7 +79,9 @@ struct Outcome {
 
 /// So many robots ask a replica of two slots in every period, always in the same order; each answer takes `takes`.
 fn ask_in_every_period(robots: u32, takes: Duration) -> Outcome {
-    let (mut queue, slots, periods) = (FairQueue::new(2, 16, 1000), 2, 100);
+    let mut queue = FairQueue::new(2, 16, 1000);
+    let slots = 2;
+    let periods = 100;
     let mut outcome = Outcome { answered: vec![0.0; robots as usize], late: 0 };
     // When each at work is done, whose it is and when it came.
     let mut at_work: Vec<(Duration, usize, Duration)> = Vec::new();
@@ -116,7 +118,8 @@ fn robots_that_always_ask_in_the_same_order_get_the_same_share_and_nothing_is_do
     // Two slots answer 20 questions of 10 ms per period.
     for robots in [10, 19, 30, 40, 100] {
         let Outcome { answered, late } = ask_in_every_period(robots, 10 * MS);
-        let (share, most) = (answered.iter().sum::<f64>() / 100.0, f64::from(robots.min(20)));
+        let share = answered.iter().sum::<f64>() / 100.0;
+        let most = f64::from(robots.min(20));
         println!(
             "{robots} robots: {share:.1} of {most} answers per period, {late} late, {:.4}",
             jain(&answered)

@@ -154,7 +154,8 @@ impl DerivedFields for FieldsOf<'_> {
         laser: LaserModel,
         params: &InformationParams,
     ) -> Result<Arc<InformationField>, Reject> {
-        let (map, fan) = (self.map()?, fan(laser));
+        let map = self.map()?;
+        let fan = fan(laser);
         let key = (self.map, fan, *params);
         let stock = &self.fields.stock.information;
         let field = self.fields.derived("what this sensor sees", stock, &key, || {
@@ -168,7 +169,8 @@ impl DerivedFields for FieldsOf<'_> {
     }
 
     fn rays(&self, laser: LaserModel, params: &InformationParams) -> Result<Arc<RayField>, Reject> {
-        let (map, fan) = (self.map()?, fan(laser));
+        let map = self.map()?;
+        let fan = fan(laser);
         let information = self.information(fan, params)?;
         let key = (self.map, fan, *params);
         self.fields.derived("each ray of this sensor", &self.fields.stock.rays, &key, || {
@@ -181,7 +183,8 @@ impl DerivedFields for FieldsOf<'_> {
         task: &Task,
         params: &InformationToGoTermParams,
     ) -> Result<Arc<InformationToGoField>, Reject> {
-        let (map, seen) = (self.map()?, self.information(task.laser, &params.prediction.information)?);
+        let map = self.map()?;
+        let seen = self.information(task.laser, &params.prediction.information)?;
         let key = (self.map, task.clone(), *params);
         self.fields.derived(
             "what uncertainty costs on this way",
@@ -209,15 +212,15 @@ mod tests {
     fn robots_whose_lasers_differ_only_in_their_place_share_what_these_see() {
         let cells = (0..400).map(|i| if i % 20 == 0 { 100 } else { 0 }).collect();
         let grid = OccupancyGrid::new(20, 20, 0.2, Pose2::default(), cells).unwrap();
-        let (id, map) = (MapId(grid.hash()), StaticMap::new(grid));
+        let id = MapId(grid.hash());
+        let map = StaticMap::new(grid);
         let fields = Fields::of_maps([map.clone()]);
-        let (centred, params) = (LaserModel::default(), InformationParams::default());
+        let centred = LaserModel::default();
+        let params = InformationParams::default();
         let ahead = LaserModel { robot_from_laser: Pose2::new(0.2, 0.1, 0.3), range_sigma: 0.01, ..centred };
         for laser in [centred, ahead] {
-            let (shared, own) = (
-                fields.of(id).information(laser, &params).unwrap(),
-                InformationField::new(&map, &laser, &params),
-            );
+            let shared = fields.of(id).information(laser, &params).unwrap();
+            let own = InformationField::new(&map, &laser, &params);
             for pose in [Pose2::new(0.5, 1.0, 0.4), Pose2::new(1.5, 2.0, -2.0)] {
                 assert_eq!(shared.at(pose), own.at(pose), "{laser:?}");
             }

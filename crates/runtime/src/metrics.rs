@@ -265,7 +265,9 @@ mod tests {
 
     #[test]
     fn names_and_labels_are_as_prometheus_wants_them() {
-        let (mut metrics, refused, stages) = (metrics(), Tally::new(&["reason"]), Durations::new(&["stage"]));
+        let mut metrics = metrics();
+        let refused = Tally::new(&["reason"]);
+        let stages = Durations::new(&["stage"]);
         metrics.tally("refused", "Requests refused", &refused);
         metrics.durations("stage_seconds", "Time of a stage", &stages);
         metrics.gauge("load", "Load", || 0.5);
@@ -287,7 +289,8 @@ mod tests {
 
     #[test]
     fn samples_are_those_of_the_text() {
-        let (mut metrics, refused) = (metrics(), Tally::new(&["reason"]));
+        let mut metrics = metrics();
+        let refused = Tally::new(&["reason"]);
         metrics.tally("refused", "Requests refused", &refused);
         refused.add(&["with a space and a \"quote\""]);
         let samples = metrics.samples();

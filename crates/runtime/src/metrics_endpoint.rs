@@ -70,7 +70,8 @@ async fn accept(listener: tokio::net::TcpListener, metrics: Arc<Metrics>, sessio
                 continue;
             }
         };
-        let (metrics, session) = (Arc::clone(&metrics), session.clone());
+        let metrics = Arc::clone(&metrics);
+        let session = session.clone();
         tokio::spawn(async move {
             let answering = service_fn(|request| answer(request, Arc::clone(&metrics), session.clone()));
             let serving = hyper::server::conn::http1::Builder::new()

@@ -40,7 +40,8 @@ pub async fn follow<F: MissionFollower>(
     missions: &Inbox<Mission>,
     mut shutdown: Shutdown,
 ) -> anyhow::Result<()> {
-    let (mut current, mut prepared) = (None::<Mission>, None::<Preparation>);
+    let mut current = None::<Mission>;
+    let mut prepared = None::<Preparation>;
     let mut said = tokio::select! {
         () = shutdown.requested() => return Ok(()),
         mission = follower.service().mission() => mission?,

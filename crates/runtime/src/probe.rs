@@ -50,7 +50,8 @@ pub async fn ask_all(
     let started = Instant::now();
     let kept = Kept { replies: REPLIES_MAX, most: REPLY_BYTES_MAX };
     let mut replies = send(session, key, question, timeout, Urgency::Normal, QueryTarget::All, kept)?;
-    let (mut came, mut last) = (Vec::new(), Duration::ZERO);
+    let mut came = Vec::new();
+    let mut last = Duration::ZERO;
     while let Some(reply) = replies.next().await {
         let reply = match reply {
             Ok(answer) => RawReply { key: answer.key, answer: Ok((answer.bytes, answer.encoding)) },
@@ -102,7 +103,8 @@ impl Listener {
         let subscriber = session
             .declare_subscriber(key.to_owned())
             .callback(move |sample| {
-                let (payload, encoding) = (sample.payload(), sample.encoding().to_string());
+                let payload = sample.payload();
+                let encoding = sample.encoding().to_string();
                 let admitted = M::admit(payload.len(), Some(&encoding));
                 let malformed = admitted.and_then(|()| M::decode(&payload.to_bytes(), None)).is_err();
                 let now = Instant::now();

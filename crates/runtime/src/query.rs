@@ -171,7 +171,8 @@ pub(crate) fn send(
     }
     let (sender, open) = mpsc::channel(kept.replies);
     let waiting = Arc::new(AtomicUsize::new(0));
-    let (counted, most) = (Arc::clone(&waiting), KEPT_BYTES.max(kept.most));
+    let counted = Arc::clone(&waiting);
+    let most = KEPT_BYTES.max(kept.most);
     get.callback(move |reply| {
         let reply = Answer::of(reply, kept.most);
         let bytes = reply.as_ref().map_or(0, |answer| answer.bytes.len());
@@ -212,7 +213,8 @@ impl Answer {
                 Err(too_long(error.payload().len(), Reject::MAX_BYTES))
             }
             Err(error) => {
-                let (encoding, payload) = (error.encoding().to_string(), error.payload().to_bytes());
+                let encoding = error.encoding().to_string();
+                let payload = error.payload().to_bytes();
                 Err(match Reject::decode(&payload, Some(&encoding)) {
                     Ok(reject) => AskError::Rejected(reject),
                     Err(_) if *payload == *ZENOH_TIMEOUT => AskError::Timeout,

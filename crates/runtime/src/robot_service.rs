@@ -135,7 +135,8 @@ impl RobotService {
 
     /// That this role is prepared for `revision`, or that it never will be.
     pub fn readiness(&self, revision: u64, prepared: &Result<(), Reject>) -> Readiness {
-        let (role, instance) = (self.role.to_owned(), self.config.instance.clone());
+        let role = self.role.to_owned();
+        let instance = self.config.instance.clone();
         let refused = prepared.as_ref().err().cloned();
         if let Some(reject) = &refused {
             tracing::error!(%reject, "the mission cannot be carried out");

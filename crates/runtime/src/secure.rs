@@ -149,7 +149,8 @@ fn greet(address: &str, host: &str, identity: &Identity) -> Result<(), Failure> 
 }
 
 fn in_words(error: &rustls::Error, host: &str, identity: &Identity) -> String {
-    let (name, authority) = (&identity.name, identity.authority.display());
+    let name = &identity.name;
+    let authority = identity.authority.display();
     match error {
         rustls::Error::InvalidCertificate(
             CertificateError::UnknownIssuer | CertificateError::BadSignature,

@@ -105,7 +105,8 @@ impl ServeCounts {
         if self.slots == 0 {
             return;
         }
-        let (slots, queue) = (self.slots, self.queue);
+        let slots = self.slots;
+        let queue = self.queue;
         metrics.gauge("slots", "Questions computed at once", move || slots as f64);
         metrics.gauge("queue_limit", "Questions that may wait", move || queue as f64);
         metrics.count("in_flight", "Questions waiting or being computed", self.in_flight.clone());
@@ -137,7 +138,8 @@ impl Waiting {
         if queue.1 {
             return vec![question];
         }
-        let (bytes, now) = (bytes.max(QUESTION_BYTES_MIN), Instant::now());
+        let bytes = bytes.max(QUESTION_BYTES_MIN);
+        let now = Instant::now();
         let refused = queue.0.push(robot, bytes, now - self.started, (question, now));
         self.arrived.notify_one();
         refused.into_iter().map(|(question, _)| question).collect()
@@ -283,11 +285,14 @@ fn serve_all<A: Message>(
         key: KeyExpr::try_from(key.to_owned()).map_err(|e| ServeError::new(key, e))?,
         is_pool: key.ends_with("/*"),
     });
-    let (queue, counted) = (Arc::clone(&waiting), Arc::clone(&counts));
+    let queue = Arc::clone(&waiting);
+    let counted = Arc::clone(&counts);
     // If what follows fails, dropping it ends the threads that have been started.
     let mut server = Server { queryable: None, waiting, threads: Vec::new(), counts };
     for slot in 0..slots {
-        let (waiting, handler, counts) = (Arc::clone(&queue), Arc::clone(&handler), Arc::clone(&counted));
+        let waiting = Arc::clone(&queue);
+        let handler = Arc::clone(&handler);
+        let counts = Arc::clone(&counted);
         let served = Arc::clone(&served);
         let work = move || {
             while let Some(next) = waiting.wait() {

@@ -193,7 +193,8 @@ async fn client_by(service: &ServiceConfig, file: Option<PathBuf>) -> Result<Ses
 /// Why one of the routers is not trusted, or does not trust this program; nothing if none is there.
 async fn distrust(service: &ServiceConfig) -> Option<String> {
     let folder = service.secure.clone()?;
-    let (endpoints, names) = (service.connect.clone(), service.certificates.clone());
+    let endpoints = service.connect.clone();
+    let names = service.certificates.clone();
     let asking = move || endpoints.iter().find_map(|endpoint| secure::distrust(endpoint, &folder, &names));
     tokio::task::spawn_blocking(asking).await.ok().flatten()
 }
@@ -221,7 +222,8 @@ pub async fn router(settings: RouterSettings<'_>) -> Result<Session, SessionErro
         secure::router(&mut config, folder, name)?;
     }
     if file.is_none() {
-        let (own, others) = (list(listen), list(others));
+        let own = list(listen);
+        let others = list(others);
         let settings = [
             ("listen/endpoints", own.as_str()),
             ("listen/exit_on_failure", "true"),

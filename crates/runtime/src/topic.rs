@@ -113,7 +113,8 @@ impl<M: Message> OnDemand<M> {
             let declared = session.declare_publisher(key.to_owned()).allowed_destination(destination);
             declared.wait().map_err(TopicError::on(key))
         };
-        let (here, elsewhere) = (publisher(Locality::SessionLocal)?, publisher(Locality::Remote)?);
+        let here = publisher(Locality::SessionLocal)?;
+        let elsewhere = publisher(Locality::Remote)?;
         let is_heard_elsewhere = Arc::new(AtomicBool::new(false));
         let told = Arc::clone(&is_heard_elsewhere);
         let listener = elsewhere

@@ -72,7 +72,8 @@ pub fn people(p: &wire::People, robot: Pose2) -> People {
         let (s, c) = sin_cos(robot.heading);
         for i in 0..people.len() {
             let q = robot.transform(Point2::new(people.x[i], people.y[i]));
-            let (vx, vy) = (people.vx[i], people.vy[i]);
+            let vx = people.vx[i];
+            let vy = people.vy[i];
             (people.x[i], people.y[i]) = (q.x, q.y);
             (people.vx[i], people.vy[i]) = (c * vx - s * vy, s * vx + c * vy);
         }
@@ -124,7 +125,8 @@ pub fn people_seen_from(robot: Pose2, mut p: wire::People) -> wire::People {
     let (s, c) = sin_cos(robot.heading);
     for i in 0..p.id.len() {
         let q = robot.inverse_transform(Point2::new(p.x[i], p.y[i]));
-        let (vx, vy) = (p.vx[i], p.vy[i]);
+        let vx = p.vx[i];
+        let vy = p.vy[i];
         (p.x.0[i], p.y.0[i]) = (q.x, q.y);
         (p.vx.0[i], p.vy.0[i]) = (c * vx + s * vy, -s * vx + c * vy);
     }
@@ -167,7 +169,9 @@ mod tests {
     fn people_seen_a_while_ago_have_gone_on_in_either_frame() {
         let twist = Twist { v: 0.8, omega: 0.5 };
         let then = Belief { pose: Pose2::new(3.0, -1.0, 0.7), covariance: Matrix3::identity(), twist };
-        let (id, x, y) = (vec![4], vec![5.0], vec![1.0]);
+        let id = vec![4];
+        let x = vec![5.0];
+        let y = vec![1.0];
         let seen = People { id, x, y, vx: vec![-1.0], vy: vec![0.5], radius: 0.25, ..People::default() };
         let in_map = wire::People { stamp: 2.0, ..people_to_wire(&seen, 20, 2.0) };
         let in_robot = people_seen_from(then.pose, in_map.clone());

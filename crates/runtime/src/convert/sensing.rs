@@ -15,9 +15,11 @@ use super::{checked, pose, pose_to_wire};
 /// If the scan describes no scanner.
 pub fn scan(scan: &Scan, range_sigma: f64) -> Result<(Cow<'_, [f32]>, LaserModel), Reject> {
     const SLACK: f64 = 1e-6;
-    let (turn, gap) = (std::f64::consts::TAU, scan.angle_increment.abs());
+    let turn = std::f64::consts::TAU;
+    let gap = scan.angle_increment.abs();
     let count = scan.ranges.len().min(((turn + SLACK) / gap) as usize);
-    let (beams, last) = (count as u32, count.saturating_sub(1) as f64);
+    let beams = count as u32;
+    let last = count.saturating_sub(1) as f64;
     let fov = if gap * f64::from(beams) > turn - SLACK { turn } else { gap * last };
     let clockwise = scan.angle_increment < 0.0;
     let ranges = match &scan.ranges[..count] {
