@@ -8,7 +8,8 @@ from bench_rows import bench, row, rows
 from curionav.report import density, short
 from curionav.report.charts import outline, thinned
 from curionav.report.claims import Judged
-from curionav.report.page import Page, render
+from curionav.report.figures import Course, draw
+from curionav.report.page import FIGURES_BYTES, Page, render
 from curionav.report.summary import Bench
 
 PAPERS = ["curiosity", "cpc-only", "cnc-only"]
@@ -108,6 +109,20 @@ def test_half_is_met_between_two_densities_or_beyond_all_of_them() -> None:
 def test_a_density_with_one_scene_says_nothing_of_densities() -> None:
     assert at_densities([10, 8, 2], [0.1, 0.1, 0.2, 0.2, 0.4, 0.5]) is None
     assert at_densities([10, 8, 2], [0.1] * 6) is None
+
+
+def test_a_picture_of_many_long_runs_stays_small() -> None:
+    random = np.random.default_rng(1)
+    runs = [row("hall", f"planner-{p}", seed) for p in range(13) for seed in range(1, 11)]
+    for run in runs:
+        run["way"] = np.cumsum(random.normal(0.1, 0.2, (120, 2)), axis=0).round(2).tolist()
+    crowd = bench(runs, [f"planner-{p}" for p in range(13)], {"hall": 0})
+    picture = Page(crowd, []).figure(0)
+    assert picture.count('<path class="f c') == 13 and picture.count('<path class="w c') == 13
+    # 105 of these are 1.7 MB.
+    scenario = crowd.made["scenarios"][0]
+    courses = [Course([np.array(run["way"]) for run in runs[10 * p : 10 * p + 10]], None, None) for p in range(13)]
+    assert len(draw(scenario, courses, FIGURES_BYTES // 105)) <= FIGURES_BYTES // 105 < len(picture)
 
 
 def test_a_way_is_drawn_with_the_points_that_it_needs() -> None:

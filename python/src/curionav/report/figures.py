@@ -24,8 +24,9 @@ WHOLE_UP_TO = 4.0
 """A map is shown whole while it has at most this many times the area of the part that matters."""
 LEAST_UNCERTAINTY = 1e-4
 """The smallest uncertainty that a logarithmic axis tells apart, m2 + rad2."""
-TOLERANCES = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""How far a drawn line may be from the true one, px: the first with which a picture is small enough."""
+TOLERANCE = 1.0
+"""How far a drawn line may be from the true one, px; doubled up to `TOLERANCE_MOST` until a picture is small enough."""
+TOLERANCE_MOST = 64.0
 ROWS = 5
 """Rows of a trace over which a velocity is taken."""
 STANDING = 0.05
@@ -98,11 +99,11 @@ class View:
 def draw(scenario: dict[str, Any], courses: Sequence[Course], budget: int) -> str:
     """The picture of a scenario as one `svg` element of about `budget` bytes at most."""
     view = View.of(scenario, courses)
-    drawn = ""
-    for tolerance in TOLERANCES:
+    tolerance = TOLERANCE
+    drawn = _draw(scenario, courses, view, tolerance)
+    while len(drawn) > budget and tolerance < TOLERANCE_MOST:
+        tolerance *= 2
         drawn = _draw(scenario, courses, view, tolerance)
-        if len(drawn) <= budget:
-            break
     return drawn
 
 
