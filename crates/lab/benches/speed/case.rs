@@ -71,7 +71,8 @@ impl Case {
     /// The best of many repeats, with the reference in between: blocks of about the same length.
     pub(crate) fn measure(&mut self, reference: &mut Reference) -> Sample {
         reference.take_time();
-        let (mut best, mut repeats) = ((self.once)(), 1);
+        let mut best = (self.once)();
+        let mut repeats = 1;
         let started = Instant::now();
         while repeats < self.repeats_min || (self.repeats_min > 1 && started.elapsed() < PATIENCE) {
             let block = Instant::now();

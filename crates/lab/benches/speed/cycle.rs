@@ -20,12 +20,14 @@ use crate::mission::OnTheWay;
 /// The second cycle of a robot that knows where it is, and of one that does not and so asks for `cpc` as well.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let of = |(name, variance)| {
-        let (on_the_way, arbiter) = (OnTheWay::with("curiosity")?, Arbiter::new()?);
+        let on_the_way = OnTheWay::with("curiosity")?;
+        let arbiter = Arbiter::new()?;
         let mut memory = Memory::new(1);
         let observation = |tick| on_the_way.observation(on_the_way.pose, tick, variance);
         arbiter.plan(&on_the_way.context, &mut memory, observation(120));
         let carried = memory.to_wire(&on_the_way.context.mission);
-        let (next, context) = (observation(123), on_the_way.context.clone());
+        let next = observation(123);
+        let context = on_the_way.context.clone();
         let work = move |(mut memory, observation)| arbiter.plan(&context, &mut memory, observation);
         // The memory is what the first cycle left, every time.
         let recall = move || {

@@ -63,7 +63,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
 fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
     let origin = map.grid.origin();
     let at = |(x, y): (f64, f64)| Point2::new(origin.x + x, origin.y + y);
-    let (start, goal) = (at(START), at(GOAL));
+    let start = at(START);
+    let goal = at(GOAL);
     let belief = Belief {
         pose: Pose2::new(start.x, start.y, 0.0),
         covariance: Matrix3::zeros(),
@@ -71,7 +72,8 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
     };
     let people = People { radius: 0.25, ..People::default() };
     let scene = Scene::new(belief, people);
-    let (forecast, collision) = (ForecastParams::default(), CollisionParams::default());
+    let forecast = ForecastParams::default();
+    let collision = CollisionParams::default();
     let robot = RobotModel::default();
     let checker = CollisionChecker::new(map, &robot, &scene, forecast, &collision);
     let middle = at((0.5 * (START.0 + GOAL.0), 0.5 * (START.1 + GOAL.1)));
@@ -84,7 +86,9 @@ fn grow(map: &StaticMap, params: &RrtStarParams, time: Duration) -> Sample {
     };
 
     let mut search = RrtStar::new(params, &checker, &space, PoseTree::rooted(scene.belief.pose));
-    let (mut random, mut samples, pace) = (rng(1, 0), 0, Pace::new(&|| 0.0));
+    let mut random = rng(1, 0);
+    let mut samples = 0;
+    let pace = Pace::new(&|| 0.0);
     let started = Instant::now();
     while started.elapsed() < time {
         search.grow(BATCH, &mut random, &pace);

@@ -23,8 +23,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         cases.push(cycle(format!("generate/{generator}/fresh"), context, scene, None, Vec::new()));
         // The robot has driven the first of the candidates as long as a cycle lasts.
         let states = generated.candidates.states(0);
-        let (scene, previous) =
-            (on_the_way.scene(states.pose(0), 123), (1..states.len()).map(|k| states.pose(k)));
+        let scene = on_the_way.scene(states.pose(0), 123);
+        let previous = (1..states.len()).map(|k| states.pose(k));
         let name = format!("generate/{generator}/follow-up");
         cases.push(cycle(name, context, scene, Some(generated.tree), previous.collect()));
     }

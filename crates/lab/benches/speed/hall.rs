@@ -31,7 +31,10 @@ pub(crate) fn grid() -> anyhow::Result<OccupancyGrid> {
     let mut r = rng(1, 0);
     for _ in 0..90 {
         let mut draw = |low: f64, high: f64| low + (high - low) * uniform(&mut r);
-        let (x, y, w, h) = (draw(0.0, 29.0), draw(0.0, 29.0), draw(0.5, 2.5), draw(0.5, 2.5));
+        let x = draw(0.0, 29.0);
+        let y = draw(0.0, 29.0);
+        let w = draw(0.5, 2.5);
+        let h = draw(0.5, 2.5);
         let near = |c: f64, low: f64, size: f64| c > low - 3.0 && c < low + size + 3.0;
         if near(START.x, x, w) && near(START.y, y, h) {
             continue;

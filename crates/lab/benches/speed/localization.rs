@@ -18,7 +18,8 @@ const TICKS: u32 = 3;
 /// Updates along the first metres of env4-s2, with 500, 2000 and 5000 particles.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let OnTheWay { mut world, .. } = OnTheWay::with("curiosity")?;
-    let (start, scenario) = (world.scenario().robot.start, world.scenario().clone());
+    let start = world.scenario().robot.start;
+    let scenario = world.scenario().clone();
     let drive: Rc<Vec<Observation>> = Rc::new((0..UPDATES).map(|_| observe_after(&mut world)).collect());
     let of = |particles: usize| {
         let params = LocalizerParams {
@@ -29,7 +30,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         let map = world.map().clone();
         let localizer = Localizer::new(map, scenario.laser, scenario.odometry_noise, params, 1)?;
         let localizer = Rc::new(RefCell::new(localizer));
-        let (started, drive) = (Rc::clone(&localizer), Rc::clone(&drive));
+        let started = Rc::clone(&localizer);
+        let drive = Rc::clone(&drive);
         let start_over = move || {
             let mut localizer = started.borrow_mut();
             let covariance = localizer.start_covariance();

@@ -75,7 +75,8 @@ fn main() -> anyhow::Result<ExitCode> {
     let baseline = Baseline::read()?;
     let is_asked =
         |name: &str| options.only.is_empty() || options.only.iter().any(|o| name.starts_with(o.as_str()));
-    let (mut rows, mut found) = (Vec::new(), false);
+    let mut rows = Vec::new();
+    let mut found = false;
     for (theme, cases) in THEMES {
         // Making the cases takes time as well.
         if !theme.iter().any(|t| is_asked(t) || options.only.iter().any(|asked| asked.starts_with(t))) {

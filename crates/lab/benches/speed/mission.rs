@@ -63,7 +63,8 @@ impl OnTheWay {
 
     /// The scene `tick` ticks after the start for a robot at `pose` that is sure of its position.
     pub(crate) fn scene(&self, pose: Pose2, tick: u64) -> Scene {
-        let (belief, people) = (self.belief(pose, 0.01), self.world.people());
+        let belief = self.belief(pose, 0.01);
+        let people = self.world.people();
         let Course { profile, robot, .. } = &self.context.course;
         let moment = Moment { tick, stamp: 0.1 * tick as f64 };
         Observer::default().form_scene(profile, robot, moment, belief, people)
@@ -72,7 +73,8 @@ impl OnTheWay {
     /// The same as messages, for a position known with `variance` m2.
     pub(crate) fn observation(&self, pose: Pose2, tick: u64, variance: f64) -> Observation {
         let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true };
-        let (belief, stamp) = (self.belief(pose, variance), 0.1 * tick as f64);
+        let belief = self.belief(pose, variance);
+        let stamp = 0.1 * tick as f64;
         Observation {
             belief: convert::belief_to_wire(&belief, tick, stamp, health),
             people: convert::people_to_wire(self.world.people(), tick, stamp),

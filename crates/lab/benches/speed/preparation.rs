@@ -11,12 +11,15 @@ use crate::hall;
 
 /// The grid's two distance fields, the way to the goal, what scans tell, and the localiser with its likelihood field.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
-    let (grid, map) = (hall::grid()?, hall::map()?);
+    let grid = hall::grid()?;
+    let map = hall::map()?;
     let [for_way, for_information, for_rays, for_localizer] = [0; 4].map(|_| map.clone());
-    let (laser, params) = (LaserModel::default(), InformationParams::default());
+    let laser = LaserModel::default();
+    let params = InformationParams::default();
     let information = InformationField::new(&map, &laser, &params);
     let localizer = move |map: StaticMap| {
-        let (laser, noise) = (LaserModel::default(), OdometryNoise::default());
+        let laser = LaserModel::default();
+        let noise = OdometryNoise::default();
         Localizer::new(map, laser, noise, LocalizerParams::default(), 1)
     };
     Ok(vec![

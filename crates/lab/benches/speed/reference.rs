@@ -112,7 +112,8 @@ pub(crate) fn check(reference: &mut Reference) -> anyhow::Result<()> {
     for i in (0..STATES).step_by(997) {
         let (Points { x, y, sum }, lane) = (&reference.points[i / 16], i % 16);
         let density = |&(mx, my): &(f32, f32)| {
-            let (dx, dy) = (f64::from(x[lane] - mx), f64::from(y[lane] - my));
+            let dx = f64::from(x[lane] - mx);
+            let dy = f64::from(y[lane] - my);
             f64::from(WEIGHT) * (f64::from(EXPONENT) * (dx * dx + dy * dy)).max(-80.0).exp()
         };
         let (expected, found): (f64, _) = (reference.means.iter().map(density).sum(), f64::from(sum[lane]));

@@ -32,8 +32,10 @@ fn crowd(people: usize) -> anyhow::Result<World> {
          people = { motion = \"hrvo\" }\n",
     );
     for k in 0..people {
-        let (x, y) = (1.5 + 1.1 * (k % 12) as f64, 1.5 + 1.1 * (k / 12) as f64);
-        let (to_x, to_y) = (29.0 - x, 26.0 - y);
+        let x = 1.5 + 1.1 * (k % 12) as f64;
+        let y = 1.5 + 1.1 * (k / 12) as f64;
+        let to_x = 29.0 - x;
+        let to_y = 26.0 - y;
         write!(text, "[[walkers]]\nroute = [[{x}, {y}], [{to_x}, {to_y}]]\n")?;
     }
     let scenario = Scenario::from_toml(&text)?;

@@ -12,7 +12,8 @@ use crate::hall;
 
 /// Each built-in term alone, and those of the paper's planner together.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
-    let (map, scene) = (hall::map()?, Arc::new(hall::scene()));
+    let map = hall::map()?;
+    let scene = Arc::new(hall::scene());
     let task = Task { goal: hall::GOAL, ..Task::default() };
     let built = |term: &&'static str| {
         let evaluator = terms::evaluator(term, &Profile::default(), &task, &map).context(*term)?;
@@ -26,7 +27,8 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     for (size, count, steps, dt) in [("2000x56", 2000, 56, 0.1), ("100x13", 100, 13, 0.3)] {
         let candidates = Arc::new(hall::candidates(count, steps, dt)?);
         let case = |name: &str, evaluators: Vec<(&'static str, Arc<dyn Evaluator>)>| {
-            let (scene, candidates) = (Arc::clone(&scene), Arc::clone(&candidates));
+            let scene = Arc::clone(&scene);
+            let candidates = Arc::clone(&candidates);
             Case::new(format!("term/{name}/{size}"), move || {
                 let costs = |(_, e): &(_, Arc<dyn Evaluator>)| e.evaluate(&scene, &candidates, &|| false);
                 evaluators.iter().map(costs).collect::<Vec<_>>()

@@ -38,7 +38,8 @@ fn case(shape: &str) -> anyhow::Result<Case> {
     let covariance = Matrix3::identity() * 0.01;
     let belief = Belief { pose: world.truth().pose, covariance, twist: Twist::default() };
     let scan = move |tracker: &mut Tracker, seen: &Sensed| {
-        let (stamp, odometry) = (seen.stamp, seen.odometry);
+        let stamp = seen.stamp;
+        let odometry = seen.odometry;
         let now = Observation { stamp, ranges: &seen.ranges, laser: &laser, odometry, belief: &belief };
         tracker.update(&now).0.len()
     };
@@ -65,9 +66,11 @@ fn world(shape: &str) -> anyhow::Result<World> {
     );
     for k in 0..PEOPLE {
         // A spiral over the 260 degrees ahead: neighbours are not hidden behind each other.
-        let (distance, bearing) = (1.6 + 0.45 * f64::from(k % 4), -2.27 + 4.54 / 40.0 * f64::from(k));
+        let distance = 1.6 + 0.45 * f64::from(k % 4);
+        let bearing = -2.27 + 4.54 / 40.0 * f64::from(k);
         let (s, c) = sin_cos(0.7 + bearing);
-        let (x, y) = (16.0 + distance * c, 16.0 + distance * s);
+        let x = 16.0 + distance * c;
+        let y = 16.0 + distance * s;
         writeln!(text, "[[walkers]]\nroute = [[{x}, {y}], [{}, {}]]", x + 0.4 * c, y + 0.4 * s)?;
     }
     let scenario = Scenario::from_toml(&text)?;

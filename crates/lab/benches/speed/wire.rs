@@ -21,7 +21,8 @@ const BUDGET_MS: u32 = 20;
 /// Each message of a cycle among people, encoded and decoded, and a question for the batch of the budgets.
 pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
     let on_the_way = OnTheWay::with("curiosity")?;
-    let (context, pose) = (&on_the_way.context, on_the_way.pose);
+    let context = &on_the_way.context;
+    let pose = on_the_way.pose;
     let scene = on_the_way.scene(pose, 120);
     let health = Health { outside_weight: 0.0, scan_fit: 1.0, particles: 500, converged: true };
     let scene_message = convert::scene_to_wire(&scene, health);
@@ -38,11 +39,13 @@ pub(crate) fn cases() -> anyhow::Result<Vec<Case>> {
         cut: false,
     };
     let generate = {
-        let (context, scene) = (Arc::clone(context), scene_message.clone());
+        let context = Arc::clone(context);
+        let scene = scene_message.clone();
         move || context.generate_question((1, 1), &scene, 0, Some(&tree), &[pose; 12]).encode(BUDGET_MS)
     };
     let evaluate = |candidates: CandidateSet| {
-        let (context, scene) = (Arc::clone(context), scene_message.clone());
+        let context = Arc::clone(context);
+        let scene = scene_message.clone();
         move || {
             let questions = context.evaluate_questions((1, 1), &scene, &candidates);
             questions.shard("cpc", 0, 0..candidates.len()).encode(BUDGET_MS)

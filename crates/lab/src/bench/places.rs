@@ -29,7 +29,8 @@ fn walls(map: &OccupancyGrid) -> BTreeSet<[i64; 2]> {
     let width = map.width as usize;
     let (sin, cos) = map.origin.heading.sin_cos();
     let at = |cell: usize| {
-        let (x, y) = ((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5);
+        let x = (cell % width) as f64 + 0.5;
+        let y = (cell / width) as f64 + 0.5;
         let (x, y) = (cos * x - sin * y, sin * x + cos * y);
         [map.origin.x / map.resolution + x, map.origin.y / map.resolution + y].map(|at| at.floor() as i64)
     };

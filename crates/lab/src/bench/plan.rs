@@ -109,7 +109,9 @@ impl Plan {
         let place = |name: &str| PUBLISHED.iter().position(|p| p.name == name).unwrap_or(usize::MAX);
         scenes.sort_by_key(|s| (place(s.name()), s.name().to_owned()));
         if let Some([a, b]) = scenes.array_windows().find(|[a, b]| a.name() == b.name()) {
-            let (first, second, name) = (a.file.display(), b.file.display(), a.name());
+            let first = a.file.display();
+            let second = b.file.display();
+            let name = a.name();
             bail!("{first} and {second} are both called `{name}`; results need different names");
         }
         Ok(Self { planners, scenes, perception })
@@ -183,7 +185,8 @@ fn files(patterns: &[String]) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 fn scene(file: &Path, planners: &[Planner], perception: Option<Perception>) -> anyhow::Result<Scene> {
-    let (mut digests, mut first) = (Vec::new(), None);
+    let mut digests = Vec::new();
+    let mut first = None;
     let fields = Fields::of_maps([]);
     for planner in planners {
         let choice = Choice { planner: Some(planner.source.clone()), perception, ..Choice::default() };

@@ -24,7 +24,8 @@ impl Progress {
     /// One more is done; `what` it was.
     pub(crate) fn step(&mut self, what: &str) {
         self.bar.inc(1);
-        let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
+        let done = self.bar.position();
+        let total = self.bar.length().unwrap_or_default();
         // Runs take about the same time each.
         let each = self.bar.elapsed().div_f64(done as f64);
         let left = HumanDuration(each.mul_f64(total.saturating_sub(done) as f64));

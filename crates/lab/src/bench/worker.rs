@@ -68,7 +68,8 @@ async fn run(
 ) -> Result<Row, Exit> {
     let job: Job = serde_json::from_str(line).map_err(Exit::bad_input)?;
     let begin = Instant::now();
-    let (planner, perception) = (Some(job.planner_source.clone()), job.perception);
+    let planner = Some(job.planner_source.clone());
+    let perception = job.perception;
     let choice = Choice { planner, perception, ..Choice::default() };
     let mut package =
         package::read(&job.scenario_file, &choice, Clock::Lockstep, 1.0).map_err(Exit::bad_input)?;

@@ -43,8 +43,11 @@ enum Line {
 /// # Errors
 /// If it has no scan, or fewer lines of interest that can be read than ones that cannot.
 pub(super) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
-    let (mut faults, mut clock) = (Faults::default(), Clock::default());
-    let (mut odometry, mut scans, mut offset) = (Vec::new(), Vec::new(), 0.0);
+    let mut faults = Faults::default();
+    let mut clock = Clock::default();
+    let mut odometry = Vec::new();
+    let mut scans = Vec::new();
+    let mut offset = 0.0;
     for (number, line) in text.lines().enumerate() {
         match read(line, scanner) {
             Ok(Line::Odometry { stamp, pose }) => odometry.push((clock.time(stamp), pose)),
@@ -91,7 +94,8 @@ pub(super) fn parse(text: &str, scanner: Scanner) -> anyhow::Result<Log> {
 /// Odometry at `stamp`, between the lines around it.
 fn between(odometry: &[(f64, Pose2)], stamp: f64) -> Option<Pose2> {
     let next = odometry.partition_point(|(time, _)| *time < stamp);
-    let (after, before) = (odometry.get(next), next.checked_sub(1).map(|at| &odometry[at]));
+    let after = odometry.get(next);
+    let before = next.checked_sub(1).map(|at| &odometry[at]);
     match (before, after) {
         // Across a restart there is nothing in between.
         (Some((t0, a)), Some((t1, b))) if t1 > t0 && is_near(*a, *b, 1.0) => {
@@ -149,7 +153,8 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
         }
         Some("FLASER") => {
             let ranges = words.ranges()?;
-            let (pose, odometry) = (words.pose("the pose")?, words.pose("odometry")?);
+            let pose = words.pose("the pose")?;
+            let odometry = words.pose("odometry")?;
             let stamp = words.number("the time")?;
             // Half a turn: 180 readings are the first 180 of 181.
             let gaps = ranges.len() - ranges.len() % 2;
@@ -159,11 +164,9 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
         }
         Some("ROBOTLASER1") => {
             words.number("the type")?;
-            let (start, _, step) = (
-                words.number("the start")?,
-                words.number("the field of view")?,
-                words.number("the resolution")?,
-            );
+            let start = words.number("the start")?;
+            let _ = words.number("the field of view")?;
+            let step = words.number("the resolution")?;
             let (most, ..) = (
                 words.number("the greatest range")?,
                 words.number("the accuracy")?,
@@ -173,7 +176,8 @@ fn read(line: &str, scanner: Scanner) -> Result<Line, String> {
             for _ in 0..words.count("the number of remissions", 8192.0)? {
                 words.0.next();
             }
-            let (on_map, pose) = (words.pose("the laser's pose")?, words.pose("the robot's pose")?);
+            let on_map = words.pose("the laser's pose")?;
+            let pose = words.pose("the robot's pose")?;
             for what in ["the speed", "the turn rate", "a distance", "a distance", "the axis"] {
                 words.number(what)?;
             }

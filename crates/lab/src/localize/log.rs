@@ -85,7 +85,8 @@ impl Log {
         let mut kept: Vec<Reading> = Vec::with_capacity(readings.len());
         let mut last: Option<(f64, Pose2)> = None;
         for mut reading in readings {
-            let (raw, stamp) = (reading.odometry, reading.stamp);
+            let raw = reading.odometry;
+            let stamp = reading.stamp;
             if let (Some((before, from)), Some(kept)) = (last, kept.last()) {
                 if stamp <= before {
                     faults.disordered_scans += 1;

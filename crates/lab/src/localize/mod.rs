@@ -169,7 +169,8 @@ pub fn localize(options: &Options, reader: &RecordingReader) -> Result<u8, Exit>
         let pairs = poses.iter().zip(&log.readings).skip(from);
         pairs.filter_map(|(pose, reading)| Some((*pose, reading.reference?))).collect()
     };
-    let (pairs, alone) = (with_reference(&track.poses), with_reference(&alone));
+    let pairs = with_reference(&track.poses);
+    let alone = with_reference(&alone);
     let covariances = track.covariances.iter().zip(&log.readings).skip(from);
     let covariances: Vec<_> = covariances
         .filter(|(_, reading)| reading.reference.is_some())
@@ -206,7 +207,8 @@ fn read(options: &Options, reader: &RecordingReader) -> anyhow::Result<(Log, Str
         let text = files::bytes(path)?;
         carmen::parse(&String::from_utf8_lossy(&text), scanner).with_context(|| path.display().to_string())
     };
-    let (mut map, mut references_are) = (None, "poses of the log".to_owned());
+    let mut map = None;
+    let mut references_are = "poses of the log".to_owned();
     let mut log = if files::begins_with(&options.path, MCAP_MAGIC)? {
         let recorded = reader(&options.path, options.robot.as_deref())?;
         let log = recorded::log(&recorded, scanner);

@@ -51,7 +51,8 @@ pub(super) fn log(recorded: &Recorded, scanner: Scanner) -> anyhow::Result<(Log,
         if let Some(pose) = scanner.robot_from_laser {
             laser.robot_from_laser = pose;
         }
-        let (stamp, odometry) = (scan.stamp, Pose2::new(at.x, at.y, at.heading));
+        let stamp = scan.stamp;
+        let odometry = Pose2::new(at.x, at.y, at.heading);
         readings.push(Reading { stamp, ranges: ranges.into_owned(), laser, odometry, reference: None });
     }
     ensure!(!readings.is_empty(), "it has no scan with odometry of the same tick");

@@ -16,10 +16,15 @@ fn foyer(old_style: bool) -> (StaticMap, Vec<String>) {
     let map = MapFiles::read(&Path::new(FOLDER).join("maps/quickstart.yaml")).unwrap();
     let map = StaticMap::new(map.grid().unwrap());
     let mut world = World::new(&scenario, map.clone(), vec![], 1).unwrap();
-    let (mut lines, mut random, mut turn) = (Vec::new(), rng(3, 0), 0.0);
+    let mut lines = Vec::new();
+    let mut random = rng(3, 0);
+    let mut turn = 0.0;
     for tick in 0..1000 {
-        let (seen, truth) = (world.observe(), world.truth());
-        let (o, t, stamp) = (seen.odometry, truth.pose, 1e9 + seen.stamp);
+        let seen = world.observe();
+        let truth = world.truth();
+        let o = seen.odometry;
+        let t = truth.pose;
+        let stamp = 1e9 + seen.stamp;
         let mut line = String::new();
         if old_style {
             write!(line, "FLASER {}", seen.ranges.len()).unwrap();
@@ -118,7 +123,8 @@ fn broken_lines_gaps_restarts_and_clocks_that_are_set_back_are_survived() {
     }
     lines.drain(700..730);
     lines.swap(800, 801);
-    let (mut cut, mut whole) = (0, Vec::new());
+    let mut cut = 0;
+    let mut whole = Vec::new();
     for (k, line) in lines.into_iter().enumerate() {
         cut += usize::from(k % 50 == 49);
         whole.push(if k % 50 == 49 { line[..line.len() / 2].to_owned() } else { line });

@@ -73,7 +73,8 @@ pub fn check(scene: &PaperScene) -> Report {
     let map = &scene.map;
     let grid = &*map.grid;
     let scenario = &scene.scenario;
-    let (start, goal) = (scenario.robot.start.position(), scenario.robot.goal);
+    let start = scenario.robot.start.position();
+    let goal = scenario.robot.goal;
     let range = scenario.laser.range_max;
     let cells = |what| (0..grid.cells().len()).filter(|&i| grid.cell(i) == what).count();
     let landmarks = cells(Cell::Occupied);
@@ -141,7 +142,8 @@ fn add_route(
     to_patrols: &dyn Fn(Point2) -> f64,
 ) {
     let way = points(&route.way, SPACING_M);
-    let (map, grid) = (&scene.map, &scene.map.grid);
+    let map = &scene.map;
+    let grid = &scene.map.grid;
     let laser = &scene.scenario.laser;
     let all = length(&way);
     let bare = length_where(&way, |p| map.to_occupied.at(grid, p) > laser.range_max);
@@ -224,7 +226,8 @@ mod tests {
     fn every_number_of_table_2_holds_in_both_readings_of_the_scale() {
         let printed_areas = [378.30, 363.82, 272.21, 433.91, 420.14];
         for scene in environments(SEED).unwrap() {
-            let (report, published) = (check(&scene), scene.published.unwrap());
+            let report = check(&scene);
+            let published = scene.published.unwrap();
             let found = ["people", "known cells", "landmark cells"].map(|what| value(&report, what) as usize);
             assert_eq!(found, [published.people, published.known_cells, published.landmark_cells]);
             let [_, known_cells, _] = found.map(|count| count as f64);
@@ -254,7 +257,8 @@ mod tests {
 
     #[test]
     fn the_seed_moves_people_but_not_walls() {
-        let (a, b) = (hall(1), hall(2));
+        let a = hall(1);
+        let b = hall(2);
         assert_eq!(a.map.grid.hash(), b.map.grid.hash());
         assert_ne!(a.scenario.walkers, b.scenario.walkers);
         assert_eq!(a.scenario, hall(1).scenario);

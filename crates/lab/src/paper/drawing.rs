@@ -105,7 +105,8 @@ impl Plan {
         let frame = drawing.frame;
         let polygons = |shapes: &[Shape]| shapes.iter().map(|s| s.polygon(frame.as_ref())).collect();
         let corners = |list: &[Corner]| corners(list, frame.as_ref());
-        let (start, goal) = (drawing.start, drawing.goal);
+        let start = drawing.start;
+        let goal = drawing.goal;
         let route = |(kind, via): (RouteKind, Vec<Corner>)| Route {
             kind,
             way: [vec![start.position()], corners(&via), vec![goal]].concat(),

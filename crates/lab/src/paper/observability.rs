@@ -17,7 +17,9 @@ pub(super) fn look(map: &StaticMap, laser: &LaserModel, pose: Pose2) -> Vec<Poin
 /// weakest direction. 0 along a smooth corridor.
 pub(super) fn hold(normals: &[Point2]) -> f64 {
     let sum = |product: fn(&Point2) -> f64| normals.iter().map(product).sum::<f64>();
-    let (xx, xy, yy) = (sum(|n| n.x * n.x), sum(|n| n.x * n.y), sum(|n| n.y * n.y));
+    let xx = sum(|n| n.x * n.x);
+    let xy = sum(|n| n.x * n.y);
+    let yy = sum(|n| n.y * n.y);
     eigenvalues(xx, xy, yy).1.max(0.0)
 }
 
@@ -40,7 +42,8 @@ fn meet(map: &StaticMap, from: Point2, (s, c): (f64, f64), range: f64) -> Option
 fn normal(map: &StaticMap, p: Point2) -> Option<Point2> {
     let step = 2.0 * map.grid.resolution();
     let at = |dx: f64, dy: f64| map.to_occupied.at(&map.grid, Point2::new(p.x + dx, p.y + dy));
-    let (gx, gy) = (at(step, 0.0) - at(-step, 0.0), at(0.0, step) - at(0.0, -step));
+    let gx = at(step, 0.0) - at(-step, 0.0);
+    let gy = at(0.0, step) - at(0.0, -step);
     let size = (gx * gx + gy * gy).sqrt();
     (size > 0.0).then(|| Point2::new(gx / size, gy / size))
 }
@@ -55,7 +58,8 @@ mod tests {
     fn corridor(across: Option<usize>) -> StaticMap {
         let cells = (0..200 * 40)
             .map(|i| {
-                let (column, row) = (i % 200, i / 200);
+                let column = i % 200;
+                let row = i / 200;
                 if row == 0 || row == 39 || Some(column) == across { 100 } else { 0 }
             })
             .collect();

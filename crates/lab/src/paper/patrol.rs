@@ -92,7 +92,8 @@ pub(super) fn draw(
 
 /// Where a walker of a straight patrol is at t = 0.
 fn at_start(walker: &Walker) -> Point2 {
-    let (a, b) = (walker.route[0], walker.route[1]);
+    let a = walker.route[0];
+    let b = walker.route[1];
     let length = a.distance(b);
     let along =
         if walker.start_offset <= length { walker.start_offset } else { 2.0 * length - walker.start_offset };
@@ -103,7 +104,8 @@ fn at_start(walker: &Walker) -> Point2 {
 pub(super) fn points(polyline: &[Point2], spacing: f64) -> Vec<Point2> {
     let mut all: Vec<Point2> = polyline.first().copied().into_iter().collect();
     for pair in polyline.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
+        let a = pair[0];
+        let b = pair[1];
         let steps = (a.distance(b) / spacing).ceil().max(1.0) as usize;
         all.extend((1..=steps).map(|k| a.toward(b, k as f64 / steps as f64)));
     }

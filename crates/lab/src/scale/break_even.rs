@@ -115,15 +115,18 @@ fn sizes(options: &Options) -> (&'static str, Vec<(Option<usize>, usize)>) {
         let given: Vec<u32> = options.trees.iter().map(|&n| n.into()).collect();
         return ("trees", or(&given, &TREES).into_iter().map(|trees| (None, trees)).collect());
     }
-    let (batches, crowds) = (or(&options.batch, &BATCHES), or(&options.people, &PEOPLE));
+    let batches = or(&options.batch, &BATCHES);
+    let crowds = or(&options.people, &PEOPLE);
     let sizes = crowds.iter().flat_map(|people| batches.iter().map(move |batch| (Some(*people), *batch)));
     ("batch", sizes.collect())
 }
 
 /// Times of the same work here and in the pool, by turns.
 async fn compare(robot: &Robot, work: &Work, seconds: f64) -> anyhow::Result<[Vec<Duration>; 2]> {
-    let (mut here, mut pool) = (Vec::new(), Vec::new());
-    let (mut trees_here, mut trees) = (Vec::new(), Vec::new());
+    let mut here = Vec::new();
+    let mut pool = Vec::new();
+    let mut trees_here = Vec::new();
+    let mut trees = Vec::new();
     let mut end = Instant::now() + Duration::from_secs_f64(seconds);
     let mut seq = 0;
     while (seq as usize) < SETTLING || Instant::now() < end {

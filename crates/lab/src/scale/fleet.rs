@@ -82,23 +82,28 @@ async fn row(
         robot.ready(replicas).await?;
     }
     let scenes = workload.observations();
-    let (begin, end) = (Instant::now(), Arc::new(AtomicBool::new(false)));
+    let begin = Instant::now();
+    let end = Arc::new(AtomicBool::new(false));
     let mut planning = JoinSet::new();
     for (index, robot) in robots.iter().enumerate() {
         // Evenly over the period, as robots that do not know each other are on average.
         let start = begin + period.mul_f64(index as f64 / robot_count as f64);
-        let (robot, end, scenes) = (Arc::clone(robot), Arc::clone(&end), Arc::clone(&scenes));
+        let robot = Arc::clone(robot);
+        let end = Arc::clone(&end);
+        let scenes = Arc::clone(&scenes);
         on_a_thread(&mut planning, async move {
             (index, robot.plan(&scenes, index, (start, period), &end).await)
         });
     }
     tokio::time::sleep(SETTLING).await;
     let from = Instant::now();
-    let (used, traffic) = (processes.used(), total(&robots));
+    let used = processes.used();
+    let traffic = total(&robots);
     tokio::time::sleep(Duration::from_secs_f64(options.seconds.unwrap_or(20.0))).await;
     let until = Instant::now();
     let seconds = (until - from).as_secs_f64();
-    let (cores, traffic) = (processes.used(), total(&robots).since(&traffic));
+    let cores = processes.used();
+    let traffic = total(&robots).since(&traffic);
     let cores = cores.all_since(&used, seconds);
     let (routers_mib, replicas_mib) = processes.resident();
     let restarted = Instant::now();
@@ -220,7 +225,8 @@ impl Traffic {
 
 fn total(robots: &[Arc<FleetRobot>]) -> Traffic {
     robots.iter().fold(Traffic::default(), |sum, robot| {
-        let (pool, peers) = (&robot.pool, &robot.pool.peers);
+        let pool = &robot.pool;
+        let peers = &robot.pool.peers;
         Traffic {
             questions: sum.questions + peers.questions.total() as f64,
             sent: sum.sent + peers.sent.total() as f64,

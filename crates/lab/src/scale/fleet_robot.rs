@@ -58,7 +58,9 @@ pub(super) fn goals(
 ) -> anyhow::Result<Vec<Arc<PlanContext>>> {
     let map = workload.fields.map(workload.mission.order.map).context("the map of the scenario")?;
     let grid = &map.grid;
-    let (mut random, mut taken, mut contexts) = (rng(SEED, 1), BTreeSet::new(), Vec::new());
+    let mut random = rng(SEED, 1);
+    let mut taken = BTreeSet::new();
+    let mut contexts = Vec::new();
     for _ in 0..count * TRIES {
         if contexts.len() == count {
             break;
@@ -147,7 +149,8 @@ impl FleetRobot {
     ) -> anyhow::Result<Vec<Cycle>> {
         let mut beat = tokio::time::interval_at(start.into(), period);
         beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
-        let (mut memory, mut cycles) = (Memory::new(first as u64), Vec::new());
+        let mut memory = Memory::new(first as u64);
+        let mut cycles = Vec::new();
         let hand_made =
             [Degradation::GeneratedLocally, Degradation::NotGenerated, Degradation::PartlyGenerated];
         while !end.load(Ordering::Relaxed) {

@@ -41,7 +41,8 @@ async fn row(
     (replicas, robot_count): (usize, usize),
 ) -> anyhow::Result<Row> {
     let robots = setup.robots(processes, (replicas, robot_count), Clock::Realtime).await?;
-    let (begin, before) = (Instant::now(), processes.used());
+    let begin = Instant::now();
+    let before = processes.used();
     let seconds = setup.options.seconds.unwrap_or(10.0);
     let cycles = SETTLING + (seconds / PERIOD.as_secs_f64()).ceil() as u32;
     let mut planning = JoinSet::new();
@@ -51,7 +52,9 @@ async fn row(
         on_a_thread(&mut planning, plan(index as u64, Arc::clone(robot), Arc::clone(work), start, cycles));
     }
     let mut times = Vec::new();
-    let (mut planned, mut shards, mut unanswered) = (0, 0, 0);
+    let mut planned = 0;
+    let mut shards = 0;
+    let mut unanswered = 0;
     // Candidates answered per robot.
     let mut shares = Vec::new();
     while let Some(answers) = planning.join_next().await {
@@ -97,9 +100,11 @@ async fn plan(
 ) -> anyhow::Result<Vec<Answer>> {
     let mut beat = tokio::time::interval_at(start.into(), PERIOD);
     beat.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let (settled, end) = (start + PERIOD * SETTLING, start + PERIOD * cycles);
+    let settled = start + PERIOD * SETTLING;
+    let end = start + PERIOD * cycles;
     let mut answers = Vec::new();
-    let (mut seq, mut trees) = (first, Vec::new());
+    let mut seq = first;
+    let mut trees = Vec::new();
     loop {
         let at = beat.tick().await.into_std();
         if at >= end {

@@ -139,11 +139,13 @@ fn measured(questions: &[Question], cycles: &[Vec<wire::Timings>; 2], rounds: &[
     let round_trips = mean(&ratios).unwrap_or_default();
     let (low, high) = mean_interval(&ratios, 0).unwrap_or((round_trips, round_trips));
     let middle = |values: Vec<f64>| median(&values).unwrap_or_default();
-    let (added, bare) = (middle(of(|round| round.added)), middle(of(|round| round.bare)));
+    let added = middle(of(|round| round.added));
+    let bare = middle(of(|round| round.bare));
     let questions: Vec<Row> = questions.iter().map(question).collect();
     let homes = [stages("in process", &cycles[0]), stages("processes", &cycles[1])];
     let verdict = if high <= ROUND_TRIPS_MAX { "within" } else { "beyond" };
-    let (count, rounds) = (cycles[0].len(), rounds.len());
+    let count = cycles[0].len();
+    let rounds = rounds.len();
     Measured {
         json: json!({
             "cycles": count,

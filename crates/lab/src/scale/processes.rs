@@ -35,8 +35,11 @@ impl Processes {
         let quotas = quota.map(Quotas::new).transpose().map_err(Exit::bad_input)?;
         let program =
             std::env::current_exe().context("cannot find this program's file").map_err(Exit::network)?;
-        let (secure, log) = (secure.map(Path::to_owned), log.to_owned());
-        let (endpoints, routers, replicas) = (Vec::new(), Vec::new(), Vec::new());
+        let secure = secure.map(Path::to_owned);
+        let log = log.to_owned();
+        let endpoints = Vec::new();
+        let routers = Vec::new();
+        let replicas = Vec::new();
         let mut processes = Self { program, log, endpoints, secure, routers, replicas, quotas };
         processes.add_router().await?;
         Ok(processes)

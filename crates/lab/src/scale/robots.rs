@@ -69,7 +69,8 @@ impl Robot {
         let peers = ZenohPeers::new(session, false).map_err(Exit::network)?;
         let pool = Arc::new(Pool::new(peers));
         let mut keeping = JoinSet::new();
-        let (of, with) = (Arc::clone(&pool), Arc::clone(&context));
+        let of = Arc::clone(&pool);
+        let with = Arc::clone(&context);
         keeping.spawn(async move { of.keep_ready(&with).await });
         Ok(Self { pool, context, _keeping_ready: keeping })
     }

@@ -64,7 +64,8 @@ async fn drive(
     time: Duration,
 ) -> anyhow::Result<Driven> {
     let begin = Instant::now();
-    let (settled, end) = (begin + time.mul_f64(SETTLING), begin + time);
+    let settled = begin + time.mul_f64(SETTLING);
+    let end = begin + time;
     let mut asking = JoinSet::new();
     for (index, robot) in robots.iter().enumerate() {
         on_a_thread(&mut asking, keep_asking(Arc::clone(robot), Arc::clone(work), index as u64, end));
@@ -95,7 +96,8 @@ async fn keep_asking(
     end: Instant,
 ) -> anyhow::Result<Vec<(Instant, Answer)>> {
     let mut answers = Vec::new();
-    let (mut seq, mut trees) = (first, Vec::new());
+    let mut seq = first;
+    let mut trees = Vec::new();
     while Instant::now() < end {
         let answer = robot.ask(&work, seq, &mut trees).await?;
         answers.push((Instant::now(), answer));

@@ -75,7 +75,8 @@ async fn drive_all(
 ) -> anyhow::Result<Driven> {
     let mut driven = Driven::default();
     processes.limit()?;
-    let (begin, before) = (Instant::now(), processes.used());
+    let begin = Instant::now();
+    let before = processes.used();
     for seed in 1..=options.drives {
         eprintln!("{trees} trees, drive {seed} of {}", options.drives);
         let package = read(options, Some(seed.into()), Some(trees as u32))?;

@@ -109,7 +109,8 @@ fn corridors(width: f64, depth: f64, random: &mut Rng) -> Vec<Polygon> {
         }
         blocks
     };
-    let (columns, rows) = (cuts(width, random), cuts(depth, random));
+    let columns = cuts(width, random);
+    let rows = cuts(depth, random);
     let mut things = Vec::new();
     for &(south, north) in &rows {
         for (k, &(west, east)) in columns.iter().enumerate() {

@@ -67,7 +67,8 @@ pub(super) fn drawn_plans(folder: &str, stream: u64, plans: u64) -> anyhow::Resu
 
 /// Tasks on those published maps that are at hand, and which are not.
 pub(super) fn published() -> anyhow::Result<(Vec<File>, Vec<String>)> {
-    let (mut files, mut missing) = (Vec::new(), Vec::new());
+    let mut files = Vec::new();
+    let mut missing = Vec::new();
     for (kind, (name, file, lengths)) in PUBLISHED.into_iter().enumerate() {
         let reference = format!("dataset:{file}");
         let path = match locate(&reference, Path::new("")) {

@@ -39,7 +39,8 @@ fn the_open_scenes_have_the_people_of_table_2_for_every_seed() {
 /// Mean number of people within 2 m of the direct way from start to goal, over a minute.
 fn busy(scene: &PaperScene, scenario: &Scenario, seed: u64) -> f64 {
     let mut world = world(scene, scenario, seed);
-    let (start, goal) = (scenario.robot.start.position(), scenario.robot.goal);
+    let start = scenario.robot.start.position();
+    let goal = scenario.robot.goal;
     let way = goal.distance(start);
     let mut sum = 0.0;
     for _ in 0..60 {

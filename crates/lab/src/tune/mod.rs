@@ -91,7 +91,8 @@ pub async fn tune(options: Options) -> Result<u8, Exit> {
 }
 
 async fn results(runs: &mut Runs<'_>) -> anyhow::Result<String> {
-    let (space, options) = (runs.space, runs.options);
+    let space = runs.space;
+    let options = runs.options;
     let base = space.base()?;
     let mut settings = vec![base.clone()];
     settings.extend(space.sample(options.settings, options.search_seed)?);
@@ -151,7 +152,9 @@ impl Trial for Runs<'_> {
         let jobs = plan.jobs(self.options.first_seed, repeats, None);
         let missing = self.execution.finish(&jobs).await?;
         if let Some(first) = missing.first() {
-            let (lost, all, reason) = (missing.len(), jobs.len(), &first.reason);
+            let lost = missing.len();
+            let all = jobs.len();
+            let reason = &first.reason;
             bail!("{lost} of {all} runs did not take place, the first because: {reason}");
         }
         let mut costs = Vec::new();

@@ -140,7 +140,8 @@ const PRIMES: [u32; PARAMETERS_MOST] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 
 
 /// The digits of `index` mirrored at the point (van der Corput).
 fn radical_inverse(mut index: u32, base: u32) -> f64 {
-    let (mut value, mut weight) = (0.0, 1.0 / f64::from(base));
+    let mut value = 0.0;
+    let mut weight = 1.0 / f64::from(base);
     while index > 0 {
         value += weight * f64::from(index % base);
         weight /= f64::from(base);
