@@ -9,19 +9,19 @@ use serde::{Deserialize, Serialize};
 /// `[count, steps]`, row-major, map frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CandidateSet {
-    /// Candidates.
+    /// How many candidates there are.
     pub count: u32,
-    /// States a candidate.
+    /// States of each candidate.
     pub steps: u32,
-    /// Between states, s.
+    /// Time between states, s.
     pub dt: f64,
     /// `[count]` identifiers; of equal costs the lower wins.
     pub id: U32Array,
-    /// Metres.
+    /// x of each state, m.
     pub x: F64Array,
-    /// Metres.
+    /// y of each state, m.
     pub y: F64Array,
-    /// Radians.
+    /// Heading of each state, rad.
     pub heading: F64Array,
     /// Forward speed that led to the state, m/s.
     pub v: F64Array,
@@ -43,19 +43,19 @@ checks! { set: CandidateSet {
 /// A reader has arrays of its own; a writer may borrow them ([`CandidateShardSlices`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CandidateShard<Ids = U32Array, Column = F64Array> {
-    /// Candidates.
+    /// How many candidates there are.
     pub count: u32,
-    /// States a candidate.
+    /// States of each candidate.
     pub steps: u32,
-    /// Between states, s.
+    /// Time between states, s.
     pub dt: f64,
     /// `[count]` identifiers.
     pub id: Ids,
-    /// Metres.
+    /// x of each state, m.
     pub x: Column,
-    /// Metres.
+    /// y of each state, m.
     pub y: Column,
-    /// Radians.
+    /// Heading of each state, rad.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub heading: Option<Column>,
     /// Forward speed that led to the state, m/s.

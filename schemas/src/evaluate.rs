@@ -52,11 +52,11 @@ checks! { request: EvaluateRequest {
 /// Raw costs of a shard, one per candidate, in its order; lower is better.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scores {
-    /// As in the request.
+    /// Of the request that it answers.
     pub epoch: u64,
-    /// As in the request.
+    /// Cycle of the request.
     pub seq: u64,
-    /// As in the request.
+    /// Shard of the request.
     pub shard: u32,
     /// Which term.
     pub term: String,

@@ -54,9 +54,9 @@ checks! { request: GenerateRequest {
 /// Candidates, and the tree to hand back next time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct GenerateReply {
-    /// As in the request.
+    /// Of the request that it answers.
     pub epoch: u64,
-    /// As in the request.
+    /// Cycle of the request.
     pub seq: u64,
     /// Which replica answers.
     pub instance: String,

@@ -29,7 +29,7 @@ use curionav_security::table::Verb;
 pub(crate) enum SecureCommand {
     /// Make a folder with an authority.
     Init {
-        /// Folder.
+        /// Folder of the certificates.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Key prefix of the deployment: rules hold for it alone.
@@ -39,7 +39,7 @@ pub(crate) enum SecureCommand {
     /// Issue certificates, each with its own key, and write the access rules for them. Routers read the rules when
     /// they start.
     Issue {
-        /// Folder.
+        /// Folder of the certificates.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Names, such as driver.r1, cpc.a, viewer or router; see `curionav secure rights`.
@@ -57,7 +57,7 @@ pub(crate) enum SecureCommand {
     /// Renew certificates and keep their keys. Programs read them at their next connection, routers when they
     /// start.
     Renew {
-        /// Folder.
+        /// Folder of the certificates.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Names. Default: all in the folder.
@@ -70,7 +70,7 @@ pub(crate) enum SecureCommand {
     },
     /// Show the certificates: how long each is valid, and what it allows.
     Show {
-        /// Folder.
+        /// Folder of the certificates.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Name of one certificate; show also every key that it allows.
@@ -80,7 +80,7 @@ pub(crate) enum SecureCommand {
     /// Write the rules again for the certificates in the folder. Do this after you delete a certificate whose key was
     /// lost, or to change the namespace.
     Rules {
-        /// Folder.
+        /// Folder of the certificates.
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Key prefix of the deployment.

@@ -12,7 +12,7 @@ use curionav_planning::sensor::LaserModel;
 pub struct Bodies {
     /// Map frame.
     pub centres: Vec<Point2>,
-    /// Metres.
+    /// Radius of each, metres.
     pub radius: f64,
 }
 

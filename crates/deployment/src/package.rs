@@ -25,7 +25,7 @@ pub struct Choice {
     pub planner: Option<String>,
     /// Seed of everything random.
     pub seed: Option<u64>,
-    /// Search trees of a cycle.
+    /// Search trees of each cycle, in place of the profile's.
     pub trees: Option<u32>,
     /// How people are known.
     pub perception: Option<Perception>,

@@ -29,7 +29,7 @@ pub struct Person {
 /// A scenario before anything moves.
 #[derive(Debug, Clone)]
 pub struct SceneSketch<'a> {
-    /// Its name.
+    /// Name of the scenario.
     pub name: &'a str,
     /// What it is about, one line.
     pub description: &'a str,

@@ -100,7 +100,7 @@ pub(super) fn candidates(report: &wire::CycleReport, time: u64) -> SceneUpdate {
     let count = report.candidates.count as usize;
     let least = report.open_costs().fold(f64::INFINITY, f64::min);
     let range = (report.open_costs().fold(f64::NEG_INFINITY, f64::max) - least).max(1e-9);
-    let line = |index: usize| {
+    let lines = (0..count).map(|index| {
         let share = report.open_cost(index).map(|cost| (cost - least) / range);
         let (shade, z, thickness) = match share {
             _ if report.chosen == Some(index as u32) => (color(0.1, 0.3, 1.0, 1.0), CHOSEN_AT, CHOSEN_WIDTH),
@@ -116,7 +116,6 @@ pub(super) fn candidates(report: &wire::CycleReport, time: u64) -> SceneUpdate {
             color: Some(shade),
             ..LinePrimitive::default()
         }
-    };
-    let lines = (0..count).map(line).collect();
-    update("candidates", time, SceneEntity { lines, ..SceneEntity::default() })
+    });
+    update("candidates", time, SceneEntity { lines: lines.collect(), ..SceneEntity::default() })
 }

@@ -75,7 +75,7 @@ pub trait Cdr: Sized {
     /// Writes several in a row.
     ///
     /// # Errors
-    /// As for one.
+    /// If one of them cannot be written.
     fn write_all(items: &[Self], out: &mut Writer) -> Result<(), CdrFault> {
         items.iter().try_for_each(|item| item.write(out))
     }
@@ -83,7 +83,7 @@ pub trait Cdr: Sized {
     /// Reads `count` in a row; the caller has compared `count` with its limit and with the bytes that are there.
     ///
     /// # Errors
-    /// As for one.
+    /// If the bytes are none.
     fn read_all(input: &mut Reader<'_>, count: usize) -> Result<Vec<Self>, CdrError> {
         let mut items = Vec::with_capacity(count);
         for _ in 0..count {

@@ -3,9 +3,9 @@
 use crate::name::pattern;
 use crate::table::{OF_SERVICES, Right, Space, TABLE, Verb};
 
-/// Where the part begins and ends in the page.
+/// Where the part begins in the page.
 pub const BEGIN: &str = "<!-- rights: `curionav secure rights` prints what follows -->\n";
-/// See [`BEGIN`].
+/// Where it ends.
 pub const END: &str = "<!-- end of rights -->\n";
 
 /// The whole table in Markdown.

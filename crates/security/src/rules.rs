@@ -75,7 +75,7 @@ impl Verb {
 /// Which keys a rule is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Keys {
-    /// Those of the right.
+    /// The keys that the right names.
     Own,
     /// Those with any names in the place of its own.
     Wide,

@@ -6,7 +6,7 @@ curionav_planning::parameters! {
     pub struct TrackerParams {
         /// Radius of the disc that stands for a person, metres: what a laser at the height of the trunk sees, and what
         /// planners keep clear of.
-        pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
+        pub radius: f64 [0.05, 2.0, "m", "thinner bodies are poles, wider ones are groups"] = 0.25,
         /// Radius of a leg, metres.
         pub leg_radius: f64 [0.02, 0.5, "m", "thinner ones are sticks, thicker ones are trunks"] = 0.06,
         /// Narrowest thing that may be a leg, metres.
@@ -27,12 +27,12 @@ curionav_planning::parameters! {
         /// Power of the random acceleration of people who change their way, m2/s3: a velocity is off by its root after
         /// a second.
         pub acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.5,
-        /// The same of people who walk on as before, m2/s3.
+        /// Power of the random acceleration of people who walk on as before, m2/s3.
         pub steady_acceleration: f64 [1e-6, 100.0, "m2/s3", "no person moves more wildly"] = 0.02,
         /// How fast the position of a person who stands spreads, as the growth of its variance on each axis, m2/s.
         pub standing_drift: f64 [1e-9, 1.0, "m2/s", "a person who drifts more does not stand"] = 0.002,
         /// How often a person goes over from one of standing, walking on and changing its way to another, 1/s.
-        pub change_rate: f64 [0.0, 100.0, "1/s", "no person changes its mind more often"] = 0.4,
+        pub change_rate: f64 [0.0, 100.0, "1/s", "no person changes its way more often"] = 0.4,
         /// Standard deviation of the velocity of a person who has just been seen first, m/s, on each axis.
         pub velocity_sigma: f64 [0.01, 10.0, "m/s", "no person runs faster"] = 0.7,
         /// Greatest squared Mahalanobis distance of a detection from where its person was expected: 9.21 holds 99 % of
@@ -45,7 +45,7 @@ curionav_planning::parameters! {
         /// A person who cannot be seen now, behind another person or outside of the view, is remembered until its
         /// position is known worse than this, metres: the standard deviation on an axis. One who stands is remembered
         /// for longer.
-        pub forget_sigma: f64 [0.0, 10.0, "m", "ten metres off is nowhere"] = 1.0,
+        pub forget_sigma: f64 [0.0, 10.0, "m", "beyond that the place is unknown"] = 1.0,
         /// Longest that a person is remembered who should be seen now and is not, seconds.
         pub forget_in_view: f64 [0.0, 60.0, "s", "after a minute a person may be anywhere"] = 0.5,
         /// Two tracks nearer than this are of one person, metres.

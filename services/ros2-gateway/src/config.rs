@@ -122,14 +122,14 @@ curionav_planning::parameters! {
         pub goal_tolerance: f64 [0.05, 5.0, "m", "localisation is not better, and farther away is elsewhere"] = 0.5,
         /// Where the robot is when the gateway starts: x, y in metres and heading in radians, in the frame of the map.
         /// Without it, the first `initialpose` says so.
-        pub initial_pose: Option<Vec<f64>> [in Range::POSITION, Range::POSITION, Range::HEADING; 3.0, 3.0, "x, y, heading"]
-            = None,
+        pub initial_pose: Option<Vec<f64>>
+            [in Range::POSITION, Range::POSITION, Range::HEADING; 3.0, 3.0, "x, y, heading"] = None,
         /// Standard deviation of that pose: metres, metres, radians.
         pub initial_sigma: [f64; 3] [0.0, 10.0, "", "a robot that is farther off is lost"] = [0.5, 0.5, 0.262],
         /// Standard deviation of one range of the laser.
         pub range_sigma: f64 [0.0, 1.0, "m", "a worse laser sees nothing"] = 0.03,
         /// Radius of a person.
-        pub person_radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
+        pub person_radius: f64 [0.05, 2.0, "m", "thinner bodies are poles, wider ones are groups"] = 0.25,
         /// How far off odometry is.
         pub odometry_noise: OdometryNoise [table] = OdometryNoise::default(),
         /// Parameters of the localiser that differ from its defaults.

@@ -41,7 +41,7 @@ impl Status {
 /// One goal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Goal {
-    /// Its name.
+    /// As the client has named it.
     pub(crate) id: Uuid,
     /// When it was accepted.
     pub(crate) stamp: Time,

@@ -73,7 +73,7 @@ curionav_planning::parameters! {
     #[derive(Copy)]
     pub struct PeopleParams {
         /// Radius of the disc that stands for one person, metres. Default 0.25: Stage's 0.5 m walkers.
-        pub radius: f64 [0.05, 2.0, "m", "a person is neither a cat nor a car"] = 0.25,
+        pub radius: f64 [0.05, 2.0, "m", "thinner bodies are poles, wider ones are groups"] = 0.25,
         /// What the laser sees of a person. Touching is judged by the disc, whatever the laser sees.
         #[serde(skip_serializing_if = "is_default")]
         pub shape: PeopleShape [words] = PeopleShape::Disc,
@@ -142,7 +142,7 @@ curionav_planning::parameters! {
         /// From corner to corner of the route, around each other, the robot and walls by hybrid reciprocal
         /// velocity obstacles.
         Hrvo,
-        /// The same by social forces, which also push people back and aside.
+        /// From corner to corner by social forces, which also push people back and aside.
         SocialForce,
     }
 }

@@ -56,7 +56,7 @@ message! {
         "RIHS01_6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
     ), at most LIST;
     {
-        /// Each of them.
+        /// One per goal that the server still remembers.
         status_list: Vec<GoalStatus> [GOALS],
     }
 }
@@ -78,7 +78,7 @@ message! {
     {
         /// 0 if any is, 1 refused, 2 there is no such goal, 3 it has ended.
         return_code: i8,
-        /// Each of them.
+        /// The goals that will be cancelled.
         goals_canceling: Vec<GoalInfo> [GOALS],
     }
 }
@@ -98,7 +98,7 @@ message! {
     /// Asks to navigate.
     SendGoalRequest = "nav2_msgs/action/NavigateToPose_SendGoal_Request" of SEND_GOAL, at most SMALL;
     {
-        /// Its name.
+        /// Chosen by the client; unique.
         goal_id: Uuid,
         /// Where to go.
         goal: NavigatingTo,

@@ -44,7 +44,7 @@ message! {
     {
         /// When.
         header: Header,
-        /// Each of them.
+        /// One per component.
         status: Vec<DiagnosticStatus> [STATUSES],
     }
 }

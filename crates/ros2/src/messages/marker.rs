@@ -108,7 +108,7 @@ message! {
         "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
     ), at most 16 << 20;
     {
-        /// Each of them.
+        /// Drawn in this order.
         markers: Vec<Marker> [MARKERS],
     }
 }

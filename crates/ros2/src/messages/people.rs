@@ -8,7 +8,7 @@ message! {
     /// One person. HuNavSim puts the yaw into `position.z` and the turn rate into `velocity.z`.
     Person;
     {
-        /// Its name.
+        /// The same for as long as the person is tracked.
         name: String,
         /// m.
         position: Point,
@@ -32,7 +32,7 @@ message! {
     {
         /// When, and in which frame.
         header: Header,
-        /// Each of them.
+        /// Everyone whom the detector sees.
         people: Vec<Person> [PEOPLE],
     }
 }

@@ -36,7 +36,7 @@ message! {
         "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     ), at most 1 << 20;
     {
-        /// Each of them.
+        /// One per pair of frames.
         transforms: Vec<TransformStamped> [TRANSFORMS],
     }
 }
