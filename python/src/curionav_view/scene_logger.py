@@ -33,7 +33,7 @@ from curionav.words import say
 from . import colours, heat, layout, result_replay, shapes, words
 
 TRAIL = 400
-"""Points of the trail of where the robot believed to be: beyond it every second one goes."""
+"""Points of the trail of where the robot believed it was: beyond it every second one goes."""
 TRAIL_EVERY = 3
 """Beliefs from point to point at first; the ellipse and the robot follow each."""
 LIMITS_EVERY = 1.0

@@ -40,7 +40,7 @@ const LOST_M: f64 = 1.0;
 /// gives poses beside odometry, such as those of a map builder, they are the references that errors are measured
 /// against; --reference takes them from another log of the same scans. The map has to be in the same frame.
 /// Or it is a recording of `curionav record` (.mcap), which has the map; its references are where the robot truly was
-/// if it was simulated, and else where it believed to be.
+/// if it was simulated, and else where it believed it was.
 ///
 ///   curionav localize --map intel.yaml intel.log --reference intel.corrected.log
 ///   curionav localize --map intel.yaml intel.log --global

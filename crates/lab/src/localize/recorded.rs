@@ -23,14 +23,14 @@ pub struct Recorded {
     pub scans: Vec<Scan>,
     /// How far it had driven.
     pub odometry: Vec<Odometry>,
-    /// Where it believed to be.
+    /// Where it believed it was.
     pub beliefs: Vec<Belief>,
     /// The end of the first simulated run, which tells where it truly was.
     pub result: Option<RunResult>,
 }
 
 /// The first run of a recording as a log. Its references are where the robot truly was or, if the recording does not tell,
-/// where it believed to be; which of them, the words say.
+/// where it believed it was; which of them, the words say.
 ///
 /// # Errors
 /// If no scan has odometry of the same tick, or a scan describes no scanner.
@@ -58,7 +58,7 @@ pub(super) fn log(recorded: &Recorded, scanner: Scanner) -> anyhow::Result<(Log,
     ensure!(!readings.is_empty(), "it has no scan with odometry of the same tick");
     let mut log = Log::of(readings, Faults { later_runs: later, ..Faults::default() });
     let (references, what) = match truth.is_empty() {
-        true => (believed(), "where the robot believed to be"),
+        true => (believed(), "where the robot believed it was"),
         false => (truth, "where the robot truly was"),
     };
     log.take_references(&references);
